@@ -1,0 +1,71 @@
+//! The one error type of the library and what each kind means to a caller.
+
+use std::path::PathBuf;
+
+/// Shorthand for results of this library.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Everything that can go wrong in this library.
+///
+/// Messages are one line, lower case, without a full stop: what, where, and what was expected.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file cannot be opened, read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file or a volume is damaged, unsupported, or does not hold what it says.
+    #[error("{0}")]
+    Input(String),
+    /// An isovalue lies outside the range of the spectrum.
+    #[error("isovalue {isovalue} lies outside the range {low} to {high}")]
+    Range {
+        /// The isovalue asked for.
+        isovalue: f64,
+        /// Lowest isovalue of the spectrum.
+        low: f64,
+        /// Highest isovalue of the spectrum.
+        high: f64,
+    },
+    /// Arguments that contradict each other or make no sense.
+    #[error("{0}")]
+    Usage(String),
+    /// No adapter, or the device was lost.
+    #[error("{0}")]
+    Gpu(String),
+    /// The caller asked to stop (Ctrl-C).
+    #[error("interrupted")]
+    Interrupted,
+    /// A spectrum does not pass verification.
+    #[error("{0}")]
+    Verification(String),
+}
+
+impl Error {
+    /// An [`Error::Input`] from anything printable.
+    pub fn input(message: impl Into<String>) -> Self {
+        Error::Input(message.into())
+    }
+
+    /// An [`Error::Io`] for `path`.
+    pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
+        Error::Io { path: path.into(), source }
+    }
+
+    /// The exit code of the program for this error: 2 usage, 3 input, 4 isovalue outside the
+    /// range, 5 verification failed, 130 interrupted, 1 anything else.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Usage(_) => 2,
+            Error::Io { .. } | Error::Input(_) => 3,
+            Error::Range { .. } => 4,
+            Error::Verification(_) => 5,
+            Error::Interrupted => 130,
+            Error::Gpu(_) => 1,
+        }
+    }
+}

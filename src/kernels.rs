@@ -1,0 +1,89 @@
+//! The vertex- and triangle-parallel stages: WGSL kernels and their CPU twins behind one trait.
+//!
+//! Each kernel is one file in `shaders/` and one module here of the same name, which holds its host
+//! side and its CPU twin in the same order with the same variable names. The CPU twin is the
+//! reference, and the backend where no adapter exists.
+
+use crate::error::Result;
+
+/// What the kernels need to know of a closed mesh whose connectivity does not change.
+#[derive(Clone, Debug, Default)]
+pub struct Connectivity {
+    /// Vertices of each face, counter-clockwise seen from lower values.
+    pub faces: Vec<[u32; 3]>,
+    /// Start of each vertex's one-ring in `ring`, and the end: one more than there are vertices.
+    pub ring_offsets: Vec<u32>,
+    /// Neighbours of each vertex, counter-clockwise, so that (ring[i], ring[i + 1]) and the vertex
+    /// form a face. The top bit ([`CREASE`]) marks a neighbour along a crease edge.
+    pub ring: Vec<u32>,
+    /// Per vertex: bit a is set where the vertex lies on a border plane across axis a (a = 0, 1, 2)
+    /// and must not leave it: its component a never changes.
+    pub borders: Vec<u8>,
+}
+
+/// Marks, in [`Connectivity::ring`], a neighbour along a crease: an edge where a cap meets the
+/// isosurface proper. A vertex with a border relaxes along its crease neighbours only.
+pub const CREASE: u32 = 1 << 31;
+
+/// What became of a vertex in the last projection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Status {
+    /// Reached its isosurface along its normal.
+    Reached = 0,
+    /// Reached it along the gradient.
+    ReachedByGradient = 1,
+    /// Did not reach it within the rules; it stayed where it was.
+    Failed = 2,
+}
+
+/// How a relaxation ran.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Relaxation {
+    /// Iterations done.
+    pub iterations: u32,
+    /// Largest tangential force left, voxels.
+    pub largest_force: f32,
+}
+
+/// The stages that run on every vertex or face of a mesh, on the CPU or on a GPU.
+///
+/// The buffers live behind this trait and stay where they are between calls: load once per
+/// connectivity, run any number of sub-steps, read back once.
+pub trait Kernels {
+    /// The backend in words: `cpu`, or the adapter's name and backend.
+    fn name(&self) -> String;
+
+    /// Takes a mesh: connectivity and positions (voxel frame).
+    fn load(&mut self, connectivity: &Connectivity, positions: &[[f32; 3]]) -> Result<()>;
+
+    /// Moves every vertex onto the isosurface of `isovalue` by one step along its area-weighted
+    /// normal, uphill or downhill by the sign of what is missing, at most `reach` voxels, so that
+    /// the field along the step leaves [value, isovalue] first through the isovalue. Where that
+    /// fails: short steps along the gradient under the same rule. Returns how many vertices failed.
+    fn project(&mut self, isovalue: f64, reach: f32) -> Result<u32>;
+
+    /// Tangential relaxation: `strength` (thesis: 0.6) times the tangential part of the umbrella
+    /// operator, then back onto the isosurface; until the largest force is below `threshold` or
+    /// `max_iterations` are done. A vertex that cannot get back keeps its place.
+    fn relax(
+        &mut self,
+        isovalue: f64,
+        strength: f32,
+        threshold: f32,
+        max_iterations: u32,
+    ) -> Result<Relaxation>;
+
+    /// Distance of every face's barycentre from the isosurface along the face's normal, to the
+    /// nearer side, voxels; `reach` where there is none within `reach`. Length: faces.
+    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>>;
+
+    /// Positions, voxel frame.
+    fn positions(&mut self) -> Result<Vec<[f32; 3]>>;
+
+    /// Area-weighted unit normals at the present positions, towards lower values.
+    fn normals(&mut self) -> Result<Vec<[f32; 3]>>;
+
+    /// What became of each vertex in the last projection.
+    fn status(&mut self) -> Result<Vec<Status>>;
+}

@@ -1,0 +1,136 @@
+//! The isosurface spectrum: trajectories, lifetimes, collapses, and the mesh at any isovalue.
+//!
+//! Nothing here knows of volumes, sweeps or GPUs: the sweep fills a [`Spectrum`], the file stores
+//! it, queries and the renderer read it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::volume::{Outside, Placement};
+
+/// What is known of the volume a spectrum was computed from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VolumeInfo {
+    /// Name of the volume.
+    pub name: String,
+    /// Samples along x, y, z.
+    pub dims: [usize; 3],
+    /// Sample type as flags spell it.
+    pub sample_type: String,
+    /// Smallest and largest sample.
+    pub range: (f64, f64),
+    /// Where the samples lie in the world.
+    pub placement: Placement,
+    /// Side of the layer around the volume.
+    pub outside: Outside,
+}
+
+/// What happens to the topology at an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EventKind {
+    /// A component appears (minimum; seen upwards).
+    Emerge,
+    /// Two components become one (1-saddle).
+    Merge,
+    /// A handle appears (1-saddle).
+    HandleOpen,
+    /// One component becomes two (2-saddle).
+    Split,
+    /// A handle disappears (2-saddle).
+    HandleClose,
+    /// A component disappears (maximum).
+    Vanish,
+}
+
+/// An isovalue at which the topology of the isosurface changes. Upwards in the isovalue.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Event {
+    /// The isovalue.
+    pub isovalue: f64,
+    /// The critical point, voxel frame.
+    pub position: [f64; 3],
+    /// What changes.
+    pub kind: EventKind,
+}
+
+/// One knot of a trajectory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// Rank of the isovalue in [`Spectrum::isovalues`].
+    pub rank: u32,
+    /// Position, voxel frame.
+    pub position: [f32; 3],
+    /// Unit normal towards lower values, octahedral: see [`crate::spectrum::normal`].
+    pub normal: [i16; 2],
+}
+
+/// One triangle: counter-clockwise seen from lower values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Indices into the trajectories.
+    pub vertices: [u32; 3],
+    /// Rank of the isovalue from which the triangle is part of the mesh.
+    pub birth: u32,
+    /// Rank of the isovalue from which it no longer is; `birth < death`.
+    pub death: u32,
+    /// Whether the triangle only closes the mesh at the border of the volume.
+    pub cap: bool,
+}
+
+/// One edge collapse: which vertex stands in for one that has ended (thesis section 4.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Collapse {
+    /// The vertex that ended.
+    pub vertex: u32,
+    /// The vertex in its place.
+    pub target: u32,
+    /// Rank of the isovalue of the collapse.
+    pub rank: u32,
+    /// Whether the target stands in towards higher isovalues (else towards lower ones).
+    pub upward: bool,
+}
+
+/// The isosurfaces of all isovalues of a range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    /// Where it comes from.
+    pub volume: VolumeInfo,
+    /// Lowest and highest isovalue.
+    pub range: (f64, f64),
+    /// Tolerance in voxels the mesh was computed for.
+    pub tolerance: f64,
+    /// How it was computed: every flag, the backend, the adapter, counts of what was repaired.
+    pub parameters: serde_json::Value,
+    /// Every change of topology inside the range, by isovalue.
+    pub events: Vec<Event>,
+    /// Every isovalue at which a knot or the end of a lifetime lies, strictly increasing.
+    pub isovalues: Vec<f64>,
+    /// Start of each vertex's knots in `knots`, and the end: one more than there are vertices.
+    pub first_knot: Vec<u32>,
+    /// Knots by vertex, rank strictly increasing within a vertex.
+    pub knots: Vec<Knot>,
+    /// Triangles. Each vertex has knots from birth to death (inclusive) of each of its triangles.
+    pub triangles: Vec<Triangle>,
+    /// Collapses.
+    pub collapses: Vec<Collapse>,
+}
+
+/// The mesh at one isovalue.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceMesh {
+    /// Positions, voxel frame (exports place them in the world).
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals towards lower values.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertex indices, counter-clockwise seen from lower values.
+    pub triangles: Vec<[u32; 3]>,
+    /// Whether a triangle is a cap; as long as `triangles`.
+    pub caps: Vec<bool>,
+}
+
+impl Spectrum {
+    /// Number of vertices (trajectories).
+    pub fn n_vertices(&self) -> usize {
+        self.first_knot.len().saturating_sub(1)
+    }
+}

@@ -1,0 +1,314 @@
+//! A scalar field on a regular grid, trilinear between samples.
+//!
+//! # Frames
+//!
+//! | frame | unit | sample (i, j, k) lies at |
+//! |---|---|---|
+//! | index | cells | (i, j, k) |
+//! | voxel | the smallest spacing | (i, j, k) * [`Volume::voxel_size`] |
+//! | world | the file's | origin + direction * (spacing * (i, j, k)) |
+//!
+//! All geometry inside the library is in the voxel frame, so lengths are metric also where the
+//! spacing is anisotropic; exports are in the world frame.
+
+pub mod npy;
+pub mod nrrd;
+pub mod phantom;
+pub mod raw;
+mod read;
+
+pub use read::{ReadOptions, read_volume};
+
+use crate::error::{Error, Result};
+
+/// The samples in the type of their file, x fastest, then y, then z.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// 8 bit unsigned.
+    U8(Vec<u8>),
+    /// 8 bit signed.
+    I8(Vec<i8>),
+    /// 16 bit unsigned.
+    U16(Vec<u16>),
+    /// 16 bit signed.
+    I16(Vec<i16>),
+    /// 32 bit unsigned.
+    U32(Vec<u32>),
+    /// 32 bit signed.
+    I32(Vec<i32>),
+    /// 32 bit floating point.
+    F32(Vec<f32>),
+    /// 64 bit floating point.
+    F64(Vec<f64>),
+}
+
+/// Applies one expression to the samples of whatever type.
+#[macro_export]
+macro_rules! with_samples {
+    ($samples:expr, $name:ident => $body:expr) => {
+        match $samples {
+            $crate::volume::Samples::U8($name) => $body,
+            $crate::volume::Samples::I8($name) => $body,
+            $crate::volume::Samples::U16($name) => $body,
+            $crate::volume::Samples::I16($name) => $body,
+            $crate::volume::Samples::U32($name) => $body,
+            $crate::volume::Samples::I32($name) => $body,
+            $crate::volume::Samples::F32($name) => $body,
+            $crate::volume::Samples::F64($name) => $body,
+        }
+    };
+}
+
+impl Samples {
+    /// How many samples there are.
+    pub fn len(&self) -> usize {
+        with_samples!(self, s => s.len())
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The sample at flat index `i` as f64 (exact for every type).
+    #[inline]
+    pub fn get(&self, i: usize) -> f64 {
+        #[allow(clippy::unnecessary_cast, reason = "the macro serves every type, f64 among them")]
+        {
+            with_samples!(self, s => s[i] as f64)
+        }
+    }
+
+    /// Whether the type holds integers only.
+    pub fn is_integer(&self) -> bool {
+        !matches!(self, Samples::F32(_) | Samples::F64(_))
+    }
+
+    /// The name of the type as flags and file names spell it: `uint8`, `float32`, ...
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Samples::U8(_) => "uint8",
+            Samples::I8(_) => "int8",
+            Samples::U16(_) => "uint16",
+            Samples::I16(_) => "int16",
+            Samples::U32(_) => "uint32",
+            Samples::I32(_) => "int32",
+            Samples::F32(_) => "float32",
+            Samples::F64(_) => "float64",
+        }
+    }
+}
+
+/// Which side of the isosurface the layer around the volume lies on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+pub enum Outside {
+    /// One layer of samples below the minimum: surfaces close around high values.
+    #[default]
+    Low,
+    /// One layer of samples above the maximum.
+    High,
+}
+
+/// Where the samples lie in the world.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Placement {
+    /// World position of sample (0, 0, 0).
+    pub origin: [f64; 3],
+    /// Distance between samples along x, y, z; positive.
+    pub spacing: [f64; 3],
+    /// Unit direction of each grid axis in the world; `direction[a]` is that of axis `a`.
+    pub direction: [[f64; 3]; 3],
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Placement {
+            origin: [0.0; 3],
+            spacing: [1.0; 3],
+            direction: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        }
+    }
+}
+
+/// A scalar field on a regular grid.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    name: String,
+    dims: [usize; 3],
+    samples: Samples,
+    placement: Placement,
+    outside: Outside,
+    range: (f64, f64),
+}
+
+impl Volume {
+    /// A volume of `dims` samples (x, y, z), x fastest.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] if the number of samples is not the product of `dims`, a dimension is
+    /// below 2, a sample is not finite (named with its position), or all samples are equal.
+    pub fn new(
+        name: impl Into<String>,
+        dims: [usize; 3],
+        samples: Samples,
+        placement: Placement,
+    ) -> Result<Self> {
+        let name = name.into();
+        if dims.iter().any(|&d| d < 2) {
+            return Err(Error::input(format!(
+                "{name}: dimensions {}x{}x{}, expected at least 2 samples along each axis",
+                dims[0], dims[1], dims[2]
+            )));
+        }
+        let wanted = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d));
+        if wanted != Some(samples.len()) {
+            return Err(Error::input(format!(
+                "{name}: {} samples, expected {}x{}x{}",
+                samples.len(),
+                dims[0],
+                dims[1],
+                dims[2]
+            )));
+        }
+        if placement.spacing.iter().any(|&s| !(s > 0.0 && s.is_finite())) {
+            return Err(Error::input(format!(
+                "{name}: spacing {:?}, expected positive numbers",
+                placement.spacing
+            )));
+        }
+        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+        for i in 0..samples.len() {
+            let v = samples.get(i);
+            if !v.is_finite() {
+                let (x, y, z) = (i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1]));
+                return Err(Error::input(format!(
+                    "{name}: sample ({x}, {y}, {z}) is {v}, expected finite values (--nan-as VALUE replaces them)"
+                )));
+            }
+            range = (range.0.min(v), range.1.max(v));
+        }
+        if range.0 == range.1 {
+            return Err(Error::input(format!(
+                "{name}: every sample is {}, expected at least two different values",
+                range.0
+            )));
+        }
+        Ok(Volume { name, dims, samples, placement, outside: Outside::default(), range })
+    }
+
+    /// The same volume with the layer around it on the given side.
+    pub fn with_outside(mut self, outside: Outside) -> Self {
+        self.outside = outside;
+        self
+    }
+
+    /// What the volume is called: the file's name without folders, or the phantom's.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Samples along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// The samples, x fastest.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// Where the samples lie in the world.
+    pub fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    /// Which side of the isosurface the layer around the volume lies on.
+    pub fn outside(&self) -> Outside {
+        self.outside
+    }
+
+    /// Smallest and largest sample.
+    pub fn range(&self) -> (f64, f64) {
+        self.range
+    }
+
+    /// The value of the layer around the volume: ten ranges below the minimum (or above the
+    /// maximum), so that caps stay within a tenth of a cell of the border.
+    pub fn outside_value(&self) -> f64 {
+        let (low, high) = self.range;
+        match self.outside {
+            Outside::Low => low - 10.0 * (high - low),
+            Outside::High => high + 10.0 * (high - low),
+        }
+    }
+
+    /// Sample (i, j, k).
+    #[inline]
+    pub fn sample(&self, i: usize, j: usize, k: usize) -> f64 {
+        self.samples.get(i + self.dims[0] * (j + self.dims[1] * k))
+    }
+
+    /// Sample (i, j, k) of the volume with the layer around it: -1 and `dims` are the layer.
+    #[inline]
+    pub fn padded(&self, i: i64, j: i64, k: i64) -> f64 {
+        let [nx, ny, nz] = self.dims;
+        if i < 0 || j < 0 || k < 0 || i >= nx as i64 || j >= ny as i64 || k >= nz as i64 {
+            self.outside_value()
+        } else {
+            self.sample(i as usize, j as usize, k as usize)
+        }
+    }
+
+    /// Size of a cell in the voxel frame: spacing over the smallest spacing.
+    pub fn voxel_size(&self) -> [f64; 3] {
+        let s = self.placement.spacing;
+        let unit = s[0].min(s[1]).min(s[2]);
+        [s[0] / unit, s[1] / unit, s[2] / unit]
+    }
+
+    /// The trilinear field at a point of the voxel frame; outside, that of the layer around the
+    /// volume, clamped to it.
+    pub fn value_at(&self, p: [f64; 3]) -> f64 {
+        let size = self.voxel_size();
+        let mut cell = [0i64; 3];
+        let mut t = [0f64; 3];
+        for a in 0..3 {
+            let x = (p[a] / size[a]).clamp(-1.0, self.dims[a] as f64);
+            cell[a] = (x.floor() as i64).min(self.dims[a] as i64 - 1);
+            t[a] = x - cell[a] as f64;
+        }
+        let mut value = 0.0;
+        for corner in 0..8i64 {
+            let d = [corner & 1, corner >> 1 & 1, corner >> 2 & 1];
+            let mut weight = 1.0;
+            for a in 0..3 {
+                weight *= if d[a] == 1 { t[a] } else { 1.0 - t[a] };
+            }
+            if weight != 0.0 {
+                value += weight * self.padded(cell[0] + d[0], cell[1] + d[1], cell[2] + d[2]);
+            }
+        }
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn value_at_is_trilinear_and_falls_to_the_layer_outside() {
+        let v = Volume::new(
+            "v",
+            [2, 2, 2],
+            Samples::F32((0..8).map(|i| i as f32).collect()),
+            Placement::default(),
+        )
+        .expect("a valid volume");
+        assert_eq!(v.value_at([0.5, 0.5, 0.5]), 3.5);
+        assert_eq!(v.value_at([1.0, 0.0, 0.0]), 1.0);
+        assert_eq!(v.value_at([-1.0, 0.0, 0.0]), v.outside_value());
+        assert_eq!(v.value_at([-0.5, 0.0, 0.0]), 0.5 * v.outside_value());
+    }
+}

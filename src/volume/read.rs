@@ -1,0 +1,33 @@
+//! Chooses the reader of a volume by the name of its file.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::volume::{Placement, Volume};
+
+/// What the command line may say about a volume beside its file name.
+#[derive(Clone, Debug, Default)]
+pub struct ReadOptions {
+    /// Dimensions of a RAW file whose name does not tell.
+    pub dims: Option<[usize; 3]>,
+    /// Sample type of a RAW file whose name does not tell: `uint8`, `float32`, ...
+    pub sample_type: Option<String>,
+    /// Whether a RAW file is big endian.
+    pub big_endian: bool,
+    /// Replaces the file's spacing.
+    pub spacing: Option<[f64; 3]>,
+    /// Replaces the file's origin.
+    pub origin: Option<[f64; 3]>,
+    /// Value in place of NaN and infinities.
+    pub nan_as: Option<f64>,
+}
+
+/// Reads a volume.
+///
+/// # Errors
+///
+/// [`Error::Io`] and [`Error::Input`].
+pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
+    let _ = (options, Placement::default());
+    Err(Error::input(format!("{}: no reader yet", path.display())))
+}
