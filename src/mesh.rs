@@ -27,8 +27,10 @@
 
 mod check;
 mod edit;
+mod intersect;
 mod measure;
 
+pub use intersect::intersecting;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use measure::{area, normal, radius_ratio};
 

@@ -1,6 +1,8 @@
-//! Measures of one triangle.
+//! Measures of triangles and vertices.
 
 use glam::Vec3;
+
+use super::{Face, Mesh, Vertex};
 
 /// Area times two along the normal: (b - a) x (c - a).
 #[inline]
@@ -22,6 +24,18 @@ pub fn radius_ratio(t: [Vec3; 3]) -> f32 {
     let product = (a + b + c) * a * b * c;
     // 2r/R = 16 A^2 / ((a + b + c) a b c), with A = double_area / 2.
     if product > 0.0 { 4.0 * double_area * double_area / product } else { 0.0 }
+}
+
+impl Mesh {
+    /// Area-weighted unit normal of a vertex, towards lower values; zero where it cancels out.
+    pub fn vertex_normal(&self, v: Vertex) -> Vec3 {
+        self.spokes(v).map(|h| normal(self.corners(self.face(h)))).sum::<Vec3>().normalize_or_zero()
+    }
+
+    /// Unit normal of a face, towards lower values.
+    pub fn face_normal(&self, f: Face) -> Vec3 {
+        normal(self.corners(f)).normalize_or_zero()
+    }
 }
 
 #[cfg(test)]
