@@ -312,13 +312,15 @@ impl<'a> ExactField<'a> {
     fn not_before(&self, mut value: f64, order_key: i128) -> f64 {
         // One unit more than the order key rounded down is above every fraction of a unit.
         let key = (order_key >> ORDER_BITS) + 1;
-        // Rounding is off by a few units in the last place; the bound only ends the loop on
-        // scales where an isovalue cannot express the key.
+        let (low, high) = self.volume.range();
+        let rounding = f64::EPSILON * low.abs().max(high.abs());
+        // Rounding is off by a few units in the last place of the range; the bound only ends the
+        // loop on scales where an isovalue cannot express the key.
         for _ in 0..64 {
             if self.isovalue_key(value) >= key {
                 break;
             }
-            value = value.next_up();
+            value += rounding;
         }
         value
     }
