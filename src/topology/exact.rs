@@ -313,9 +313,10 @@ impl<'a> ExactField<'a> {
         // One unit more than the order key rounded down is above every fraction of a unit.
         let key = (order_key >> ORDER_BITS) + 1;
         let (low, high) = self.volume.range();
-        let rounding = f64::EPSILON * low.abs().max(high.abs());
-        // Rounding is off by a few units in the last place of the range; the bound only ends the
-        // loop on scales where an isovalue cannot express the key.
+        let unit = (self.scale.value(1.0) - self.scale.value(0.0)) / (1u64 << self.m_bits) as f64;
+        let rounding = unit.max(f64::EPSILON * low.abs().max(high.abs()));
+        // Rounding is off by a few units of V or in the last place of the range; the bound only
+        // ends the loop on scales where an isovalue cannot express the key.
         for _ in 0..64 {
             if self.isovalue_key(value) >= key {
                 break;
