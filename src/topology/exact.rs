@@ -27,8 +27,10 @@
 //!   behaves as at an isovalue an infinitesimal higher, the same from every cell.
 //! - A zero of a predicate without an isovalue (a ramp too weak for a special constellation) is
 //!   resolved on the safe side: the face saddle is regular, the body saddle outside its cell.
-//! - The layer around the volume holds one level ten ranges outside plus the ramp, and contains
-//!   no saddle: towards the layer all differences have one sign, within it the field is affine.
+//! - The layer around the volume holds one level ten ranges outside plus the ramp. The only
+//!   critical points it adds lie within the ramp of that level, far outside the volume's range
+//!   (the samples along edges and corners of the volume shape them); elsewhere the differences
+//!   towards the layer all have one sign.
 
 mod body;
 mod estimate;
