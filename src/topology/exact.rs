@@ -35,10 +35,12 @@
 mod body;
 mod estimate;
 mod face;
+mod isovalue;
 
 pub(crate) use body::can_hold_body_saddle;
 pub use body::{BodySaddle, Trilinear};
 pub use face::FaceSaddle;
+pub use isovalue::IsovalueKeys;
 pub(crate) use face::is_saddle_above;
 
 use crate::error::{Error, Result};
@@ -244,11 +246,7 @@ impl<'a> ExactField<'a> {
     /// An isovalue in V units, rounded down, and never among the keys of one level: a vertex is
     /// inside (above the isovalue) iff its key is larger, iff its sample is larger. Monotone.
     pub fn isovalue_key(&self, isovalue: f64) -> i128 {
-        let level = self.scale.level(isovalue);
-        let whole = level.floor();
-        let m = 1i128 << self.m_bits;
-        let fraction = ((level - whole) * m as f64) as i128;
-        ((whole as i128) << self.m_bits) + fraction.min(m - self.ramp_range - 1)
+        self.isovalue_keys().key(isovalue)
     }
 
     /// The highest level that is not above an isovalue: a vertex is inside iff its level exceeds
