@@ -27,8 +27,10 @@
 //!   behaves as at an isovalue an infinitesimal higher, the same from every cell.
 //! - A zero of a predicate without an isovalue (a ramp too weak for a special constellation) is
 //!   resolved on the safe side: the face saddle is regular, the body saddle outside its cell.
-//! - The layer around the volume holds one level ten ranges outside plus the ramp, and contains
-//!   no saddle: towards the layer all differences have one sign, within it the field is affine.
+//! - The layer around the volume holds one level ten ranges outside plus the ramp. The only
+//!   critical points it adds lie within the ramp of that level, far outside the volume's range
+//!   (the samples along edges and corners of the volume shape them); elsewhere the differences
+//!   towards the layer all have one sign.
 
 mod body;
 mod estimate;
@@ -311,9 +313,10 @@ impl<'a> ExactField<'a> {
         // One unit more than the order key rounded down is above every fraction of a unit.
         let key = (order_key >> ORDER_BITS) + 1;
         let (low, high) = self.volume.range();
-        let rounding = f64::EPSILON * low.abs().max(high.abs());
-        // Rounding is off by a few units in the last place of the range; the bound only ends the
-        // loop on scales where an isovalue cannot express the key.
+        let unit = (self.scale.value(1.0) - self.scale.value(0.0)) / (1u64 << self.m_bits) as f64;
+        let rounding = unit.max(f64::EPSILON * low.abs().max(high.abs()));
+        // Rounding is off by a few units of V or in the last place of the range; the bound only
+        // ends the loop on scales where an isovalue cannot express the key.
         for _ in 0..64 {
             if self.isovalue_key(value) >= key {
                 break;
