@@ -129,9 +129,9 @@ impl CriticalPoints {
         let mut points = Vec::with_capacity(1 + slabs.iter().map(Vec::len).sum::<usize>());
         points.push(layer(field));
         points.extend(slabs.into_iter().flatten());
-        // A saddle's key is rounded down, so it comes after a sample of the same key. Places
-        // make the order total.
-        points.par_sort_unstable_by_key(|p| (p.key, p.place));
+        // Places and indices make the order total.
+        points.par_sort_unstable_by_key(|p| (p.key, p.place, p.index));
+        settle_ties(field, &mut points);
         // A walk that starts in the layer on its far side goes on in the volume.
         let first = field.vertex([0; 3]);
         match field.volume().outside() {
@@ -358,6 +358,41 @@ fn body_point(field: &ExactField<'_>, saddle: &BodySaddle) -> CriticalPoint {
 fn decided_key(order_key: i128, is_above: impl Fn(i128) -> bool) -> i128 {
     let on_whole = order_key & ((1 << ORDER_BITS) - 1) == 0;
     if on_whole && is_above(order_key >> ORDER_BITS) { order_key + 1 } else { order_key }
+}
+
+/// Bits behind the point at which values of one key are compared. Around a sample with ties the
+/// values of saddles differ by powers of ramp / M, about 2^-25 each; this holds ten of them.
+const TIE_BITS: u32 = 256;
+
+/// Sorts points of one key by their exact values. Keys are rounded, and of two saddles that close
+/// or open one handle, the wrong one first would contradict everything.
+fn settle_ties(field: &ExactField<'_>, points: &mut [CriticalPoint]) {
+    let mut ties: Vec<&mut [CriticalPoint]> =
+        points.chunk_by_mut(|a, b| a.key == b.key).filter(|run| run.len() > 1).collect();
+    ties.par_iter_mut().for_each(|run| {
+        let mut valued: Vec<(BigInt, CriticalPoint)> =
+            run.iter().map(|p| (precise_value(field, p), *p)).collect();
+        // Stable, so places settle what is left.
+        valued.sort_by(|a, b| a.0.cmp(&b.0));
+        for (point, (_, sorted)) in run.iter_mut().zip(valued) {
+            *point = sorted;
+        }
+    });
+}
+
+/// The value of a critical point in V units times 2^[`TIE_BITS`], rounded down.
+fn precise_value(field: &ExactField<'_>, point: &CriticalPoint) -> BigInt {
+    let value = match point.place {
+        Place::Vertex(_) | Place::Layer => None,
+        Place::Face { corner, axis } => {
+            field.face_saddle(corner, axis as usize).map(|s| s.scaled_value(TIE_BITS))
+        }
+        Place::Cell(corner) => field
+            .body_saddles(corner)
+            .find(|s| s.index == point.index)
+            .map(|s| s.scaled_value(TIE_BITS)),
+    };
+    value.unwrap_or_else(|| BigInt::from(point.key) << (TIE_BITS - ORDER_BITS))
 }
 
 /// Samples in the regions below and above a body saddle: the ends of the four lattice edges along
