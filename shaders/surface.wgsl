@@ -219,17 +219,17 @@ fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f
     let key = normalize(vec3(-0.45, 0.65, 0.70));
     let fill = normalize(vec3(0.85, 0.05, 0.45));
     let above = 0.5 + 0.5 * normal.y;
-    let ambient = mix(vec3(0.20, 0.185, 0.175), vec3(0.34, 0.36, 0.40), above);
+    let ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
     // Wrapped a little around the edge of the shadow: a large light, not a point.
     let wrap = 0.2;
     let from_key = saturate((dot(normal, key) + wrap) / (1.0 + wrap));
     let from_fill = saturate(dot(normal, fill));
     let diffuse = ambient
-        + 0.72 * from_key * from_key * vec3(1.0, 0.985, 0.955)
-        + 0.16 * from_fill * vec3(0.86, 0.93, 1.0);
+        + 0.88 * from_key * from_key * vec3(1.0, 0.985, 0.955)
+        + 0.20 * from_fill * vec3(0.86, 0.93, 1.0);
 
     let middle = normalize(key + towards_eye);
-    let highlight = 0.10 * pow(saturate(dot(normal, middle)), 40.0);
+    let highlight = 0.14 * pow(saturate(dot(normal, middle)), 48.0);
     let grazing = 1.0 - saturate(dot(normal, towards_eye));
     let rim = 0.10 * pow(grazing, 4.0) * (0.4 + 0.6 * above);
     return saturate(albedo * diffuse + highlight + rim);
