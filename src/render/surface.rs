@@ -9,13 +9,14 @@
 //! picture fails for the size of its mesh. The pictures are equal.
 
 use super::attribute::{Attributes, Color, attributes};
-use super::device::Gpu;
 use super::layout::{ActiveTriangle, Frame, Palette};
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::{COLOR_FORMAT, DEPTH_FORMAT, Target, unmultiply};
 use super::{Background, Image, View};
 use crate::error::{Error, Result};
+use crate::gpu::Gpu;
 use crate::spectrum::Spectrum;
+use crate::spectrum::interval_tree::IntervalTree;
 
 /// Largest table that is kept on the device as a whole, bytes: what browsers and software devices
 /// bind at once.
@@ -31,6 +32,7 @@ const SHADER: &str = include_str!("../../shaders/surface.wgsl");
 #[derive(Debug)]
 pub struct Renderer<'a> {
     spectrum: &'a Spectrum,
+    lifetimes: IntervalTree,
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipeline: wgpu::RenderPipeline,
@@ -76,15 +78,16 @@ impl<'a> Renderer<'a> {
     ///
     /// [`Error::Gpu`] if the device refuses or is lost.
     pub fn with_budget(gpu: &Gpu, spectrum: &'a Spectrum, bytes: u64) -> Result<Self> {
-        let device = gpu.device.clone();
-        let queue = gpu.queue.clone();
+        let device = gpu.device().clone();
+        let queue = gpu.queue().clone();
         let bytes = bytes.min(device.limits().max_storage_buffer_binding_size);
         let resident = tables::largest_table(spectrum) <= bytes;
-        let n_samples = samples_of(gpu);
+        let n_samples = samples_of(&device);
         let mut renderer = caught(&device.clone(), || {
             let table = |label| Table::new(&device, label);
             Renderer {
                 spectrum,
+                lifetimes: lifetimes(spectrum),
                 pipeline: pipeline(&device, n_samples),
                 n_samples,
                 frame: device.create_buffer(&wgpu::BufferDescriptor {
@@ -136,9 +139,20 @@ impl<'a> Renderer<'a> {
                 Some(caught(&device, || Target::new(&device, view.width, view.height, n_samples))?);
         }
         let frame = frame(self.spectrum, isovalue, rank.unwrap_or(0), view);
-        caught(&device, || self.passes(frame, view.background))?;
-        let Some(target) = &self.target else { unreachable!("made above") };
-        let mut image = caught(&device, || target.read(&device))??;
+        let drawn = caught(&device, || {
+            self.passes(frame, view.background);
+            self.target.as_ref().map(|target| target.read(&device))
+        });
+        let mut image = match drawn {
+            Ok(Some(Ok(image))) => image,
+            failed => {
+                // What was refused must not be taken for uploaded by the next picture.
+                self.listed = Listed::default();
+                self.target = None;
+                failed?.transpose()?;
+                return Err(Error::Gpu("the device cannot draw: no picture was made".into()));
+            }
+        };
         if view.background == Background::Transparent {
             unmultiply(&mut image);
         }
@@ -164,7 +178,7 @@ impl<'a> Renderer<'a> {
             return;
         }
         let spectrum = self.spectrum;
-        let active = rank.map(|rank| active_triangles(spectrum, rank)).unwrap_or_default();
+        let active = rank.map(|rank| active_triangles(&self.lifetimes, rank)).unwrap_or_default();
         // Caps are left out last, so that they do not change what the others show.
         let Attributes { values, ends } = attributes(
             spectrum,
@@ -292,13 +306,19 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The triangles alive at `rank`, by index.
-fn active_triangles(spectrum: &Spectrum, rank: u32) -> Vec<u32> {
-    (0..)
-        .zip(&spectrum.triangles)
-        .filter(|(_, triangle)| triangle.birth <= rank && rank < triangle.death)
-        .map(|(i, _)| i)
-        .collect()
+/// The lifetimes of a spectrum's triangles, to be asked for those alive at a rank.
+fn lifetimes(spectrum: &Spectrum) -> IntervalTree {
+    let ranks: Vec<(u32, u32)> = spectrum.triangles.iter().map(|t| (t.birth, t.death)).collect();
+    IntervalTree::new(&ranks)
+}
+
+/// The triangles alive at `rank`, by increasing index: equal pictures draw in equal order, and
+/// vertices that follow each other lie close in memory.
+fn active_triangles(lifetimes: &IntervalTree, rank: u32) -> Vec<u32> {
+    let mut active = Vec::new();
+    lifetimes.stab(rank, |i| active.push(i));
+    active.sort_unstable();
+    active
 }
 
 /// What is the same for every corner of a picture.
@@ -376,10 +396,11 @@ impl Table {
     }
 }
 
-/// Samples per pixel the adapter can draw and average.
-fn samples_of(gpu: &Gpu) -> u32 {
-    let can = |format| {
-        gpu.adapter.get_texture_format_features(format).flags.sample_count_supported(N_SAMPLES)
+/// Samples per pixel that every device of this kind can draw and average.
+fn samples_of(device: &wgpu::Device) -> u32 {
+    let can = |format: wgpu::TextureFormat| {
+        let features = format.guaranteed_format_features(device.features());
+        features.flags.sample_count_supported(N_SAMPLES)
     };
     if can(COLOR_FORMAT) && can(DEPTH_FORMAT) { N_SAMPLES } else { 1 }
 }
