@@ -133,26 +133,21 @@ impl<'a> Renderer<'a> {
 
         let device = self.device.clone();
         let n_samples = self.n_samples;
-        if self.target.as_ref().is_none_or(|t| (t.width, t.height) != (view.width, view.height)) {
-            self.target = None;
-            self.target =
-                Some(caught(&device, || Target::new(&device, view.width, view.height, n_samples))?);
-        }
+        let kept = self.target.take().filter(|t| (t.width, t.height) == (view.width, view.height));
+        let target = match kept {
+            Some(target) => target,
+            None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
+        };
         let frame = frame(self.spectrum, isovalue, rank.unwrap_or(0), view);
         let drawn = caught(&device, || {
-            self.passes(frame, view.background);
-            self.target.as_ref().map(|target| target.read(&device))
+            self.passes(&target, frame, view.background);
+            target.read(&device)
         });
-        let mut image = match drawn {
-            Ok(Some(Ok(image))) => image,
-            failed => {
-                // What was refused must not be taken for uploaded by the next picture.
-                self.listed = Listed::default();
-                self.target = None;
-                failed?.transpose()?;
-                return Err(Error::Gpu("the device cannot draw: no picture was made".into()));
-            }
-        };
+        let mut image = drawn.flatten().inspect_err(|_| {
+            // What was refused must not be taken for uploaded by the next picture.
+            self.listed = Listed::default();
+        })?;
+        self.target = Some(target);
         if view.background == Background::Transparent {
             unmultiply(&mut image);
         }
@@ -199,7 +194,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Draws the listed triangles, piece by piece, and records the copy of the picture.
-    fn passes(&mut self, mut frame: Frame, background: Background) {
+    fn passes(&mut self, target: &Target, mut frame: Frame, background: Background) {
         let triangles = std::mem::take(&mut self.listed.triangles);
         let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
         for pass in 0..n_passes {
@@ -217,10 +212,8 @@ impl<'a> Renderer<'a> {
             let mut encoder = self
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("surface") });
-            self.pass(&mut encoder, piece.len(), (pass == 0).then_some(background));
-            if pass + 1 == n_passes
-                && let Some(target) = &self.target
-            {
+            self.pass(&mut encoder, target, piece.len(), (pass == 0).then_some(background));
+            if pass + 1 == n_passes {
                 target.copy(&mut encoder);
             }
             self.queue.submit([encoder.finish()]);
@@ -232,10 +225,10 @@ impl<'a> Renderer<'a> {
     fn pass(
         &self,
         encoder: &mut wgpu::CommandEncoder,
+        target: &Target,
         n_triangles: usize,
         clear: Option<Background>,
     ) {
-        let Some(target) = &self.target else { return };
         let (color, depth) = match clear {
             Some(background) => {
                 let [r, g, b, a] = background.linear();
