@@ -26,7 +26,9 @@ mod attribute;
 mod camera;
 mod image;
 mod layout;
+mod pipeline;
 mod surface;
+mod table;
 mod tables;
 mod target;
 

@@ -10,8 +10,10 @@
 
 use super::attribute::{Attributes, Color, attributes};
 use super::layout::{ActiveTriangle, Frame, Palette};
+use super::pipeline::{caught, pipeline, samples_of};
+use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
-use super::target::{COLOR_FORMAT, DEPTH_FORMAT, Target, unmultiply};
+use super::target::{Target, unmultiply};
 use super::{Background, Image, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
@@ -21,12 +23,6 @@ use crate::spectrum::interval_tree::IntervalTree;
 /// Largest table that is kept on the device as a whole, bytes: what browsers and software devices
 /// bind at once.
 pub const RESIDENT_BYTES: u64 = 128 << 20;
-
-/// Samples per pixel.
-const N_SAMPLES: u32 = 4;
-
-/// The shader and its entry points.
-const SHADER: &str = include_str!("../../shaders/surface.wgsl");
 
 /// Draws pictures of one spectrum; keeps its pipeline and buffers between them.
 #[derive(Debug)]
@@ -339,122 +335,4 @@ fn frame(spectrum: &Spectrum, isovalue: f64, rank: u32, view: &View) -> Frame {
         mirrored: u32::from(projection.mirrored),
         unused: [0.0; 2],
     }
-}
-
-/// A storage buffer that grows with what is written to it.
-#[derive(Debug)]
-struct Table {
-    label: &'static str,
-    buffer: wgpu::Buffer,
-    /// Bytes in use; at least [`Table::LEAST`], since nothing cannot be bound.
-    size: u64,
-}
-
-impl Table {
-    /// Bytes of the largest element of any table.
-    const LEAST: u64 = 32;
-
-    fn new(device: &wgpu::Device, label: &'static str) -> Self {
-        Table { label, buffer: Self::buffer(device, label, Self::LEAST), size: Self::LEAST }
-    }
-
-    fn buffer(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    }
-
-    /// Replaces what the table holds.
-    fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, data: &[T]) {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        self.size = (bytes.len() as u64).max(Self::LEAST);
-        if self.size > self.buffer.size() {
-            // A quarter more, so that a mesh that grows with the isovalue does not allocate for
-            // every picture.
-            let roomy = (self.size + self.size / 4).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
-            self.buffer = Self::buffer(device, self.label, roomy);
-        }
-        queue.write_buffer(&self.buffer, 0, bytes);
-    }
-
-    fn binding(&self) -> wgpu::BindingResource<'_> {
-        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: &self.buffer,
-            offset: 0,
-            size: wgpu::BufferSize::new(self.size),
-        })
-    }
-}
-
-/// Samples per pixel that every device of this kind can draw and average.
-fn samples_of(device: &wgpu::Device) -> u32 {
-    let can = |format: wgpu::TextureFormat| {
-        let features = format.guaranteed_format_features(device.features());
-        features.flags.sample_count_supported(N_SAMPLES)
-    };
-    if can(COLOR_FORMAT) && can(DEPTH_FORMAT) { N_SAMPLES } else { 1 }
-}
-
-fn pipeline(device: &wgpu::Device, n_samples: u32) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("surface"),
-        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("surface"),
-        // The layout follows from the shader.
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("surface_vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: n_samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("surface_fragment"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR_FORMAT.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-/// Runs `work` and returns the device's complaint as an error: without this wgpu panics.
-fn caught<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T> {
-    let scopes = [
-        wgpu::ErrorFilter::Internal,
-        wgpu::ErrorFilter::OutOfMemory,
-        wgpu::ErrorFilter::Validation,
-    ]
-    .map(|filter| device.push_error_scope(filter));
-    let done = work();
-    // Scopes are popped in the opposite order.
-    let mut complaint = None;
-    for scope in scopes.into_iter().rev() {
-        complaint = complaint.or(pollster::block_on(scope.pop()));
-    }
-    match complaint {
-        None => Ok(done),
-        Some(error) => Err(Error::Gpu(one_line(&error.to_string()))),
-    }
-}
-
-/// A message without its line breaks and what surrounds them.
-fn one_line(message: &str) -> String {
-    let parts: Vec<&str> = message.split_whitespace().collect();
-    format!("the device cannot draw: {}", parts.join(" "))
 }
