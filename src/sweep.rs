@@ -7,6 +7,7 @@
 //! only, so it always ends. Local surgery, when it comes, replaces the extraction at the start of an
 //! arc by the meshes of the arcs before it: see [`start`].
 
+mod caps;
 mod criteria;
 mod flips;
 mod parameters;

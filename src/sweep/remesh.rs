@@ -1,6 +1,7 @@
 //! Remeshing at one isovalue: from any closed mesh of the isosurface to good triangles of the right
 //! size, by the operators of the sweep.
 
+use super::caps::lift_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::refine::{quadrisect, split_long};
@@ -19,6 +20,7 @@ pub(crate) const SIZING_GOAL: f32 = 0.4;
 /// Relaxes the mesh on the isosurface and takes the new positions.
 pub(crate) fn relax(
     mesh: &mut Mesh,
+    criteria: &Criteria,
     kernels: &mut dyn Kernels,
     isovalue: f64,
     parameters: &Parameters,
@@ -32,7 +34,9 @@ pub(crate) fn relax(
         parameters.relax_force as f32,
         iterations,
     )?;
-    for (&v, p) in compacted.vertices.iter().zip(kernels.positions()?) {
+    let mut positions = kernels.positions()?;
+    lift_caps(mesh, criteria.field, &compacted.vertices, &mut positions);
+    for (&v, p) in compacted.vertices.iter().zip(positions) {
         mesh.set_position(v, p.into());
     }
     Ok(())
@@ -53,14 +57,14 @@ pub(crate) fn remesh(
         extend_sizing(mesh, &mut length);
         simplify(mesh, criteria, &length, 0.75);
         flip_edges(mesh, criteria, 3);
-        relax(mesh, kernels, isovalue, parameters, 4)?;
+        relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
     }
     for _ in 0..4 {
         if refine(mesh, criteria) == 0 {
             break;
         }
         flip_edges(mesh, criteria, 3);
-        relax(mesh, kernels, isovalue, parameters, 2)?;
+        relax(mesh, criteria, kernels, isovalue, parameters, 2)?;
     }
     let length = vec![0.0; mesh.vertex_slots()];
     simplify(mesh, criteria, &length, 0.0);

@@ -1,5 +1,6 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
+use super::caps::lift_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::{Direction, Recorder};
@@ -188,7 +189,8 @@ fn advance(
         parameters.relax_force as f32,
         parameters.relax_iterations,
     )?;
-    let positions = kernels.positions()?;
+    let mut positions = kernels.positions()?;
+    lift_caps(mesh, field, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
     if folds(&compacted.connectivity.faces, &positions, &normals) > 0 && !tolerant {
         return Ok(None);
