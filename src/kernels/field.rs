@@ -145,7 +145,7 @@ impl Field {
     #[inline]
     pub fn corners(&self, cell: IVec3) -> [f32; 8] {
         // One match for a cell: 30 ns, against 17 ns where the sample type is known at compile time
-        // and 47 ns with a match for each sample (2 GHz core). A projected vertex takes 430 ns, so
+        // and 47 ns with a match for each sample. A projected vertex takes 430 ns, so
         // kernels for each sample type would gain less than a tenth.
         match (self.volume.samples(), &self.mapped) {
             (_, Some(values)) => self.corners_of(values, cell, |v| v),
