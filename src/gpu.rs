@@ -90,6 +90,11 @@ impl Gpu {
         format!("{} ({})", self.info.name, self.info.backend)
     }
 
+    /// Whether the adapter is a program on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     /// What the adapter says of itself.
     pub fn info(&self) -> &wgpu::AdapterInfo {
         &self.info

@@ -144,7 +144,9 @@ impl Field {
     /// The values at the 8 corners of a cell; indices outside the volume give the layer around it.
     #[inline]
     pub fn corners(&self, cell: IVec3) -> [f32; 8] {
-        // One match for a cell, not one for a sample: measured equal to a monomorphised kernel.
+        // One match for a cell: 30 ns, against 17 ns where the sample type is known at compile time
+        // and 47 ns with a match for each sample. A projected vertex takes 430 ns, so
+        // kernels for each sample type would gain less than a tenth.
         match (self.volume.samples(), &self.mapped) {
             (_, Some(values)) => self.corners_of(values, cell, |v| v),
             (Samples::U8(values), _) => self.corners_of(values, cell, f32::from),

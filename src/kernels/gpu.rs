@@ -128,6 +128,9 @@ pub struct GpuKernels {
     n_faces: usize,
 }
 
+/// One point for each vertex, voxel frame.
+type Points = Buffer<[f32; 3]>;
+
 /// All buffers bound to all kernels, for either buffer of positions being the current one.
 #[derive(Debug)]
 struct Bound {
@@ -176,7 +179,7 @@ impl GpuKernels {
         let [ring_offsets, ring] = [self.ring_offsets.buffer(), self.ring.buffer()];
         let (borders, vertex_normals) = (self.borders.buffer(), self.normals.buffer());
         let (forces, status) = (self.forces.buffer(), self.status.buffer());
-        let both = |bind: &dyn Fn(&Buffer<[f32; 3]>, &Buffer<[f32; 3]>) -> Bindings| {
+        let both = |bind: &dyn Fn(&Points, &Points) -> Bindings| {
             let [a, b] = [self.positions[0].buffer(), self.positions[1].buffer()];
             [bind(a, b), bind(b, a)]
         };

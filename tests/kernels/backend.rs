@@ -26,6 +26,16 @@ fn the_cpu_is_always_there() {
 }
 
 #[test]
+fn auto_takes_an_adapter_unless_it_is_in_software_and_says_which() {
+    let gpu = crate::PIPELINES.gpu();
+    let expected = if gpu.is_software() { "cpu".to_string() } else { gpu.name() };
+    let backend = Backend::choose(Choice::Auto, None).expect("auto always finds one");
+    assert_eq!(backend.name(), expected);
+    let by_choice = Backend::choose(Choice::Gpu, None).expect("an adapter");
+    assert_eq!(by_choice.name(), gpu.name());
+}
+
+#[test]
 fn threads_share_a_backend_and_get_the_same_answers() {
     let mut random = Random(2);
     let volume = noise([20, 20, 20], &mut random);
