@@ -91,9 +91,9 @@ impl Extraction {
                 kept.components.push(component);
             }
         }
-        for v in 0..self.positions.len() {
-            if vertices[v] == 0 {
-                vertices[v] = kept.positions.len() as u32;
+        for (v, vertex) in vertices.iter_mut().enumerate() {
+            if *vertex == 0 {
+                *vertex = kept.positions.len() as u32;
                 kept.positions.push(self.positions[v]);
                 kept.borders.push(self.borders[v]);
                 kept.crossings.push(self.crossings[v]);

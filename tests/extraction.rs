@@ -378,7 +378,7 @@ fn refining_the_grid_keeps_the_surface() {
 fn custodios_cells_hold_tunnels() {
     // Custodio, Etiene, Pesco and Silva, "Practical considerations on Marching Cubes 33
     // topological correctness", Computers and Graphics 37 (2013): cells that MC33 misjudges.
-    let cells: [[f32; 8]; 2] = [
+    let cells: [[f64; 8]; 2] = [
         [
             0.22597665,
             -0.59128577,
@@ -401,7 +401,7 @@ fn custodios_cells_hold_tunnels() {
         ],
     ];
     for cell in cells {
-        let volume = volume([2, 2, 2], Samples::F32(cell.to_vec()));
+        let volume = volume([2, 2, 2], Samples::F64(cell.to_vec()));
         let field = ExactField::new(&volume).expect("a small volume");
         let mesh = checked_extraction(&field, 0.0);
         let inner: Vec<_> =

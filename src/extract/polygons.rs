@@ -123,9 +123,9 @@ fn value_and_gradient(v: &[f64; 8], p: [f64; 3]) -> (f64, [f64; 3]) {
         let high = |a: usize| c >> a & 1 == 1;
         let weight = |a: usize| if high(a) { p[a] } else { 1.0 - p[a] };
         value += corner * weight(0) * weight(1) * weight(2);
-        for a in 0..3 {
+        for (a, g) in gradient.iter_mut().enumerate() {
             let slope = corner * weight((a + 1) % 3) * weight((a + 2) % 3);
-            gradient[a] += if high(a) { slope } else { -slope };
+            *g += if high(a) { slope } else { -slope };
         }
     }
     (value, gradient)
