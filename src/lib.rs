@@ -1,7 +1,7 @@
 //! The isosurface spectrum of a volume: one triangle mesh for every isovalue, precomputed.
 //!
 //! Data flows one way: [`volume`] → [`topology`] → [`extract`] → [`sweep`] (with [`kernels`] and
-//! [`mesh`]) → [`spectrum`] → [`file`] → [`render`].
+//! [`mesh`]) → [`spectrum`] → [`mod@file`] → [`render`].
 
 pub mod error;
 pub mod export;

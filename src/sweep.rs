@@ -7,6 +7,7 @@
 //! only, so it always ends. Local surgery, when it comes, replaces the extraction at the start of an
 //! arc by the meshes of the arcs before it: see [`start`].
 
+mod batches;
 mod caps;
 mod criteria;
 mod flips;
@@ -85,6 +86,8 @@ struct Sweep<'a> {
     parameters: &'a Parameters,
     progress: &'a dyn Progress,
     range: (f64, f64),
+    /// Isovalue of each event of the topology, batches as one.
+    event_isovalues: Vec<f64>,
     done: Mutex<f64>,
     total: f64,
 }
@@ -114,6 +117,7 @@ pub fn compute(
     progress.report(0.0, "topology");
     let exact = ExactField::new(volume)?;
     let topology = Topology::compute(&exact)?;
+    let event_isovalues = batches::batched_isovalues(&topology, volume.range());
     let mut sweep = Sweep {
         exact,
         topology,
@@ -122,6 +126,7 @@ pub fn compute(
         parameters,
         progress,
         range,
+        event_isovalues,
         done: Mutex::new(0.0),
         total: 1.0,
     };
@@ -157,29 +162,43 @@ pub fn compute(
 }
 
 impl Sweep<'_> {
+    /// The isovalues between which an arc shows; equal where it never does.
+    fn shown(&self, arc: &crate::topology::Arc) -> (f64, f64) {
+        let at = |event: Option<u32>, else_at: f64| event.map_or(else_at, |e| self.event_isovalues[e as usize]);
+        let low = at(arc.birth_event, arc.birth).max(self.range.0);
+        let high = at(arc.death_event, arc.death).min(self.range.1);
+        (low, high.max(low))
+    }
+
     /// The arcs that show inside the range, as pieces, in the order of the contour tree.
     fn pieces(&self) -> Vec<Piece> {
-        let mut pieces = Vec::new();
-        for (arc, a) in self.topology.arcs.iter().enumerate() {
-            let (low, high) = (a.birth.max(self.range.0), a.death.min(self.range.1));
-            if low < high {
-                pieces.push(Piece { arc, low, high, depth: 0 });
-            }
-        }
-        pieces
+        let arcs = self.topology.arcs.iter().enumerate();
+        let shown = arcs.map(|(arc, a)| (arc, self.shown(a)));
+        shown
+            .filter(|(_, (low, high))| low < high)
+            .map(|(arc, (low, high))| Piece { arc, low, high, depth: 0 })
+            .collect()
     }
 
     /// The events inside the range that begin or end something that shows.
     fn events(&self) -> Vec<Event> {
         let mut shows = vec![false; self.topology.events.len()];
-        for a in self.topology.arcs.iter().filter(|a| a.birth < a.death) {
-            for e in [a.birth_event, a.death_event].into_iter().flatten() {
-                shows[e as usize] = true;
+        for a in &self.topology.arcs {
+            let (low, high) = self.shown(a);
+            if low < high {
+                for e in [a.birth_event, a.death_event].into_iter().flatten() {
+                    shows[e as usize] = true;
+                }
             }
         }
-        let all = self.topology.events.iter().zip(shows);
-        let inside = all.filter(|(e, s)| *s && e.isovalue >= self.range.0 && e.isovalue <= self.range.1);
-        inside.map(|(e, _)| Event { isovalue: e.isovalue, position: e.position, kind: e.kind }).collect()
+        let mut events = Vec::new();
+        for (i, e) in self.topology.events.iter().enumerate().filter(|(i, _)| shows[*i]) {
+            let isovalue = self.event_isovalues[i];
+            if isovalue >= self.range.0 && isovalue <= self.range.1 {
+                events.push(Event { isovalue, position: e.position, kind: e.kind });
+            }
+        }
+        events
     }
 
     /// How much of the work a piece is thought to be.
@@ -245,7 +264,20 @@ impl Sweep<'_> {
         patches: &mut Vec<Patch>,
         counts: &mut Counts,
     ) -> Result<()> {
+        let before = *counts;
         let tracked = start::track_both_ways(self, piece, isovalue, start, counts)?;
+        log::debug!(
+            "arc {} [{}, {}) depth {}: tracked [{}, {}) from {isovalue}, {} steps, {} shorter, {} triangles",
+            piece.arc,
+            piece.low,
+            piece.high,
+            piece.depth,
+            tracked.low,
+            tracked.high,
+            counts.steps - before.steps,
+            counts.shorter_steps - before.shorter_steps,
+            tracked.patch.triangles.len()
+        );
         patches.push(tracked.patch);
         let rest = [(piece.low, tracked.low), (tracked.high, piece.high)];
         for (low, high) in rest.into_iter().filter(|r| r.0 < r.1) {
