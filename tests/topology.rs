@@ -471,8 +471,13 @@ fn a_ring_plateau_emits_a_torus() {
     let field_of_nines = regions.iter().find(|r| r.isovalue == 9.0).expect("the surroundings");
     assert_eq!(field_of_nines.n_samples, 7 * 7 * 5 - 8);
     let total: i64 = regions.iter().map(|r| r.components_change).sum();
-    // All events but the closing of the torus, which a saddle between 0 and 9 may do.
-    assert!(topology.events.iter().any(|e| e.isovalue == 9.0) && total <= 1);
+    // What is left are the saddles strictly between 0 and 9, which open and close nothing for
+    // good: the surface of the volume and the torus both end at 9.
+    let between = topology.events.iter().filter(|e| e.isovalue > 0.0 && e.isovalue < 9.0);
+    let net: i64 = between.map(|e| if e.index % 2 == 0 { 2 } else { -2 }).sum();
+    let euler: i64 = regions.iter().map(|r| r.euler_change).sum();
+    // Before the first event there is the surface of the volume, behind the last nothing.
+    assert_eq!((total, euler + net), (-1, -2));
 }
 
 #[test]
@@ -495,8 +500,10 @@ fn threads_do_not_change_the_result() {
 
 #[test]
 fn area_and_volume_of_a_sphere_are_those_of_the_formula() {
-    // Second order in the cell size over the radius: 1 / 10^2, with a factor below one half.
-    const TOLERANCE: f64 = 0.5 / 100.0;
+    // Between samples a distance field is interpolated too low by the mean of x (1 - x) / 2 = 1/12
+    // times its Laplacian 2 / r: the sphere's radius shrinks by 1 / (6 r), its volume by
+    // 1 / (2 r^2), its area by 1 / (3 r^2). A fifth of that is left to the tetrahedra.
+    const TOLERANCE: f64 = 1.2 / 2.0;
     let volume =
         from_function(26, |p| 12.0 - p.iter().map(|x| (x - 12.4).powi(2)).sum::<f64>().sqrt());
     let placement = Placement { spacing: [0.5, 0.5, 0.5], ..Placement::default() };
@@ -513,13 +520,14 @@ fn area_and_volume_of_a_sphere_are_those_of_the_formula() {
         n_checked += 1;
         let area = 4.0 * std::f64::consts::PI * radius * radius;
         let inside = area * radius / 3.0;
+        let tolerance = TOLERANCE / (radius / 0.5).powi(2);
         assert!(
-            (spectrum.area[i] / area - 1.0).abs() < TOLERANCE,
+            (spectrum.area[i] / area - 1.0).abs() < tolerance,
             "area {} at {c}: {area}",
             spectrum.area[i]
         );
         assert!(
-            (spectrum.volume[i] / inside - 1.0).abs() < TOLERANCE,
+            (spectrum.volume[i] / inside - 1.0).abs() < tolerance,
             "volume {} at {c}: {inside}",
             spectrum.volume[i]
         );
