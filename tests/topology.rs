@@ -481,6 +481,60 @@ fn a_ring_plateau_emits_a_torus() {
 }
 
 #[test]
+fn net_events_have_the_effect_of_all_events() {
+    let mut random = Random(5);
+    let (mut n_net, mut n_all) = (0, 0);
+    for n in 0..600 {
+        let volume = random_volume(&mut random, n % 6);
+        let topology = topology(&volume);
+        let net = topology.net_events();
+        n_net += net.len();
+        n_all += topology.events.len();
+        assert!(net.is_sorted_by(|a, b| a.isovalue <= b.isovalue));
+        let (low, high) = volume.range();
+        for _ in 0..10 {
+            // Drawn from a continuum, so never among the events of one cluster.
+            let c = low + random.unit() * (high - low);
+            let (mut components, mut euler) = match volume.outside() {
+                Outside::Low => (1, 2),
+                Outside::High => (0, 0),
+            };
+            for event in net.iter().filter(|e| e.isovalue <= c) {
+                let (b, e) = match event.kind {
+                    EventKind::Emerge | EventKind::Split => (1, 2),
+                    EventKind::Merge | EventKind::Vanish => (-1, -2),
+                    EventKind::HandleOpen => (0, -2),
+                    EventKind::HandleClose => (0, 2),
+                };
+                components += b;
+                euler += e;
+            }
+            assert_eq!(topology.n_components_at(c), components as u32, "grid {n} at {c}");
+            assert_eq!(topology.euler_at(c), euler, "grid {n} at {c}");
+        }
+    }
+    assert!(n_net < n_all);
+}
+
+#[test]
+fn a_ring_plateau_is_five_net_events() {
+    let volume = ring();
+    let topology = topology(&volume);
+    let net: Vec<(f64, EventKind)> =
+        topology.net_events().iter().map(|e| (e.isovalue, e.kind)).collect();
+    // The torus emerges; at 9, the value of everything else, it merges with the surface of the
+    // volume, its hole closes, and what is left vanishes.
+    let expected = [
+        (0.0, EventKind::Emerge),
+        (0.0, EventKind::HandleOpen),
+        (9.0, EventKind::Merge),
+        (9.0, EventKind::HandleClose),
+        (9.0, EventKind::Vanish),
+    ];
+    assert_eq!(net, expected);
+}
+
+#[test]
 fn threads_do_not_change_the_result() {
     let mut random = Random(4);
     let samples = Samples::U8((0..16 * 17 * 18).map(|_| random.below(6) as u8).collect());
@@ -574,7 +628,7 @@ fn plot_is_well_formed_and_names_what_it_shows() {
     let volume = ring();
     let topology = topology(&volume);
     let spectrum = ContourSpectrum::new(&volume, &topology, 64);
-    let svg = contour_spectrum_svg("ring <1 & 2>", &spectrum, &topology.events);
+    let svg = contour_spectrum_svg("ring <1 & 2>", &spectrum, &topology.net_events());
     assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     assert!(svg.contains("ring &lt;1 &amp; 2&gt;"));
     for word in

@@ -7,8 +7,7 @@
 
 use std::fmt::Write;
 
-use crate::spectrum::EventKind;
-use crate::topology::TopologyEvent;
+use crate::spectrum::{Event, EventKind};
 use crate::topology::curves::ContourSpectrum;
 
 const WIDTH: f64 = 960.0;
@@ -50,12 +49,11 @@ struct Curve<'a> {
     right: bool,
 }
 
-/// The contour spectrum with its events as an SVG document titled `title`.
-pub fn contour_spectrum_svg(
-    title: &str,
-    spectrum: &ContourSpectrum,
-    events: &[TopologyEvent],
-) -> String {
+/// The contour spectrum with its events (see [`Topology::net_events`]) as an SVG document titled
+/// `title`.
+///
+/// [`Topology::net_events`]: crate::topology::Topology::net_events
+pub fn contour_spectrum_svg(title: &str, spectrum: &ContourSpectrum, events: &[Event]) -> String {
     let height = TOP + 3.0 * (PANEL + GAP) + 6.0 * ROW + 56.0;
     let mut svg = String::new();
     let _ = writeln!(
@@ -103,7 +101,7 @@ pub fn contour_spectrum_svg(
             Curve {
                 values: integers(&spectrum.n_cavities),
                 color: GREY,
-                name: "of these around cavities",
+                name: "cavities among them",
                 steps: true,
                 right: false,
             },
@@ -245,7 +243,7 @@ fn polyline(svg: &mut String, axis: &Axis<'_>, curve: &Curve<'_>, y: impl Fn(f64
 }
 
 /// One row per kind: a tick where events lie, higher where there are more.
-fn event_rows(svg: &mut String, axis: &Axis<'_>, top: f64, events: &[TopologyEvent]) {
+fn event_rows(svg: &mut String, axis: &Axis<'_>, top: f64, events: &[Event]) {
     text(
         svg,
         LEFT,
