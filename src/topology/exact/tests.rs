@@ -37,7 +37,7 @@ fn random_volume(random: &mut Random, kind: u64) -> Volume {
         3 => Samples::F32(draw(1 << 24).iter().map(|&x| x as f32 * 1e-7 - 0.5).collect()),
         _ => Samples::U32(draw(1 << 32).iter().map(|&x| x as u32).collect()),
     };
-    let outside = if kind % 2 == 0 { Outside::Low } else { Outside::High };
+    let outside = if kind.is_multiple_of(2) { Outside::Low } else { Outside::High };
     volume(dims, samples).with_outside(outside)
 }
 
