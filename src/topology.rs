@@ -24,11 +24,15 @@
 
 mod contour_tree;
 pub mod critical;
+pub mod curves;
 pub mod exact;
 mod merge;
+mod net;
+pub mod plot;
+pub mod regions;
 
 use crate::error::{Error, Result};
-use crate::spectrum::EventKind;
+use crate::spectrum::{Event, EventKind};
 use crate::topology::contour_tree::ContourTree;
 use crate::topology::critical::{CriticalPoint, CriticalPoints, Place};
 use crate::topology::exact::{ExactField, IsovalueKeys, ORDER_BITS};
@@ -63,8 +67,7 @@ pub struct Arc {
     pub birth_event: Option<u32>,
     /// The event that it ends at; none for the surface that ends at the layer.
     pub death_event: Option<u32>,
-    /// Isovalue of the birth, units of the volume. `birth == death` where only the ramp separates
-    /// the two events: such an arc is never seen.
+    /// Isovalue of the birth, units of the volume.
     pub birth: f64,
     /// Isovalue of the death, units of the volume.
     pub death: f64,
@@ -74,6 +77,9 @@ pub struct Arc {
     pub death_key: i128,
     /// Euler characteristic of the component, even and at most 2; its genus is `1 - euler / 2`.
     pub euler: i64,
+    /// Whether only the ramp separates birth and death: in the volume as it is, the component does
+    /// not live for any isovalue.
+    pub ramp_only: bool,
 }
 
 /// All events of a volume and the contour tree between them.
@@ -132,7 +138,7 @@ impl Topology {
         if points[layer as usize].place != Place::Layer {
             return Err(Error::input("internal: a critical point lies beyond the layer"));
         }
-        let (arcs, arc_of_node) = arcs(&points, &tree, layer);
+        let (arcs, arc_of_node) = arcs(&points, &tree, layer, field.isovalue_keys());
         Ok(Topology {
             arcs,
             keys: field.isovalue_keys(),
@@ -154,6 +160,12 @@ impl Topology {
     pub fn n_events_until(&self, isovalue: f64) -> usize {
         let key = self.keys.key(isovalue) << ORDER_BITS;
         self.events.partition_point(|e| e.key <= key)
+    }
+
+    /// The events of the volume as it is, ascending: [`Self::events`] without those that only the
+    /// ramp makes, so that a plateau counts as what it does as a whole.
+    pub fn net_events(&self) -> Vec<Event> {
+        net::net_events(&self.events, &self.arcs)
     }
 
     /// Number of isosurface components. Below the layer's value and above all samples it is 0.
@@ -252,7 +264,12 @@ fn running_counts(points: &[CriticalPoint], kinds: &[EventKind]) -> Result<(Vec<
 }
 
 /// The arcs of a contour tree in order, and the arc from each node to its parent.
-fn arcs(points: &[CriticalPoint], tree: &ContourTree, layer: u32) -> (Vec<Arc>, Vec<u32>) {
+fn arcs(
+    points: &[CriticalPoint],
+    tree: &ContourTree,
+    layer: u32,
+    keys: IsovalueKeys,
+) -> (Vec<Arc>, Vec<u32>) {
     let mut ends: Vec<(u32, u32, u32)> = (0..points.len() as u32)
         .filter(|&i| tree.parent[i as usize] != NONE)
         .map(|i| {
@@ -278,6 +295,7 @@ fn arcs(points: &[CriticalPoint], tree: &ContourTree, layer: u32) -> (Vec<Arc>, 
                 birth_key: from.key,
                 death_key: to.key,
                 euler: tree.euler[child as usize],
+                ramp_only: to.key - from.key <= keys.ramp_range() << ORDER_BITS,
             }
         })
         .collect();

@@ -22,6 +22,11 @@ impl IsovalueKeys {
         let fraction = ((level - whole) * m as f64) as i128;
         ((whole as i128) << self.m_bits) + fraction.min(m - self.ramp_range - 1)
     }
+
+    /// The ramp's largest magnitude in V units: keys of one level differ by less.
+    pub fn ramp_range(&self) -> i128 {
+        self.ramp_range
+    }
 }
 
 impl ExactField<'_> {

@@ -1,0 +1,102 @@
+//! Events of the volume as it is: what is left when those that only the ramp makes are taken out.
+//!
+//! # Theory
+//!
+//! On a plateau the ramp makes many events of one isovalue that undo each other. Between them lie
+//! arcs of the contour tree as short as the ramp. Contract those: every cluster of events becomes
+//! one node of the contour tree of the volume as it is, with arcs that have a length. What happens
+//! there follows from its arcs alone: with d below and u above, d - 1 merges and u - 1 splits (or
+//! an emergence, where d = 0, or a vanishing, where u = 0), and handles open or close by what is
+//! left of the change of the Euler characteristic. A cluster with one arc on either side and no
+//! such change is no event.
+//!
+//! This is the shortest list of events with the given effect: a handle that opens and closes at one
+//! isovalue, in no time, is not in it.
+
+use crate::spectrum::{Event, EventKind};
+use crate::topology::{Arc, TopologyEvent};
+
+/// Events joined by arcs that only the ramp makes.
+#[derive(Clone, Default)]
+struct Cluster {
+    n_below: u32,
+    n_above: u32,
+    /// Euler characteristic above minus that below.
+    euler_change: i64,
+    /// Members, ascending.
+    events: Vec<u32>,
+}
+
+/// The events of the volume as it is, ascending; within one place emergences come first, then
+/// merges, handles, splits, vanishings. Each lies where the first event of its kind does.
+pub(super) fn net_events(events: &[TopologyEvent], arcs: &[Arc]) -> Vec<Event> {
+    let mut net: Vec<(usize, Event)> = Vec::new();
+    for cluster in clusters(events.len(), arcs) {
+        let Some(&last) = cluster.events.last() else { continue };
+        let isovalue = events[last as usize].isovalue;
+        for (kind, n) in cluster.changes() {
+            let of_kind =
+                cluster.events.iter().find(|&&e| events[e as usize].kind == kind).unwrap_or(&last);
+            let position = events[*of_kind as usize].position;
+            net.extend((0..n).map(|_| (last as usize, Event { isovalue, position, kind })));
+        }
+    }
+    // Stable: the order within a cluster stays.
+    net.sort_by_key(|(last, _)| *last);
+    net.into_iter().map(|(_, event)| event).collect()
+}
+
+impl Cluster {
+    /// What happens, and how often.
+    fn changes(&self) -> [(EventKind, u32); 6] {
+        let emerges = u32::from(self.n_below == 0 && self.n_above > 0);
+        let vanishes = u32::from(self.n_above == 0 && self.n_below > 0);
+        let merges = self.n_below.saturating_sub(1);
+        let splits = self.n_above.saturating_sub(1);
+        let of_components = 2 * (emerges as i64 + splits as i64 - merges as i64 - vanishes as i64);
+        let handles = (self.euler_change - of_components) / 2;
+        [
+            (EventKind::Emerge, emerges),
+            (EventKind::Merge, merges),
+            (EventKind::HandleOpen, (-handles).max(0) as u32),
+            (EventKind::HandleClose, handles.max(0) as u32),
+            (EventKind::Split, splits),
+            (EventKind::Vanish, vanishes),
+        ]
+    }
+}
+
+/// The clusters with the arcs that leave them.
+fn clusters(n_events: usize, arcs: &[Arc]) -> Vec<Cluster> {
+    let mut parent: Vec<u32> = (0..n_events as u32).collect();
+    let find = |parent: &mut Vec<u32>, mut i: u32| {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    };
+    for arc in arcs.iter().filter(|a| a.ramp_only) {
+        if let (Some(a), Some(b)) = (arc.birth_event, arc.death_event) {
+            let (a, b) = (find(&mut parent, a), find(&mut parent, b));
+            parent[a as usize] = b;
+        }
+    }
+    let mut clusters = vec![Cluster::default(); n_events];
+    for i in 0..n_events as u32 {
+        clusters[find(&mut parent, i) as usize].events.push(i);
+    }
+    for arc in arcs.iter().filter(|a| !a.ramp_only) {
+        if let Some(birth) = arc.birth_event {
+            let cluster = &mut clusters[find(&mut parent, birth) as usize];
+            cluster.n_above += 1;
+            cluster.euler_change += arc.euler;
+        }
+        if let Some(death) = arc.death_event {
+            let cluster = &mut clusters[find(&mut parent, death) as usize];
+            cluster.n_below += 1;
+            cluster.euler_change -= arc.euler;
+        }
+    }
+    clusters
+}
