@@ -83,7 +83,7 @@ pub fn write(
     write_beside(path, |writer| encode(&mesh, format, writer))
 }
 
-/// As [`write`], to any writer: the program's standard output for one.
+/// As [`write()`], to any writer: the program's standard output for one.
 ///
 /// # Errors
 ///

@@ -2,8 +2,8 @@
 //!
 //! FORMAT.md describes the file byte by byte. It is small because every number is stored as the
 //! distance from a guess made of what precedes it, in byte planes that deflate well
-//! ([`column`]), and safe to read from anyone: sections carry lengths and checksums
-//! ([`section`]), nothing points anywhere, and what was read is checked ([`Spectrum::check`]).
+//! (`column`), and safe to read from anyone: sections carry lengths and checksums
+//! (`section`), nothing points anywhere, and what was read is checked ([`Spectrum::check`]).
 
 mod beside;
 mod column;

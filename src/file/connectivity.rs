@@ -17,8 +17,6 @@
 //!
 //! Writer and reader do the same to the same [`Front`].
 
-use std::collections::BTreeMap;
-
 use super::column::{Column, Columns, unzigzag, write_column, zigzag};
 use super::front::Front;
 use crate::error::{Error, Result};
@@ -113,13 +111,12 @@ impl Arranger {
         self.walk.births[rank as usize] = batch.len() as u64;
         self.front.open(rank);
         // By directed edge, then by order: what fills a gate.
-        let mut sides = BTreeMap::<(u32, u32), Vec<usize>>::new();
-        for (at, &i) in batch.iter().enumerate().rev() {
+        let mut sides = Vec::with_capacity(3 * batch.len());
+        for (&i, at) in batch.iter().zip(0u32..) {
             let [a, b, c] = triangles[i as usize].vertices;
-            for side in [(a, b), (b, c), (c, a)] {
-                sides.entry(side).or_default().push(at);
-            }
+            sides.extend([([a, b], at), ([b, c], at), ([c, a], at)]);
         }
+        sides.sort_unstable();
         let mut told = vec![false; batch.len()];
         let mut next = 0;
         let mut left = batch.len();
@@ -134,13 +131,9 @@ impl Arranger {
                 continue;
             };
             let side = [from, to].map(|v| self.arrangement.vertices[v as usize]);
-            let waiting = sides.get_mut(&(side[0], side[1]));
-            let found = waiting.and_then(|list| {
-                while list.last().is_some_and(|&at| told[at]) {
-                    list.pop();
-                }
-                list.pop()
-            });
+            let first = sides.partition_point(|&(other, _)| other < side);
+            let waiting = sides[first..].iter().take_while(|&&(other, _)| other == side);
+            let found = waiting.map(|&(_, at)| at as usize).find(|&at| !told[at]);
             let Some(at) = found else {
                 self.walk.codes.push(SKIP);
                 continue;

@@ -10,9 +10,9 @@
 //!
 //! # Invariants
 //!
-//! A reader must predict exactly what the writer did: positions are whole quanta, and the only
-//! operations on floating point numbers are +, -, *, / and floor on f64, in the order written here
-//! and in FORMAT.md.
+//! A reader must predict exactly what the writer did: everything is a whole number except for where
+//! an isovalue lies between two others, which takes -, * and / on f64 in the order written here and
+//! in FORMAT.md.
 
 use super::trajectories::Ranks;
 use crate::spectrum::Triangle;
@@ -113,10 +113,10 @@ impl<'a> Predictor<'a> {
         }
         let isovalue = |rank: u32| self.isovalues[rank as usize];
         let (low, high) = (0.5 * isovalue(ranks[next - 1]), 0.5 * isovalue(ranks[next]));
-        let t = (0.5 * isovalue(rank) - low) / (high - low);
-        combine(before, self.place(start + next), |a, b| {
-            a + (t * (b - a) as f64 + 0.5).floor() as i64
-        })
+        // In [0, 2^16]: from here on whole numbers do, and are the same everywhere. Zero where the
+        // isovalues are so small that halving makes them equal.
+        let t = (65536.0 * ((0.5 * isovalue(rank) - low) / (high - low))) as i64;
+        combine(before, self.place(start + next), |a, b| a + ((t * (b - a) + 32768) >> 16))
     }
 }
 

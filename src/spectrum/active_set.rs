@@ -20,6 +20,8 @@ pub(super) struct ActiveSet {
     triangles: Vec<u32>,
     appearing: Vec<u32>,
     merged: Vec<u32>,
+    /// One bit per triangle, all clear between calls.
+    bits: Vec<u64>,
 }
 
 impl ActiveSet {
@@ -41,6 +43,7 @@ impl ActiveSet {
             triangles: Vec::new(),
             appearing: Vec::new(),
             merged: Vec::new(),
+            bits: vec![0; spectrum.triangles.len().div_ceil(64)],
         }
     }
 
@@ -70,10 +73,29 @@ impl ActiveSet {
         } else {
             self.triangles.clear();
             self.tree.stab(rank, |i| self.triangles.push(i));
-            self.triangles.sort_unstable();
+            sort(&mut self.triangles, &mut self.bits);
         }
         self.rank = Some(rank);
         &self.triangles
+    }
+}
+
+/// Sorts a list of different triangles: by way of one bit each unless they are so few that looking
+/// at all bits would cost more than comparing.
+fn sort(triangles: &mut Vec<u32>, bits: &mut [u64]) {
+    if bits.len() > 8 * triangles.len() {
+        triangles.sort_unstable();
+        return;
+    }
+    for &i in triangles.iter() {
+        bits[i as usize / 64] |= 1 << (i % 64);
+    }
+    triangles.clear();
+    for (word, base) in bits.iter_mut().zip((0u32..).step_by(64)) {
+        while *word != 0 {
+            triangles.push(base + word.trailing_zeros());
+            *word &= *word - 1;
+        }
     }
 }
 

@@ -127,13 +127,15 @@ fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
 
 /// Position and unit normal at the fraction `t` of the way between two knots.
 fn between(before: &Knot, after: &Knot, t: f64) -> ([f32; 3], [f32; 3]) {
-    let mix = |a: [f32; 3], b: [f32; 3]| {
-        std::array::from_fn(|i| ((1.0 - t) * f64::from(a[i]) + t * f64::from(b[i])) as f32)
-    };
+    // Positions in double precision: a coordinate of a large volume has no bits to spare.
+    let (p, q) = (before.position, after.position);
+    let position =
+        std::array::from_fn(|i| ((1.0 - t) * f64::from(p[i]) + t * f64::from(q[i])) as f32);
     let (a, b) = (normal::decode(before.normal), normal::decode(after.normal));
-    let n: [f32; 3] = mix(a, b);
-    let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
+    let t = t as f32;
+    let n: [f32; 3] = std::array::from_fn(|i| (1.0 - t) * a[i] + t * b[i]);
+    let squared = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
     // Opposite normals have no direction between them; a mesh may well turn over near an event.
-    let n = if length > 1e-6 { n.map(|x| x / length) } else { a };
-    (mix(before.position, after.position), n)
+    let scale = 1.0 / squared.sqrt();
+    (position, if squared > 1e-12 { n.map(|x| x * scale) } else { a })
 }
