@@ -11,13 +11,17 @@
 //! All geometry inside the library is in the voxel frame, so lengths are metric also where the
 //! spacing is anisotropic; exports are in the world frame.
 
-pub mod npy;
-pub mod nrrd;
+mod decode;
+mod npy;
+mod nrrd;
 pub mod phantom;
-pub mod raw;
+mod raw;
 mod read;
 
+pub use phantom::{phantom, phantom_names};
 pub use read::{ReadOptions, read_volume};
+
+use num_traits::AsPrimitive;
 
 use crate::error::{Error, Result};
 
@@ -177,17 +181,13 @@ impl Volume {
                 placement.spacing
             )));
         }
-        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
-        for i in 0..samples.len() {
+        let range = with_samples!(&samples, s => range_of(s)).map_err(|i| {
+            let (x, y, z) = (i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1]));
             let v = samples.get(i);
-            if !v.is_finite() {
-                let (x, y, z) = (i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1]));
-                return Err(Error::input(format!(
-                    "{name}: sample ({x}, {y}, {z}) is {v}, expected finite values (--nan-as VALUE replaces them)"
-                )));
-            }
-            range = (range.0.min(v), range.1.max(v));
-        }
+            Error::input(format!(
+                "{name}: sample ({x}, {y}, {z}) is {v}, expected finite values (--nan-as VALUE replaces them)"
+            ))
+        })?;
         if range.0 == range.1 {
             return Err(Error::input(format!(
                 "{name}: every sample is {}, expected at least two different values",
@@ -291,6 +291,31 @@ impl Volume {
         }
         value
     }
+}
+
+/// Smallest and largest sample, or the index of the first that is not finite.
+///
+/// The comparisons stay in the samples' own type and without early exit inside a chunk, so the
+/// compiler can use vector instructions: a volume of 1024^3 samples is scanned at memory speed.
+fn range_of<T: Copy + PartialOrd + AsPrimitive<f64>>(
+    samples: &[T],
+) -> std::result::Result<(f64, f64), usize> {
+    const CHUNK: usize = 4096;
+    let Some(&first) = samples.first() else { return Err(0) };
+    let (mut low, mut high) = (first, first);
+    for (n, chunk) in samples.chunks(CHUNK).enumerate() {
+        let mut all_finite = true;
+        for &v in chunk {
+            low = if v < low { v } else { low };
+            high = if v > high { v } else { high };
+            all_finite &= v.as_().is_finite();
+        }
+        if !all_finite {
+            let within = chunk.iter().position(|v| !v.as_().is_finite());
+            return Err(n * CHUNK + within.unwrap_or(0));
+        }
+    }
+    Ok((low.as_(), high.as_()))
 }
 
 #[cfg(test)]

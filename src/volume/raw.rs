@@ -1,1 +1,88 @@
-//! placeholder
+//! RAW: samples without a header, x fastest, then y, then z.
+//!
+//! What the file does not say, its name may (`name_128x128x128_uint8.raw`, the habit of the
+//! open scientific visualisation data sets) or [`ReadOptions`]; options win over the name. The
+//! byte order is little endian unless the options say otherwise.
+
+use std::fs::File;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::volume::decode::{SampleType, read_samples, size_of_grid};
+use crate::volume::{Placement, ReadOptions, Samples};
+
+/// Reads a RAW file.
+///
+/// # Errors
+///
+/// [`Error::Io`] if the file cannot be read; [`Error::Input`] if neither name nor options tell
+/// dimensions and type, or the file does not have exactly the bytes they ask for;
+/// [`Error::Usage`] for an unknown sample type among the options.
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<([usize; 3], Samples, Placement)> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let shown = path.display();
+    let dims = options.dims.or_else(|| dims_in_name(&name)).ok_or_else(|| {
+        Error::input(format!(
+            "{shown}: no dimensions in the file name, expected e.g. name_128x128x128_uint8.raw or --dims 128x128x128"
+        ))
+    })?;
+    let sample_type = match &options.sample_type {
+        Some(given) => SampleType::from_name(given).ok_or_else(|| {
+            Error::Usage(format!("sample type '{given}', expected one of {}", SampleType::list()))
+        })?,
+        None => type_in_name(&name).ok_or_else(|| {
+            Error::input(format!(
+                "{shown}: no sample type in the file name, expected e.g. name_128x128x128_uint8.raw or --type uint8"
+            ))
+        })?,
+    };
+    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let found = file.metadata().map_err(|e| Error::io(path, e))?.len();
+    let size = size_of_grid(dims, sample_type);
+    let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n).ok_or_else(|| {
+        let expected =
+            size.map_or("more than memory can hold".to_owned(), |(_, bytes)| bytes.to_string());
+        let [x, y, z] = dims;
+        Error::input(format!(
+            "{shown}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}"
+        ))
+    })?;
+    let samples = read_samples(&mut file, sample_type, options.big_endian, n)
+        .map_err(|e| Error::io(path, e))?;
+    Ok((dims, samples, Placement::default()))
+}
+
+/// The words of a file name, last first: what describes the samples stands at the end.
+fn words(name: &str) -> impl Iterator<Item = &str> {
+    name.rsplit(['_', '-', '.', ' '])
+}
+
+/// The last `AxBxC` of a file name.
+fn dims_in_name(name: &str) -> Option<[usize; 3]> {
+    words(name).find_map(|word| {
+        let numbers: Option<Vec<usize>> =
+            word.split(['x', 'X']).map(|digits| digits.parse().ok()).collect();
+        numbers?.try_into().ok()
+    })
+}
+
+/// The last sample type of a file name.
+fn type_in_name(name: &str) -> Option<SampleType> {
+    words(name).find_map(SampleType::from_name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_name_tells_dimensions_and_type() {
+        assert_eq!(dims_in_name("hydrogen_atom_128x64x32_uint8"), Some([128, 64, 32]));
+        assert_eq!(dims_in_name("a_1x2x3_b_4x5x6_f32"), Some([4, 5, 6]));
+        assert_eq!(dims_in_name("flat_128x128"), None);
+        assert_eq!(dims_in_name("wide_1x2x99999999999999999999999"), None);
+        assert_eq!(type_in_name("hydrogen_atom_128x64x32_uint8"), Some(SampleType::U8));
+        assert_eq!(type_in_name("a-2x2x2-float64"), Some(SampleType::F64));
+        assert_eq!(type_in_name("float_2x2x2"), None);
+    }
+}

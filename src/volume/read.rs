@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::volume::{Placement, Volume};
+use crate::volume::{Volume, raw};
 
 /// What the command line may say about a volume beside its file name.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +28,18 @@ pub struct ReadOptions {
 ///
 /// [`Error::Io`] and [`Error::Input`].
 pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
-    let _ = (options, Placement::default());
-    Err(Error::input(format!("{}: no reader yet", path.display())))
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let (dims, samples, mut placement) = match extension.as_str() {
+        "raw" => raw::read(path, options)?,
+        _ => {
+            return Err(Error::input(format!(
+                "{}: unknown extension '{extension}', expected .raw",
+                path.display()
+            )));
+        }
+    };
+    placement.spacing = options.spacing.unwrap_or(placement.spacing);
+    placement.origin = options.origin.unwrap_or(placement.origin);
+    Volume::new(name, dims, samples, placement)
 }

@@ -1,0 +1,245 @@
+//! Turns the bytes of a file into samples of their native type.
+//!
+//! Every reader ends here: it has found the type, the byte order and the number of samples, and
+//! has checked that number against the length of the file. Samples are read straight into the
+//! vector the volume keeps, so a volume needs its own size in memory and a little more, never
+//! twice. Types without a variant in [`Samples`] are widened on the way where that loses nothing:
+//! float16 to float32, 64 bit integers to float64 (up to 2^53 in magnitude; beyond is an error).
+
+use std::fmt;
+use std::io::{self, Read};
+
+use bytemuck::Pod;
+
+use crate::volume::Samples;
+
+/// A number type a volume file may hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SampleType {
+    U8,
+    I8,
+    U16,
+    I16,
+    U32,
+    I32,
+    U64,
+    I64,
+    F16,
+    F32,
+    F64,
+}
+
+/// All types with the name that messages, flags and file names use.
+const NAMES: [(&str, SampleType); 11] = [
+    ("uint8", SampleType::U8),
+    ("int8", SampleType::I8),
+    ("uint16", SampleType::U16),
+    ("int16", SampleType::I16),
+    ("uint32", SampleType::U32),
+    ("int32", SampleType::I32),
+    ("uint64", SampleType::U64),
+    ("int64", SampleType::I64),
+    ("float16", SampleType::F16),
+    ("float32", SampleType::F32),
+    ("float64", SampleType::F64),
+];
+
+impl SampleType {
+    /// The type called `name` (`uint8`, `float32`, ..., in any case, or short: `u8`, `f32`).
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
+        let name = name.to_ascii_lowercase();
+        let short = |long: &str| {
+            let digits = long.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+            format!("{}{digits}", &long[..1])
+        };
+        NAMES.iter().find(|(long, _)| name == *long || name == short(long)).map(|&(_, t)| t)
+    }
+
+    /// The names of all types, for messages.
+    pub(crate) fn list() -> String {
+        NAMES.map(|(name, _)| name).join(", ")
+    }
+
+    /// Bytes of one sample in the file.
+    pub(crate) fn n_bytes(self) -> usize {
+        match self {
+            SampleType::U8 | SampleType::I8 => 1,
+            SampleType::U16 | SampleType::I16 | SampleType::F16 => 2,
+            SampleType::U32 | SampleType::I32 | SampleType::F32 => 4,
+            SampleType::U64 | SampleType::I64 | SampleType::F64 => 8,
+        }
+    }
+}
+
+impl fmt::Display for SampleType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = NAMES.iter().find(|(_, t)| t == self).map_or("unknown", |&(name, _)| name);
+        f.write_str(name)
+    }
+}
+
+/// Number of samples and bytes of `dims` samples of a type; `None` beyond the address space.
+pub(crate) fn size_of_grid(dims: [usize; 3], sample_type: SampleType) -> Option<(usize, usize)> {
+    let n = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d))?;
+    // No vector may be larger than isize::MAX bytes.
+    let bytes = n.checked_mul(sample_type.n_bytes()).filter(|&b| isize::try_from(b).is_ok())?;
+    Some((n, bytes))
+}
+
+/// The next `n` samples of `reader`.
+///
+/// # Errors
+///
+/// `UnexpectedEof` if the data end early, `OutOfMemory`, `InvalidData` for a 64 bit integer that
+/// float64 cannot hold, and what `reader` says.
+pub(crate) fn read_samples(
+    reader: &mut impl Read,
+    sample_type: SampleType,
+    big_endian: bool,
+    n: usize,
+) -> io::Result<Samples> {
+    let swap = big_endian != cfg!(target_endian = "big");
+    Ok(match sample_type {
+        SampleType::U8 => Samples::U8(read_vec(reader, n, false, u8::swap_bytes)?),
+        SampleType::I8 => Samples::I8(read_vec(reader, n, false, i8::swap_bytes)?),
+        SampleType::U16 => Samples::U16(read_vec(reader, n, swap, u16::swap_bytes)?),
+        SampleType::I16 => Samples::I16(read_vec(reader, n, swap, i16::swap_bytes)?),
+        SampleType::U32 => Samples::U32(read_vec(reader, n, swap, u32::swap_bytes)?),
+        SampleType::I32 => Samples::I32(read_vec(reader, n, swap, i32::swap_bytes)?),
+        SampleType::F32 => Samples::F32(read_vec(reader, n, swap, |v: f32| {
+            f32::from_bits(v.to_bits().swap_bytes())
+        })?),
+        SampleType::F64 => Samples::F64(read_vec(reader, n, swap, |v: f64| {
+            f64::from_bits(v.to_bits().swap_bytes())
+        })?),
+        SampleType::F16 => Samples::F32(read_widened(reader, n, |bytes: [u8; 2]| {
+            let bits =
+                if big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) };
+            Ok(f32_from_half(bits))
+        })?),
+        SampleType::I64 => Samples::F64(read_widened(reader, n, |bytes| {
+            let v = if big_endian { i64::from_be_bytes(bytes) } else { i64::from_le_bytes(bytes) };
+            exact_f64(v.into())
+        })?),
+        SampleType::U64 => Samples::F64(read_widened(reader, n, |bytes| {
+            let v = if big_endian { u64::from_be_bytes(bytes) } else { u64::from_le_bytes(bytes) };
+            exact_f64(v.into())
+        })?),
+    })
+}
+
+/// A vector of `n` times `fill`, or an error where memory does not suffice.
+pub(crate) fn reserve<T: Copy>(n: usize, fill: T) -> io::Result<Vec<T>> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(n).map_err(|_| {
+        io::Error::new(
+            io::ErrorKind::OutOfMemory,
+            format!("{} bytes of memory are not available", n.saturating_mul(size_of::<T>())),
+        )
+    })?;
+    values.resize(n, fill);
+    Ok(values)
+}
+
+/// `n` values read in place, each swapped afterwards where the file has the other byte order.
+fn read_vec<T: Pod>(
+    reader: &mut impl Read,
+    n: usize,
+    swap: bool,
+    swapped: impl Fn(T) -> T,
+) -> io::Result<Vec<T>> {
+    let mut values = reserve(n, T::zeroed())?;
+    reader.read_exact(bytemuck::cast_slice_mut(&mut values))?;
+    if swap {
+        for v in &mut values {
+            *v = swapped(*v);
+        }
+    }
+    Ok(values)
+}
+
+/// `n` values of `N` bytes each, converted one by one.
+fn read_widened<T: Copy + Default, const N: usize>(
+    reader: &mut impl Read,
+    n: usize,
+    convert: impl Fn([u8; N]) -> io::Result<T>,
+) -> io::Result<Vec<T>> {
+    const CHUNK: usize = 8192;
+    let mut values = reserve(n, T::default())?;
+    let mut bytes = vec![[0u8; N]; CHUNK.min(n)];
+    for part in values.chunks_mut(CHUNK) {
+        let bytes = &mut bytes[..part.len()];
+        reader.read_exact(bytes.as_flattened_mut())?;
+        for (v, &b) in part.iter_mut().zip(bytes.iter()) {
+            *v = convert(b)?;
+        }
+    }
+    Ok(values)
+}
+
+/// A 64 bit integer as f64, if f64 holds it exactly.
+pub(crate) fn exact_f64(v: i128) -> io::Result<f64> {
+    if v.unsigned_abs() <= 1 << 53 {
+        Ok(v as f64)
+    } else {
+        Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("sample {v}, expected integers of at most 2^53, which float64 holds exactly"),
+        ))
+    }
+}
+
+/// IEEE 754 binary16 to binary32; every half is a float.
+fn f32_from_half(bits: u16) -> f32 {
+    let sign = u32::from(bits >> 15) << 31;
+    let exponent = u32::from(bits >> 10 & 0x1f);
+    let mantissa = u32::from(bits & 0x3ff);
+    match exponent {
+        // Zero and subnormals are multiples of 2^-24.
+        0 => f32::from_bits(sign | (mantissa as f32 / 16_777_216.0).to_bits()),
+        0x1f => f32::from_bits(sign | 0x7f80_0000 | mantissa << 13),
+        _ => f32::from_bits(sign | (exponent + 127 - 15) << 23 | mantissa << 13),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_widen_to_the_floats_they_are() {
+        let known = [
+            (0x0000, 0.0),
+            (0x3c00, 1.0),
+            (0xc000, -2.0),
+            (0x7bff, 65504.0),
+            (0x0400, 2f32.powi(-14)),
+            (0x0001, 2f32.powi(-24)),
+            (0x8001, -(2f32.powi(-24))),
+            (0x3555, 0.333_251_95),
+            (0x7c00, f32::INFINITY),
+        ];
+        for (bits, value) in known {
+            assert_eq!(f32_from_half(bits), value, "{bits:#06x}");
+        }
+        assert!(f32_from_half(0x7e00).is_nan());
+    }
+
+    #[test]
+    fn every_type_is_found_by_its_long_and_short_name() {
+        for (name, sample_type) in NAMES {
+            assert_eq!(SampleType::from_name(name), Some(sample_type));
+            assert_eq!(sample_type.to_string(), name);
+        }
+        assert_eq!(SampleType::from_name("u8"), Some(SampleType::U8));
+        assert_eq!(SampleType::from_name("F32"), Some(SampleType::F32));
+        assert_eq!(SampleType::from_name("float"), None);
+    }
+
+    #[test]
+    fn the_size_of_a_grid_does_not_overflow() {
+        assert_eq!(size_of_grid([2, 3, 4], SampleType::F64), Some((24, 192)));
+        assert_eq!(size_of_grid([1 << 21, 1 << 21, 1 << 21], SampleType::F64), None);
+        assert_eq!(size_of_grid([usize::MAX, 2, 2], SampleType::U8), None);
+    }
+}
