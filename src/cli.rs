@@ -5,6 +5,7 @@
 //! read or a file is opened. Data and reports go to stdout, messages and progress to stderr.
 
 mod analyze;
+mod backend_arguments;
 mod completions;
 mod compute;
 mod convert;
@@ -17,6 +18,7 @@ mod output;
 mod progress;
 mod render;
 mod report;
+mod spectrum_file;
 pub(crate) mod usage;
 mod verify;
 mod volume_arguments;
@@ -66,7 +68,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Compute(command) => command.run(arguments.quiet),
         Command::Extract(command) => command.run(),
         Command::Info(command) => command.run(),
-        Command::Analyze(command) => command.run(),
+        Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(),
         Command::Convert(command) => command.run(),
