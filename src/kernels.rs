@@ -3,6 +3,28 @@
 //! Each kernel is one file in `shaders/` and one module here of the same name, which holds its host
 //! side and its CPU twin in the same order with the same variable names. The CPU twin is the
 //! reference, and the backend where no adapter exists.
+//!
+//! | shader | twin | what it does |
+//! |---|---|---|
+//! | `grid.wgsl` (shared) | [`field`] | the trilinear field |
+//! | `ray.wgsl` (shared) | [`ray`] | a ray through it |
+//! | `step.wgsl` (shared) | [`step`] | the rule by which a vertex reaches an isosurface |
+//! | `normals.wgsl` | [`normals`] | area-weighted normals |
+//! | `project.wgsl` | [`project`] | all vertices onto an isosurface |
+//! | `relax.wgsl` | [`relax`] | one iteration of tangential relaxation |
+//! | `deviation.wgsl` | [`deviation`] | distances of barycentres |
+
+pub mod cpu;
+pub mod deviation;
+pub mod field;
+pub mod normals;
+pub mod project;
+pub mod ray;
+pub mod relax;
+pub mod step;
+
+pub use cpu::CpuKernels;
+pub use field::Field;
 
 use crate::error::Result;
 
@@ -86,4 +108,25 @@ pub trait Kernels {
 
     /// What became of each vertex in the last projection.
     fn status(&mut self) -> Result<Vec<Status>>;
+}
+
+/// Relaxation looks at the largest force after every so many iterations only: on a GPU the look
+/// costs a read back, as much as four iterations of a small mesh.
+pub const RELAX_CHECK_EVERY: u32 = 4;
+
+/// Whether relaxation looks at the largest force after this many iterations.
+fn is_check(iterations: u32) -> bool {
+    iterations.is_multiple_of(RELAX_CHECK_EVERY)
+}
+
+/// Checks that the parts of a connectivity belong together.
+///
+/// # Panics
+///
+/// Where they do not, which is a bug in the caller.
+fn check_shape(connectivity: &Connectivity, n_vertices: usize) {
+    let Connectivity { ring_offsets, ring, borders, .. } = connectivity;
+    assert_eq!(ring_offsets.len(), n_vertices + 1, "one ring per vertex");
+    assert_eq!(borders.len(), n_vertices, "one border byte per vertex");
+    assert_eq!(ring_offsets.last().map(|&end| end as usize), Some(ring.len()), "rings fill `ring`");
 }

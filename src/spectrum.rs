@@ -1,7 +1,28 @@
 //! The isosurface spectrum: trajectories, lifetimes, collapses, and the mesh at any isovalue.
 //!
-//! Nothing here knows of volumes, sweeps or GPUs: the sweep fills a [`Spectrum`], the file stores
-//! it, queries and the renderer read it.
+//! Nothing here knows of volumes, sweeps or GPUs: the sweep fills a [`Spectrum`] through a
+//! [`SpectrumBuilder`], the file stores it, a [`Query`] and the renderer read it.
+//!
+//! # Invariants
+//!
+//! [`Spectrum::check`] lists them; every function here that takes a spectrum relies on them.
+//! Lifetimes are half-open, so the mesh is continuous from the right in the isovalue. Triangles
+//! that are still alive at the upper end of the range die at an isovalue above it (the next
+//! floating point number will do), which is why the table of isovalues may end outside the range.
+
+mod active_set;
+mod builder;
+mod check;
+pub mod interval_tree;
+pub mod normal;
+mod quantise;
+mod query;
+
+pub use builder::{Patch, SpectrumBuilder};
+pub use check::MAX_COORDINATE;
+pub use quantise::QUANTUM;
+pub(crate) use quantise::{narrow_normal, to_fixed, widen_normal};
+pub use query::Query;
 
 use serde::{Deserialize, Serialize};
 
@@ -132,5 +153,21 @@ impl Spectrum {
     /// Number of vertices (trajectories).
     pub fn n_vertices(&self) -> usize {
         self.first_knot.len().saturating_sub(1)
+    }
+
+    /// The knots of vertex `v`, by rank.
+    pub fn trajectory(&self, v: u32) -> &[Knot] {
+        let v = v as usize;
+        &self.knots[self.first_knot[v] as usize..self.first_knot[v + 1] as usize]
+    }
+
+    /// The mesh at one isovalue; builds the search structures anew, so use a [`Query`] for more
+    /// than one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
+    pub fn mesh_at(&self, isovalue: f64) -> crate::Result<SurfaceMesh> {
+        Query::new(self).mesh_at(isovalue)
     }
 }

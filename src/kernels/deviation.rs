@@ -1,0 +1,41 @@
+//! Distance of face barycentres from the isosurface (thesis section 3.7).
+//! Twin: `shaders/deviation.wgsl`.
+
+use super::field::{Field, VALUE_NOISE, interpolate, slope};
+use super::ray::{Slab, Walk, walk};
+use super::step::unit;
+use glam::Vec3;
+
+/// The distance (voxels) from the barycentre of the face `a b c` to the isosurface of the field's
+/// value `isovalue`, along the face's normal to the nearer side; `reach` where there is none within
+/// `reach`. A face without area has no normal: the gradient stands in for it.
+pub fn face_deviation(field: &Field, a: Vec3, b: Vec3, c: Vec3, isovalue: f32, reach: f32) -> f32 {
+    let (ab, ac) = (b - a, c - a);
+    let barycentre = a + (ab + ac) / 3.0;
+    if !barycentre.is_finite() {
+        return reach;
+    }
+    let place = field.locate(barycentre, 0);
+    let values = field.corners(place.cell).map(|v| v - isovalue);
+    let difference = interpolate(&values, place.local);
+    if difference.abs() <= VALUE_NOISE * field.range() {
+        return 0.0;
+    }
+    let mut direction = unit(ab.cross(ac));
+    if direction == Vec3::ZERO {
+        direction = unit(slope(&values, place.local) * field.inverse_cell_size());
+    }
+    if direction == Vec3::ZERO {
+        return reach;
+    }
+    // Any excursion is allowed: the question is where the isosurface is, not whose sheet it is.
+    let sign = if difference < 0.0 { 1.0 } else { -1.0 };
+    let slab = Slab { isovalue, sign, lowest: f32::MIN };
+    let mut nearest = reach;
+    for way in [direction * -sign, direction * sign] {
+        if let Walk::Reached(t) = walk(field, barycentre, way, 0, slab, nearest) {
+            nearest = nearest.min(t);
+        }
+    }
+    nearest
+}

@@ -1,0 +1,265 @@
+//! A ray through the field: which cells it visits, the cubic in each, and where it first reaches an
+//! isovalue. Twin: `shaders/ray.wgsl`.
+//!
+//! # Theory
+//!
+//! The traversal is that of Amanatides and Woo (1987) in units of cells, relative to the cell of the
+//! start; the distance to a face is always computed from the start, so no error adds up.
+//!
+//! Along a segment the trilinear field is a cubic (thesis section 3.4). Its Bernstein coefficients
+//! are the field's blossom: with A and B the ends of the segment inside the cell they are
+//! f(A, A, A), the means of f with one and with two coordinates taken from B, and f(B, B, B) - sums
+//! of interpolated values, so they round no worse than one interpolation. They bound the cubic:
+//! where none reaches the isovalue, the cubic does not. Else the cubic is cut into monotone pieces
+//! at the roots of its derivative, and a piece whose ends lie on both sides is searched by Newton
+//! steps kept inside a shrinking bracket. The closed form of the cubic is never used: in f32 it
+//! loses half its digits near double roots.
+//!
+//! All values here are `sign * (f - isovalue)`, `sign` chosen so that the start is negative: "first
+//! reached" is "first zero", and "left the slab" is "below `lowest`".
+
+use super::field::{Field, mix};
+use glam::{IVec3, Vec3};
+
+/// No ray visits more cells than this: a bound for kernels, far above any reach of a mesh's step.
+pub const MAX_CELLS: u32 = 512;
+
+/// Newton steps and bisections within one monotone piece; 24 bisections alone give every bit of f32.
+const MAX_NEWTON: u32 = 24;
+
+/// Directions whose component is smaller than this (in cells) run parallel to that axis' faces.
+const PARALLEL: f32 = 1e-12;
+
+/// What a ray looks for, and what it must not do before.
+#[derive(Clone, Copy, Debug)]
+pub struct Slab {
+    /// The value to reach.
+    pub isovalue: f32,
+    /// 1 where the start lies below the isovalue, -1 where it lies above.
+    pub sign: f32,
+    /// Smallest `sign * (f - isovalue)` allowed before the isovalue is reached.
+    pub lowest: f32,
+}
+
+/// How a ray ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Walk {
+    /// It reached the isovalue after this distance, in voxels.
+    Reached(f32),
+    /// It left the slab, or the field, before.
+    Left,
+    /// It went all the way inside the slab without reaching the isovalue.
+    Ended,
+}
+
+/// Walks from `from` along the unit vector `direction` for at most `reach` voxels. Axes in `border`
+/// are those of lattice planes the ray lies in; the direction has no component along them.
+pub fn walk(
+    field: &Field,
+    from: Vec3,
+    direction: Vec3,
+    border: u8,
+    slab: Slab,
+    reach: f32,
+) -> Walk {
+    let dims = field.dims();
+    let d = direction * field.inverse_cell_size();
+    let x = from * field.inverse_cell_size();
+    let mut start = x.floor().as_ivec3();
+    let mut local = x - start.as_vec3();
+    let step = steps(d);
+    for a in 0..3 {
+        if border >> a & 1 == 1 {
+            start[a] = x[a].round() as i32;
+            local[a] = 0.0;
+        }
+        // On a face the ray enters the lower cell if it goes down, and a ray within the upper
+        // border plane of the volume uses the cell inside.
+        if local[a] == 0.0 && (step[a] < 0 || step[a] == 0 && start[a] >= dims[a] - 1) {
+            start[a] -= 1;
+            local[a] = 1.0;
+        }
+    }
+    let mut moved = IVec3::ZERO;
+    let mut a_local = local;
+    let mut t0 = 0.0f32;
+    for _ in 0..MAX_CELLS {
+        let cell = start + moved;
+        if cell.cmplt(IVec3::NEG_ONE).any() || cell.cmpge(dims).any() {
+            return Walk::Left;
+        }
+        let (axis, exit) = exit_of(local, d, step, moved);
+        let t1 = exit.max(t0).min(reach);
+        let ends = exit > reach;
+        let mut b_local = (local + d * t1 - moved.as_vec3()).clamp(Vec3::ZERO, Vec3::ONE);
+        if !ends {
+            b_local[axis] = if step[axis] > 0 { 1.0 } else { 0.0 };
+        }
+        let values = field.corners(cell).map(|v| slab.sign * (v - slab.isovalue));
+        match crossing(&values, a_local, b_local, slab.lowest) {
+            Crossing::At(s) => return Walk::Reached(mix(t0, t1, s)),
+            Crossing::Leaves => return Walk::Left,
+            Crossing::None => {}
+        }
+        if ends {
+            return Walk::Ended;
+        }
+        moved[axis] += step[axis];
+        a_local = b_local;
+        a_local[axis] = if step[axis] > 0 { 0.0 } else { 1.0 };
+        t0 = t1;
+    }
+    Walk::Left
+}
+
+/// The way along each axis in which a direction (in cells) crosses faces; 0 where it does not.
+#[inline]
+pub(crate) fn steps(d: Vec3) -> IVec3 {
+    let way = |x: f32| (x > PARALLEL) as i32 - (x < -PARALLEL) as i32;
+    IVec3::new(way(d.x), way(d.y), way(d.z))
+}
+
+/// The axis through whose face the ray leaves the cell, and the distance to it from the start.
+#[inline]
+pub(crate) fn exit_of(local: Vec3, d: Vec3, step: IVec3, moved: IVec3) -> (usize, f32) {
+    let mut axis = 0;
+    let mut exit = f32::MAX;
+    for a in 0..3 {
+        if step[a] != 0 {
+            let plane = (moved[a] + (step[a] > 0) as i32) as f32;
+            let t = (plane - local[a]) / d[a];
+            if t < exit {
+                axis = a;
+                exit = t;
+            }
+        }
+    }
+    (axis, exit)
+}
+
+/// What the cubic does between the two ends of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Crossing {
+    /// It first reaches zero here, 0 to 1 along the segment.
+    At(f32),
+    /// It falls below the lowest value allowed before it reaches zero.
+    Leaves,
+    /// Neither.
+    None,
+}
+
+/// The first crossing of a segment from `a` to `b` inside a cell with the given corner values.
+#[inline]
+fn crossing(values: &[f32; 8], a: Vec3, b: Vec3, lowest: f32) -> Crossing {
+    let low = values.iter().copied().fold(f32::MAX, f32::min);
+    let high = values.iter().copied().fold(f32::MIN, f32::max);
+    if high < 0.0 && low >= lowest {
+        return Crossing::None;
+    }
+    first_crossing(bernstein(values, a, b), lowest)
+}
+
+/// Bernstein coefficients of the field along the segment from `a` to `b` inside a cell.
+#[inline]
+pub fn bernstein(values: &[f32; 8], a: Vec3, b: Vec3) -> [f32; 4] {
+    // Names spell where x, y and z are taken from.
+    let along_x =
+        |x: f32| -> [f32; 4] { std::array::from_fn(|i| mix(values[2 * i], values[2 * i + 1], x)) };
+    let along_y = |v: [f32; 4], y: f32| (mix(v[0], v[1], y), mix(v[2], v[3], y));
+    let (xa, xb) = (along_x(a.x), along_x(b.x));
+    let (aa, ab) = (along_y(xa, a.y), along_y(xa, b.y));
+    let (ba, bb) = (along_y(xb, a.y), along_y(xb, b.y));
+    let aaa = mix(aa.0, aa.1, a.z);
+    let aab = mix(aa.0, aa.1, b.z);
+    let aba = mix(ab.0, ab.1, a.z);
+    let abb = mix(ab.0, ab.1, b.z);
+    let baa = mix(ba.0, ba.1, a.z);
+    let bab = mix(ba.0, ba.1, b.z);
+    let bba = mix(bb.0, bb.1, a.z);
+    let bbb = mix(bb.0, bb.1, b.z);
+    [aaa, (aab + aba + baa) / 3.0, (abb + bab + bba) / 3.0, bbb]
+}
+
+/// The first place in 0..1 where the cubic with these Bernstein coefficients reaches zero from
+/// below, unless it falls below `lowest` before.
+pub fn first_crossing(b: [f32; 4], lowest: f32) -> Crossing {
+    if b[0] >= 0.0 {
+        return Crossing::At(0.0);
+    }
+    if b[1].max(b[2]).max(b[3]) < 0.0 && b[1].min(b[2]).min(b[3]) >= lowest {
+        return Crossing::None;
+    }
+    let (first, second) = turning_points(b);
+    let mut from = 0.0;
+    for to in [first, second, 1.0] {
+        if to > from {
+            let value = cubic(b, to);
+            if value >= 0.0 {
+                return Crossing::At(root_between(b, from, to));
+            }
+            if value < lowest {
+                return Crossing::Leaves;
+            }
+            from = to;
+        }
+    }
+    Crossing::None
+}
+
+/// Where the cubic turns, within 0..1 and ascending; 0 where it does not.
+fn turning_points(b: [f32; 4]) -> (f32, f32) {
+    let (e0, e1, e2) = (b[1] - b[0], b[2] - b[1], b[3] - b[2]);
+    let discriminant = e1 * e1 - e0 * e2;
+    if discriminant <= 0.0 {
+        return (0.0, 0.0);
+    }
+    // Both roots without cancellation: one from the sum of equal signs, one from their product.
+    let half = e1 - e0;
+    let root = discriminant.sqrt();
+    let q = if half < 0.0 { root - half } else { -root - half };
+    let (s, t) = (fraction(q, e0 - 2.0 * e1 + e2), fraction(e0, q));
+    (s.min(t), s.max(t))
+}
+
+/// n / d where it lies between 0 and 1, else 0.
+#[inline]
+fn fraction(n: f32, d: f32) -> f32 {
+    if n != 0.0 && n.abs() < d.abs() && (n > 0.0) == (d > 0.0) { n / d } else { 0.0 }
+}
+
+/// The cubic with Bernstein coefficients `b` at `s`, by de Casteljau's steps.
+#[inline]
+pub fn cubic(b: [f32; 4], s: f32) -> f32 {
+    let (p, q, r) = (mix(b[0], b[1], s), mix(b[1], b[2], s), mix(b[2], b[3], s));
+    mix(mix(p, q, s), mix(q, r, s), s)
+}
+
+/// The root of a piece that rises monotonically from below zero at `low` to above it at `high`.
+fn root_between(b: [f32; 4], mut low: f32, mut high: f32) -> f32 {
+    let mut s = 0.5 * (low + high);
+    for _ in 0..MAX_NEWTON {
+        let (p, q, r) = (mix(b[0], b[1], s), mix(b[1], b[2], s), mix(b[2], b[3], s));
+        let (u, v) = (mix(p, q, s), mix(q, r, s));
+        let value = mix(u, v, s);
+        if value >= 0.0 {
+            high = s;
+        } else {
+            low = s;
+        }
+        let rise = 3.0 * (v - u);
+        let mut next = 0.5 * (low + high);
+        if rise > 0.0 {
+            let newton = s - value / rise;
+            if newton > low && newton < high {
+                next = newton;
+            } else if newton == s {
+                return s;
+            }
+        }
+        if (next - s).abs() <= f32::EPSILON * 0.5 * s {
+            return next;
+        }
+        s = next;
+    }
+    s
+}

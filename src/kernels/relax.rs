@@ -1,0 +1,77 @@
+//! Tangential relaxation (thesis section 3.5). Twin: `shaders/relax.wgsl`.
+//!
+//! # Theory
+//!
+//! The umbrella operator L is the mean of a vertex' spokes; only its tangential part
+//! T = L - <L, n> n moves the vertex, so that the mesh does not shrink (Wood et al. 2000). A move
+//! still leaves a curved isosurface, so each one ends with a projection by the rule of
+//! [`super::step`]. Two guards keep a vertex on its own sheet: no move is longer than half its
+//! shortest edge, and where it lands the field must fall along the vertex' own normal, because the
+//! nearest wrong sheet always faces the other way. What cannot be done is not done: the vertex
+//! keeps its place.
+//!
+//! Vertices of border planes relax within their planes and along crease edges only.
+
+use super::field::Field;
+use super::normals::one_ring;
+use super::step::{free_axes, onto_isosurface, unit};
+use super::{CREASE, Connectivity, Status};
+use glam::Vec3;
+
+/// Longest move of one iteration, in shortest edges of the vertex.
+pub const LONGEST_MOVE: f32 = 0.5;
+
+/// The tangential force on a vertex, and the length of its shortest edge, voxels.
+#[inline]
+pub fn force(
+    connectivity: &Connectivity,
+    positions: &[Vec3],
+    normal: Vec3,
+    v: usize,
+) -> (Vec3, f32) {
+    let p = positions[v];
+    let border = connectivity.borders[v];
+    let mut sum = Vec3::ZERO;
+    let mut count = 0u32;
+    let mut shortest = f32::MAX;
+    for &neighbour in one_ring(connectivity, v) {
+        let spoke = positions[(neighbour & !CREASE) as usize] - p;
+        shortest = shortest.min(spoke.length());
+        if border == 0 || neighbour & CREASE != 0 {
+            sum += spoke;
+            count += 1;
+        }
+    }
+    if count == 0 {
+        return (Vec3::ZERO, 0.0);
+    }
+    let free = free_axes(border);
+    let n = unit(normal * free);
+    let umbrella = sum / count as f32 * free;
+    (umbrella - n * umbrella.dot(n), shortest)
+}
+
+/// Where a vertex goes in one iteration, and the length of the force on it, voxels.
+pub fn relaxed(
+    field: &Field,
+    connectivity: &Connectivity,
+    positions: &[Vec3],
+    normal: Vec3,
+    v: usize,
+    isovalue: f32,
+    strength: f32,
+) -> (Vec3, f32) {
+    let p = positions[v];
+    let border = connectivity.borders[v];
+    let (tangential, shortest) = force(connectivity, positions, normal, v);
+    let size = tangential.length();
+    let length = (strength * size).min(LONGEST_MOVE * shortest);
+    if !(length > 0.0 && shortest < f32::MAX) {
+        return (p, size);
+    }
+    let aside = p + tangential * (length / size);
+    let (q, status) = onto_isosurface(field, aside, normal, border, isovalue, shortest);
+    let place = field.locate(q, border);
+    let faces_along = field.gradient_in(place).dot(normal * free_axes(border)) <= 0.0;
+    if status == Status::Failed || !faces_along { (p, size) } else { (q, size) }
+}

@@ -1,0 +1,168 @@
+//! The invariants of a spectrum, checked: after reading a file nobody vouches for, and in tests.
+
+use super::{Spectrum, Triangle};
+use crate::error::{Error, Result};
+
+/// Largest absolute coordinate of a position, voxels. Far beyond any volume, and 2^30 quanta, so
+/// that positions in the file fit 32 bits.
+pub const MAX_COORDINATE: f32 = (1u32 << 20) as f32;
+
+impl Spectrum {
+    /// Checks that
+    ///
+    /// - range, tolerance, the volume's placement and all events are finite, events by isovalue;
+    /// - isovalues are finite and strictly increasing;
+    /// - `first_knot` starts at zero, never decreases and ends at the number of knots;
+    /// - the ranks of a trajectory exist and increase strictly, and positions are finite and at
+    ///   most [`MAX_COORDINATE`];
+    /// - triangles have three different vertices that exist, live for at least one rank
+    ///   (`birth < death`, both in the table), and every vertex has knots from birth to death;
+    /// - collapses name two different vertices and a rank that exist.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] naming the first violation.
+    pub fn check(&self) -> Result<()> {
+        self.check_description()?;
+        self.check_isovalues()?;
+        self.check_trajectories()?;
+        for (i, triangle) in self.triangles.iter().enumerate() {
+            self.check_triangle(triangle)
+                .map_err(|what| Error::input(format!("triangle {i}: {what}")))?;
+        }
+        for (i, collapse) in self.collapses.iter().enumerate() {
+            let n = self.n_vertices() as u64;
+            let exists = u64::from(collapse.vertex.max(collapse.target)) < n;
+            if !exists || collapse.vertex == collapse.target {
+                return Err(Error::input(format!(
+                    "collapse {i}: vertex {} onto {}, expected two different vertices below {n}",
+                    collapse.vertex, collapse.target
+                )));
+            }
+            if collapse.rank as usize >= self.isovalues.len() {
+                return Err(Error::input(format!(
+                    "collapse {i}: rank {}, expected one of {} isovalues",
+                    collapse.rank,
+                    self.isovalues.len()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_description(&self) -> Result<()> {
+        let (low, high) = self.range;
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            return Err(Error::input(format!("range {low} to {high}, expected finite numbers")));
+        }
+        if !(self.tolerance.is_finite() && self.tolerance >= 0.0) {
+            return Err(Error::input(format!(
+                "tolerance {}, expected a number of voxels",
+                self.tolerance
+            )));
+        }
+        let placement = &self.volume.placement;
+        let mut numbers = placement.origin.iter().chain(placement.direction.as_flattened());
+        if !(self.volume.range.0.is_finite()
+            && self.volume.range.1.is_finite()
+            && numbers.all(|x| x.is_finite())
+            && placement.spacing.iter().all(|&s| s.is_finite() && s > 0.0))
+        {
+            return Err(Error::input(
+                "range or placement of the volume is not finite, expected finite numbers and positive spacing",
+            ));
+        }
+        for (i, event) in self.events.iter().enumerate() {
+            if !event.isovalue.is_finite() || event.position.iter().any(|x| !x.is_finite()) {
+                return Err(Error::input(format!("event {i} is not finite")));
+            }
+            if i > 0 && self.events[i - 1].isovalue > event.isovalue {
+                return Err(Error::input(format!("event {i} lies below the one before it")));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_isovalues(&self) -> Result<()> {
+        if u32::try_from(self.isovalues.len()).is_err() {
+            return Err(Error::input("more than 2^32 isovalues"));
+        }
+        for (i, &c) in self.isovalues.iter().enumerate() {
+            if !c.is_finite() || (i > 0 && self.isovalues[i - 1] >= c) {
+                return Err(Error::input(format!(
+                    "isovalue {i} is {c}, expected finite numbers that increase"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_trajectories(&self) -> Result<()> {
+        let (first, last) = (self.first_knot.first(), self.first_knot.last());
+        let ends_with_knots = last.is_some_and(|&end| end as usize == self.knots.len());
+        if first != Some(&0) || !ends_with_knots {
+            return Err(Error::input(format!(
+                "trajectories do not cover the {} knots",
+                self.knots.len()
+            )));
+        }
+        // Before any slicing: a decrease anywhere would make a later trajectory leave the table.
+        if let Some(v) = self.first_knot.windows(2).position(|pair| pair[0] > pair[1]) {
+            return Err(Error::input(format!("vertex {v} ends before it starts")));
+        }
+        for v in 0..self.n_vertices() as u32 {
+            let trajectory = self.trajectory(v);
+            for (i, knot) in trajectory.iter().enumerate() {
+                let increases = i == 0 || trajectory[i - 1].rank < knot.rank;
+                if !increases || knot.rank as usize >= self.isovalues.len() {
+                    return Err(Error::input(format!(
+                        "vertex {v}: knot {i} has rank {}, expected increasing ranks below {}",
+                        knot.rank,
+                        self.isovalues.len()
+                    )));
+                }
+                // A NaN fails this comparison.
+                if !knot.position.iter().all(|x| x.abs() <= MAX_COORDINATE) {
+                    return Err(Error::input(format!(
+                        "vertex {v}: knot {i} lies at {:?}, expected coordinates up to {MAX_COORDINATE}",
+                        knot.position
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a triangle. Trajectories must have been checked before.
+    fn check_triangle(&self, triangle: &Triangle) -> std::result::Result<(), String> {
+        let [a, b, c] = triangle.vertices;
+        if a == b || b == c || c == a {
+            return Err(format!("vertices {a}, {b}, {c}, expected three different ones"));
+        }
+        if triangle.birth >= triangle.death || triangle.death as usize >= self.isovalues.len() {
+            return Err(format!(
+                "lifetime [{}, {}), expected increasing ranks below {}",
+                triangle.birth,
+                triangle.death,
+                self.isovalues.len()
+            ));
+        }
+        for v in triangle.vertices {
+            if v as usize >= self.n_vertices() {
+                return Err(format!("vertex {v}, expected one of {}", self.n_vertices()));
+            }
+            let trajectory = self.trajectory(v);
+            let covers = |first: u32, last: u32| first <= triangle.birth && triangle.death <= last;
+            match (trajectory.first(), trajectory.last()) {
+                (Some(first), Some(last)) if covers(first.rank, last.rank) => {}
+                _ => {
+                    return Err(format!(
+                        "vertex {v} has no knots from {} to {}",
+                        triangle.birth, triangle.death
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,136 @@
+//! The mesh at any isovalue (thesis sections 4.1 and 4.3).
+//!
+//! The active triangles come from the interval tree, or from the last query where the isovalue
+//! moved a little; each of their vertices is found in its trajectory by binary search and
+//! interpolated. The cost is that of the active triangles: marks left by earlier queries are told
+//! apart by a stamp, so nothing of the spectrum's size is ever cleared.
+
+use super::active_set::ActiveSet;
+use super::{Knot, Spectrum, SurfaceMesh, normal};
+use crate::error::{Error, Result};
+
+/// Answers queries on one spectrum, fastest where successive isovalues are close.
+#[derive(Clone, Debug)]
+pub struct Query<'a> {
+    spectrum: &'a Spectrum,
+    active: ActiveSet,
+    /// Per vertex of the spectrum: the stamp of the query that used it last, and its index in
+    /// that query's mesh.
+    marks: Vec<(u32, u32)>,
+    stamp: u32,
+}
+
+impl<'a> Query<'a> {
+    /// Builds the search structures, in O(n log n) of the number of triangles. The spectrum must
+    /// pass [`Spectrum::check`].
+    pub fn new(spectrum: &'a Spectrum) -> Self {
+        Query {
+            spectrum,
+            active: ActiveSet::new(spectrum),
+            marks: vec![(0, 0); spectrum.n_vertices()],
+            stamp: 0,
+        }
+    }
+
+    /// The mesh at `isovalue`: the triangles with birth <= isovalue < death, by index, and their
+    /// vertices in order of first use.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside the closed [`Spectrum::range`].
+    pub fn mesh_at(&mut self, isovalue: f64) -> Result<SurfaceMesh> {
+        let mut mesh = SurfaceMesh::default();
+        self.mesh_at_into(isovalue, &mut mesh)?;
+        Ok(mesh)
+    }
+
+    /// As [`Query::mesh_at`], into a mesh whose memory is used again.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside the closed [`Spectrum::range`]; the mesh then stays as it is.
+    pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
+        let spectrum = self.spectrum;
+        let (low, high) = spectrum.range;
+        if !(low <= isovalue && isovalue <= high) {
+            return Err(Error::Range { isovalue, low, high });
+        }
+        mesh.positions.clear();
+        mesh.normals.clear();
+        mesh.triangles.clear();
+        mesh.caps.clear();
+        let Some(rank) = spectrum.rank_at(isovalue) else { return Ok(()) };
+        self.next_stamp();
+        for &i in self.active.move_to(spectrum, rank) {
+            let triangle = spectrum.triangles[i as usize];
+            mesh.triangles.push(triangle.vertices.map(|v| {
+                let (stamp, index) = &mut self.marks[v as usize];
+                if *stamp != self.stamp {
+                    *stamp = self.stamp;
+                    *index = mesh.positions.len() as u32;
+                    let (position, normal) = spectrum.vertex_at(v, rank, isovalue);
+                    mesh.positions.push(position);
+                    mesh.normals.push(normal);
+                }
+                *index
+            }));
+            mesh.caps.push(triangle.cap);
+        }
+        Ok(())
+    }
+
+    /// A stamp no mark carries.
+    fn next_stamp(&mut self) {
+        if self.stamp == u32::MAX {
+            self.marks.fill((0, 0));
+            self.stamp = 0;
+        }
+        self.stamp += 1;
+    }
+}
+
+impl Spectrum {
+    /// The largest rank whose isovalue is at most `isovalue`; none below the first.
+    pub fn rank_at(&self, isovalue: f64) -> Option<u32> {
+        let n = self.isovalues.partition_point(|&c| c <= isovalue);
+        n.checked_sub(1).map(|rank| rank as u32)
+    }
+
+    /// Position (voxel frame) and unit normal of vertex `v` at `isovalue`, whose rank is `rank`:
+    /// linear between the knots on either side, that of the first or last knot beyond them.
+    ///
+    /// # Panics
+    ///
+    /// If the vertex has no knots.
+    pub fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> ([f32; 3], [f32; 3]) {
+        let trajectory = self.trajectory(v);
+        let next = trajectory.partition_point(|knot| knot.rank <= rank);
+        let after = trajectory[next.min(trajectory.len() - 1)];
+        let before = trajectory[next.saturating_sub(1)];
+        if before.rank == after.rank {
+            return (before.position, normal::decode(before.normal));
+        }
+        let (low, high) =
+            (self.isovalues[before.rank as usize], self.isovalues[after.rank as usize]);
+        between(&before, &after, fraction(isovalue, low, high))
+    }
+}
+
+/// Where `isovalue` lies between `low` and `high`, in [0, 1]; halved first, so that even the
+/// widest range does not overflow.
+fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
+    ((0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low)).clamp(0.0, 1.0)
+}
+
+/// Position and unit normal at the fraction `t` of the way between two knots; exact at both ends.
+fn between(before: &Knot, after: &Knot, t: f64) -> ([f32; 3], [f32; 3]) {
+    let mix = |a: [f32; 3], b: [f32; 3]| {
+        std::array::from_fn(|i| ((1.0 - t) * f64::from(a[i]) + t * f64::from(b[i])) as f32)
+    };
+    let (a, b) = (normal::decode(before.normal), normal::decode(after.normal));
+    let n: [f32; 3] = mix(a, b);
+    let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
+    // Opposite normals have no direction between them; a mesh may well turn over near an event.
+    let n = if length > 1e-6 { n.map(|x| x / length) } else { a };
+    (mix(before.position, after.position), n)
+}

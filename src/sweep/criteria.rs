@@ -1,0 +1,132 @@
+//! When a triangle is good: the criteria that simplification, refinement and flips share.
+
+use glam::Vec3;
+
+use crate::kernels::deviation::face_deviation;
+use crate::kernels::field::Field;
+use crate::kernels::project::project_point;
+use crate::mesh::{Face, Mesh, Vertex, normal, radius_ratio};
+use crate::sweep::Parameters;
+
+/// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
+/// between two sampling isovalues, where trajectories are straight and surfaces are not.
+const SAMPLE_SHARE: f32 = 0.7;
+
+/// Largest angle, as its cosine, that an edit may turn a face by.
+const MAX_TURN: f32 = 0.4;
+
+/// The isosurface a mesh should follow, and how closely.
+#[derive(Clone, Copy)]
+pub(crate) struct Criteria<'a> {
+    /// The field, voxel frame.
+    pub(crate) field: &'a Field,
+    /// The isovalue in the field's own values.
+    pub(crate) isovalue: f32,
+    /// Largest deviation of a barycentre, voxels.
+    pub(crate) error: f32,
+    /// Radius ratio below which a triangle is removed.
+    pub(crate) min_quality: f32,
+    /// Area below which a triangle is removed, square voxels.
+    pub(crate) min_area: f32,
+    /// Area above which a triangle may be refined, square voxels.
+    pub(crate) refine_area: f32,
+    /// Longest edge, voxels.
+    pub(crate) max_edge: f32,
+}
+
+impl<'a> Criteria<'a> {
+    /// The criteria of a sweep at an isovalue.
+    pub(crate) fn new(field: &'a Field, isovalue: f64, parameters: &Parameters) -> Self {
+        let d = field.volume().dims().into_iter().min().unwrap_or(1) as f32;
+        Criteria {
+            field,
+            isovalue: field.isovalue(isovalue),
+            error: SAMPLE_SHARE * parameters.error as f32,
+            min_quality: parameters.min_quality as f32,
+            min_area: parameters.min_area as f32 * d,
+            refine_area: parameters.refine_area as f32 * d,
+            max_edge: parameters.max_edge as f32,
+        }
+    }
+
+    /// Distance of a triangle's barycentre from the isosurface along its normal.
+    pub(crate) fn deviation(&self, t: [Vec3; 3]) -> f32 {
+        face_deviation(self.field, t[0], t[1], t[2], self.isovalue, 1.0)
+    }
+
+    /// Whether a face that changes from `before` to `after` keeps its side and follows the surface.
+    pub(crate) fn may_change(&self, before: [Vec3; 3], after: [Vec3; 3], worst: f32) -> bool {
+        let (n, m) = (normal(before), normal(after));
+        let turn = n.dot(m);
+        turn > MAX_TURN * n.length() * m.length() && self.deviation(after) <= worst.max(self.error)
+    }
+
+    /// Where the middle of an edge belongs on the isosurface; the middle itself if the isosurface
+    /// cannot be reached from it within half the edge.
+    pub(crate) fn edge_point(&self, mesh: &Mesh, a: Vertex, b: Vertex, along: Vec3, border: u8) -> Vec3 {
+        let (p, q) = (mesh.position(a), mesh.position(b));
+        let middle = 0.5 * (p + q);
+        let reach = 0.5 * p.distance(q);
+        project_point(self.field, middle, along, border, self.isovalue, reach).unwrap_or(middle)
+    }
+
+    /// Deviation of every face by slot; zero where the slot is empty.
+    pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
+        let faces = (0..mesh.face_slots() as u32).map(Face);
+        faces.map(|f| if mesh.has_face(f) { self.deviation(mesh.corners(f)) } else { 0.0 }).collect()
+    }
+
+    /// Whether simplification should remove the face: too small or too thin (thesis section 3.6).
+    pub(crate) fn is_bad(&self, mesh: &Mesh, f: Face) -> bool {
+        let t = mesh.corners(f);
+        0.5 * normal(t).length() < self.min_area || radius_ratio(t) < self.min_quality
+    }
+}
+
+/// Wanted edge length at every vertex slot, voxels.
+///
+/// A triangle with edges of length l on a surface of curvature k deviates by about k l^2 / 6, so
+/// the length at which it would deviate by `goal` is l * sqrt(goal / deviation).
+pub(crate) fn sizing(mesh: &Mesh, deviations: &[f32], goal: f32, max_edge: f32) -> Vec<f32> {
+    let mut inverse_square = vec![0.0f32; mesh.vertex_slots()];
+    let mut count = vec![0u32; mesh.vertex_slots()];
+    for f in mesh.faces() {
+        let [a, b, c] = mesh.corners(f);
+        let square = (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)) / 3.0;
+        let wanted = square * (goal / deviations[f.0 as usize].max(1e-6)).clamp(0.2, 4.0);
+        for v in mesh.face_vertices(f) {
+            inverse_square[v.0 as usize] += 1.0 / wanted.max(1e-12);
+            count[v.0 as usize] += 1;
+        }
+    }
+    let mut length: Vec<f32> = inverse_square
+        .iter()
+        .zip(&count)
+        .map(|(&s, &n)| if n > 0 { (n as f32 / s).sqrt().min(max_edge) } else { max_edge })
+        .collect();
+    // Lengths grow by at most half a length per length, so that triangles stay well shaped.
+    for _ in 0..2 {
+        let before = length.clone();
+        for v in mesh.vertices() {
+            for w in mesh.one_ring(v) {
+                let limit = before[w.0 as usize] + 0.5 * mesh.position(v).distance(mesh.position(w));
+                let l = &mut length[v.0 as usize];
+                *l = l.min(limit);
+            }
+        }
+    }
+    length
+}
+
+/// Gives the vertices that were added since `length` was computed the mean of their neighbours'.
+pub(crate) fn extend_sizing(mesh: &Mesh, length: &mut Vec<f32>) {
+    let known = length.len();
+    for slot in known..mesh.vertex_slots() {
+        let v = Vertex(slot as u32);
+        let ring = if mesh.has_vertex(v) { mesh.one_ring(v).collect() } else { Vec::new() };
+        let neighbours: Vec<f32> =
+            ring.iter().filter_map(|w| length.get(w.0 as usize).copied()).collect();
+        let sum: f32 = neighbours.iter().sum();
+        length.push(if neighbours.is_empty() { 0.0 } else { sum / neighbours.len() as f32 });
+    }
+}

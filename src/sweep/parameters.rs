@@ -1,0 +1,75 @@
+//! What a sweep can be told, with the thesis's values where it has them.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Isovalues to cover; the range of the volume if absent.
+    pub range: Option<(f64, f64)>,
+    /// Fixed distance between sampling isovalues; by how far the surface moves if absent.
+    pub step: Option<f64>,
+    /// Fixed number of sampling isovalues over the range, in place of `step`.
+    pub samples: Option<usize>,
+    /// Tolerance h (thesis: h_min): the mesh follows the isosurface within it.
+    pub error: f64,
+    /// Radius ratio 2r/R below which a triangle is removed (thesis: lambda, as r/R 0.2).
+    pub min_quality: f64,
+    /// Area below which a triangle is removed, over the smallest dimension d (thesis: 0.002).
+    pub min_area: f64,
+    /// Area above which a triangle may be refined, over d (thesis: 0.005).
+    pub refine_area: f64,
+    /// Share of the tangential force applied in one relaxation (thesis: 0.6).
+    pub relax_strength: f64,
+    /// Largest tangential force at which relaxation ends (thesis: 1e-4 for its table 1).
+    pub relax_force: f64,
+    /// Most relaxations in one sampling step.
+    pub relax_iterations: u32,
+    /// Longest edge, voxels.
+    pub max_edge: f64,
+    /// Isovalue of the initial mesh.
+    pub start: Option<f64>,
+    /// Mesh from outside for `start`.
+    pub initial_mesh: Option<PathBuf>,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Parameters {
+            range: None,
+            step: None,
+            samples: None,
+            error: 0.1,
+            min_quality: 0.3,
+            min_area: 0.0002,
+            refine_area: 0.0005,
+            relax_strength: 0.6,
+            relax_force: 1e-4,
+            relax_iterations: 6,
+            max_edge: 4.0,
+            start: None,
+            initial_mesh: None,
+        }
+    }
+}
+
+/// How a sweep tells what it does and learns that it should stop.
+pub trait Progress: Sync {
+    /// `done` runs from 0 to 1.
+    fn report(&self, done: f64, message: &str);
+    /// Whether the caller wants the sweep to stop.
+    fn cancelled(&self) -> bool;
+}
+
+/// No reports, never cancelled.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn report(&self, _done: f64, _message: &str) {}
+    fn cancelled(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,83 @@
+//! Remeshing at one isovalue: from any closed mesh of the isosurface to good triangles of the right
+//! size, by the operators of the sweep.
+
+use super::criteria::{Criteria, extend_sizing, sizing};
+use super::flips::flip_edges;
+use super::refine::{quadrisect, split_long};
+use super::simplify::simplify;
+use crate::error::Result;
+use crate::kernels::Kernels;
+use crate::mesh::{Face, Mesh, area};
+use crate::sweep::Parameters;
+
+/// Rounds of split, collapse, flip and relaxation.
+const ROUNDS: usize = 6;
+
+/// Share of the largest deviation at which the wanted edge length aims.
+pub(crate) const SIZING_GOAL: f32 = 0.4;
+
+/// Relaxes the mesh on the isosurface and takes the new positions.
+pub(crate) fn relax(
+    mesh: &mut Mesh,
+    kernels: &mut dyn Kernels,
+    isovalue: f64,
+    parameters: &Parameters,
+    iterations: u32,
+) -> Result<()> {
+    let compacted = mesh.compacted();
+    kernels.load(&compacted.connectivity, &compacted.positions)?;
+    kernels.relax(
+        isovalue,
+        parameters.relax_strength as f32,
+        parameters.relax_force as f32,
+        iterations,
+    )?;
+    for (&v, p) in compacted.vertices.iter().zip(kernels.positions()?) {
+        mesh.set_position(v, p.into());
+    }
+    Ok(())
+}
+
+/// Remeshes the isosurface of one isovalue.
+pub(crate) fn remesh(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    kernels: &mut dyn Kernels,
+    isovalue: f64,
+    parameters: &Parameters,
+) -> Result<()> {
+    for _ in 0..ROUNDS {
+        let deviations = criteria.deviations(mesh);
+        let mut length = sizing(mesh, &deviations, SIZING_GOAL * criteria.error, criteria.max_edge);
+        split_long(mesh, criteria, &length, 1.4);
+        extend_sizing(mesh, &mut length);
+        simplify(mesh, criteria, &length, 0.75);
+        flip_edges(mesh, criteria, 3);
+        relax(mesh, kernels, isovalue, parameters, 4)?;
+    }
+    for _ in 0..4 {
+        if refine(mesh, criteria) == 0 {
+            break;
+        }
+        flip_edges(mesh, criteria, 3);
+        relax(mesh, kernels, isovalue, parameters, 2)?;
+    }
+    let length = vec![0.0; mesh.vertex_slots()];
+    simplify(mesh, criteria, &length, 0.0);
+    flip_edges(mesh, criteria, 2);
+    Ok(())
+}
+
+/// Quadrisects the faces that deviate too far and are large enough (thesis section 3.7). Returns
+/// how many were marked.
+pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria) -> usize {
+    let marked: Vec<Face> = mesh
+        .faces()
+        .filter(|&f| {
+            let t = mesh.corners(f);
+            area(t) > criteria.refine_area && criteria.deviation(t) > criteria.error
+        })
+        .collect();
+    quadrisect(mesh, criteria, &marked);
+    marked.len()
+}

@@ -1,0 +1,83 @@
+//! Simplification: edge collapses (thesis section 3.6) that keep the mesh within its tolerance.
+
+use glam::Vec3;
+
+use super::criteria::Criteria;
+use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
+
+/// Collapses the edges shorter than `short` times the wanted length at both ends, and the shortest
+/// edges of triangles that are too small or too thin, as far as the criteria allow. Returns the
+/// vertices removed and those in their place.
+pub(crate) fn simplify(mesh: &mut Mesh, criteria: &Criteria, length: &[f32], short: f32) -> Vec<(Vertex, Vertex)> {
+    let mut candidates: Vec<(f32, HalfEdge)> = Vec::new();
+    for e in mesh.edges() {
+        let h = e.halfedge();
+        let l = mesh.length(e);
+        let wanted = length[mesh.from(h).0 as usize].min(length[mesh.to(h).0 as usize]);
+        let is_short = l < short * wanted;
+        if is_short || is_shortest_of_bad_face(mesh, criteria, h) || is_shortest_of_bad_face(mesh, criteria, h.twin()) {
+            candidates.push((l, h));
+        }
+    }
+    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut collapsed = Vec::new();
+    for (_, h) in candidates {
+        if !mesh.has_edge(h.edge()) {
+            continue;
+        }
+        let directions = [h, h.twin()].map(|h| (h, collapse_quality(mesh, criteria, length, h)));
+        let best = directions.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("two directions");
+        if best.1 > 0.0 {
+            let c = mesh.collapse(best.0);
+            collapsed.push((c.removed, c.target));
+        }
+    }
+    collapsed
+}
+
+/// Whether `h` is the shortest side of a face that should go.
+fn is_shortest_of_bad_face(mesh: &Mesh, criteria: &Criteria, h: HalfEdge) -> bool {
+    let f = mesh.face(h);
+    criteria.is_bad(mesh, f) && {
+        let l = mesh.length(h.edge());
+        mesh.face_halfedges(f).iter().all(|s| mesh.length(s.edge()) >= l)
+    }
+}
+
+/// Worst radius ratio of the faces that the collapse would leave around its target; zero if the
+/// collapse is not legal, or leaves a face that turns over, is thinner than before, too long, or
+/// off the isosurface.
+fn collapse_quality(mesh: &Mesh, criteria: &Criteria, length: &[f32], h: HalfEdge) -> f32 {
+    if !mesh.can_collapse(h) {
+        return 0.0;
+    }
+    let (v, w) = (mesh.from(h), mesh.to(h));
+    let target = mesh.position(w);
+    let (mut worst_before, mut worst_after) = (1.0f32, 1.0f32);
+    let mut faces: Vec<([Vec3; 3], [Vec3; 3])> = Vec::new();
+    for s in mesh.spokes(v) {
+        let (a, b) = (mesh.to(s), mesh.to(mesh.next(s)));
+        let before = [mesh.position(v), mesh.position(a), mesh.position(b)];
+        worst_before = worst_before.min(radius_ratio(before));
+        if a == w || b == w {
+            continue;
+        }
+        let after = [target, before[1], before[2]];
+        worst_after = worst_after.min(radius_ratio(after));
+        let longest = 1.5 * length[w.0 as usize].min(length[a.0 as usize]);
+        if target.distance(before[1]) > longest.max(before[0].distance(before[1])) {
+            return 0.0;
+        }
+        faces.push((before, after));
+    }
+    if worst_after < 1.5 * criteria.min_quality && worst_after <= worst_before {
+        return 0.0;
+    }
+    let worst_deviation = if worst_before < criteria.min_quality {
+        faces.iter().map(|f| criteria.deviation(f.0)).fold(0.0, f32::max)
+    } else {
+        0.0
+    };
+    let good = faces.iter().all(|&(before, after)| criteria.may_change(before, after, worst_deviation));
+    if good { worst_after } else { 0.0 }
+}

@@ -1,0 +1,283 @@
+//! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
+
+use super::criteria::{Criteria, extend_sizing, sizing};
+use super::flips::flip_edges;
+use super::recorder::{Direction, Recorder};
+use super::refine::{quadrisect, split_long};
+use super::remesh::SIZING_GOAL;
+use super::simplify::simplify;
+use super::{Counts, Parameters};
+use crate::error::Result;
+use crate::kernels::Kernels;
+use crate::kernels::field::Field;
+use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting, normal};
+use glam::Vec3;
+
+/// How far most vertices may move in one sampling step, voxels.
+const STEP_LENGTH: f32 = 0.7;
+
+/// How far most vertices move in one projection, voxels.
+const SUB_STEP_LENGTH: f32 = 0.4;
+
+/// Share of faces that may leave the tolerance half-way between two sampling isovalues.
+const MIDWAY_SHARE: f32 = 0.01;
+
+/// How many faces are looked at half-way.
+const MIDWAY_FACES: usize = 1500;
+
+/// Where a vertex and its normal are at the next sampling isovalue.
+struct Advanced {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    /// 95th percentile of how far vertices moved, voxels.
+    moved: f32,
+}
+
+/// One way of tracking: where it goes and how it samples.
+pub(crate) struct Way {
+    /// The direction of the isovalue.
+    pub(crate) direction: Direction,
+    /// Where the interval ends.
+    pub(crate) end: f64,
+    /// The sampling isovalue that stands for the end: just before it.
+    pub(crate) last: f64,
+    /// Distance of sampling isovalues, if fixed: they are its multiples above the range's low end.
+    pub(crate) fixed: Option<(f64, f64)>,
+    /// The mesh may stay as it is over this last stretch of isovalues where tracking fails.
+    pub(crate) hold: f64,
+    /// The shortest step worth taking.
+    pub(crate) min_step: f64,
+}
+
+/// Tracks `mesh` from `isovalue` as far as it goes. Returns the isovalue it reached; `way.end` if
+/// it got all the way.
+pub(crate) fn track(
+    mesh: &mut Mesh,
+    field: &Field,
+    kernels: &mut dyn Kernels,
+    parameters: &Parameters,
+    way: &Way,
+    isovalue: f64,
+    recorder: &mut Recorder,
+    counts: &mut Counts,
+    cancelled: &dyn Fn() -> Result<()>,
+) -> Result<f64> {
+    let sign = way.direction.sign();
+    let mut at = isovalue;
+    let mut step = first_step(mesh, field, way, at);
+    let mut compacted = mesh.compacted();
+    loop {
+        cancelled()?;
+        if (way.last - at) * sign <= 0.0 {
+            return Ok(stop(&compacted, mesh, way, at, recorder, counts));
+        }
+        let mut next = next_isovalue(way, at, step);
+        let mut halved = 0;
+        let advanced = loop {
+            let tolerant = halved >= 3;
+            match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant)? {
+                Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => break Some(a),
+                _ => {}
+            }
+            counts.shorter_steps += 1;
+            halved += 1;
+            next = at + 0.5 * (next - at);
+            if halved > 6 || (next - at).abs() < way.min_step {
+                break None;
+            }
+        };
+        let Some(advanced) = advanced else {
+            return Ok(stop(&compacted, mesh, way, at, recorder, counts));
+        };
+        for (&v, &p) in compacted.vertices.iter().zip(&advanced.positions) {
+            mesh.set_position(v, p.into());
+        }
+        let taken = (next - at).abs();
+        let is_last = (way.last - next) * sign <= 0.0;
+        let shown = if is_last { way.end } else { next };
+        recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, shown);
+        counts.steps += 1;
+        at = next;
+        if is_last {
+            break;
+        }
+        let collapsed = edit(mesh, field, parameters, at);
+        recorder.edits(mesh, &collapsed, at, way.direction);
+        compacted = mesh.compacted();
+        let growth = (STEP_LENGTH / advanced.moved.max(1e-6)).clamp(0.5, 2.0);
+        step = taken * f64::from(growth);
+    }
+    recorder.finish_direction(way.end);
+    Ok(way.end)
+}
+
+/// Ends the tracking before its end: where little is left the mesh stays as it is up to the end,
+/// else the rest is left to another piece. Returns the isovalue that is covered.
+fn stop(
+    compacted: &Compacted,
+    mesh: &Mesh,
+    way: &Way,
+    at: f64,
+    recorder: &mut Recorder,
+    counts: &mut Counts,
+) -> f64 {
+    if (way.end - at).abs() > way.hold {
+        recorder.finish_direction(at);
+        return at;
+    }
+    if at != way.end {
+        let normals: Vec<[f32; 3]> =
+            compacted.vertices.iter().map(|&v| mesh.vertex_normal(v).to_array()).collect();
+        let positions: Vec<[f32; 3]> =
+            compacted.vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
+        recorder.knots(&compacted.vertices, &positions, &normals, way.end);
+        counts.held += 1;
+    }
+    recorder.finish_direction(way.end);
+    way.end
+}
+
+/// The sampling isovalue after `at`.
+fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
+    let sign = way.direction.sign();
+    let left = (way.last - at) * sign;
+    if let Some((low, fixed)) = way.fixed {
+        let n = (at - low) / fixed;
+        let k = if sign > 0.0 { (n + 1e-9).floor() + 1.0 } else { (n - 1e-9).ceil() - 1.0 };
+        let next = low + k * fixed;
+        return if (way.last - next) * sign <= 0.0 { way.last } else { next };
+    }
+    if step >= 0.7 * left { way.last } else { at + sign * step }
+}
+
+/// A first guess of the step: what moves most vertices by half of what they may move.
+fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
+    let mut slopes: Vec<f32> = mesh.vertices().map(|v| field.gradient(mesh.position(v)).length()).collect();
+    let i = slopes.len() / 10;
+    let (_, slope, _) = slopes.select_nth_unstable_by(i, f32::total_cmp);
+    let unit = f64::from(field.isovalue(at + 1.0) - field.isovalue(at)).max(1e-12);
+    let guess = f64::from(0.5 * STEP_LENGTH * *slope) / unit;
+    guess.clamp(4.0 * way.min_step, (way.end - at).abs().max(4.0 * way.min_step))
+}
+
+/// Moves every vertex to the isosurface of `next` and relaxes there. `None` if a check fails.
+fn advance(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    field: &Field,
+    kernels: &mut dyn Kernels,
+    parameters: &Parameters,
+    way: &Way,
+    at: f64,
+    next: f64,
+    tolerant: bool,
+) -> Result<Option<Advanced>> {
+    kernels.load(&compacted.connectivity, &compacted.positions)?;
+    let expected = expected_motion(mesh, compacted, field, at, next);
+    let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
+    let mut failed = 0;
+    for i in 1..=n {
+        failed = kernels.project(at + (next - at) * i as f64 / n as f64, 3.0)?;
+    }
+    if failed > 0 && !tolerant {
+        return Ok(None);
+    }
+    kernels.relax(
+        next,
+        parameters.relax_strength as f32,
+        parameters.relax_force as f32,
+        parameters.relax_iterations,
+    )?;
+    let positions = kernels.positions()?;
+    let normals = kernels.normals()?;
+    if folds(&compacted.connectivity.faces, &positions, &normals) > 0 && !tolerant {
+        return Ok(None);
+    }
+    if way.fixed.is_none() && !tolerant && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
+        return Ok(None);
+    }
+    let crossing = intersecting(&positions, &compacted.connectivity.faces).len();
+    if crossing > 0 && (!tolerant || crossing * 5000 > compacted.faces.len()) {
+        return Ok(None);
+    }
+    if failed as usize * 1000 > positions.len() {
+        return Ok(None);
+    }
+    let mut moved: Vec<f32> = positions
+        .iter()
+        .zip(&compacted.positions)
+        .map(|(&p, &q)| Vec3::from(p).distance(Vec3::from(q)))
+        .collect();
+    let i = moved.len() * 95 / 100;
+    let (_, &mut moved, _) = moved.select_nth_unstable_by(i, f32::total_cmp);
+    Ok(Some(Advanced { positions, normals, moved }))
+}
+
+/// How far most vertices will move, from the field's gradient.
+fn expected_motion(mesh: &Mesh, compacted: &Compacted, field: &Field, at: f64, next: f64) -> f32 {
+    let change = (field.isovalue(next) - field.isovalue(at)).abs();
+    let stride = compacted.vertices.len() / 500 + 1;
+    let mut motion: Vec<f32> = compacted
+        .vertices
+        .iter()
+        .step_by(stride)
+        .map(|&v| change / field.gradient(mesh.position(v)).length().max(1e-12))
+        .collect();
+    let i = motion.len() * 9 / 10;
+    *motion.select_nth_unstable_by(i, f32::total_cmp).1
+}
+
+/// How many faces look away from the mean normal of their vertices.
+fn folds(faces: &[[u32; 3]], positions: &[[f32; 3]], normals: &[[f32; 3]]) -> usize {
+    let turned = |t: &&[u32; 3]| {
+        let n = normal(t.map(|v| positions[v as usize].into()));
+        let mean: Vec3 = t.iter().map(|&v| Vec3::from(normals[v as usize])).sum();
+        n.dot(mean) <= 0.0
+    };
+    faces.iter().filter(turned).count()
+}
+
+/// Whether the mesh half-way between two sampling isovalues follows its isosurface.
+fn follows_midway(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    field: &Field,
+    parameters: &Parameters,
+    positions: &[[f32; 3]],
+    at: f64,
+    next: f64,
+) -> bool {
+    let criteria = Criteria::new(field, 0.5 * (at + next), parameters);
+    let faces = &compacted.connectivity.faces;
+    let stride = faces.len() / MIDWAY_FACES + 1;
+    let (mut seen, mut off) = (0usize, 0usize);
+    for (i, t) in faces.iter().enumerate().step_by(stride) {
+        if mesh.is_cap(compacted.faces[i]) {
+            continue;
+        }
+        let middle = t.map(|v| {
+            0.5 * (Vec3::from(compacted.positions[v as usize]) + Vec3::from(positions[v as usize]))
+        });
+        seen += 1;
+        off += usize::from(criteria.deviation(middle) > parameters.error as f32);
+    }
+    off as f32 <= 1.0 + MIDWAY_SHARE * seen as f32
+}
+
+/// Simplifies, refines and flips at a sampling isovalue. Returns the collapses.
+fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Vec<(Vertex, Vertex)> {
+    let criteria = Criteria::new(field, at, parameters);
+    let deviations = criteria.deviations(mesh);
+    let mut length = sizing(mesh, &deviations, SIZING_GOAL * criteria.error, criteria.max_edge);
+    let marked: Vec<Face> = mesh
+        .faces()
+        .filter(|&f| deviations[f.0 as usize] > criteria.error && area(mesh.corners(f)) > criteria.refine_area)
+        .collect();
+    quadrisect(mesh, &criteria, &marked);
+    extend_sizing(mesh, &mut length);
+    split_long(mesh, &criteria, &length, 2.0);
+    extend_sizing(mesh, &mut length);
+    let collapsed = simplify(mesh, &criteria, &length, 0.5);
+    flip_edges(mesh, &criteria, 2);
+    collapsed
+}
