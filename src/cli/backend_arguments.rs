@@ -1,6 +1,7 @@
 //! Where the vertex- and triangle-parallel stages run, as said on the command line.
 
 use clap::{Args, ValueEnum};
+use isospectrum::gpu::Gpu;
 use isospectrum::kernels::Backend;
 use isospectrum::{Error, Result};
 
@@ -20,7 +21,7 @@ pub(super) struct BackendArguments {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Choice {
-    /// A GPU where there is one, else the CPU
+    /// A GPU where there is one, else the CPU; a software adapter is slower than our own CPU code
     Auto,
     /// An adapter; an error where there is none
     Gpu,
@@ -44,11 +45,23 @@ impl BackendArguments {
         if self.backend == Choice::Cpu && self.adapter.is_some() {
             return Err(Error::Usage("--adapter has no meaning with --backend cpu".to_owned()));
         }
-        let adapter = self.adapter.as_deref();
         match self.backend {
-            Choice::Cpu => Ok(Backend::cpu()),
-            Choice::Gpu => Backend::gpu(adapter),
-            Choice::Auto => Backend::auto(adapter),
+            Choice::Cpu => Ok(Backend::Cpu),
+            Choice::Gpu => Ok(Backend::Gpu(Gpu::open(self.adapter())?)),
+            // An adapter that was named is wanted, whatever it is.
+            Choice::Auto if self.adapter.is_some() => Ok(Backend::Gpu(Gpu::open(self.adapter())?)),
+            Choice::Auto => Ok(match Gpu::open(None) {
+                Ok(gpu) if is_hardware(&gpu) => Backend::Gpu(gpu),
+                Ok(_) => Backend::Cpu,
+                Err(why) => {
+                    log::debug!("computing on the CPU: {why}");
+                    Backend::Cpu
+                }
+            }),
         }
     }
+}
+
+fn is_hardware(gpu: &Gpu) -> bool {
+    gpu.adapter.get_info().device_type != wgpu::DeviceType::Cpu
 }
