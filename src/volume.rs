@@ -134,6 +134,38 @@ impl Default for Placement {
     }
 }
 
+impl Placement {
+    /// Whether this is a frame in which lengths can be measured along the axes.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong: a number that is not finite, a spacing that is not positive, directions
+    /// that are not of unit length or not perpendicular to within 1e-3 (the voxel frame could
+    /// not hold a sheared grid without distorting its triangles). Left-handed frames are fine.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        if self.spacing.iter().any(|&s| !(s > 0.0 && s.is_finite())) {
+            return Err(format!("spacing {:?}, expected positive numbers", self.spacing));
+        }
+        if self.origin.iter().any(|x| !x.is_finite()) {
+            return Err(format!("origin {:?}, expected finite numbers", self.origin));
+        }
+        for a in 0..3 {
+            for b in 0..3 {
+                let (u, v) = (self.direction[a], self.direction[b]);
+                let dot: f64 = (0..3).map(|i| u[i] * v[i]).sum();
+                let off = (dot - if a == b { 1.0 } else { 0.0 }).abs();
+                if off.is_nan() || off > 1e-3 {
+                    return Err(format!(
+                        "axis directions {:?}, expected perpendicular unit vectors",
+                        self.direction
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
 /// A scalar field on a regular grid.
 #[derive(Clone, Debug)]
 pub struct Volume {
@@ -151,7 +183,8 @@ impl Volume {
     /// # Errors
     ///
     /// [`Error::Input`] if the number of samples is not the product of `dims`, a dimension is
-    /// below 2, a sample is not finite (named with its position), or all samples are equal.
+    /// below 2, [`Placement::check`] fails, a sample is not finite (named with its position), or
+    /// all samples are equal.
     pub fn new(
         name: impl Into<String>,
         dims: [usize; 3],
@@ -175,12 +208,7 @@ impl Volume {
                 dims[2]
             )));
         }
-        if placement.spacing.iter().any(|&s| !(s > 0.0 && s.is_finite())) {
-            return Err(Error::input(format!(
-                "{name}: spacing {:?}, expected positive numbers",
-                placement.spacing
-            )));
-        }
+        placement.check().map_err(|message| Error::input(format!("{name}: {message}")))?;
         let range = with_samples!(&samples, s => range_of(s)).map_err(|i| {
             let (x, y, z) = (i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1]));
             let v = samples.get(i);

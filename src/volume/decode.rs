@@ -8,9 +8,11 @@
 
 use std::fmt;
 use std::io::{self, Read};
+use std::path::Path;
 
 use bytemuck::Pod;
 
+use crate::error::Error;
 use crate::volume::Samples;
 
 /// A number type a volume file may hold.
@@ -126,6 +128,16 @@ pub(crate) fn read_samples(
             exact_f64(v.into())
         })?),
     })
+}
+
+/// What went wrong while reading samples of `path`: of the system, or of what the file holds.
+pub(crate) fn read_error(path: &Path, e: io::Error) -> Error {
+    match e.kind() {
+        io::ErrorKind::InvalidData | io::ErrorKind::OutOfMemory => {
+            Error::input(format!("{}: {e}", path.display()))
+        }
+        _ => Error::io(path, e),
+    }
 }
 
 /// A vector of `n` times `fill`, or an error where memory does not suffice.

@@ -1,1 +1,276 @@
-//! NPY.
+//! NumPy's `.npy`: one array, C or Fortran order, any number type, both byte orders.
+//!
+//! Source: NEP 1, "A simple file format for NumPy arrays", and `numpy/lib/format.py`.
+//!
+//! # Axes
+//!
+//! Element `a[i, j, k]` is the sample at z = i, y = j, x = k, so an array of a volume has the
+//! shape (nz, ny, nx). That is what `numpy.fromfile(...).reshape(nz, ny, nx)` gives for a RAW
+//! file, and what image stacks have. It holds for Fortran order too: the order in memory is
+//! invisible to NumPy's users and two equal arrays must be one volume. Arrays indexed `a[x, y, z]`
+//! (NIfTI readers make them) are to be saved as `a.T`; read as they are they come out mirrored.
+//!
+//! Arrays in C order are read straight into the volume; for Fortran order, whose z is fastest, a
+//! second copy exists while the samples are reordered.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::volume::decode::{SampleType, read_error, read_samples, reserve, size_of_grid};
+use crate::volume::{Placement, Samples};
+
+/// Longest header accepted, in bytes. That of a plain array takes 128.
+const LONGEST_HEADER: usize = 1 << 16;
+
+/// What a header says about the samples.
+#[derive(Debug, PartialEq)]
+struct Header {
+    /// As NumPy spells it, e.g. `<f4`.
+    descr: String,
+    fortran_order: bool,
+    shape: Vec<u64>,
+}
+
+/// Reads a `.npy` file.
+///
+/// # Errors
+///
+/// [`Error::Io`] if the file cannot be read; [`Error::Input`] for anything but a 3-D array of
+/// real numbers, and for a file that is not exactly as long as its shape asks for.
+pub(crate) fn read(path: &Path) -> Result<([usize; 3], Samples, Placement)> {
+    let invalid = |message: String| Error::input(format!("{}: {message}", path.display()));
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
+    let mut reader = BufReader::new(file);
+    let header = parse_header(&header_text(&mut reader).map_err(invalid)?).map_err(invalid)?;
+    let (sample_type, big_endian) = type_of(&header.descr).map_err(invalid)?;
+    let dims = dims_of(&header.shape).map_err(invalid)?;
+    let found = length.saturating_sub(reader.stream_position().map_err(|e| Error::io(path, e))?);
+    let size = size_of_grid(dims, sample_type);
+    let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n).ok_or_else(|| {
+        let expected =
+            size.map_or("more than memory can hold".to_owned(), |(_, bytes)| bytes.to_string());
+        let shape = &header.shape;
+        invalid(format!(
+            "{found} bytes of samples, expected {expected} for shape {shape:?} {sample_type}"
+        ))
+    })?;
+    let stored =
+        read_samples(&mut reader, sample_type, big_endian, n).map_err(|e| read_error(path, e))?;
+    let samples = if header.fortran_order {
+        x_fastest(stored, dims).map_err(|e| read_error(path, e))?
+    } else {
+        stored
+    };
+    Ok((dims, samples, Placement::default()))
+}
+
+/// The header's text, with `reader` left at the first sample.
+fn header_text(reader: &mut impl Read) -> Result<String, String> {
+    let short = |_| "the header ends early".to_owned();
+    let mut magic = [0; 8];
+    reader.read_exact(&mut magic).map_err(short)?;
+    if magic[..6] != *b"\x93NUMPY" {
+        return Err("no .npy file: it does not start with \\x93NUMPY".to_owned());
+    }
+    let n = match magic[6] {
+        1 => {
+            let mut n = [0; 2];
+            reader.read_exact(&mut n).map_err(short)?;
+            usize::from(u16::from_le_bytes(n))
+        }
+        2 | 3 => {
+            let mut n = [0; 4];
+            reader.read_exact(&mut n).map_err(short)?;
+            u32::from_le_bytes(n) as usize
+        }
+        version => return Err(format!(".npy version {version}, expected 1 to 3")),
+    };
+    if n > LONGEST_HEADER {
+        return Err(format!("a header of {n} bytes, expected at most {LONGEST_HEADER}"));
+    }
+    let mut text = vec![0; n];
+    reader.read_exact(&mut text).map_err(short)?;
+    String::from_utf8(text).map_err(|_| "the header is not text".to_owned())
+}
+
+/// Parses `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3, 4), }`.
+///
+/// NumPy writes this one shape of Python literal, so that and no more is understood: there is no
+/// nesting that a file could use up the stack with.
+fn parse_header(text: &str) -> Result<Header, String> {
+    let damaged = || "the header is not a dictionary of descr, fortran_order and shape".to_owned();
+    let (mut descr, mut fortran_order, mut shape) = (None, None, None);
+    let inside = text.trim().strip_prefix('{').and_then(|t| t.strip_suffix('}'));
+    let mut rest = inside.ok_or_else(damaged)?.trim();
+    while !rest.is_empty() {
+        let (key, after) = quoted(rest).ok_or_else(damaged)?;
+        rest = after.trim_start().strip_prefix(':').ok_or_else(damaged)?.trim_start();
+        match key {
+            "descr" if rest.starts_with('[') => {
+                return Err("a structured array, expected one of numbers".to_owned());
+            }
+            "descr" => {
+                let (value, after) = quoted(rest).ok_or_else(damaged)?;
+                descr = Some(value.to_owned());
+                rest = after;
+            }
+            "fortran_order" => {
+                let word = if rest.starts_with("True") { "True" } else { "False" };
+                fortran_order = Some(word == "True");
+                rest = rest.strip_prefix(word).ok_or_else(damaged)?;
+            }
+            "shape" => {
+                let (inside, after) =
+                    rest.strip_prefix('(').and_then(|t| t.split_once(')')).ok_or_else(damaged)?;
+                shape = Some(parse_shape(inside).ok_or_else(damaged)?);
+                rest = after;
+            }
+            _ => return Err(damaged()),
+        }
+        rest = rest.trim_start();
+        match rest.strip_prefix(',') {
+            Some(after) => rest = after.trim_start(),
+            None if rest.is_empty() => {}
+            None => return Err(damaged()),
+        }
+    }
+    match (descr, fortran_order, shape) {
+        (Some(descr), Some(fortran_order), Some(shape)) => {
+            Ok(Header { descr, fortran_order, shape })
+        }
+        _ => Err(damaged()),
+    }
+}
+
+/// A string in quotes of either kind, and what follows it.
+fn quoted(text: &str) -> Option<(&str, &str)> {
+    let quote = text.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+    text[1..].split_once(quote)
+}
+
+/// The numbers of a tuple; Python 2 wrote some with an L behind them.
+fn parse_shape(inside: &str) -> Option<Vec<u64>> {
+    let inside = inside.trim();
+    let inside = inside.strip_suffix(',').unwrap_or(inside);
+    if inside.is_empty() {
+        return Some(Vec::new());
+    }
+    inside.split(',').map(|d| d.trim().trim_end_matches('L').parse().ok()).collect()
+}
+
+/// Sample type and whether it is big endian, from a type string such as `<f4`.
+fn type_of(descr: &str) -> Result<(SampleType, bool), String> {
+    let unknown = || {
+        let start: String = descr.chars().take(20).flat_map(char::escape_default).collect();
+        format!("array type '{start}', expected real numbers such as '<f4' or '|u1'")
+    };
+    let order = descr.chars().next().filter(|c| matches!(c, '<' | '>' | '|' | '='));
+    let sample_type = match order.map_or(descr, |_| &descr[1..]) {
+        "u1" | "b1" | "?" => SampleType::U8,
+        "i1" => SampleType::I8,
+        "u2" => SampleType::U16,
+        "i2" => SampleType::I16,
+        "u4" => SampleType::U32,
+        "i4" => SampleType::I32,
+        "u8" => SampleType::U64,
+        "i8" => SampleType::I64,
+        "f2" => SampleType::F16,
+        "f4" => SampleType::F32,
+        "f8" => SampleType::F64,
+        _ => return Err(unknown()),
+    };
+    match order {
+        Some('<' | '>') => Ok((sample_type, order == Some('>'))),
+        _ if sample_type.n_bytes() == 1 => Ok((sample_type, false)),
+        _ => Err(unknown()),
+    }
+}
+
+/// Dimensions (x, y, z) of an array of shape (nz, ny, nx).
+fn dims_of(shape: &[u64]) -> Result<[usize; 3], String> {
+    let &[nz, ny, nx] = shape else {
+        let start = &shape[..shape.len().min(8)];
+        return Err(format!("an array of {} axes {start:?}, expected 3", shape.len()));
+    };
+    let mut dims = [0; 3];
+    for (d, n) in dims.iter_mut().zip([nx, ny, nz]) {
+        *d = usize::try_from(n).map_err(|_| format!("an axis of {n} samples, more than fits"))?;
+    }
+    Ok(dims)
+}
+
+/// Samples with z fastest, reordered to have x fastest.
+fn x_fastest(samples: Samples, dims: [usize; 3]) -> std::io::Result<Samples> {
+    Ok(match samples {
+        Samples::U8(s) => Samples::U8(reordered(&s, dims)?),
+        Samples::I8(s) => Samples::I8(reordered(&s, dims)?),
+        Samples::U16(s) => Samples::U16(reordered(&s, dims)?),
+        Samples::I16(s) => Samples::I16(reordered(&s, dims)?),
+        Samples::U32(s) => Samples::U32(reordered(&s, dims)?),
+        Samples::I32(s) => Samples::I32(reordered(&s, dims)?),
+        Samples::F32(s) => Samples::F32(reordered(&s, dims)?),
+        Samples::F64(s) => Samples::F64(reordered(&s, dims)?),
+    })
+}
+
+/// The transpose of each x-z slice, in square blocks that fit the cache.
+fn reordered<T: Copy + Default>(
+    z_fastest: &[T],
+    [nx, ny, nz]: [usize; 3],
+) -> std::io::Result<Vec<T>> {
+    const BLOCK: usize = 32;
+    let mut x_fastest = reserve(z_fastest.len(), T::default())?;
+    for z0 in (0..nz).step_by(BLOCK) {
+        for y in 0..ny {
+            for x0 in (0..nx).step_by(BLOCK) {
+                for z in z0..nz.min(z0 + BLOCK) {
+                    for x in x0..nx.min(x0 + BLOCK) {
+                        x_fastest[x + nx * (y + ny * z)] = z_fastest[z + nz * (y + ny * x)];
+                    }
+                }
+            }
+        }
+    }
+    Ok(x_fastest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_is_the_one_numpy_writes() {
+        let known = Header { descr: "<f4".to_owned(), fortran_order: true, shape: vec![2, 3, 4] };
+        let text = "{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3, 4), }          \n";
+        assert_eq!(parse_header(text), Ok(known));
+        let python2 = "{\"shape\": (2L, 3L), \"descr\": \"|u1\", \"fortran_order\": False}";
+        assert_eq!(parse_header(python2).map(|h| h.shape), Ok(vec![2, 3]));
+        for damaged in [
+            "",
+            "{",
+            "}{",
+            "{}",
+            "{'descr': '<f4'}",
+            "{'descr': '<f4', 'fortran_order': Maybe, 'shape': (1,)}",
+            "{'descr': '<f4', 'fortran_order': True, 'shape': (-1,)}",
+            "{'descr': '<f4', 'fortran_order': True, 'shape': ((((((1,)}",
+            "{'descr': '<f4' 'fortran_order': True, 'shape': (1,)}",
+            "{'descr': 'é",
+        ] {
+            assert!(parse_header(damaged).is_err(), "{damaged}");
+        }
+    }
+
+    #[test]
+    fn only_real_numbers_with_a_byte_order_are_samples() {
+        assert_eq!(type_of("<f4"), Ok((SampleType::F32, false)));
+        assert_eq!(type_of(">i2"), Ok((SampleType::I16, true)));
+        assert_eq!(type_of("|b1"), Ok((SampleType::U8, false)));
+        for other in ["<c8", "|O", "<U3", "|S4", "", "é", "f4", "|f4", "<f16"] {
+            assert!(type_of(other).is_err(), "{other}");
+        }
+    }
+}

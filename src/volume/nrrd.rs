@@ -1,1 +1,183 @@
-//! NRRD.
+//! NRRD ("nearly raw raster data"): a text header, then the samples in the same file (`.nrrd`) or
+//! in another one (`.nhdr`, or any header with a `data file` field).
+//!
+//! Read are scalar 3-D arrays of every number type in both byte orders, encoded raw, gzip or
+//! text. The file's own space (`space: left-posterior-superior`, `RAS`, ...) is kept as the world
+//! frame: no axis is flipped, so an exported mesh lies where the file says in the file's
+//! convention.
+//!
+//! A header is free to lie, so its size is held against the length of the file before memory is
+//! taken: exactly for raw data, and by the greatest possible compression (1032 to 1 for deflate,
+//! zlib technical notes) for gzip, of which no byte beyond that size is inflated.
+
+mod header;
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use flate2::bufread::MultiGzDecoder;
+
+use crate::error::{Error, Result};
+use crate::volume::decode::{
+    SampleType, exact_f64, read_error, read_samples, reserve, size_of_grid,
+};
+use crate::volume::{Placement, Samples};
+use header::{Encoding, Header};
+
+/// Most bytes that one byte of a deflate stream can stand for.
+const DEFLATE_RATIO: u64 = 1032;
+
+/// Reads a NRRD file and, where the header is detached, the file of samples it names.
+///
+/// # Errors
+///
+/// [`Error::Io`] if a file cannot be read; [`Error::Input`] for anything but a scalar 3-D array,
+/// for damaged headers and for data that are shorter or longer than the header says.
+pub(crate) fn read(path: &Path) -> Result<([usize; 3], Samples, Placement)> {
+    let mut reader = BufReader::new(File::open(path).map_err(|e| Error::io(path, e))?);
+    let header = header::parse(&mut reader)
+        .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
+    let mut data_path = PathBuf::from(path);
+    if let Some(name) = &header.data_file {
+        data_path = path.parent().unwrap_or(Path::new("")).join(name);
+        let is_file = data_path.metadata().map_err(|e| Error::io(&data_path, e))?.is_file();
+        if !is_file {
+            return Err(Error::input(format!(
+                "{}: the data file '{name}' is not a regular file",
+                path.display()
+            )));
+        }
+        reader = BufReader::new(File::open(&data_path).map_err(|e| Error::io(&data_path, e))?);
+    }
+    let samples = read_data(&mut reader, &header).map_err(|e| read_error(&data_path, e))?;
+    Ok((header.dims, samples, header.placement))
+}
+
+/// An error about what a file holds.
+fn invalid(message: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
+}
+
+/// The samples behind the position of `reader`.
+fn read_data(reader: &mut BufReader<File>, header: &Header) -> io::Result<Samples> {
+    for _ in 0..header.line_skip {
+        if reader.skip_until(b'\n')? == 0 {
+            return Err(invalid(format!("fewer than the {} lines to skip", header.line_skip)));
+        }
+    }
+    let position = reader.stream_position()?;
+    let left = reader.get_ref().metadata()?.len().saturating_sub(position);
+    let [x, y, z] = header.dims;
+    let what = format!("{x}x{y}x{z} {}", header.sample_type);
+    let (n, n_bytes) = size_of_grid(header.dims, header.sample_type)
+        .ok_or_else(|| invalid(format!("{what} samples, more than memory can hold")))?;
+    match header.encoding {
+        Encoding::Raw => read_raw(reader, header, left, (n, n_bytes as u64), &what),
+        Encoding::Gzip => read_gzip(reader, header, left, (n, n_bytes as u64), &what),
+        Encoding::Text => read_text(reader, header, left, n, &what),
+    }
+}
+
+fn read_raw(
+    reader: &mut BufReader<File>,
+    header: &Header,
+    left: u64,
+    (n, n_bytes): (usize, u64),
+    what: &str,
+) -> io::Result<Samples> {
+    let skip = header.byte_skip.unwrap_or(left.saturating_sub(n_bytes));
+    let found = left.saturating_sub(skip);
+    if found != n_bytes {
+        return Err(invalid(format!("{found} bytes of samples, expected {n_bytes} for {what}")));
+    }
+    let start = reader.stream_position()? + skip;
+    reader.seek(SeekFrom::Start(start))?;
+    read_samples(reader, header.sample_type, header.big_endian, n)
+}
+
+fn read_gzip(
+    reader: &mut BufReader<File>,
+    header: &Header,
+    left: u64,
+    (n, n_bytes): (usize, u64),
+    what: &str,
+) -> io::Result<Samples> {
+    let skip = header.byte_skip.unwrap_or(0);
+    if n_bytes.saturating_add(skip) > left.saturating_mul(DEFLATE_RATIO) {
+        return Err(invalid(format!(
+            "{left} bytes of gzip data, too few for the {n_bytes} bytes of {what}"
+        )));
+    }
+    let describe = |e: io::Error| match e.kind() {
+        io::ErrorKind::UnexpectedEof => {
+            invalid(format!("the gzip data end early, expected {n_bytes} bytes for {what}"))
+        }
+        // What flate2 says of a stream that is no gzip, or whose checksum is wrong.
+        io::ErrorKind::InvalidInput => invalid(format!("damaged gzip data: {e}")),
+        _ => e,
+    };
+    let mut inflated = MultiGzDecoder::new(reader);
+    io::copy(&mut inflated.by_ref().take(skip), &mut io::sink()).map_err(describe)?;
+    let samples =
+        read_samples(&mut inflated, header.sample_type, header.big_endian, n).map_err(describe)?;
+    // Reading past the end also checks the checksum behind the data.
+    if inflated.read(&mut [0]).map_err(describe)? != 0 {
+        return Err(invalid(format!("the gzip data hold more than the {n_bytes} bytes of {what}")));
+    }
+    Ok(samples)
+}
+
+fn read_text(
+    reader: &mut BufReader<File>,
+    header: &Header,
+    left: u64,
+    n: usize,
+    what: &str,
+) -> io::Result<Samples> {
+    // A number and the space behind it take two bytes.
+    if n as u64 > left / 2 + 1 {
+        return Err(invalid(format!("{left} bytes of text, too few for {what}")));
+    }
+    let skip = header.byte_skip.unwrap_or(0).min(left);
+    let mut bytes = reserve(usize::try_from(left - skip).unwrap_or(usize::MAX), 0u8)?;
+    let start = reader.stream_position()? + skip;
+    reader.seek(SeekFrom::Start(start))?;
+    reader.read_exact(&mut bytes)?;
+    let text = std::str::from_utf8(&bytes)
+        .map_err(|_| invalid("text samples that are not text".to_owned()))?;
+    Ok(match header.sample_type {
+        SampleType::U8 => Samples::U8(numbers(text, n, what)?),
+        SampleType::I8 => Samples::I8(numbers(text, n, what)?),
+        SampleType::U16 => Samples::U16(numbers(text, n, what)?),
+        SampleType::I16 => Samples::I16(numbers(text, n, what)?),
+        SampleType::U32 => Samples::U32(numbers(text, n, what)?),
+        SampleType::I32 => Samples::I32(numbers(text, n, what)?),
+        SampleType::F16 | SampleType::F32 => Samples::F32(numbers(text, n, what)?),
+        SampleType::F64 => Samples::F64(numbers(text, n, what)?),
+        SampleType::I64 | SampleType::U64 => {
+            let wide: Vec<i128> = numbers(text, n, what)?;
+            Samples::F64(wide.into_iter().map(exact_f64).collect::<io::Result<_>>()?)
+        }
+    })
+}
+
+/// Exactly `n` numbers separated by white space or commas.
+fn numbers<T: FromStr + Copy + Default>(text: &str, n: usize, what: &str) -> io::Result<Vec<T>> {
+    let mut values = reserve(n, T::default())?;
+    let mut words =
+        text.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
+    for (i, value) in values.iter_mut().enumerate() {
+        let word =
+            words.next().ok_or_else(|| invalid(format!("{i} numbers, expected {n} for {what}")))?;
+        *value = word.parse().map_err(|_| {
+            let start: String = word.chars().take(40).flat_map(char::escape_default).collect();
+            invalid(format!("'{start}' as number {i} of the text, expected one of {what}"))
+        })?;
+    }
+    if words.next().is_some() {
+        return Err(invalid(format!("more than the {n} numbers of {what}")));
+    }
+    Ok(values)
+}

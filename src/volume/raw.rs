@@ -8,7 +8,7 @@ use std::fs::File;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::volume::decode::{SampleType, read_samples, size_of_grid};
+use crate::volume::decode::{SampleType, read_error, read_samples, size_of_grid};
 use crate::volume::{Placement, ReadOptions, Samples};
 
 /// Reads a RAW file.
@@ -48,7 +48,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<([usize; 3], Sa
         ))
     })?;
     let samples = read_samples(&mut file, sample_type, options.big_endian, n)
-        .map_err(|e| Error::io(path, e))?;
+        .map_err(|e| read_error(path, e))?;
     Ok((dims, samples, Placement::default()))
 }
 

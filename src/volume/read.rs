@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::volume::{Volume, raw};
+use crate::volume::{Samples, Volume, npy, nrrd, raw};
 
 /// What the command line may say about a volume beside its file name.
 #[derive(Clone, Debug, Default)]
@@ -22,24 +22,63 @@ pub struct ReadOptions {
     pub nan_as: Option<f64>,
 }
 
-/// Reads a volume.
+/// Reads a volume: `.raw`, `.nrrd`, `.nhdr` or `.npy` by the extension (in any case); a file of
+/// any other name is RAW if the options give both dimensions and sample type.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] and [`Error::Input`].
+/// [`Error::Io`] if the file cannot be read, [`Error::Input`] if its kind is unknown, it is
+/// damaged, or [`Volume::new`] refuses its samples, [`Error::Usage`] for options that do not fit
+/// the file or are no numbers.
 pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let shown = path.display();
+    if !path.metadata().map_err(|e| Error::io(path, e))?.is_file() {
+        return Err(Error::input(format!("{shown}: not a regular file")));
+    }
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let (dims, samples, mut placement) = match extension.as_str() {
+    let describes_raw = options.dims.is_some() && options.sample_type.is_some();
+    let (dims, mut samples, mut placement) = match extension.as_str() {
         "raw" => raw::read(path, options)?,
+        "nrrd" | "nhdr" | "npy" => {
+            if options.dims.is_some() || options.sample_type.is_some() || options.big_endian {
+                return Err(Error::Usage(format!(
+                    "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
+                )));
+            }
+            if extension == "npy" { npy::read(path)? } else { nrrd::read(path)? }
+        }
+        _ if describes_raw => raw::read(path, options)?,
         _ => {
             return Err(Error::input(format!(
-                "{}: unknown extension '{extension}', expected .raw",
-                path.display()
+                "{shown}: unknown extension '{extension}', expected .raw, .nrrd, .nhdr or .npy (--dims and --type read any file as raw)"
             )));
         }
     };
     placement.spacing = options.spacing.unwrap_or(placement.spacing);
     placement.origin = options.origin.unwrap_or(placement.origin);
+    if let Some(value) = options.nan_as {
+        replace_not_finite(&mut samples, value)?;
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     Volume::new(name, dims, samples, placement)
+}
+
+/// Puts `value` in place of NaN and infinities; integers have none.
+fn replace_not_finite(samples: &mut Samples, value: f64) -> Result<()> {
+    let is_usable = match samples {
+        Samples::F32(_) => (value as f32).is_finite(),
+        _ => value.is_finite(),
+    };
+    if !is_usable {
+        return Err(Error::Usage(format!(
+            "{value} in place of not finite samples, expected a finite {}",
+            samples.type_name()
+        )));
+    }
+    match samples {
+        Samples::F32(s) => s.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = value as f32),
+        Samples::F64(s) => s.iter_mut().filter(|v| !v.is_finite()).for_each(|v| *v = value),
+        _ => {}
+    }
+    Ok(())
 }

@@ -1,0 +1,356 @@
+//! The text header of a NRRD file.
+//!
+//! Source: "Definition of NRRD File Format", teem.sourceforge.net/nrrd/format.html. A header is a
+//! magic line, then one `field: value` per line in any order, and ends at a blank line (or, where
+//! the samples are in another file, at the end of its own). Fields that do not change what the
+//! samples are or where they lie (`content`, `units`, `labels`, ...) are passed over, as are
+//! `key:=value` pairs and comments.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, Read};
+
+use crate::volume::Placement;
+use crate::volume::decode::SampleType;
+
+/// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
+const LONGEST: u64 = 1 << 20;
+
+/// How the samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Raw,
+    Text,
+    Gzip,
+}
+
+/// What a header says about the samples.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) dims: [usize; 3],
+    pub(super) sample_type: SampleType,
+    pub(super) big_endian: bool,
+    pub(super) encoding: Encoding,
+    /// Name of the file that holds the samples, as written; `None` if they follow the header.
+    pub(super) data_file: Option<String>,
+    /// Lines to skip before the samples.
+    pub(super) line_skip: u64,
+    /// Bytes to skip after that; `None` for -1, "the samples are the end of the file".
+    pub(super) byte_skip: Option<u64>,
+    pub(super) placement: Placement,
+}
+
+/// Reads a header and leaves `reader` behind the blank line.
+///
+/// # Errors
+///
+/// What is wrong, without the name of the file.
+pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
+    let fields = Fields::read(reader)?;
+    let dimension: usize = fields.number("dimension")?.ok_or("no 'dimension' field")?;
+    if dimension != 3 {
+        return Err(format!("'dimension' is {dimension}, expected 3"));
+    }
+    let dims = fields.three::<usize>("sizes")?.ok_or("no 'sizes' field")?;
+    let type_name = fields.get("type").ok_or("no 'type' field")?;
+    let sample_type = type_from_name(type_name)
+        .ok_or_else(|| format!("type '{type_name}', expected a scalar number type"))?;
+    let encoding = encoding(fields.get("encoding").ok_or("no 'encoding' field")?)?;
+    let big_endian = match fields.get("endian").map(str::to_ascii_lowercase).as_deref() {
+        Some("little") => false,
+        Some("big") => true,
+        Some(other) => return Err(format!("endian '{other}', expected little or big")),
+        None if sample_type.n_bytes() == 1 || encoding == Encoding::Text => false,
+        None => return Err(format!("no 'endian' field, which {sample_type} needs")),
+    };
+    check_kinds(&fields)?;
+    Ok(Header {
+        dims,
+        sample_type,
+        big_endian,
+        encoding,
+        data_file: data_file(&fields)?,
+        line_skip: fields.number("line skip")?.unwrap_or(0),
+        byte_skip: match fields.number::<i64>("byte skip")?.unwrap_or(0) {
+            -1 if encoding == Encoding::Raw => None,
+            n => Some(u64::try_from(n).map_err(|_| {
+                format!("'byte skip' is {n}, expected 0 or more (or -1 with encoding raw)")
+            })?),
+        },
+        placement: placement(&fields, dims)?,
+    })
+}
+
+/// The fields of a header by name, in lower case and with the spaces of the definition.
+struct Fields(BTreeMap<String, String>);
+
+impl Fields {
+    fn read(reader: &mut impl BufRead) -> Result<Self, String> {
+        let mut reader = reader.take(LONGEST);
+        let mut line = Vec::new();
+        let mut next_line = || -> Result<Option<String>, String> {
+            line.clear();
+            let n = reader.read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
+            if n > 0 && line.last() != Some(&b'\n') && reader.limit() == 0 {
+                return Err(format!("the header does not end within {LONGEST} bytes"));
+            }
+            Ok((n > 0).then(|| String::from_utf8_lossy(&line).trim_end().to_owned()))
+        };
+        let magic = next_line()?.unwrap_or_default();
+        if !matches!(magic.strip_prefix("NRRD000").map(str::as_bytes), Some([b'1'..=b'5'])) {
+            return Err("no NRRD file: the first line is not NRRD0001 to NRRD0005".to_owned());
+        }
+        let mut fields = BTreeMap::new();
+        while let Some(line) = next_line()?.filter(|line| !line.is_empty()) {
+            if line.starts_with('#') {
+                continue;
+            }
+            let Some((name, value)) = line.split_once(':') else {
+                return Err(format!("header line '{}', expected 'field: value'", shortened(&line)));
+            };
+            if value.starts_with('=') {
+                continue;
+            }
+            let name = match name.trim().to_ascii_lowercase().as_str() {
+                "datafile" => "data file".to_owned(),
+                "lineskip" => "line skip".to_owned(),
+                "byteskip" => "byte skip".to_owned(),
+                "axismins" => "axis mins".to_owned(),
+                "axismaxs" => "axis maxs".to_owned(),
+                "centerings" => "centers".to_owned(),
+                other => other.to_owned(),
+            };
+            if fields.insert(name.clone(), value.trim().to_owned()).is_some() {
+                return Err(format!("field '{}' appears twice", shortened(&name)));
+            }
+        }
+        Ok(Fields(fields))
+    }
+
+    fn get(&self, name: &str) -> Option<&str> {
+        self.0.get(name).map(String::as_str)
+    }
+
+    fn number<T: std::str::FromStr>(&self, name: &str) -> Result<Option<T>, String> {
+        self.get(name)
+            .map(|text| {
+                text.parse().map_err(|_| {
+                    format!("'{name}' is '{}', expected a whole number in range", shortened(text))
+                })
+            })
+            .transpose()
+    }
+
+    /// Three values separated by spaces.
+    fn three<T: std::str::FromStr>(&self, name: &str) -> Result<Option<[T; 3]>, String> {
+        let Some(text) = self.get(name) else { return Ok(None) };
+        let values: Option<Vec<T>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
+        match values.and_then(|v| <[T; 3]>::try_from(v).ok()) {
+            Some(three) => Ok(Some(three)),
+            None => Err(format!("'{name}' is '{}', expected 3 numbers", shortened(text))),
+        }
+    }
+}
+
+/// The start of a text, so that a damaged file cannot fill the screen.
+fn shortened(text: &str) -> String {
+    let start: String = text.chars().take(40).flat_map(char::escape_default).collect();
+    if text.chars().nth(40).is_some() { start + "..." } else { start }
+}
+
+/// The type behind every name the definition allows; `block` is not a number.
+fn type_from_name(name: &str) -> Option<SampleType> {
+    Some(match name {
+        "signed char" | "int8" | "int8_t" => SampleType::I8,
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => SampleType::U8,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
+            SampleType::I16
+        }
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => {
+            SampleType::U16
+        }
+        "int" | "signed int" | "int32" | "int32_t" => SampleType::I32,
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => SampleType::U32,
+        "longlong"
+        | "long long"
+        | "long long int"
+        | "signed long long"
+        | "signed long long int"
+        | "int64"
+        | "int64_t" => SampleType::I64,
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => {
+            SampleType::U64
+        }
+        "float" => SampleType::F32,
+        "double" => SampleType::F64,
+        _ => return None,
+    })
+}
+
+fn encoding(name: &str) -> Result<Encoding, String> {
+    match name.to_ascii_lowercase().as_str() {
+        "raw" => Ok(Encoding::Raw),
+        "txt" | "text" | "ascii" => Ok(Encoding::Text),
+        "gz" | "gzip" => Ok(Encoding::Gzip),
+        _ => Err(format!("encoding '{}', expected raw, gzip or text", shortened(name))),
+    }
+}
+
+/// One file of samples; several are not supported.
+fn data_file(fields: &Fields) -> Result<Option<String>, String> {
+    let Some(name) = fields.get("data file") else { return Ok(None) };
+    // `LIST [dim]` and `slice%03d.raw 1 60 1 [dim]`.
+    let is_list = name == "LIST" || name.starts_with("LIST ");
+    let is_pattern = name.contains('%') && name.split_whitespace().count() >= 4;
+    if is_list || is_pattern {
+        return Err("samples in several data files, expected one file".to_owned());
+    }
+    Ok(Some(name.to_owned()))
+}
+
+/// A 3-D array may still be a picture of colours: each axis must be one to interpolate along.
+fn check_kinds(fields: &Fields) -> Result<(), String> {
+    for kind in fields.get("kinds").unwrap_or_default().split_whitespace() {
+        let lower = kind.to_ascii_lowercase();
+        if !matches!(lower.as_str(), "domain" | "space" | "time" | "none" | "???") {
+            return Err(format!("axis of kind '{}', expected a scalar volume", shortened(kind)));
+        }
+    }
+    Ok(())
+}
+
+/// Where the samples lie: space directions and origin, or spacings, or axis minima and maxima.
+fn placement(fields: &Fields, dims: [usize; 3]) -> Result<Placement, String> {
+    check_space(fields)?;
+    let mut placement = Placement::default();
+    if let Some(text) = fields.get("space directions") {
+        let vectors = vectors(text).filter(|v| v.len() == 3).ok_or_else(|| {
+            format!("'space directions' is '{}', expected 3 vectors of 3 numbers", shortened(text))
+        })?;
+        for (a, v) in vectors.into_iter().enumerate() {
+            let length = v[0].hypot(v[1]).hypot(v[2]);
+            placement.spacing[a] = length;
+            placement.direction[a] = v.map(|x| x / length);
+        }
+    } else {
+        axis_aligned(fields, dims, &mut placement)?;
+    }
+    if let Some(text) = fields.get("space origin") {
+        placement.origin = match vectors(text).as_deref() {
+            Some(&[origin]) => origin,
+            _ => {
+                return Err(format!(
+                    "'space origin' is '{}', expected a vector of 3 numbers",
+                    shortened(text)
+                ));
+            }
+        };
+    }
+    Ok(placement)
+}
+
+/// Spacing and origin from the per-axis fields; `nan` in them means "not known".
+fn axis_aligned(
+    fields: &Fields,
+    dims: [usize; 3],
+    placement: &mut Placement,
+) -> Result<(), String> {
+    let unknown = [f64::NAN; 3];
+    let spacings = fields.three::<f64>("spacings")?.unwrap_or(unknown);
+    let minima = fields.three::<f64>("axis mins")?.unwrap_or(unknown);
+    let maxima = fields.three::<f64>("axis maxs")?.unwrap_or(unknown);
+    let centers: Vec<&str> = fields.get("centers").unwrap_or_default().split_whitespace().collect();
+    for a in 0..3 {
+        // Samples in the middle of cells lie half a spacing inside the extent of the axis.
+        let cell = centers.get(a).is_some_and(|c| c.eq_ignore_ascii_case("cell"));
+        let n_steps = if cell { dims[a] as f64 } else { dims[a] as f64 - 1.0 };
+        if !spacings[a].is_nan() {
+            placement.spacing[a] = spacings[a];
+        } else if !(minima[a].is_nan() || maxima[a].is_nan()) {
+            placement.spacing[a] = (maxima[a] - minima[a]) / n_steps;
+        }
+        if !minima[a].is_nan() {
+            placement.origin[a] = minima[a] + if cell { 0.5 * placement.spacing[a] } else { 0.0 };
+        }
+    }
+    Ok(())
+}
+
+/// The space must have three dimensions; its axes keep their meaning whatever it is called.
+fn check_space(fields: &Fields) -> Result<(), String> {
+    if let Some(n) = fields.number::<usize>("space dimension")?.filter(|&n| n != 3) {
+        return Err(format!("'space dimension' is {n}, expected 3"));
+    }
+    match fields.get("space") {
+        Some(space) if space.to_ascii_lowercase().contains("time") => {
+            Err(format!("space '{}', expected one of 3 dimensions", shortened(space)))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Vectors written `(x,y,z) (x,y,z)`, with spaces anywhere; `None` if they are not that.
+fn vectors(text: &str) -> Option<Vec<[f64; 3]>> {
+    let mut rest = text.trim();
+    let mut vectors = Vec::new();
+    while !rest.is_empty() {
+        let (inside, after) = rest.strip_prefix('(')?.split_once(')')?;
+        let numbers: Option<Vec<f64>> = inside
+            .split(',')
+            .map(|v| v.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+            .collect();
+        vectors.push(numbers?.try_into().ok()?);
+        rest = after.trim_start();
+    }
+    Some(vectors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(lines: &str) -> Result<Header, String> {
+        let base = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 5 6\nencoding: raw\n";
+        parse(&mut format!("{base}{lines}\n").as_bytes())
+    }
+
+    #[test]
+    fn space_directions_become_spacing_and_unit_directions() {
+        let h = header(
+            "space: left-posterior-superior\nspace directions: (0, 2,0) (-3,0,0) ( 0,0,0.5)\nspace origin: (1,-2,3.5)\n",
+        )
+        .expect("a valid header");
+        assert_eq!(h.placement.spacing, [2.0, 3.0, 0.5]);
+        assert_eq!(h.placement.direction, [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+        assert_eq!(h.placement.origin, [1.0, -2.0, 3.5]);
+    }
+
+    #[test]
+    fn axis_minima_and_maxima_place_node_and_cell_centred_samples() {
+        let h = header("axis mins: 0 0 nan\naxis maxs: 3 10 nan\ncenters: node cell node\n")
+            .expect("a valid header");
+        assert_eq!(h.placement.spacing, [1.0, 2.0, 1.0]);
+        assert_eq!(h.placement.origin, [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn fields_of_other_volumes_are_named_in_the_error() {
+        let known = [
+            ("kinds: RGB-color domain domain\n", "RGB-color"),
+            ("space: left-posterior-superior-time\n", "time"),
+            ("space dimension: 2\n", "'space dimension' is 2"),
+            ("space directions: none (1,0,0) (0,1,0)\n", "'space directions'"),
+            ("space origin: (1,2)\n", "'space origin'"),
+            ("data file: LIST\n", "several data files"),
+            ("data file: a%03d.raw 1 6 1\n", "several data files"),
+            ("byte skip: -2\n", "'byte skip' is -2"),
+            ("endian: middle\n", "endian 'middle'"),
+            ("sizes: 1 2 3\n", "appears twice"),
+            ("spacings: 1 1\n", "'spacings'"),
+            ("no colon\n", "'no colon'"),
+        ];
+        for (lines, part) in known {
+            let error = header(lines).expect_err(lines);
+            assert!(error.contains(part), "{lines:?}: {error}");
+        }
+    }
+}
