@@ -20,10 +20,10 @@ mod triangle_grid;
 
 use crate::error::{Error, Result};
 use crate::extract;
-use crate::spectrum::{Spectrum, SurfaceMesh};
+use crate::spectrum::{Query, Spectrum, SurfaceMesh};
 use crate::volume::Volume;
 
-pub use distribution::{Distribution, Summary};
+pub use distribution::Summary;
 pub use manifold::{MeshTopology, mesh_topology};
 pub use report::{Limits, Report, Row, Totals};
 
@@ -71,11 +71,12 @@ pub fn verify(
 
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
+    let mut query = Query::new(spectrum);
     let mut look = |isovalue: f64, at_event: bool| -> Result<SurfaceMesh> {
         if !progress(rows.len() as f64 / n_all) {
             return Err(Error::Interrupted);
         }
-        let mesh = spectrum.mesh_at(isovalue)?;
+        let mesh = query.mesh_at(isovalue)?;
         let (row, geometry) = look_at(volume, isovalue, at_event, &mesh);
         if let Some(geometry) = geometry.filter(|_| !at_event) {
             pooled.merge(&geometry);

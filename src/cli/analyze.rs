@@ -57,7 +57,7 @@ impl Analyze {
         let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
         let bar = Bar::new(quiet);
         bar.report(0.0, "topology");
-        let field = ExactField::new(&volume);
+        let field = ExactField::new(&volume)?;
         let topology = Topology::compute(&field)?;
         let curves = curves::sample(
             &volume,

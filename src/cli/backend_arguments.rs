@@ -39,8 +39,7 @@ impl BackendArguments {
     pub(super) fn open(&self) -> Result<Backend> {
         if let Some(n) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n));
-            pool.build_global()
-                .map_err(|error| Error::Usage(format!("--threads {n}: {error}")))?;
+            pool.build_global().map_err(|error| Error::Usage(format!("--threads {n}: {error}")))?;
         }
         if self.backend == Choice::Cpu && self.adapter.is_some() {
             return Err(Error::Usage("--adapter has no meaning with --backend cpu".to_owned()));

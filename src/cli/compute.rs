@@ -124,7 +124,11 @@ impl Compute {
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();
-        log::info!("{}: done in {seconds:.1} s\n{}", self.output.display(), facts.table().trim_end());
+        log::info!(
+            "{}: done in {seconds:.1} s\n{}",
+            self.output.display(),
+            facts.table().trim_end()
+        );
         if self.json {
             report::print_json("compute", &Computed { seconds, facts })?;
         }

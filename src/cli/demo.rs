@@ -60,7 +60,11 @@ impl Demo {
         let path = |ending: &str| folder.join(format!("{name}{ending}"));
 
         let [nx, ny, nz] = volume.dims();
-        log::info!("computing the spectrum of {} ({nx}x{ny}x{nz}) with {}", volume.name(), backend.name());
+        log::info!(
+            "computing the spectrum of {} ({nx}x{ny}x{nz}) with {}",
+            volume.name(),
+            backend.name()
+        );
         let started = Instant::now();
         let spectrum_path = path(".isp");
         let output = Output::open(&spectrum_path)?;
@@ -113,7 +117,6 @@ impl Demo {
 
 fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
     let mesh = spectrum.mesh_at(isovalue)?;
-    Output::open(path)?
-        .write(|file| export::write(&mesh, &spectrum.volume, Format::Ply, file))?;
+    Output::open(path)?.write(|file| export::write(&mesh, &spectrum.volume, Format::Ply, file))?;
     Ok(())
 }

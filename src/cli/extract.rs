@@ -60,9 +60,7 @@ impl Extract {
         if mesh.triangles.is_empty() {
             log::warn!("{}", why_empty(isovalue, spectrum.range, self.open));
         }
-        let bytes = output.write(|file| {
-            export::write(&mesh, &spectrum.volume, format, file)
-        })?;
+        let bytes = output.write(|file| export::write(&mesh, &spectrum.volume, format, file))?;
         let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
         if self.json {
             report::print_json("extract", &Extracted { isovalue, n_vertices, n_triangles, bytes })?;

@@ -17,9 +17,7 @@ impl Isovalue {
         match self {
             Isovalue::Absolute(value) => value,
             // Weighted, so that 0% and 100% are the ends exactly.
-            Isovalue::Percent(percent) => {
-                low * (1.0 - percent / 100.0) + high * (percent / 100.0)
-            }
+            Isovalue::Percent(percent) => low * (1.0 - percent / 100.0) + high * (percent / 100.0),
         }
     }
 }

@@ -63,10 +63,7 @@ impl Output {
     }
 
     /// Writes everything and puts the file in its place; how many bytes it has.
-    pub(super) fn write(
-        self,
-        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<u64> {
+    pub(super) fn write(self, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
         let Output { path, destination } = self;
         let fail = |source| {
             if interrupt::requested() { Error::Interrupted } else { Error::io(&path, source) }

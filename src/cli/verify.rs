@@ -53,8 +53,7 @@ impl Verify {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let volume = self.volume.read()?.with_outside(spectrum.volume.outside);
-        let sampling =
-            Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
+        let sampling = Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
         let limits = Limits {
             topology_wrong: self.max_wrong,
             deviation: self.max_deviation,

@@ -10,7 +10,7 @@ const BINS: usize = 1000;
 
 /// Values in [0, `top`]; larger ones count as `top`.
 #[derive(Clone, Debug)]
-pub struct Distribution {
+pub(super) struct Distribution {
     top: f64,
     bins: Vec<u64>,
     n: u64,
@@ -38,12 +38,12 @@ pub struct Summary {
 
 impl Distribution {
     /// An empty distribution of values in [0, `top`].
-    pub fn new(top: f64) -> Self {
+    pub(super) fn new(top: f64) -> Self {
         Distribution { top, bins: vec![0; BINS], n: 0, sum: 0.0, min: f64::INFINITY, max: 0.0 }
     }
 
     /// Counts one value; one that is not a number counts as the largest there is.
-    pub fn add(&mut self, value: f64) {
+    pub(super) fn add(&mut self, value: f64) {
         let value = if value.is_nan() { self.top } else { value.clamp(0.0, self.top) };
         let bin = (value / self.top * BINS as f64) as usize;
         self.bins[bin.min(BINS - 1)] += 1;
@@ -54,7 +54,7 @@ impl Distribution {
     }
 
     /// Counts the values of another distribution of the same range.
-    pub fn merge(&mut self, other: &Distribution) {
+    pub(super) fn merge(&mut self, other: &Distribution) {
         debug_assert_eq!(self.top, other.top);
         for (mine, theirs) in self.bins.iter_mut().zip(&other.bins) {
             *mine += theirs;
@@ -66,7 +66,7 @@ impl Distribution {
     }
 
     /// The value below which `share` of all values lie, from above by at most one bin.
-    pub fn percentile(&self, share: f64) -> Option<f64> {
+    pub(super) fn percentile(&self, share: f64) -> Option<f64> {
         let wanted = (share * self.n as f64).ceil().max(1.0) as u64;
         let mut seen = 0;
         for (i, count) in self.bins.iter().enumerate() {
@@ -80,7 +80,7 @@ impl Distribution {
     }
 
     /// What a report says.
-    pub fn summary(&self) -> Summary {
+    pub(super) fn summary(&self) -> Summary {
         if self.n == 0 {
             return Summary::default();
         }

@@ -109,9 +109,7 @@ mod tests {
 
     #[test]
     fn a_segment_crosses_only_the_inside() {
-        let through = |x: f64, y: f64| {
-            segment_crosses_triangle([x, y, -1.0], [x, y, 1.0], RIGHT)
-        };
+        let through = |x: f64, y: f64| segment_crosses_triangle([x, y, -1.0], [x, y, 1.0], RIGHT);
         assert!(through(0.25, 0.25));
         assert!(!through(0.75, 0.75));
         assert!(!through(0.5, 0.5));

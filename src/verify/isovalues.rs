@@ -5,16 +5,16 @@ use crate::spectrum::Event;
 use crate::volume::Volume;
 
 /// SplitMix64 (Steele, Lea, Flood 2014): a small generator whose sequence depends on its seed alone.
-pub struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
     /// The sequence of `seed`.
-    pub fn new(seed: u64) -> Self {
+    pub(super) fn new(seed: u64) -> Self {
         Random(seed)
     }
 
     /// The next 64 random bits.
-    pub fn next_u64(&mut self) -> u64 {
+    pub(super) fn next_u64(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -23,19 +23,19 @@ impl Random {
     }
 
     /// Uniform in [0, 1).
-    pub fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         (self.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in 0..n, for n far below 2^53; n > 0.
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(super) fn below(&mut self, n: usize) -> usize {
         (self.unit() * n as f64) as usize
     }
 }
 
 /// `n` isovalues inside `range`, sorted: every other one uniform over the range, the rest near
 /// values of samples, where most of the volume's surfaces are.
-pub fn random_isovalues(
+pub(super) fn random_isovalues(
     volume: &Volume,
     range: (f64, f64),
     n: usize,
@@ -65,7 +65,7 @@ pub fn random_isovalues(
 
 /// Isovalues just before and just after at most `n` events, sorted by event: pairs a millionth of
 /// the range to either side. Events at one isovalue count once.
-pub fn event_isovalues(
+pub(super) fn event_isovalues(
     events: &[Event],
     range: (f64, f64),
     n: usize,

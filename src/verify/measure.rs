@@ -13,14 +13,14 @@ use crate::spectrum::SurfaceMesh;
 use crate::volume::Volume;
 
 /// Farthest that a distance is measured, voxels.
-pub const REACH: f64 = 4.0;
+pub(super) const REACH: f64 = 4.0;
 
 /// Most points of the isosurface whose distance to the mesh is measured at one isovalue.
 const MOST_POINTS: usize = 20_000;
 
 /// Distances and shapes of one mesh, or of all meshes pooled.
 #[derive(Clone, Debug)]
-pub struct Geometry {
+pub(super) struct Geometry {
     /// From used vertices to the isosurface, along their area-weighted normals, voxels.
     pub vertex_deviation: Distribution,
     /// From barycentres to the isosurface, along the triangles' normals, voxels.
@@ -35,7 +35,7 @@ pub struct Geometry {
 
 impl Geometry {
     /// Nothing measured yet.
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Geometry {
             vertex_deviation: Distribution::new(REACH),
             barycentre_deviation: Distribution::new(REACH),
@@ -46,7 +46,7 @@ impl Geometry {
     }
 
     /// Pools the measurements of another isovalue into these.
-    pub fn merge(&mut self, other: &Geometry) {
+    pub(super) fn merge(&mut self, other: &Geometry) {
         self.vertex_deviation.merge(&other.vertex_deviation);
         self.barycentre_deviation.merge(&other.barycentre_deviation);
         self.surface_deviation.merge(&other.surface_deviation);
@@ -57,7 +57,7 @@ impl Geometry {
 
 /// Whether every position is finite and inside the volume with the layer around it; no other mesh
 /// can be measured.
-pub fn is_placed(volume: &Volume, mesh: &SurfaceMesh) -> bool {
+pub(super) fn is_placed(volume: &Volume, mesh: &SurfaceMesh) -> bool {
     let size = volume.voxel_size();
     mesh.positions.iter().all(|p| {
         (0..3).all(|a| {
@@ -69,7 +69,7 @@ pub fn is_placed(volume: &Volume, mesh: &SurfaceMesh) -> bool {
 }
 
 /// Measures a mesh that [`is_placed`].
-pub fn measure(
+pub(super) fn measure(
     volume: &Volume,
     isovalue: f64,
     mesh: &SurfaceMesh,
@@ -159,7 +159,7 @@ fn is_inverted(volume: &Volume, point: Point, normal: Point) -> bool {
 
 /// Points where the isosurface crosses lattice edges, voxel frame; where there are more than
 /// [`MOST_POINTS`], every so many.
-pub fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
+pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
     let [nx, ny, nz] = volume.dims();
     let size = volume.voxel_size();
     let in_slice = |k: usize| {
@@ -191,7 +191,7 @@ pub fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
 
 /// How far the surface moves from one mesh to another, voxels, at most [`REACH`]: the largest
 /// distance from vertices and barycentres of either to the other.
-pub fn jump(before: &SurfaceMesh, after: &SurfaceMesh) -> f64 {
+pub(super) fn jump(before: &SurfaceMesh, after: &SurfaceMesh) -> f64 {
     let one_sided = |from: &SurfaceMesh, to: &SurfaceMesh| {
         let grid = TriangleGrid::new(to);
         let corners = from.triangles.par_iter().zip(&from.caps).filter(|(_, cap)| !**cap);

@@ -11,7 +11,7 @@ use crate::volume::Volume;
 
 /// What lies along a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Hit {
+pub(super) enum Hit {
     /// The isosurface, at this distance.
     At(f64),
     /// No isosurface within reach.
@@ -24,7 +24,7 @@ pub enum Hit {
 ///
 /// `point` (inside the volume), the unit vector `direction`, and `reach` are in the voxel frame.
 /// Where neither side has a crossing: [`Hit::Border`] if a side ended at the border of the volume.
-pub fn distance_along(
+pub(super) fn distance_along(
     volume: &Volume,
     isovalue: f64,
     point: [f64; 3],

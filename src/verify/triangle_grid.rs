@@ -10,7 +10,7 @@ use super::geometry::{Point, point_triangle_distance, segment_crosses_triangle};
 use crate::spectrum::SurfaceMesh;
 
 /// The triangles of one mesh, by cell.
-pub struct TriangleGrid<'a> {
+pub(super) struct TriangleGrid<'a> {
     positions: Vec<Point>,
     triangles: &'a [[u32; 3]],
     cell_size: f64,
@@ -22,7 +22,7 @@ pub struct TriangleGrid<'a> {
 
 impl<'a> TriangleGrid<'a> {
     /// Sorts the triangles of a mesh into cells about as large as its edges, one voxel at least.
-    pub fn new(mesh: &'a SurfaceMesh) -> Self {
+    pub(super) fn new(mesh: &'a SurfaceMesh) -> Self {
         let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
         let cell_size = median_edge(&positions, &mesh.triangles).max(1.0);
         let mut entries: Vec<([i32; 3], u32)> = Vec::with_capacity(2 * mesh.triangles.len());
@@ -54,7 +54,7 @@ impl<'a> TriangleGrid<'a> {
     ///
     /// Neighbours along an edge are not tested, and of neighbours at a vertex only the edges away
     /// from that vertex: they touch by right.
-    pub fn self_intersecting(&self) -> Vec<u32> {
+    pub(super) fn self_intersecting(&self) -> Vec<u32> {
         let cells: Vec<_> = self.cell_starts.windows(2).collect();
         let mut crossing: Vec<u32> = cells
             .par_iter()
@@ -97,10 +97,10 @@ impl<'a> TriangleGrid<'a> {
     }
 
     /// Distance from a point to the mesh, voxels; `reach` where nothing is nearer.
-    pub fn distance(&self, point: Point, reach: f64) -> f64 {
+    pub(super) fn distance(&self, point: Point, reach: f64) -> f64 {
         let home = cell_of(point, self.cell_size);
         let mut nearest = reach;
-        let mut ring = 0;
+        let mut ring = 0i32;
         // Everything outside the rings looked at is farther than `ring - 1` whole cells.
         while f64::from(ring - 1) * self.cell_size < nearest {
             for i in -ring..=ring {

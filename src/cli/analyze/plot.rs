@@ -71,8 +71,7 @@ fn write_panel(svg: &mut String, top: f64, &(title, value): &Panel, curves: &[Cu
 
 fn write_text(svg: &mut String, x: f64, y: f64, anchor: &str, text: &str) {
     let text = escaped(text);
-    let _ =
-        writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>");
+    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>");
 }
 
 fn escaped(text: &str) -> String {
@@ -100,7 +99,10 @@ mod tests {
         for line in lines {
             let points: Vec<&str> = line.split('"').next().unwrap_or_default().split(' ').collect();
             assert_eq!(points.len(), 3);
-            assert!(points[0].starts_with("90.0,") && points[2].starts_with("700.0,"), "{points:?}");
+            assert!(
+                points[0].starts_with("90.0,") && points[2].starts_with("700.0,"),
+                "{points:?}"
+            );
         }
     }
 }

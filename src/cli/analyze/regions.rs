@@ -41,10 +41,12 @@ pub(super) fn find(volume: &Volume, range: (f64, f64)) -> Vec<Region> {
         let at = find_root(&mut root, i);
         n_samples[at] += 1;
         let is_corner = place[0] + 1 < nx && place[1] + 1 < ny && place[2] + 1 < nz;
-        if is_corner && (1..8).all(|c| {
-            let offset = (c & 1) * stride[0] + (c >> 1 & 1) * stride[1] + (c >> 2) * stride[2];
-            samples.get(i + offset) == samples.get(i)
-        }) {
+        if is_corner
+            && (1..8).all(|c| {
+                let offset = (c & 1) * stride[0] + (c >> 1 & 1) * stride[1] + (c >> 2) * stride[2];
+                samples.get(i + offset) == samples.get(i)
+            })
+        {
             n_cells[at] += 1;
         }
     });
@@ -102,8 +104,7 @@ mod tests {
         samples[40..44].fill(9);
         let volume = Volume::new("v", [4; 3], Samples::U8(samples), Placement::default());
         let volume = volume.expect("a valid volume");
-        let expected =
-            Region { isovalue: 7.0, n_samples: 8, n_cells: 1, first_sample: [0, 0, 0] };
+        let expected = Region { isovalue: 7.0, n_samples: 8, n_cells: 1, first_sample: [0, 0, 0] };
         assert_eq!(find(&volume, (0.0, 255.0)), [expected]);
         assert_eq!(find(&volume, (8.0, 255.0)), []);
     }
