@@ -1,1 +1,175 @@
-//! placeholder
+//! The spectrum file, `.isp`, and the layout of the thesis: read and write side by side.
+//!
+//! FORMAT.md describes the file byte by byte. It is small because every number is stored as the
+//! distance from a guess made of what precedes it, in byte planes that deflate well
+//! ([`column`]), and safe to read from anyone: sections carry lengths and checksums
+//! ([`section`]), nothing points anywhere, and what was read is checked ([`Spectrum::check`]).
+
+mod beside;
+mod column;
+mod predict;
+mod section;
+mod tables;
+pub mod thesis;
+mod trajectories;
+mod triangles;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+pub use beside::write_beside;
+
+use crate::error::{Error, Result};
+use crate::spectrum::{Spectrum, VolumeInfo};
+use section::{Packing, read_section, write_section};
+use trajectories::Ranks;
+
+/// The first bytes of every spectrum file. They differ from text and show whether a transfer
+/// changed line ends or cut the eighth bit, as those of PNG do.
+pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
+
+/// The version of the format this library writes, and the only one it reads.
+pub const VERSION: u32 = 1;
+
+/// Length of what precedes the first section: magic, version, checksum of both.
+const HEAD: usize = 16;
+
+/// Section `INFO`: what is known of a spectrum beside its geometry.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Info<V, P> {
+    volume: V,
+    range: (f64, f64),
+    tolerance: f64,
+    parameters: P,
+}
+
+/// Writes a spectrum to `path`: beside it first, then renamed.
+///
+/// # Errors
+///
+/// [`Error::Io`]; [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
+pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
+    let bytes = to_bytes(spectrum)?;
+    write_beside(path.as_ref(), |writer| writer.write_all(&bytes))
+}
+
+/// Reads a spectrum. The file may come from anyone.
+///
+/// # Errors
+///
+/// [`Error::Io`]; [`Error::Input`] if it is not a spectrum file, is damaged, or does not pass
+/// [`Spectrum::check`].
+pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
+    let path = path.as_ref();
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    from_bytes(&bytes).map_err(|e| match e {
+        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
+        other => other,
+    })
+}
+
+/// The bytes of the file of a spectrum. [`from_bytes`] gives back what
+/// [`Spectrum::quantised`] makes of it, exactly.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
+pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
+    spectrum.check()?;
+    let info = Info {
+        volume: &spectrum.volume,
+        range: spectrum.range,
+        tolerance: spectrum.tolerance,
+        parameters: &spectrum.parameters,
+    };
+    let info = serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))?;
+    let mut file = MAGIC.to_vec();
+    file.extend(VERSION.to_le_bytes());
+    file.extend(crc32fast::hash(&file).to_le_bytes());
+    let ranks = Ranks::new(spectrum);
+    let (positions, normals) = trajectories::write_geometry(spectrum, &ranks);
+    write_section(&mut file, *b"INFO", &info, Packing::Raw);
+    for (tag, content) in [
+        (*b"EVNT", tables::write_events(&spectrum.events)),
+        (*b"ISOV", tables::write_isovalues(&spectrum.isovalues)),
+        (*b"VERT", trajectories::write_ranks(&ranks)),
+        (*b"TRIA", triangles::write_triangles(&spectrum.triangles, &ranks)),
+        (*b"POSN", positions),
+        (*b"NRML", normals),
+        (*b"COLL", tables::write_collapses(&spectrum.collapses)),
+    ] {
+        write_section(&mut file, tag, &content, Packing::Deflated);
+    }
+    Ok(file)
+}
+
+/// The spectrum in the bytes of a file.
+///
+/// # Errors
+///
+/// [`Error::Input`] if they are not a spectrum file, are damaged, or the spectrum does not pass
+/// [`Spectrum::check`].
+pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
+    let mut rest = after_head(bytes)?;
+    let mut next = |tag: &[u8; 4]| read_section(&mut rest, *tag);
+    let info: Info<VolumeInfo, serde_json::Value> = serde_json::from_slice(&next(b"INFO")?)
+        .map_err(|e| Error::input(format!("section INFO: {e}")))?;
+    let events = tables::read_events(&next(b"EVNT")?).map_err(within("EVNT"))?;
+    let isovalues = tables::read_isovalues(&next(b"ISOV")?).map_err(within("ISOV"))?;
+    let ranks =
+        trajectories::read_ranks(&next(b"VERT")?, isovalues.len()).map_err(within("VERT"))?;
+    let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks).map_err(within("TRIA"))?;
+    let (positions, normals) = (next(b"POSN")?, next(b"NRML")?);
+    let knots = trajectories::read_geometry(&positions, &normals, &ranks, &isovalues, &triangles)
+        .map_err(within("POSN or NRML"))?;
+    let collapses = tables::read_collapses(&next(b"COLL")?).map_err(within("COLL"))?;
+    if !rest.is_empty() {
+        return Err(Error::input(format!("{} bytes after the last section", rest.len())));
+    }
+    let spectrum = Spectrum {
+        volume: info.volume,
+        range: info.range,
+        tolerance: info.tolerance,
+        parameters: info.parameters,
+        events,
+        isovalues,
+        first_knot: ranks.first_knot,
+        knots,
+        triangles,
+        collapses,
+    };
+    spectrum.check()?;
+    Ok(spectrum)
+}
+
+/// What follows magic and version.
+fn after_head(bytes: &[u8]) -> Result<&[u8]> {
+    let magic = bytes.get(..MAGIC.len()).unwrap_or(bytes);
+    if bytes.is_empty() || !MAGIC.starts_with(magic) {
+        return Err(Error::input("not a spectrum file: it does not start with \\x89ISP"));
+    }
+    let (head, rest) = bytes
+        .split_at_checked(HEAD)
+        .ok_or_else(|| Error::input("the file ends inside its head"))?;
+    let number = |at: usize| u32::from_le_bytes(head[at..at + 4].try_into().expect("four bytes"));
+    if crc32fast::hash(&head[..12]) != number(12) {
+        return Err(Error::input("the head of the file is damaged: its checksum does not fit"));
+    }
+    if number(8) != VERSION {
+        return Err(Error::input(format!(
+            "format version {}, expected {VERSION}; a newer isospectrum may read it",
+            number(8)
+        )));
+    }
+    Ok(rest)
+}
+
+/// Says in which section something was wrong.
+fn within(section: &str) -> impl Fn(Error) -> Error + '_ {
+    move |error| match error {
+        Error::Input(what) => Error::input(format!("section {section}: {what}")),
+        other => other,
+    }
+}

@@ -21,7 +21,7 @@ mod query;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
 pub use quantise::QUANTUM;
-pub(crate) use quantise::{narrow_normal, to_fixed, widen_normal};
+pub(crate) use quantise::{from_fixed, narrow_normal, to_fixed, widen_normal};
 pub use query::Query;
 
 use serde::{Deserialize, Serialize};

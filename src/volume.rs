@@ -218,8 +218,15 @@ impl Volume {
         })?;
         if range.0 == range.1 {
             return Err(Error::input(format!(
-                "{name}: every sample is {}, expected at least two different values",
+                "{name}: every sample is {:?}, expected at least two different values",
                 range.0
+            )));
+        }
+        // The layer around the volume lies ten ranges beyond the samples and must be finite too.
+        if !(11.0 * (range.1 - range.0)).is_finite() {
+            return Err(Error::input(format!(
+                "{name}: samples from {:?} to {:?}, expected a range below 1e306",
+                range.0, range.1
             )));
         }
         Ok(Volume { name, dims, samples, placement, outside: Outside::default(), range })

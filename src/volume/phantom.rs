@@ -39,7 +39,7 @@ pub fn phantom_names() -> Vec<&'static str> {
 /// | `sphere` | 1 - distance to the centre: isosurface c is the sphere of radius 1 - c | float32 |
 /// | `torus` | 1 - distance to a circle of radius 0.55 about the z axis | float32 |
 /// | `blobs` | sum of two Gaussians that merge as the isovalue falls | float32 |
-/// | `gyroid` | sin x cos y + sin y cos z + sin z cos x, two periods | float32 |
+/// | `gyroid` | sin x cos y + sin y cos z + sin z cos x, about two periods | float32 |
 /// | `noise` | sum of 64 random cosines of at least 6 samples per wavelength | float32 |
 ///
 /// # Errors
@@ -144,9 +144,10 @@ fn blobs(p: [f64; 3]) -> f64 {
     bump([-0.35, -0.12, 0.05], 0.35) + 0.8 * bump([0.35, 0.15, -0.1], 0.3)
 }
 
-/// Schoen's gyroid over two periods per axis, with irrational phases.
+/// Schoen's gyroid over almost two periods per axis (a whole number would repeat the samples of
+/// the first on the last), with irrational phases.
 fn gyroid(p: [f64; 3]) -> f64 {
-    let [x, y, z] = [0, 1, 2].map(|a| 2.0 * PI * p[a] + SQRT_2 * (a + 1) as f64 / 7.0);
+    let [x, y, z] = [0, 1, 2].map(|a| 1.95 * PI * p[a] + SQRT_2 * (a + 1) as f64 / 7.0);
     x.sin() * y.cos() + y.sin() * z.cos() + z.sin() * x.cos()
 }
 

@@ -1,0 +1,32 @@
+//! STL, binary: each triangle by itself with the normal of its plane.
+
+use std::io::{self, Write};
+
+use crate::spectrum::SurfaceMesh;
+
+/// Writes a mesh as it is. STL has no shared vertices and one normal per triangle, so the mesh's
+/// own normals are left out.
+pub(super) fn write(mesh: &SurfaceMesh, writer: &mut dyn Write) -> io::Result<()> {
+    let mut head = [b' '; 80];
+    // Not "solid": that is how the text variant starts.
+    let title = concat!("binary STL by isospectrum ", env!("CARGO_PKG_VERSION"));
+    head[..title.len()].copy_from_slice(title.as_bytes());
+    writer.write_all(&head)?;
+    writer.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|v| mesh.positions[v as usize]);
+        let mut row = [0; 50];
+        let numbers = plane_normal(corners).into_iter().chain(corners.into_iter().flatten());
+        for (bytes, x) in row.chunks_exact_mut(4).zip(numbers) {
+            bytes.copy_from_slice(&x.to_le_bytes());
+        }
+        writer.write_all(&row)?;
+    }
+    Ok(())
+}
+
+/// The unit normal of a triangle; zero, as the format allows, where it has no area.
+fn plane_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|p| glam::DVec3::from_array(p.map(f64::from)));
+    (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
+}

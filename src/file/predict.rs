@@ -1,0 +1,185 @@
+//! Predicts where a vertex is from what stands before it in the file.
+//!
+//! # Theory
+//!
+//! The neighbours of a vertex at its birth are near it, most of all where it was born by a split,
+//! and they move as it does. So the first knot is expected at the mean of those neighbours that
+//! have a lower number, at the same isovalue; the next ones where the vertex gets when it moves as
+//! they do. Without such neighbours the last vertex's first knot, and the last knot, have to
+//! do.
+//!
+//! # Invariants
+//!
+//! A reader must predict exactly what the writer did: positions are whole quanta, and the only
+//! operations on floating point numbers are +, -, *, / and floor on f64, in the order written here
+//! and in FORMAT.md.
+
+use super::trajectories::Ranks;
+use crate::spectrum::Triangle;
+
+/// Predicts knot after knot, in the order of the file.
+#[derive(Debug)]
+pub(super) struct Predictor<'a> {
+    ranks: &'a Ranks,
+    isovalues: &'a [f64],
+    /// Start of each vertex's neighbours in `neighbours`, and the end.
+    first_neighbour: Vec<u32>,
+    neighbours: Vec<u32>,
+    positions: Vec<[i32; 3]>,
+    normals: Vec<[i8; 2]>,
+    /// The vertex that had knots last.
+    last_vertex: Option<u32>,
+}
+
+/// Where a vertex is, quanta, and its normal on the octahedron of radius 127.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    position: [i64; 3],
+    normal: [i64; 3],
+}
+
+impl<'a> Predictor<'a> {
+    /// A predictor that knows no knot yet. The triangles must lie within the trajectories.
+    pub(super) fn new(ranks: &'a Ranks, isovalues: &'a [f64], triangles: &[Triangle]) -> Self {
+        let (first_neighbour, neighbours) = lower_neighbours(ranks, triangles);
+        Predictor {
+            ranks,
+            isovalues,
+            first_neighbour,
+            neighbours,
+            positions: Vec::with_capacity(ranks.ranks.len()),
+            normals: Vec::with_capacity(ranks.ranks.len()),
+            last_vertex: None,
+        }
+    }
+
+    /// The next knot is this.
+    pub(super) fn push(&mut self, position: [i32; 3], normal: [i8; 2]) {
+        self.positions.push(position);
+        self.normals.push(normal);
+    }
+
+    /// What the next knot, one of vertex `v`, is expected to be.
+    pub(super) fn predict(&mut self, v: u32) -> ([i32; 3], [i8; 2]) {
+        let knot = self.positions.len();
+        let rank = self.ranks.ranks[knot];
+        let range = self.first_neighbour[v as usize]..self.first_neighbour[v as usize + 1];
+        let neighbours = &self.neighbours[range.start as usize..range.end as usize];
+        let place = if knot == self.ranks.first_knot[v as usize] as usize {
+            let last = self.last_vertex.replace(v);
+            if neighbours.is_empty() {
+                let knot = last.map(|u| self.ranks.first_knot[u as usize] as usize);
+                knot.map(|knot| self.place(knot)).unwrap_or_default()
+            } else {
+                mean(neighbours.iter().map(|&u| self.place_at(u, rank)))
+            }
+        } else {
+            let before = self.ranks.ranks[knot - 1];
+            let here = self.place(knot - 1);
+            let alive = |u: &&u32| {
+                self.ranks.of(**u).and_then(<[u32]>::last).is_some_and(|&last| last >= rank)
+            };
+            let moves = neighbours.iter().filter(alive).map(|&u| {
+                let (from, to) = (self.place_at(u, before), self.place_at(u, rank));
+                combine(from, to, |from, to| to - from)
+            });
+            combine(here, mean(moves), |here, step| here + step)
+        };
+        (
+            place.position.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32),
+            flat(place.normal),
+        )
+    }
+
+    /// A knot that is known.
+    fn place(&self, knot: usize) -> Place {
+        Place {
+            position: self.positions[knot].map(i64::from),
+            normal: on_octahedron(self.normals[knot]),
+        }
+    }
+
+    /// Vertex `u`, all of whose knots are known, at `rank`.
+    fn place_at(&self, u: u32, rank: u32) -> Place {
+        let start = self.ranks.first_knot[u as usize] as usize;
+        let ranks = self.ranks.of(u).expect("a neighbour is a vertex");
+        let next = ranks.partition_point(|&r| r <= rank);
+        if next == 0 {
+            return self.place(start);
+        }
+        let before = self.place(start + next - 1);
+        if next == ranks.len() || ranks[next - 1] == rank {
+            return before;
+        }
+        let isovalue = |rank: u32| self.isovalues[rank as usize];
+        let (low, high) = (0.5 * isovalue(ranks[next - 1]), 0.5 * isovalue(ranks[next]));
+        let t = (0.5 * isovalue(rank) - low) / (high - low);
+        combine(before, self.place(start + next), |a, b| {
+            a + (t * (b - a) as f64 + 0.5).floor() as i64
+        })
+    }
+}
+
+/// For each vertex, the lower-numbered vertices of the triangles born with it, in the order of
+/// the triangles and as often as they occur.
+fn lower_neighbours(ranks: &Ranks, triangles: &[Triangle]) -> (Vec<u32>, Vec<u32>) {
+    let birth = |v: u32| ranks.of(v).and_then(<[u32]>::first).copied();
+    let sorted = |triangle: &Triangle| {
+        let mut vertices = triangle.vertices;
+        vertices.sort_unstable();
+        (birth(vertices[2]) == Some(triangle.birth)).then_some(vertices)
+    };
+    let mut first = vec![0u32; ranks.n_vertices() as usize + 1];
+    for [_, _, v] in triangles.iter().filter_map(sorted) {
+        first[v as usize + 1] += 2;
+    }
+    for v in 1..first.len() {
+        first[v] += first[v - 1];
+    }
+    let mut next = first.clone();
+    let mut neighbours = vec![0; first[first.len() - 1] as usize];
+    for [a, b, v] in triangles.iter().filter_map(sorted) {
+        let at = next[v as usize] as usize;
+        neighbours[at..at + 2].copy_from_slice(&[a, b]);
+        next[v as usize] += 2;
+    }
+    (first, neighbours)
+}
+
+fn combine(a: Place, b: Place, f: impl Fn(i64, i64) -> i64) -> Place {
+    Place {
+        position: std::array::from_fn(|i| f(a.position[i], b.position[i])),
+        normal: std::array::from_fn(|i| f(a.normal[i], b.normal[i])),
+    }
+}
+
+/// The mean, rounded down; zero of nothing.
+fn mean(places: impl Iterator<Item = Place>) -> Place {
+    let (mut sum, mut n) = (Place::default(), 0);
+    for place in places {
+        sum = combine(sum, place, |sum, x| sum + x);
+        n += 1;
+    }
+    combine(sum, Place::default(), |sum, _| sum.div_euclid(n.max(1)))
+}
+
+/// The point of the octahedron |x| + |y| + |z| = 127 of an 8-bit code.
+fn on_octahedron(code: [i8; 2]) -> [i64; 3] {
+    let [u, v] = code.map(|s| i64::from(s).max(-127));
+    let z = 127 - u.abs() - v.abs();
+    if z >= 0 { [u, v, z] } else { [towards(127 - v.abs(), u), towards(127 - u.abs(), v), z] }
+}
+
+/// The code of the direction of an octahedron's point, which need not lie on it.
+fn flat([x, y, z]: [i64; 3]) -> [i8; 2] {
+    let length = (x.abs() + y.abs() + z.abs()).max(1);
+    let [x, y] = [x, y].map(|s| (254 * s + length).div_euclid(2 * length));
+    let [u, v] =
+        if z >= 0 { [x, y] } else { [towards(127 - y.abs(), x), towards(127 - x.abs(), y)] };
+    [u as i8, v as i8]
+}
+
+/// `size` with the sign of `sign`; zero counts as positive.
+fn towards(size: i64, sign: i64) -> i64 {
+    if sign < 0 { -size } else { size }
+}

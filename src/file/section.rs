@@ -1,0 +1,123 @@
+//! Sections: how a file is cut into parts that carry their own length and checksum.
+//!
+//! Sections follow one another in a fixed order. Nothing in a file says where something lies, so
+//! nothing can point outside it.
+//!
+//! # Invariants
+//!
+//! A section is unpacked to at most [`LARGEST_RATIO`] times its stored length, so a small file
+//! cannot ask for much memory; a section that deflates better than that is stored as it is.
+
+use std::io::{Read as _, Write as _};
+
+use flate2::Compression;
+use flate2::read::ZlibDecoder;
+use flate2::write::ZlibEncoder;
+
+use crate::error::{Error, Result};
+
+/// Length of what precedes the content of a section.
+const HEAD: usize = 28;
+
+/// Most bytes that one stored byte may become.
+const LARGEST_RATIO: usize = 64;
+
+/// The content is stored as it is.
+const METHOD_RAW: u32 = 0;
+
+/// The content is a zlib stream.
+const METHOD_ZLIB: u32 = 1;
+
+/// How much a section is worth deflating.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Packing {
+    /// Kept readable.
+    Raw,
+    /// Deflated, level 6.
+    Deflated,
+}
+
+/// Appends a section to a file.
+pub(super) fn write_section(file: &mut Vec<u8>, tag: [u8; 4], content: &[u8], packing: Packing) {
+    let deflated = (packing == Packing::Deflated).then(|| deflate(content));
+    let worthwhile = |d: &Vec<u8>| {
+        d.len() < content.len() && content.len() <= d.len().saturating_mul(LARGEST_RATIO)
+    };
+    let (method, stored) = match deflated.as_ref().filter(|d| worthwhile(d)) {
+        Some(deflated) => (METHOD_ZLIB, &deflated[..]),
+        None => (METHOD_RAW, content),
+    };
+    let head = file.len();
+    file.extend(tag);
+    file.extend(method.to_le_bytes());
+    file.extend((stored.len() as u64).to_le_bytes());
+    file.extend((content.len() as u64).to_le_bytes());
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&file[head..]);
+    crc.update(stored);
+    file.extend(crc.finalize().to_le_bytes());
+    file.extend(stored);
+}
+
+/// Takes the section `tag` off the front of `file` and unpacks it.
+///
+/// # Errors
+///
+/// [`Error::Input`] if there is another section, the file ends too early, or anything in the
+/// section is damaged.
+pub(super) fn read_section(file: &mut &[u8], tag: [u8; 4]) -> Result<Vec<u8>> {
+    let name = String::from_utf8_lossy(&tag).into_owned();
+    let truncated = || Error::input(format!("the file ends inside section {name}"));
+    let (head, rest) = file.split_at_checked(HEAD).ok_or_else(truncated)?;
+    let number = |at: usize| u32::from_le_bytes(head[at..at + 4].try_into().expect("four bytes"));
+    let length = |at: usize| {
+        let length = u64::from_le_bytes(head[at..at + 8].try_into().expect("eight bytes"));
+        usize::try_from(length).map_err(|_| truncated())
+    };
+    let found = [head[0], head[1], head[2], head[3]];
+    if found != tag {
+        return Err(Error::input(format!("section '{}', expected '{name}'", found.escape_ascii())));
+    }
+    let (stored, rest) = rest.split_at_checked(length(8)?).ok_or_else(truncated)?;
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&head[..24]);
+    crc.update(stored);
+    if crc.finalize() != number(24) {
+        return Err(Error::input(format!("section {name} is damaged: its checksum does not fit")));
+    }
+    *file = rest;
+    let wanted = length(16)?;
+    match number(4) {
+        METHOD_RAW if wanted == stored.len() => Ok(stored.to_vec()),
+        METHOD_ZLIB if wanted <= stored.len().saturating_mul(LARGEST_RATIO) => {
+            inflate(stored, wanted).map_err(|what| Error::input(format!("section {name}: {what}")))
+        }
+        METHOD_RAW | METHOD_ZLIB => Err(Error::input(format!(
+            "section {name}: {} bytes cannot hold {wanted}",
+            stored.len()
+        ))),
+        method => Err(Error::input(format!("section {name}: packing {method}, expected 0 or 1"))),
+    }
+}
+
+fn deflate(content: &[u8]) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(6));
+    encoder.write_all(content).and_then(|()| encoder.finish()).expect("memory takes every byte")
+}
+
+/// Unpacks exactly `wanted` bytes from exactly `stored`.
+fn inflate(stored: &[u8], wanted: usize) -> std::result::Result<Vec<u8>, String> {
+    let mut content = Vec::with_capacity(wanted);
+    let mut decoder = ZlibDecoder::new(stored);
+    // One byte more than wanted, to see the end of the stream and its checksum.
+    let limit = wanted as u64 + 1;
+    decoder.by_ref().take(limit).read_to_end(&mut content).map_err(|e| e.to_string())?;
+    if content.len() != wanted || decoder.total_in() != stored.len() as u64 {
+        return Err(format!(
+            "{} bytes unpack to {} or more, expected {wanted}",
+            stored.len(),
+            content.len()
+        ));
+    }
+    Ok(content)
+}

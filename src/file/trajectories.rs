@@ -1,0 +1,180 @@
+//! Sections `VERT`, `POSN` and `NRML`: when, where and which way the vertices are.
+//!
+//! Ranks come before the triangles in the file and positions after them, so that a position can be
+//! predicted from the neighbours that are known already ([`super::predict`]); the columns hold what
+//! the prediction misses.
+
+use super::column::{Columns, write_column, zigzag};
+use super::predict::Predictor;
+use crate::error::{Error, Result};
+use crate::spectrum::{
+    Knot, Spectrum, Triangle, from_fixed, narrow_normal, to_fixed, widen_normal,
+};
+
+/// The ranks of all trajectories: what of them is known before positions are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Ranks {
+    /// As [`Spectrum::first_knot`].
+    pub(super) first_knot: Vec<u32>,
+    /// As in [`Spectrum::knots`].
+    pub(super) ranks: Vec<u32>,
+}
+
+impl Ranks {
+    pub(super) fn new(spectrum: &Spectrum) -> Self {
+        Ranks {
+            first_knot: spectrum.first_knot.clone(),
+            ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
+        }
+    }
+
+    /// The ranks of one vertex; none if there is no such vertex.
+    pub(super) fn of(&self, v: u32) -> Option<&[u32]> {
+        let v = v as usize;
+        let (&start, &end) = (self.first_knot.get(v)?, self.first_knot.get(v + 1)?);
+        self.ranks.get(start as usize..end as usize)
+    }
+
+    pub(super) fn n_vertices(&self) -> u32 {
+        self.first_knot.len().saturating_sub(1) as u32
+    }
+}
+
+/// Writes section `VERT`.
+pub(super) fn write_ranks(ranks: &Ranks) -> Vec<u8> {
+    let mut bytes = u64::from(ranks.n_vertices()).to_le_bytes().to_vec();
+    let (mut counts, mut firsts, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+    let mut previous_first = 0;
+    for v in 0..ranks.n_vertices() {
+        let trajectory = ranks.of(v).expect("the vertex exists");
+        counts.push(trajectory.len() as u64);
+        let Some(&first) = trajectory.first() else { continue };
+        firsts.push(zigzag(i64::from(first) - i64::from(previous_first)));
+        previous_first = first;
+        steps.extend(trajectory.windows(2).map(|pair| u64::from(pair[1] - pair[0] - 1)));
+    }
+    write_column(&mut bytes, &counts);
+    write_column(&mut bytes, &firsts);
+    write_column(&mut bytes, &steps);
+    bytes
+}
+
+/// Reads section `VERT`; every rank is below `n_isovalues`.
+pub(super) fn read_ranks(bytes: &[u8], n_isovalues: usize) -> Result<Ranks> {
+    let mut columns = Columns::new(bytes);
+    let n = columns.count()?;
+    let counts = columns.column(n, 32)?;
+    let mut first_knot = vec![0];
+    let (mut n_knots, mut n_moving) = (0u32, 0);
+    for v in 0..n {
+        let count = counts.get(v)? as u32;
+        n_knots = n_knots.checked_add(count).ok_or_else(|| Error::input("more than 2^32 knots"))?;
+        n_moving += usize::from(count > 0);
+        first_knot.push(n_knots);
+    }
+    let firsts = columns.column(n_moving, 33)?;
+    let steps = columns.column(n_knots as usize - n_moving, 32)?;
+    columns.end()?;
+    let mut ranks = Vec::with_capacity(n_knots as usize);
+    let (mut next_first, mut next_step) = (0, 0);
+    let mut previous_first = 0;
+    for v in 0..n {
+        let mut rank = 0;
+        for i in first_knot[v]..first_knot[v + 1] {
+            if i == first_knot[v] {
+                rank = previous_first + firsts.get_signed(next_first)?;
+                previous_first = rank;
+                next_first += 1;
+            } else {
+                rank += 1 + steps.get(next_step)? as i64;
+                next_step += 1;
+            }
+            if !(0..n_isovalues as i64).contains(&rank) {
+                return Err(Error::input(format!(
+                    "vertex {v} has a knot of rank {rank}, expected one of {n_isovalues} isovalues"
+                )));
+            }
+            ranks.push(rank as u32);
+        }
+    }
+    Ok(Ranks { first_knot, ranks })
+}
+
+/// Writes sections `POSN` and `NRML`.
+pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks) -> (Vec<u8>, Vec<u8>) {
+    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles);
+    let n = spectrum.knots.len();
+    let mut positions: [Vec<u64>; 3] = std::array::from_fn(|_| Vec::with_capacity(n));
+    let mut normals: [Vec<u64>; 2] = std::array::from_fn(|_| Vec::with_capacity(n));
+    for v in 0..ranks.n_vertices() {
+        for knot in spectrum.trajectory(v) {
+            let (position, normal) = predictor.predict(v);
+            let stored = knot.position.map(to_fixed);
+            let code = knot.normal.map(narrow_normal);
+            for a in 0..3 {
+                positions[a].push(zigzag(i64::from(stored[a]) - i64::from(position[a])));
+            }
+            for a in 0..2 {
+                normals[a].push(zigzag(around(i64::from(code[a]) - i64::from(normal[a]))));
+            }
+            predictor.push(stored, code);
+        }
+    }
+    let (mut position_bytes, mut normal_bytes) = (Vec::new(), Vec::new());
+    positions.iter().for_each(|column| write_column(&mut position_bytes, column));
+    normals.iter().for_each(|column| write_column(&mut normal_bytes, column));
+    (position_bytes, normal_bytes)
+}
+
+/// Reads sections `POSN` and `NRML`.
+pub(super) fn read_geometry(
+    position_bytes: &[u8],
+    normal_bytes: &[u8],
+    ranks: &Ranks,
+    isovalues: &[f64],
+    triangles: &[Triangle],
+) -> Result<Vec<Knot>> {
+    let n = ranks.ranks.len();
+    let mut columns = Columns::new(position_bytes);
+    let positions = [columns.column(n, 34)?, columns.column(n, 34)?, columns.column(n, 34)?];
+    columns.end()?;
+    let mut columns = Columns::new(normal_bytes);
+    let normals = [columns.column(n, 8)?, columns.column(n, 8)?];
+    columns.end()?;
+    let mut predictor = Predictor::new(ranks, isovalues, triangles);
+    let mut knots = Vec::with_capacity(n);
+    for v in 0..ranks.n_vertices() {
+        for &rank in ranks.of(v).expect("the vertex exists") {
+            let (position, normal) = predictor.predict(v);
+            let i = knots.len();
+            let mut stored = [0i32; 3];
+            for a in 0..3 {
+                let x = i64::from(position[a]) + positions[a].get_signed(i)?;
+                stored[a] = i32::try_from(x)
+                    .ok()
+                    .filter(|&x| to_fixed(from_fixed(x)) == x)
+                    .ok_or_else(|| {
+                        Error::input(format!(
+                            "knot {i} of vertex {v} lies at {x} quanta, expected less"
+                        ))
+                    })?;
+            }
+            let mut code = [0i8; 2];
+            for a in 0..2 {
+                code[a] = around(i64::from(normal[a]) + normals[a].get_signed(i)?) as i8;
+            }
+            predictor.push(stored, code);
+            knots.push(Knot {
+                rank,
+                position: stored.map(from_fixed),
+                normal: code.map(widen_normal),
+            });
+        }
+    }
+    Ok(knots)
+}
+
+/// A difference of two components of a normal modulo 255, in -127 to 127.
+fn around(difference: i64) -> i64 {
+    (difference + 127).rem_euclid(255) - 127
+}
