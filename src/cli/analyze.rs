@@ -70,7 +70,7 @@ impl Analyze {
         let analysis = Analysis::of(&volume, range, &topology, &curves);
         let plot_on_stdout = plot.as_ref().is_some_and(Output::is_stdout);
         if let Some(plot) = plot {
-            plot.write(|file| file.write_all(plot::svg(volume.name(), &curves).as_bytes()))?;
+            plot.write_bytes(plot::svg(volume.name(), &curves).as_bytes())?;
         }
         if self.json {
             report::print_json("analyze", &analysis)?;

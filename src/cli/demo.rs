@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
-use isospectrum::export::{self, Format};
+use isospectrum::export::{Border, Format, write_to};
 use isospectrum::render::View;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::{self, Parameters};
@@ -117,6 +117,8 @@ impl Demo {
 
 fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
     let mesh = spectrum.mesh_at(isovalue)?;
-    Output::open(path)?.write(|file| export::write(&mesh, &spectrum.volume, Format::Ply, file))?;
+    let placement = &spectrum.volume.placement;
+    Output::open(path)?
+        .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file))?;
     Ok(())
 }

@@ -1,116 +1,100 @@
 //! Where results go: a file that appears only when it is complete, or stdout.
 //!
-//! A file is written beside its target under a temporary name and renamed at the end, so an error,
-//! a full disk or Ctrl-C leaves what was there before. It is opened before the work begins: a folder
-//! that does not exist is no news after an hour of computing.
+//! A file is written beside its target and renamed at the end ([`write_beside`]), so an error, a
+//! full disk or Ctrl-C leaves what was there before. Whether that can be done is found out before
+//! the work begins: a folder that does not exist is no news after an hour of computing.
 
-use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use isospectrum::file::write_beside;
 use isospectrum::{Error, Result};
-use tempfile::{NamedTempFile, TempPath};
 
 use super::interrupt;
 
-/// An open destination.
+/// A destination that could be written to when it was opened.
 #[derive(Debug)]
-pub(super) struct Output {
-    path: PathBuf,
-    destination: Destination,
-}
-
-#[derive(Debug)]
-enum Destination {
+pub(super) enum Output {
     Stdout,
-    /// A pipe or a device: there is nothing to rename.
-    Special(File),
-    Beside(File, TempPath),
+    File(PathBuf),
 }
 
 impl Output {
-    /// Opens `path`; `-` is stdout.
+    /// Checks that `path` can be written to; `-` is stdout. What is there stays as it is.
     pub(super) fn open(path: &Path) -> Result<Self> {
         if path == Path::new("-") {
-            let path = PathBuf::from("standard output");
-            return Ok(Output { path, destination: Destination::Stdout });
+            return Ok(Output::Stdout);
         }
         let fail = |source| Error::io(path, source);
-        let kind = std::fs::metadata(path);
-        if kind.as_ref().is_ok_and(std::fs::Metadata::is_dir) {
-            return Err(fail(io::ErrorKind::IsADirectory.into()));
+        match std::fs::metadata(path) {
+            Ok(kind) if kind.is_dir() => return Err(fail(io::ErrorKind::IsADirectory.into())),
+            // A pipe or a device tells when it is written to.
+            Ok(kind) if !kind.is_file() => return Ok(Output::File(path.to_owned())),
+            _ => {}
         }
-        if kind.is_ok_and(|kind| !kind.is_file()) {
-            let file = OpenOptions::new().write(true).open(path).map_err(fail)?;
-            let destination = Destination::Special(file);
-            return Ok(Output { path: path.to_owned(), destination });
-        }
-        // A link stays a link: what it names is replaced.
-        let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let folder = match target.parent() {
+        let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        let temporary = new_file_in(folder).map_err(fail)?;
-        interrupt::set_unfinished(Some(temporary.path()));
-        let (file, temporary) = temporary.into_parts();
-        Ok(Output { path: target, destination: Destination::Beside(file, temporary) })
+        tempfile::tempfile_in(folder).map_err(fail)?;
+        Ok(Output::File(path.to_owned()))
     }
 
     /// Whether this is stdout, so that no report can go there.
     pub(super) fn is_stdout(&self) -> bool {
-        matches!(self.destination, Destination::Stdout)
+        matches!(self, Output::Stdout)
     }
 
     /// Writes everything and puts the file in its place; how many bytes it has.
-    pub(super) fn write(self, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
-        let Output { path, destination } = self;
-        let fail = |source| {
-            if interrupt::requested() { Error::Interrupted } else { Error::io(&path, source) }
+    pub(super) fn write(self, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<u64> {
+        let mut n_bytes = 0;
+        let mut failure = None;
+        // The library's errors travel past the writer's, which know no path.
+        let content = |target: &mut dyn Write| {
+            let mut counted = Counted { target, n_bytes: 0 };
+            let result = fill(&mut counted).and_then(|()| counted.flush().map_err(no_path));
+            n_bytes = counted.n_bytes;
+            result.map_err(|error| match error {
+                Error::Io { source, .. } => source,
+                other => {
+                    let message = other.to_string();
+                    failure = Some(other);
+                    io::Error::other(message)
+                }
+            })
         };
-        match destination {
-            Destination::Stdout => fill_all(io::stdout().lock(), fill).map_err(fail),
-            Destination::Special(file) => fill_all(file, fill).map_err(fail),
-            Destination::Beside(file, temporary) => {
-                let n_bytes = fill_all(&file, fill).map_err(fail)?;
-                drop(file);
-                temporary.persist(&path).map_err(|error| fail(error.error))?;
-                interrupt::set_unfinished(None);
-                Ok(n_bytes)
+        let written = match &self {
+            Output::Stdout => {
+                let mut stdout = BufWriter::new(io::stdout().lock());
+                content(&mut stdout).map_err(|source| Error::io("standard output", source))
             }
+            Output::File(path) => write_beside(path, content),
+        };
+        match (failure, written) {
+            _ if interrupt::requested() => Err(Error::Interrupted),
+            (Some(failure), _) => Err(failure),
+            (None, written) => written.map(|()| n_bytes),
         }
     }
-}
 
-/// A new file with the permissions any other new file would have.
-fn new_file_in(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".isospectrum-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    /// As [`Output::write`], of bytes that are there already.
+    pub(super) fn write_bytes(self, bytes: &[u8]) -> Result<u64> {
+        self.write(|target| target.write_all(bytes).map_err(no_path))
     }
-    builder.tempfile_in(folder)
 }
 
-fn fill_all(
-    target: impl Write,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> io::Result<u64> {
-    let mut writer = BufWriter::with_capacity(1 << 16, Counted { target, n_bytes: 0 });
-    fill(&mut writer)?;
-    writer.flush()?;
-    Ok(writer.get_ref().n_bytes)
+/// An error of a writer, whose path [`Output::write`] fills in.
+pub(super) fn no_path(source: io::Error) -> Error {
+    Error::io("", source)
 }
 
 /// Counts what is written, and stops writing at Ctrl-C.
-struct Counted<W> {
-    target: W,
+struct Counted<'a> {
+    target: &'a mut dyn Write,
     n_bytes: u64,
 }
 
-impl<W: Write> Write for Counted<W> {
+impl Write for Counted<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if interrupt::requested() {
             return Err(io::Error::other("interrupted"));
@@ -127,12 +111,9 @@ impl<W: Write> Write for Counted<W> {
 
 /// Prints a report on stdout.
 pub(super) fn print(text: &str) -> Result<()> {
-    Output::open(Path::new("-"))?
-        .write(|stdout| {
-            stdout.write_all(text.as_bytes())?;
-            if text.ends_with('\n') { Ok(()) } else { stdout.write_all(b"\n") }
-        })
-        .map(|_| ())
+    let end = if text.ends_with('\n') { "" } else { "\n" };
+    Output::Stdout.write_bytes(format!("{text}{end}").as_bytes())?;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -146,39 +127,34 @@ mod tests {
         let names = || std::fs::read_dir(folder.path()).expect("readable").count();
 
         let failed = Output::open(&path).expect("opens").write(|file| {
-            file.write_all(&[0; 100_000])?;
-            Err(io::Error::other("the disk is full"))
+            file.write_all(&[0; 100_000]).map_err(no_path)?;
+            Err(Error::input("too many triangles"))
         });
-        assert!(failed.is_err());
+        assert!(matches!(failed, Err(Error::Input(text)) if text == "too many triangles"));
         assert_eq!(names(), 0);
 
         std::fs::write(&path, "before").expect("written");
-        let n_bytes = Output::open(&path).expect("opens").write(|file| file.write_all(b"after"));
+        let n_bytes = Output::open(&path).expect("opens").write_bytes(b"after");
         assert_eq!(n_bytes.expect("written"), 5);
         assert_eq!(std::fs::read(&path).expect("readable"), b"after");
         assert_eq!(names(), 1);
     }
 
     #[test]
-    fn an_output_that_is_never_written_leaves_nothing() {
+    fn opening_leaves_nothing_and_changes_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
-        drop(Output::open(&folder.path().join("a.isp")).expect("opens"));
+        let path = folder.path().join("a.isp");
+        Output::open(&path).expect("opens");
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 0);
+        std::fs::write(&path, "before").expect("written");
+        Output::open(&path).expect("opens");
+        assert_eq!(std::fs::read(&path).expect("readable"), b"before");
     }
 
-    #[cfg(unix)]
     #[test]
-    fn a_link_stays_a_link_and_a_device_a_device() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
-        std::fs::write(&file, "before").expect("written");
-        std::os::unix::fs::symlink(&file, &link).expect("linked");
-        Output::open(&link).expect("opens").write(|f| f.write_all(b"after")).expect("written");
-        assert!(std::fs::symlink_metadata(&link).expect("there").is_symlink());
-        assert_eq!(std::fs::read(&file).expect("readable"), b"after");
-
-        let null = Path::new("/dev/null");
-        Output::open(null).expect("opens").write(|f| f.write_all(b"gone")).expect("written");
-        assert!(!std::fs::metadata(null).expect("there").is_file());
+    fn an_error_names_the_file_that_could_not_be_written() {
+        let path = Path::new("no such folder/a.isp");
+        let error = Output::open(path).expect_err("cannot be written");
+        assert!(error.to_string().starts_with("no such folder/a.isp: "), "{error}");
     }
 }

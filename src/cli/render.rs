@@ -10,7 +10,7 @@ use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
 use super::isovalue::Isovalue;
-use super::output::Output;
+use super::output::{Output, no_path};
 use super::spectrum_file;
 
 /// Render the mesh at one isovalue to a picture
@@ -83,7 +83,7 @@ impl<'a> Pictures<'a> {
     /// Renders one picture as PNG.
     pub(super) fn write(&mut self, isovalue: f64, view: &View, output: Output) -> Result<()> {
         let image = self.0.draw(isovalue, view)?;
-        output.write(|file| image.encode_png(file))?;
+        output.write(|file| image.encode_png(file).map_err(no_path))?;
         Ok(())
     }
 }

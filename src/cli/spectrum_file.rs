@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isospectrum::file::{self, thesis};
+use isospectrum::file::{self, MAGIC, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -33,12 +33,14 @@ impl Format {
 
 /// Reads a spectrum of either format; also how many bytes its file has.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
-    let fail = |source| Error::io(path, source);
-    let mut start: Vec<u8> = Vec::new();
-    let mut file = std::fs::File::open(path).map_err(fail)?;
-    let n_bytes = file.metadata().map_err(fail)?.len();
-    let _ = (&mut start, &mut file);
-    Err(Error::input(format!("{n_bytes}")))
+    let bytes = std::fs::read(path).map_err(|source| Error::io(path, source))?;
+    let is_thesis = matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
+    let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
+    let spectrum = spectrum.map_err(|error| match error {
+        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
+        other => other,
+    })?;
+    Ok((spectrum, bytes.len() as u64))
 }
 
 /// Writes a spectrum in our format; how many bytes that took.
@@ -48,8 +50,8 @@ pub(super) fn write(spectrum: &Spectrum, output: Output) -> Result<u64> {
 
 /// Writes a spectrum in a format; how many bytes that took.
 pub(super) fn write_as(spectrum: &Spectrum, format: Format, output: Output) -> Result<u64> {
-    output.write(|file| match format {
-        Format::Isp => file::write(spectrum, file),
-        Format::Thesis => thesis::write(spectrum, file),
+    output.write_bytes(&match format {
+        Format::Isp => file::to_bytes(spectrum)?,
+        Format::Thesis => thesis::to_bytes(spectrum)?,
     })
 }
