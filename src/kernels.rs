@@ -13,18 +13,26 @@
 //! | `project.wgsl` | [`project`] | all vertices onto an isosurface |
 //! | `relax.wgsl` | [`relax`] | one iteration of tangential relaxation |
 //! | `deviation.wgsl` | [`deviation`] | distances of barycentres |
+//! | `reduce.wgsl` | sums in [`cpu`] | largest force, number of failures |
+//!
+//! [`Backend`] chooses where they run.
 
+pub mod backend;
 pub mod cpu;
 pub mod deviation;
 pub mod field;
+pub mod gpu;
 pub mod normals;
 pub mod project;
 pub mod ray;
 pub mod relax;
+pub mod shader;
 pub mod step;
 
+pub use backend::{Backend, Choice};
 pub use cpu::CpuKernels;
 pub use field::Field;
+pub use gpu::GpuKernels;
 
 use crate::error::Result;
 

@@ -1,1 +1,160 @@
-//! placeholder
+//! Pictures of a spectrum, drawn offscreen.
+//!
+//! Nothing is extracted for a picture: the trajectories lie in storage buffers and the vertex
+//! shader interpolates each vertex at the isovalue (thesis section 4.3); only the list of active
+//! triangles changes with the isovalue. What a window shows is drawn by the same pipeline.
+//!
+//! # Practice
+//!
+//! A [`Renderer`] keeps its pipeline and buffers and draws any number of pictures; a [`View`] says
+//! how one looks; the [`Image`] that comes back is written by [`Image::write_png`].
+//!
+//! ```no_run
+//! # fn draw(spectrum: &isospectrum::spectrum::Spectrum) -> isospectrum::Result<()> {
+//! use isospectrum::render::{Color, Gpu, Renderer, View};
+//!
+//! let gpu = Gpu::open(None)?;
+//! let mut renderer = Renderer::new(&gpu, spectrum)?;
+//! let view = View { color: Color::Quality, wireframe: Some(1.0), ..View::default() };
+//! renderer.draw(0.5, &view)?.write_png("half.png".as_ref())?;
+//! # Ok(())
+//! # }
+//! ```
+
+mod attribute;
+mod camera;
+mod device;
+mod image;
+mod layout;
+mod surface;
+mod tables;
+mod target;
+
+pub use attribute::Color;
+pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
+pub use device::Gpu;
+pub use image::Image;
+pub use surface::{RESIDENT_BYTES, Renderer};
+
+use crate::error::{Error, Result};
+
+/// How a picture looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// Where it is taken from.
+    pub camera: Camera,
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// What the colour of a triangle shows.
+    pub color: Color,
+    /// The largest mean curvature the colours tell apart, 1/voxel; without it the one that 95 % of
+    /// the triangles stay below. Give it to compare pictures of several isovalues.
+    pub largest_curvature: Option<f64>,
+    /// Width of the triangles' edges, pixels; without it they are not drawn.
+    pub wireframe: Option<f32>,
+    /// What lies behind the surface.
+    pub background: Background,
+    /// Whether caps are left out, so that one looks into the volume at its border.
+    pub open: bool,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        View {
+            camera: Camera::default(),
+            width: 1280,
+            height: 960,
+            color: Color::None,
+            largest_curvature: None,
+            wireframe: None,
+            background: Background::White,
+            open: false,
+        }
+    }
+}
+
+impl View {
+    /// Whether the numbers make sense for a device whose pictures are at most `largest` pixels wide
+    /// and high.
+    fn check(&self, largest: u32) -> Result<()> {
+        let View { width, height, .. } = *self;
+        if !(1..=largest).contains(&width) || !(1..=largest).contains(&height) {
+            return Err(Error::Usage(format!(
+                "picture of {width}x{height} pixels, expected 1 to {largest} each way"
+            )));
+        }
+        if let Some(pixels) = self.wireframe
+            && !(pixels > 0.0 && pixels.is_finite())
+        {
+            return Err(Error::Usage(format!(
+                "wireframe {pixels} pixels wide, expected a positive number"
+            )));
+        }
+        if let Some(largest) = self.largest_curvature
+            && !(largest > 0.0 && largest.is_finite())
+        {
+            return Err(Error::Usage(format!(
+                "largest curvature {largest}, expected a positive number"
+            )));
+        }
+        self.camera.check()
+    }
+}
+
+/// What lies behind the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Background {
+    /// White, for print.
+    #[default]
+    White,
+    /// A light grey.
+    Light,
+    /// Nearly black, for slides.
+    Dark,
+    /// Nothing: alpha is 0.
+    Transparent,
+}
+
+impl Background {
+    /// Every background, in the order of the documentation.
+    pub const ALL: [Background; 4] =
+        [Background::White, Background::Light, Background::Dark, Background::Transparent];
+
+    /// The name as flags spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Background::White => "white",
+            Background::Light => "light",
+            Background::Dark => "dark",
+            Background::Transparent => "transparent",
+        }
+    }
+
+    /// Linear red, green, blue and alpha.
+    fn linear(self) -> [f64; 4] {
+        match self {
+            Background::White => [1.0, 1.0, 1.0, 1.0],
+            Background::Light => [0.82, 0.83, 0.85, 1.0],
+            Background::Dark => [0.012, 0.013, 0.016, 1.0],
+            Background::Transparent => [0.0; 4],
+        }
+    }
+}
+
+impl std::str::FromStr for Background {
+    type Err = Error;
+
+    /// Reads the name as flags spell it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for any other text.
+    fn from_str(text: &str) -> Result<Self> {
+        Background::ALL.into_iter().find(|background| background.name() == text).ok_or_else(|| {
+            let names = Background::ALL.map(Background::name).join(", ");
+            Error::Usage(format!("background '{text}', expected one of {names}"))
+        })
+    }
+}

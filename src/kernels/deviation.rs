@@ -1,7 +1,7 @@
 //! Distance of face barycentres from the isosurface (thesis section 3.7).
 //! Twin: `shaders/deviation.wgsl`.
 
-use super::field::{Field, VALUE_NOISE, interpolate, slope};
+use super::field::{Field, interpolate, slope};
 use super::ray::{Slab, Walk, walk};
 use super::step::unit;
 use glam::Vec3;
@@ -18,7 +18,7 @@ pub fn face_deviation(field: &Field, a: Vec3, b: Vec3, c: Vec3, isovalue: f32, r
     let place = field.locate(barycentre, 0);
     let values = field.corners(place.cell).map(|v| v - isovalue);
     let difference = interpolate(&values, place.local);
-    if difference.abs() <= VALUE_NOISE * field.range() {
+    if difference.abs() <= field.value_noise() {
         return 0.0;
     }
     let mut direction = unit(ab.cross(ac));

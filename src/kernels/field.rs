@@ -28,8 +28,8 @@ pub const SLAB_TOLERANCE: f32 = 1e-5;
 pub const VALUE_NOISE: f32 = 4.0 * f32::EPSILON;
 
 /// f32 samples with a range or a magnitude outside these bounds are mapped to 0..1, because ten
-/// ranges (the layer around the volume) or products of values would overflow or vanish.
-const EXTREME: (f64, f64) = (1e-25, 1e25);
+/// ranges (the layer around the volume) or squares of differences would overflow or vanish.
+const EXTREME: (f64, f64) = (1e-12, 1e12);
 
 /// A trilinear field: a volume, the layer around it, and how values become f32. Shared by threads.
 #[derive(Clone, Debug)]
@@ -114,6 +114,16 @@ impl Field {
     /// Largest value minus smallest value, the layer around the volume left out.
     pub fn range(&self) -> f32 {
         self.range
+    }
+
+    /// Differences to the isovalue up to this are none.
+    pub fn value_noise(&self) -> f32 {
+        VALUE_NOISE * self.range
+    }
+
+    /// How far values along a step may leave the slab between start and isovalue.
+    pub fn slab_tolerance(&self) -> f32 {
+        SLAB_TOLERANCE * self.range
     }
 
     /// Value of the layer around the volume.

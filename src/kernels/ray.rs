@@ -25,10 +25,10 @@ use glam::{IVec3, Vec3};
 pub const MAX_CELLS: u32 = 512;
 
 /// Newton steps and bisections within one monotone piece; 24 bisections alone give every bit of f32.
-const MAX_NEWTON: u32 = 24;
+pub const MAX_NEWTON: u32 = 24;
 
 /// Directions whose component is smaller than this (in cells) run parallel to that axis' faces.
-const PARALLEL: f32 = 1e-12;
+pub const PARALLEL: f32 = 1e-12;
 
 /// What a ray looks for, and what it must not do before.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,7 @@
 //! Filippov's solution of that flow.
 
 use super::Status;
-use super::field::{Field, SLAB_TOLERANCE, VALUE_NOISE, interpolate, slope};
+use super::field::{Field, interpolate, slope};
 use super::ray::{Slab, Walk, exit_of, steps, walk};
 use glam::{IVec3, Vec3};
 
@@ -28,8 +28,8 @@ pub const GRADIENT_STEP: f32 = 0.25;
 /// How far a gradient step goes past a face, voxels, so that the next one starts in the next cell.
 pub const NUDGE: f32 = 1e-3;
 
-/// A direction shorter than this has no direction.
-const ZERO_LENGTH: f32 = 1e-20;
+/// A direction shorter than this has no direction: its square still is a normal number.
+pub const ZERO_LENGTH: f32 = 1e-15;
 
 /// 1 along the axes a vertex may move, 0 along those of its border planes.
 #[inline]
@@ -67,11 +67,11 @@ pub fn onto_isosurface(
     let place = field.locate(p, border);
     let values = field.corners(place.cell).map(|v| v - isovalue);
     let difference = interpolate(&values, place.local);
-    if difference.abs() <= VALUE_NOISE * field.range() {
+    if difference.abs() <= field.value_noise() {
         return (p, Status::Reached);
     }
     let sign = if difference < 0.0 { 1.0 } else { -1.0 };
-    let lowest = -difference.abs() - SLAB_TOLERANCE * field.range();
+    let lowest = -difference.abs() - field.slab_tolerance();
     let slab = Slab { isovalue, sign, lowest };
     // Normals point to lower values, so uphill is against them.
     let along = unit(n * free_axes(border)) * -sign;

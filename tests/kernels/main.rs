@@ -7,12 +7,27 @@
 mod shapes;
 mod suite;
 
-use isospectrum::kernels::{CpuKernels, Field, Kernels};
+use isospectrum::gpu::Gpu;
+use isospectrum::kernels::gpu::{DeviceField, Pipelines};
+use isospectrum::kernels::{CpuKernels, Field, GpuKernels, Kernels};
 use isospectrum::volume::Volume;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 fn cpu(volume: &Arc<Volume>) -> Box<dyn Kernels + Send> {
     Box::new(CpuKernels::new(Arc::new(Field::new(volume.clone()))))
+}
+
+/// One device for all tests of the process.
+static PIPELINES: LazyLock<Arc<Pipelines>> = LazyLock::new(|| {
+    let gpu = Gpu::new(None)
+        .unwrap_or_else(|e| panic!("the GPU tests need an adapter: {e} (not for these tests)"));
+    Arc::new(Pipelines::new(Arc::new(gpu)).expect("the kernels compile"))
+});
+
+fn gpu(volume: &Arc<Volume>) -> Box<dyn Kernels + Send> {
+    let field = Arc::new(Field::new(volume.clone()));
+    let field = DeviceField::new(PIPELINES.gpu(), field).expect("the field fits the device");
+    Box::new(GpuKernels::new(PIPELINES.clone(), Arc::new(field)).expect("buffers fit the device"))
 }
 
 /// The suite on one backend: a module of the backend's name with a test per promise.
@@ -46,3 +61,4 @@ macro_rules! kernel_tests {
 }
 
 kernel_tests!(cpu);
+kernel_tests!(gpu);

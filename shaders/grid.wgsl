@@ -1,0 +1,143 @@
+// The trilinear field: samples, the layer around them, values and gradients. Shared.
+// Twin: src/kernels/field.rs.
+
+/// What does not change while a volume is worked on.
+struct Grid {
+    /// Cells per voxel along each axis.
+    inverse_cell_size: vec3<f32>,
+    /// Value of the layer around the volume.
+    outside: f32,
+    /// Samples along each axis.
+    dims: vec3<i32>,
+    /// How samples are packed: 0 u8, 1 i8, 2 u16, 3 i16, 4 f32.
+    sample_type: u32,
+}
+
+/// What one call of a kernel works with.
+struct Parameters {
+    /// The value to reach.
+    isovalue: f32,
+    /// Longest way to it, voxels.
+    reach: f32,
+    /// Share of the force that moves a vertex.
+    strength: f32,
+    /// Differences to the isovalue up to this are none.
+    value_noise: f32,
+    /// How far values along a step may leave the slab between start and isovalue.
+    slab_tolerance: f32,
+}
+
+/// A place in the field: a cell, and where inside it, 0 to 1 along each axis.
+struct Place {
+    cell: vec3<i32>,
+    local: vec3<f32>,
+}
+
+/// The grid of the volume.
+@group(0) @binding(0) var<uniform> grid: Grid;
+/// The samples, x fastest, packed into words, the lowest bits first.
+@group(0) @binding(1) var<storage, read> samples: array<u32>;
+/// The parameters of this call.
+@group(0) @binding(2) var<uniform> parameters: Parameters;
+
+/// Sample `i`.
+fn sample(i: u32) -> f32 {
+    switch grid.sample_type {
+        case 0u: {
+            return f32(extractBits(samples[i / 4u], 8u * (i % 4u), 8u));
+        }
+        case 1u: {
+            return f32(extractBits(bitcast<i32>(samples[i / 4u]), 8u * (i % 4u), 8u));
+        }
+        case 2u: {
+            return f32(extractBits(samples[i / 2u], 16u * (i % 2u), 16u));
+        }
+        case 3u: {
+            return f32(extractBits(bitcast<i32>(samples[i / 2u]), 16u * (i % 2u), 16u));
+        }
+        default: {
+            return bitcast<f32>(samples[i]);
+        }
+    }
+}
+
+/// The sample at a lattice point, or the value of the layer around the volume.
+fn padded(at: vec3<i32>) -> f32 {
+    if any(at < vec3<i32>(0)) || any(at >= grid.dims) {
+        return grid.outside;
+    }
+    let p = vec3<u32>(at);
+    let n = vec3<u32>(grid.dims);
+    return sample(p.x + n.x * (p.y + n.y * p.z));
+}
+
+/// The values at the 8 corners of a cell; corner c lies at (c & 1, c >> 1 & 1, c >> 2 & 1).
+fn corners(cell: vec3<i32>) -> array<f32, 8> {
+    if all(cell >= vec3<i32>(0)) && all(cell < grid.dims - 1) {
+        let nx = u32(grid.dims.x);
+        let slice = nx * u32(grid.dims.y);
+        let i = u32(cell.x) + nx * u32(cell.y) + slice * u32(cell.z);
+        return array<f32, 8>(
+            sample(i), sample(i + 1u), sample(i + nx), sample(i + nx + 1u),
+            sample(i + slice), sample(i + slice + 1u),
+            sample(i + nx + slice), sample(i + nx + slice + 1u),
+        );
+    }
+    return array<f32, 8>(
+        padded(cell), padded(cell + vec3<i32>(1, 0, 0)),
+        padded(cell + vec3<i32>(0, 1, 0)), padded(cell + vec3<i32>(1, 1, 0)),
+        padded(cell + vec3<i32>(0, 0, 1)), padded(cell + vec3<i32>(1, 0, 1)),
+        padded(cell + vec3<i32>(0, 1, 1)), padded(cell + vec3<i32>(1, 1, 1)),
+    );
+}
+
+/// Which axes a border byte holds fixed.
+fn held_axes(border: u32) -> vec3<bool> {
+    return (vec3<u32>(border) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u);
+}
+
+/// The place of a position (voxel frame). Along the axes of `border` the position is taken to be
+/// exactly on its lattice plane, and the cell is the one inside the volume.
+fn locate(p: vec3<f32>, border: u32) -> Place {
+    let last = grid.dims - 1;
+    let x = clamp(p * grid.inverse_cell_size, vec3<f32>(-1.0), vec3<f32>(grid.dims));
+    let cell = min(vec3<i32>(floor(x)), last);
+    let plane = vec3<i32>(round(x));
+    let inside = clamp(plane, vec3<i32>(0), last - 1);
+    let held = held_axes(border);
+    return Place(
+        select(cell, inside, held),
+        select(x - vec3<f32>(cell), vec3<f32>(plane - inside), held),
+    );
+}
+
+/// Linear interpolation, exact at both ends.
+fn lerp(a: f32, b: f32, t: f32) -> f32 {
+    return a * (1.0 - t) + b * t;
+}
+
+/// The trilinear value inside a cell.
+fn interpolate(v: array<f32, 8>, local: vec3<f32>) -> f32 {
+    let low = lerp(lerp(v[0], v[1], local.x), lerp(v[2], v[3], local.x), local.y);
+    let high = lerp(lerp(v[4], v[5], local.x), lerp(v[6], v[7], local.x), local.y);
+    return lerp(low, high, local.z);
+}
+
+/// The trilinear gradient inside a cell, per cell.
+fn slope(v: array<f32, 8>, local: vec3<f32>) -> vec3<f32> {
+    let x = lerp(
+        lerp(v[1] - v[0], v[3] - v[2], local.y), lerp(v[5] - v[4], v[7] - v[6], local.y), local.z,
+    );
+    let y = lerp(
+        lerp(v[2] - v[0], v[3] - v[1], local.x), lerp(v[6] - v[4], v[7] - v[5], local.x), local.z,
+    );
+    let z = lerp(
+        lerp(v[4] - v[0], v[5] - v[1], local.x), lerp(v[6] - v[2], v[7] - v[3], local.x), local.y,
+    );
+    return vec3<f32>(x, y, z);
+}
+
+/// The gradient at a place, per voxel.
+fn gradient_in(place: Place) -> vec3<f32> {
+    return slope(corners(place.cell), place.local) * grid.inverse_cell_size;
+}

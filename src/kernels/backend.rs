@@ -1,0 +1,159 @@
+//! Where the kernels run: chosen once, then asked for kernels by every thread that needs them.
+
+use super::cpu::CpuKernels;
+use super::field::Field;
+use super::gpu::{DeviceField, GpuKernels, Pipelines};
+use super::{Connectivity, Kernels, Relaxation, Status};
+use crate::error::Result;
+use crate::gpu::Gpu;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// Meshes with fewer vertices run on the CPU whatever the backend.
+pub const GPU_FROM_VERTICES: usize = 4096;
+
+/// What the user asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Choice {
+    /// A GPU if there is one, else the CPU.
+    #[default]
+    Auto,
+    /// A GPU; an error where there is none.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+/// Where kernels run. Shared by threads.
+#[derive(Debug)]
+pub struct Backend {
+    pipelines: Option<Arc<Pipelines>>,
+    /// Whether a field that does not fit the device may run on the CPU instead.
+    may_fall_back: bool,
+    /// The field on the device last asked for: threads that work on one field share it.
+    latest: Mutex<Weak<DeviceField>>,
+}
+
+impl Backend {
+    /// Opens a backend; `adapter` is a part of the adapter's name.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Gpu`] if a GPU was asked for, by choice or by name, and there is none; the text
+    /// says what to install.
+    pub fn choose(choice: Choice, adapter: Option<&str>) -> Result<Backend> {
+        let open = || Pipelines::new(Arc::new(Gpu::new(adapter)?));
+        let pipelines = match choice {
+            Choice::Cpu => None,
+            Choice::Gpu => Some(open()?),
+            Choice::Auto if adapter.is_some() => Some(open()?),
+            Choice::Auto => match open() {
+                Ok(pipelines) => Some(pipelines),
+                Err(e) => {
+                    log::info!("kernels run on the CPU: {e}");
+                    None
+                }
+            },
+        };
+        let backend = Backend {
+            pipelines: pipelines.map(Arc::new),
+            may_fall_back: choice == Choice::Auto,
+            latest: Mutex::default(),
+        };
+        log::info!("kernels run on {}", backend.name());
+        Ok(backend)
+    }
+
+    /// `cpu`, or the adapter's name and back end.
+    pub fn name(&self) -> String {
+        match &self.pipelines {
+            None => "cpu".into(),
+            Some(pipelines) => pipelines.gpu().name(),
+        }
+    }
+
+    /// Kernels over a field, one set for each thread. The field is copied to the device once, for
+    /// as long as kernels over it exist.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Gpu`] if the samples do not fit the device and a GPU was asked for.
+    pub fn kernels(&self, field: &Arc<Field>) -> Result<Box<dyn Kernels + Send>> {
+        let cpu = CpuKernels::new(field.clone());
+        let Some(pipelines) = &self.pipelines else { return Ok(Box::new(cpu)) };
+        match self.device_field(pipelines, field) {
+            Ok(device_field) => {
+                let gpu = GpuKernels::new(pipelines.clone(), device_field)?;
+                Ok(Box::new(BySize { cpu, gpu, on_gpu: false }))
+            }
+            Err(e) if self.may_fall_back => {
+                log::warn!("kernels run on the CPU: {e}");
+                Ok(Box::new(cpu))
+            }
+            Err(e) => Err(e),
+        }
+    }
+
+    fn device_field(&self, pipelines: &Pipelines, field: &Arc<Field>) -> Result<Arc<DeviceField>> {
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = latest.upgrade().filter(|known| known.is_of(field)) {
+            return Ok(known);
+        }
+        let device_field = Arc::new(DeviceField::new(pipelines.gpu(), field.clone())?);
+        *latest = Arc::downgrade(&device_field);
+        Ok(device_field)
+    }
+}
+
+/// Large meshes on the GPU, small ones on the CPU.
+struct BySize {
+    cpu: CpuKernels,
+    gpu: GpuKernels,
+    on_gpu: bool,
+}
+
+impl BySize {
+    fn at_work(&mut self) -> &mut dyn Kernels {
+        if self.on_gpu { &mut self.gpu } else { &mut self.cpu }
+    }
+}
+
+impl Kernels for BySize {
+    fn name(&self) -> String {
+        self.gpu.name()
+    }
+
+    fn load(&mut self, connectivity: &Connectivity, positions: &[[f32; 3]]) -> Result<()> {
+        self.on_gpu = positions.len() >= GPU_FROM_VERTICES;
+        self.at_work().load(connectivity, positions)
+    }
+
+    fn project(&mut self, isovalue: f64, reach: f32) -> Result<u32> {
+        self.at_work().project(isovalue, reach)
+    }
+
+    fn relax(
+        &mut self,
+        isovalue: f64,
+        strength: f32,
+        threshold: f32,
+        max_iterations: u32,
+    ) -> Result<Relaxation> {
+        self.at_work().relax(isovalue, strength, threshold, max_iterations)
+    }
+
+    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
+        self.at_work().deviation(isovalue, reach)
+    }
+
+    fn positions(&mut self) -> Result<Vec<[f32; 3]>> {
+        self.at_work().positions()
+    }
+
+    fn normals(&mut self) -> Result<Vec<[f32; 3]>> {
+        self.at_work().normals()
+    }
+
+    fn status(&mut self) -> Result<Vec<Status>> {
+        self.at_work().status()
+    }
+}

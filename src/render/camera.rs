@@ -1,0 +1,234 @@
+//! Where a picture is taken from, and the matrices that follow.
+//!
+//! # Frames
+//!
+//! The shader reads positions in the voxel frame. The *eye* frame has its origin at the eye, x to
+//! the right, y upwards, z towards the viewer; its unit is the voxel and its axes are those of the
+//! world, so that a volume with oblique directions is seen as it lies in the world, z upwards.
+//! The world's origin and unit cancel in a picture that fits the volume, so they are left out:
+//! coordinates stay small whatever the file says.
+
+use std::str::FromStr;
+
+use glam::dcamera::rh::{proj::directx::perspective, view::look_to_mat4};
+use glam::{DMat3, DMat4, DVec3};
+
+use crate::error::{Error, Result};
+use crate::spectrum::VolumeInfo;
+
+/// Vertical field of view, degrees: near enough to parallel that shapes are not distorted.
+pub const FIELD_OF_VIEW: f64 = 30.0;
+
+/// Share of the half width and half height of the picture that the volume's box fills at distance 1.
+pub const FILL: f64 = 0.94;
+
+/// How far beyond the outermost samples the box reaches, cells: caps end within a tenth of a cell
+/// of the border.
+pub const BORDER: f64 = 0.1;
+
+/// The direction and distance from which the volume is seen.
+///
+/// The camera looks at the middle of the volume's box; up is the world's +z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Degrees counter-clockwise about the world's z axis, from +x: 0 looks from +x, 90 from +y.
+    pub azimuth: f64,
+    /// Degrees above the world's x-y plane, -90 to 90.
+    pub elevation: f64,
+    /// Distance as a multiple of the one at which the volume's box just fits; positive.
+    pub distance: f64,
+}
+
+impl Default for Camera {
+    /// A three-quarter view of the whole volume.
+    fn default() -> Self {
+        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0 }
+    }
+}
+
+impl FromStr for Camera {
+    type Err = Error;
+
+    /// Reads `azimuth,elevation[,distance]`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] if there are not two or three numbers, one is not finite, the elevation
+    /// lies outside -90 to 90, or the distance is not positive.
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = |what: &str| Error::Usage(format!("camera '{text}': {what}"));
+        let numbers = text
+            .split(',')
+            .map(|part| part.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
+            .collect::<Option<Vec<f64>>>()
+            .ok_or_else(|| wrong("expected numbers azimuth,elevation[,distance]"))?;
+        let (azimuth, elevation, distance) = match numbers[..] {
+            [azimuth, elevation] => (azimuth, elevation, Camera::default().distance),
+            [azimuth, elevation, distance] => (azimuth, elevation, distance),
+            _ => return Err(wrong("expected two or three numbers azimuth,elevation[,distance]")),
+        };
+        let camera = Camera { azimuth, elevation, distance };
+        camera.check()?;
+        Ok(camera)
+    }
+}
+
+impl Camera {
+    /// Whether the numbers make sense; they may have been set without parsing.
+    pub(crate) fn check(&self) -> Result<()> {
+        let Camera { azimuth, elevation, distance } = *self;
+        if !azimuth.is_finite() {
+            return Err(Error::Usage(format!(
+                "camera azimuth {azimuth}, expected a finite number"
+            )));
+        }
+        if !(-90.0..=90.0).contains(&elevation) {
+            return Err(Error::Usage(format!("camera elevation {elevation}, expected -90 to 90")));
+        }
+        if !(distance > 0.0 && distance.is_finite()) {
+            return Err(Error::Usage(format!(
+                "camera distance {distance}, expected a positive number"
+            )));
+        }
+        Ok(())
+    }
+
+    /// From the middle of the volume to the eye, and upwards in the picture; unit vectors of the
+    /// world. Upwards is the derivative by the elevation, so it is defined at the poles too.
+    fn directions(&self) -> (DVec3, DVec3) {
+        let (sin_a, cos_a) = self.azimuth.to_radians().sin_cos();
+        let (sin_e, cos_e) = self.elevation.to_radians().sin_cos();
+        (
+            DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e),
+            DVec3::new(-sin_e * cos_a, -sin_e * sin_a, cos_e),
+        )
+    }
+
+    /// The matrices of a picture of `width` by `height` pixels.
+    pub(crate) fn projection(&self, volume: &VolumeInfo, width: u32, height: u32) -> Projection {
+        let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+        let corners = corners(volume);
+        let middle = world * (0.5 * (corners[0] + corners[7]));
+        let (towards_eye, up) = self.directions();
+        let turn = look_to_mat4(DVec3::ZERO, -towards_eye, up);
+
+        let tan_y = (0.5 * FIELD_OF_VIEW).to_radians().tan();
+        let tan_x = tan_y * f64::from(width) / f64::from(height);
+        let turned = corners.map(|corner| turn.transform_vector3(world * corner - middle));
+        let fit = turned
+            .iter()
+            .map(|p| p.z + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y)))
+            .fold(0.0, f64::max);
+        let distance = self.distance * fit;
+
+        let radius = turned.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let far = distance + radius;
+        // A thousandth of the far plane keeps depth precise when the eye is inside the box.
+        let near = (distance - radius).max(1e-3 * far);
+        let aspect = f64::from(width) / f64::from(height);
+        let eye_from_voxel = DMat4::from_translation(DVec3::new(0.0, 0.0, -distance))
+            * turn
+            * DMat4::from_translation(-middle)
+            * DMat4::from_mat3(world);
+        let clip_from_eye = perspective(FIELD_OF_VIEW.to_radians(), aspect, near, far);
+        Projection {
+            clip_from_voxel: clip_from_eye * eye_from_voxel,
+            eye_from_voxel,
+            eye_from_normal: DMat3::from_mat4(eye_from_voxel).inverse().transpose(),
+            mirrored: world.determinant() < 0.0,
+        }
+    }
+}
+
+/// The eight corners of the box around the volume with its caps, voxel frame, x fastest.
+fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
+    let spacing = DVec3::from_array(volume.placement.spacing);
+    let size = spacing / spacing.min_element();
+    let last = DVec3::from_array(volume.dims.map(|d| d as f64 - 1.0));
+    std::array::from_fn(|corner| {
+        let side = DVec3::new((corner & 1) as f64, (corner >> 1 & 1) as f64, (corner >> 2) as f64);
+        size * (side * (last + 2.0 * BORDER) - BORDER)
+    })
+}
+
+/// The matrices of one picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Projection {
+    /// From the voxel frame to clip coordinates, depth 0 to 1.
+    pub(crate) clip_from_voxel: DMat4,
+    /// From the voxel frame to the eye frame.
+    pub(crate) eye_from_voxel: DMat4,
+    /// Turns normals of the voxel frame into the eye frame, up to their length: the inverse
+    /// transpose, which also holds for directions that are not orthogonal.
+    pub(crate) eye_from_normal: DMat3,
+    /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
+    pub(crate) mirrored: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Outside, Placement};
+
+    fn volume(dims: [usize; 3], placement: Placement) -> VolumeInfo {
+        VolumeInfo {
+            name: "box".into(),
+            dims,
+            sample_type: "float32".into(),
+            range: (0.0, 1.0),
+            placement,
+            outside: Outside::Low,
+        }
+    }
+
+    #[test]
+    fn the_box_touches_the_margin_and_stays_inside_it() {
+        let oblique = Placement {
+            origin: [1e9, -5.0, 3.0],
+            spacing: [0.5, 1.0, 2.0],
+            direction: [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]],
+        };
+        for placement in [Placement::default(), oblique] {
+            let volume = volume([20, 10, 15], placement);
+            for camera in ["35,22", "0,90", "-120,-90", "250,-10"] {
+                for (width, height) in [(640, 480), (100, 400), (4000, 40)] {
+                    let camera: Camera = camera.parse().expect("a camera");
+                    let projection = camera.projection(&volume, width, height);
+                    let reach = corners(&volume)
+                        .map(|c| projection.clip_from_voxel.project_point3(c))
+                        .iter()
+                        .inspect(|p| assert!((0.0..=1.0).contains(&p.z), "depth {}", p.z))
+                        .map(|p| p.x.abs().max(p.y.abs()))
+                        .fold(0.0, f64::max);
+                    // The arithmetic is f64 on numbers below 1e3.
+                    assert!((reach - FILL).abs() < 1e-9, "reach {reach} from {camera:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_world_z_axis_points_up_and_azimuth_turns_counter_clockwise() {
+        let volume = volume([11, 11, 11], Placement::default());
+        let projection =
+            Camera { azimuth: 90.0, elevation: 0.0, distance: 1.0 }.projection(&volume, 100, 100);
+        let at = |p: [f64; 3]| projection.clip_from_voxel.project_point3(DVec3::from_array(p));
+        assert!(at([5.0, 5.0, 9.0]).y > 0.1);
+        // Seen from +y, +x lies to the left.
+        assert!(at([9.0, 5.0, 5.0]).x < -0.1);
+        assert!(at([5.0, 9.0, 5.0]).z < at([5.0, 1.0, 5.0]).z);
+        assert!(!projection.mirrored);
+    }
+
+    #[test]
+    fn cameras_are_parsed_and_bad_ones_are_usage_errors() {
+        assert_eq!(
+            " 30, -20,1.5".parse::<Camera>().expect("a camera"),
+            Camera { azimuth: 30.0, elevation: -20.0, distance: 1.5 }
+        );
+        for bad in ["", "30", "1,2,3,4", "a,b", "0,91", "nan,0", "0,0,0", "0,0,-1", "0,inf"] {
+            let error = bad.parse::<Camera>().expect_err(bad);
+            assert_eq!(error.exit_code(), 2, "{bad}: {error}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The structures that `shaders/surface.wgsl` reads, as the host writes them.
+//!
+//! A test parses the shader and compares every offset and size, so neither side can drift.
+
+use bytemuck::{Pod, Zeroable};
+
+/// What is the same for every corner of a picture; fields as in the shader.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Frame {
+    pub(super) clip_from_voxel: [[f32; 4]; 4],
+    pub(super) eye_from_voxel: [[f32; 4]; 4],
+    pub(super) eye_from_normal: [[f32; 4]; 4],
+    pub(super) front: [f32; 4],
+    pub(super) back: [f32; 4],
+    pub(super) wire: [f32; 4],
+    pub(super) isovalue: [f32; 2],
+    pub(super) rank: u32,
+    pub(super) palette: u32,
+    pub(super) wire_width: f32,
+    pub(super) mirrored: u32,
+    pub(super) unused: [f32; 2],
+}
+
+/// One knot of a trajectory; fields as in the shader.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Knot {
+    pub(super) rank: u32,
+    pub(super) x: f32,
+    pub(super) y: f32,
+    pub(super) z: f32,
+    pub(super) normal: u32,
+}
+
+impl From<&crate::spectrum::Knot> for Knot {
+    fn from(knot: &crate::spectrum::Knot) -> Self {
+        let [x, y, z] = knot.position;
+        let [u, v] = knot.normal.map(|s| u32::from(s as u16));
+        Knot { rank: knot.rank, x, y, z, normal: u | v << 16 }
+    }
+}
+
+/// One active triangle; fields as in the shader.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct ActiveTriangle {
+    pub(super) vertices: [u32; 3],
+    pub(super) measure: f32,
+}
+
+/// How the shader turns an attribute into a colour; the constants of the shader.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub(super) enum Palette {
+    /// The frame's own colours.
+    Plain = 0,
+    /// An ordered ramp over [0, 1].
+    Ramp = 1,
+    /// A ramp over [-1, 1] with a neutral middle.
+    Balance = 2,
+    /// Colours without an order for numbers from 0.
+    Names = 3,
+}
+
+/// A number as the sum of two of single precision: 48 bits.
+pub(super) fn in_two(x: f64) -> [f32; 2] {
+    let high = x as f32;
+    [high, (x - f64::from(high)) as f32]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::mem::{offset_of, size_of};
+
+    use super::*;
+
+    const SHADER: &str = include_str!("../../shaders/surface.wgsl");
+
+    fn parse() -> naga::Module {
+        naga::front::wgsl::parse_str(SHADER)
+            .unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)))
+    }
+
+    /// Name and offset of each field of a structure of the shader, and the structure's size.
+    fn fields(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
+        let (_, found) = module
+            .types
+            .iter()
+            .find(|(_, t)| t.name.as_deref() == Some(name))
+            .unwrap_or_else(|| panic!("no structure {name}"));
+        let naga::TypeInner::Struct { members, span } = &found.inner else {
+            panic!("{name} is no structure")
+        };
+        let of = |m: &naga::StructMember| (m.name.clone().expect("a name"), m.offset as usize);
+        (members.iter().map(of).collect(), *span as usize)
+    }
+
+    #[test]
+    fn the_shader_is_valid() {
+        naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::empty(),
+        )
+        .validate(&parse())
+        .unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
+    }
+
+    #[test]
+    fn structures_have_the_same_layout_on_both_sides() {
+        macro_rules! layout {
+            ($type:ident: $($field:ident)*) => {
+                (vec![$((stringify!($field).to_string(), offset_of!($type, $field))),*], size_of::<$type>())
+            };
+        }
+        let module = parse();
+        assert_eq!(
+            fields(&module, "Frame"),
+            layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
+                rank palette wire_width mirrored unused)
+        );
+        assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z normal));
+        assert_eq!(fields(&module, "ActiveTriangle"), layout!(ActiveTriangle: vertices measure));
+    }
+
+    #[test]
+    fn palettes_have_the_same_numbers_on_both_sides() {
+        for (name, palette) in [
+            ("PLAIN", Palette::Plain),
+            ("RAMP", Palette::Ramp),
+            ("BALANCE", Palette::Balance),
+            ("NAMES", Palette::Names),
+        ] {
+            let line = format!("const {name}: u32 = {}u;", palette as u32);
+            assert!(SHADER.contains(&line), "the shader lacks '{line}'");
+        }
+    }
+
+    #[test]
+    fn two_numbers_keep_48_bits() {
+        for x in [0.0, 1.0, 1.0 / 3.0, 1.0 - f64::EPSILON, 1e-20, 0.123_456_789_012_345] {
+            let [high, low] = in_two(x);
+            let back = f64::from(high) + f64::from(low);
+            assert!((back - x).abs() <= x * 2f64.powi(-48), "{x} became {back}");
+        }
+    }
+}

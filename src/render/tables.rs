@@ -1,0 +1,83 @@
+//! The spectrum as the shader reads it: all of it, or the part one isovalue needs.
+
+use super::layout::{ActiveTriangle, Knot, in_two};
+use crate::spectrum::Spectrum;
+
+/// The tables that do not depend on the view.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Tables {
+    /// The isovalue of each rank, scaled.
+    pub(super) isovalues: Vec<[f32; 2]>,
+    /// Start of each vertex's knots, and the end.
+    pub(super) first_knot: Vec<u32>,
+    /// Knots by vertex.
+    pub(super) knots: Vec<Knot>,
+}
+
+/// Bytes of the largest of the tables of the whole spectrum.
+pub(super) fn largest_table(spectrum: &Spectrum) -> u64 {
+    let bytes = |n: usize, size: usize| n as u64 * size as u64;
+    bytes(spectrum.knots.len(), size_of::<Knot>())
+        .max(bytes(spectrum.first_knot.len(), size_of::<u32>()))
+        .max(bytes(spectrum.isovalues.len(), size_of::<[f32; 2]>()))
+}
+
+/// Bytes of knots that one active triangle needs at most: two of each of its vertices.
+pub(super) const KNOT_BYTES_PER_TRIANGLE: u64 = 6 * size_of::<Knot>() as u64;
+
+/// An isovalue on the scale of the tables, where those of the spectrum cover [0, 1]: what the
+/// shader interpolates is the same, and no type of sample is too large or too small for it.
+pub(super) fn scaled(spectrum: &Spectrum, isovalue: f64) -> [f32; 2] {
+    let first = spectrum.isovalues.first().copied().unwrap_or(0.0);
+    let last = spectrum.isovalues.last().copied().unwrap_or(1.0);
+    let share = (0.5 * isovalue - 0.5 * first) / (0.5 * last - 0.5 * first);
+    // A single isovalue has no length.
+    in_two(if share.is_finite() { share } else { 0.0 })
+}
+
+/// The tables of the whole spectrum.
+pub(super) fn all(spectrum: &Spectrum) -> Tables {
+    Tables {
+        isovalues: spectrum.isovalues.iter().map(|&c| scaled(spectrum, c)).collect(),
+        first_knot: spectrum.first_knot.clone(),
+        knots: spectrum.knots.iter().map(Knot::from).collect(),
+    }
+}
+
+/// The tables of the vertices of `triangles` alone, with the knots on either side of the isovalue
+/// whose rank is `rank`; vertices and ranks are numbered anew, in the triangles too. Returns the
+/// tables and the new rank.
+pub(super) fn selected(
+    spectrum: &Spectrum,
+    triangles: &mut [ActiveTriangle],
+    rank: u32,
+) -> (Tables, u32) {
+    let mut vertices: Vec<u32> = triangles.iter().flat_map(|t| t.vertices).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    for triangle in triangles.iter_mut() {
+        triangle.vertices = triangle.vertices.map(|v| vertices.partition_point(|&w| w < v) as u32);
+    }
+
+    let mut first_knot = Vec::with_capacity(vertices.len() + 1);
+    let mut knots: Vec<Knot> = Vec::with_capacity(2 * vertices.len());
+    for &vertex in &vertices {
+        first_knot.push(knots.len() as u32);
+        let trajectory = spectrum.trajectory(vertex);
+        let next = trajectory.partition_point(|knot| knot.rank <= rank);
+        let bracket = next.saturating_sub(1)..(next + 1).min(trajectory.len());
+        knots.extend(trajectory[bracket].iter().map(Knot::from));
+    }
+    first_knot.push(knots.len() as u32);
+
+    let mut ranks: Vec<u32> = knots.iter().map(|knot| knot.rank).collect();
+    ranks.sort_unstable();
+    ranks.dedup();
+    for knot in &mut knots {
+        knot.rank = ranks.partition_point(|&r| r < knot.rank) as u32;
+    }
+    let isovalues =
+        ranks.iter().map(|&r| scaled(spectrum, spectrum.isovalues[r as usize])).collect();
+    let rank = ranks.partition_point(|&r| r <= rank).saturating_sub(1) as u32;
+    (Tables { isovalues, first_knot, knots }, rank)
+}

@@ -1,0 +1,486 @@
+//! Pictures of synthetic spectra against what geometry says they must show.
+//!
+//! These tests need a Vulkan, Metal or DirectX 12 adapter and fail where there is none; a software
+//! adapter will do.
+
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+use isospectrum::Error;
+use isospectrum::render::{BORDER, Background, Camera, Color, FIELD_OF_VIEW, FILL, Gpu, Image};
+use isospectrum::render::{Renderer, View};
+use isospectrum::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, normal};
+use isospectrum::volume::{Outside, Placement};
+
+/// How far the outline of a drawn shape may lie from that of the shape, pixels: an outline is known
+/// to the spacing of the four samples of a pixel, which is half a pixel at worst.
+const OUTLINE_TOLERANCE: f64 = 0.5;
+
+/// How far the middle of a small drawn shape may lie from that of the shape, pixels. Errors of the
+/// outline average out over its length; a marker's outline crosses about twenty pixels, each wrong
+/// by at most 0.5, on either side: 0.5 / sqrt(20), doubled.
+const MIDDLE_TOLERANCE: f64 = 0.23;
+
+fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(open)
+}
+
+fn open() -> Gpu {
+    Gpu::open(None).unwrap_or_else(|error| {
+        panic!("{error}; the tests of the renderer need an adapter: install mesa-vulkan-drivers")
+    })
+}
+
+/// A closed mesh: positions and faces, counter-clockwise from outside.
+type Mesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+
+fn octahedron() -> Mesh {
+    let positions = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]]
+        .map(|p| p.map(f64::from));
+    let faces =
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    (positions.to_vec(), faces.to_vec())
+}
+
+/// A unit sphere: an octahedron whose faces are split in four `n` times.
+fn sphere(n: u32) -> Mesh {
+    let (mut positions, mut faces) = octahedron();
+    for _ in 0..n {
+        let mut middles = std::collections::BTreeMap::new();
+        let mut split = Vec::new();
+        for [a, b, c] in faces {
+            let mut middle = |v: u32, w: u32| {
+                *middles.entry((v.min(w), v.max(w))).or_insert_with(|| {
+                    let (p, q) = (positions[v as usize], positions[w as usize]);
+                    positions.push(unit([p[0] + q[0], p[1] + q[1], p[2] + q[2]]));
+                    positions.len() as u32 - 1
+                })
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            split.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        faces = split;
+    }
+    (positions, faces)
+}
+
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let length = dot(v, v).sqrt();
+    v.map(|x| x / length)
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn empty(
+    placement: Placement,
+    dims: [usize; 3],
+    isovalues: Vec<f64>,
+    range: (f64, f64),
+) -> Spectrum {
+    Spectrum {
+        volume: VolumeInfo {
+            name: "synthetic".into(),
+            dims,
+            sample_type: "float32".into(),
+            range,
+            placement,
+            outside: Outside::Low,
+        },
+        range,
+        tolerance: 0.1,
+        parameters: serde_json::Value::Null,
+        events: Vec::new(),
+        isovalues,
+        first_knot: vec![0],
+        knots: Vec::new(),
+        triangles: Vec::new(),
+        collapses: Vec::new(),
+    }
+}
+
+/// Adds a mesh that lives from the first rank to the last, scaled and moved at each rank.
+fn add(spectrum: &mut Spectrum, (positions, faces): &Mesh, at: &[(u32, f64, [f64; 3])]) {
+    let first = spectrum.n_vertices() as u32;
+    for &p in positions {
+        for &(rank, radius, middle) in at {
+            spectrum.knots.push(Knot {
+                rank,
+                position: std::array::from_fn(|i| (middle[i] + radius * p[i]) as f32),
+                normal: normal::encode(unit(p).map(|x| x as f32)),
+            });
+        }
+        spectrum.first_knot.push(spectrum.knots.len() as u32);
+    }
+    let (birth, death) = (at[0].0, at[at.len() - 1].0);
+    spectrum.triangles.extend(faces.iter().map(|face| Triangle {
+        vertices: face.map(|v| first + v),
+        birth,
+        death,
+        cap: false,
+    }));
+}
+
+/// Middle of the volume of [`growing_sphere`].
+const MIDDLE: [f64; 3] = [10.0; 3];
+
+/// A sphere in the middle of 21^3 samples with radius 3 at isovalue 0 and 9 at isovalue 1.
+fn growing_sphere(n_splits: u32) -> Spectrum {
+    let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
+    add(&mut spectrum, &sphere(n_splits), &[(0, 3.0, MIDDLE), (1, 15.0, MIDDLE)]);
+    spectrum.check().expect("a valid spectrum");
+    spectrum
+}
+
+fn radius_at(isovalue: f64) -> f64 {
+    3.0 + 6.0 * isovalue
+}
+
+fn small(camera: &str) -> View {
+    View {
+        camera: camera.parse().expect("a camera"),
+        width: 320,
+        height: 240,
+        background: Background::Transparent,
+        ..View::default()
+    }
+}
+
+fn draw(spectrum: &Spectrum, isovalue: f64, view: &View) -> Image {
+    let mut renderer = Renderer::new(gpu(), spectrum).expect("a renderer");
+    renderer.draw(isovalue, view).expect("a picture")
+}
+
+/// Covered area in pixels and its middle.
+fn coverage(image: &Image) -> (f64, [f64; 2]) {
+    let (mut area, mut x_sum, mut y_sum) = (0.0, 0.0, 0.0);
+    for y in 0..image.height {
+        for x in 0..image.width {
+            let alpha = f64::from(image.pixel(x, y)[3]) / 255.0;
+            area += alpha;
+            x_sum += alpha * (f64::from(x) + 0.5);
+            y_sum += alpha * (f64::from(y) + 0.5);
+        }
+    }
+    (area, [x_sum / area, y_sum / area])
+}
+
+/// Where a point of the voxel frame appears, pixels from the top left, and how far in front of the
+/// eye it lies, voxels: written down from the documentation of the camera, with no matrix.
+fn project(volume: &VolumeInfo, view: &View, p: [f64; 3]) -> ([f64; 2], f64) {
+    let Camera { azimuth, elevation, distance } = view.camera;
+    let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
+    let (sin_e, cos_e) = elevation.to_radians().sin_cos();
+    let right = [-sin_a, cos_a, 0.0];
+    let up = [-sin_e * cos_a, -sin_e * sin_a, cos_e];
+    let towards_eye = [cos_e * cos_a, cos_e * sin_a, sin_e];
+
+    let Placement { spacing, direction, .. } = volume.placement;
+    let unit = spacing.iter().copied().fold(f64::INFINITY, f64::min);
+    let world = |p: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|i| (0..3).map(|axis| direction[axis][i] * p[axis]).sum())
+    };
+    let box_corner = |side: [f64; 3]| -> [f64; 3] {
+        world(std::array::from_fn(|a| {
+            let last = volume.dims[a] as f64 - 1.0;
+            spacing[a] / unit * (side[a] * (last + BORDER) - (1.0 - side[a]) * BORDER)
+        }))
+    };
+    let middle = box_corner([0.5; 3]);
+    let from_middle = |q: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| q[i] - middle[i]) };
+    let tan_y = (FIELD_OF_VIEW / 2.0).to_radians().tan();
+    let (width, height) = (f64::from(view.width), f64::from(view.height));
+    let tan_x = tan_y * width / height;
+    let mut fit = 0f64;
+    for corner in 0..8 {
+        let side = [corner & 1, corner >> 1 & 1, corner >> 2].map(f64::from);
+        let q = from_middle(box_corner(side));
+        let needed = (dot(q, right).abs() / tan_x).max(dot(q, up).abs() / tan_y) / FILL;
+        fit = fit.max(dot(q, towards_eye) + needed);
+    }
+    let q = from_middle(world(p));
+    let depth = distance * fit - dot(q, towards_eye);
+    let x = 0.5 * width * (1.0 + dot(q, right) / (depth * tan_x));
+    let y = 0.5 * height * (1.0 - dot(q, up) / (depth * tan_y));
+    ([x, y], depth)
+}
+
+/// Radius in pixels of the outline of a ball of radius `r` in the middle of the picture, whose
+/// middle is `depth` in front of the eye: the cone that touches it.
+fn outline_radius(view: &View, r: f64, depth: f64) -> f64 {
+    let tan_y = (FIELD_OF_VIEW / 2.0).to_radians().tan();
+    0.5 * f64::from(view.height) * r / (depth * depth - r * r).sqrt() / tan_y
+}
+
+fn brightness(pixel: [u8; 4]) -> i32 {
+    pixel[..3].iter().map(|&c| i32::from(c)).sum()
+}
+
+#[test]
+fn silhouette_of_a_growing_sphere_has_the_radius_of_its_isovalue() {
+    let spectrum = growing_sphere(5);
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    let view = small("35,22");
+    let ([x, y], depth) = project(&spectrum.volume, &view, MIDDLE);
+    for isovalue in [0.0, 0.1, 1.0 / 3.0, 0.5, 0.77, 1.0] {
+        let image = renderer.draw(isovalue, &view).expect("a picture");
+        let (area, middle) = coverage(&image);
+        let found = (area / PI).sqrt();
+        let wanted = outline_radius(&view, radius_at(isovalue), depth);
+        // The mesh lies inside the ball: five splits leave edges below 0.064 radii, chords that
+        // cut off at most an eighth of their square.
+        let tolerance = OUTLINE_TOLERANCE + wanted * 0.064 * 0.064 / 8.0;
+        assert!((found - wanted).abs() < tolerance, "{isovalue}: {found} pixels, not {wanted}");
+        assert!((middle[0] - x).abs() < MIDDLE_TOLERANCE, "{isovalue}: {middle:?}");
+        assert!((middle[1] - y).abs() < MIDDLE_TOLERANCE, "{isovalue}: {middle:?}");
+    }
+}
+
+#[test]
+fn points_appear_where_a_projection_by_hand_puts_them() {
+    let oblique = Placement {
+        origin: [1e7, -300.0, 12.0],
+        spacing: [0.5, 0.5, 1.25],
+        direction: [[0.0, 1.0, 0.0], [-0.8, 0.0, 0.6], [0.6, 0.0, 0.8]],
+    };
+    // Index frame.
+    let paths = [
+        ([3.0, 4.0, 2.0], [15.0, 4.0, 2.0]),
+        ([17.0, 12.0, 12.0], [17.0, 2.0, 3.0]),
+        ([2.0, 13.0, 8.0], [12.0, 9.0, 14.0]),
+        ([16.0, 1.0, 1.0], [18.0, 12.0, 13.5]),
+    ];
+    for placement in [Placement::default(), oblique] {
+        // Each marker lives through one step of the isovalue.
+        let isovalues = (0..=paths.len()).map(|i| i as f64).collect();
+        let mut spectrum = empty(placement, [20, 15, 16], isovalues, (0.0, 3.9));
+        let z_size = placement.spacing[2] / placement.spacing[0];
+        let voxel = |[x, y, z]: [f64; 3]| [x, y, z_size * z];
+        let paths = paths.map(|(start, end)| (voxel(start), voxel(end)));
+        for (rank, &(start, end)) in (0..).zip(&paths) {
+            add(&mut spectrum, &octahedron(), &[(rank, 0.5, start), (rank + 1, 0.5, end)]);
+        }
+        spectrum.check().expect("a valid spectrum");
+        let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+        for (camera, t) in [("35,22", 0.3), ("-100,-40,1.4", 0.85), ("200,90", 0.0)] {
+            let view = small(camera);
+            for (step, (start, end)) in paths.iter().enumerate() {
+                let p = std::array::from_fn(|i| (1.0 - t) * start[i] + t * end[i]);
+                let (wanted, _) = project(&spectrum.volume, &view, p);
+                let image = renderer.draw(step as f64 + t, &view).expect("a picture");
+                assert_eq!(renderer.n_triangles(), 8);
+                let (area, found) = coverage(&image);
+                assert!(area > 4.0, "marker {step} from {camera} covers {area} pixels");
+                for axis in 0..2 {
+                    assert!(
+                        (found[axis] - wanted[axis]).abs() < MIDDLE_TOLERANCE,
+                        "marker {step} from {camera}: {found:?}, not {wanted:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn knots_a_hair_apart_are_told_apart() {
+    let hair = 1e-12;
+    let isovalues = vec![0.0, 0.5, 0.5 + hair, 1.0];
+    let mut spectrum = empty(Placement::default(), [21; 3], isovalues, (0.0, 0.9));
+    let at = [(0, 3.0, MIDDLE), (1, 3.0, MIDDLE), (2, 8.0, MIDDLE), (3, 8.0, MIDDLE)];
+    add(&mut spectrum, &sphere(4), &at);
+    spectrum.check().expect("a valid spectrum");
+    let view = small("35,22");
+    let (_, depth) = project(&spectrum.volume, &view, MIDDLE);
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    for (isovalue, r) in [(0.5, 3.0), (0.5 + 0.5 * hair, 5.5), (0.5 + hair, 8.0)] {
+        let (area, _) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
+        let (found, wanted) = ((area / PI).sqrt(), outline_radius(&view, r, depth));
+        // As for the growing sphere, with edges twice as long.
+        let tolerance = OUTLINE_TOLERANCE + wanted * 0.128 * 0.128 / 8.0;
+        assert!((found - wanted).abs() < tolerance, "{isovalue}: {found} pixels, not {wanted}");
+    }
+}
+
+#[test]
+fn wireframe_darkens_edges_and_leaves_the_middle_of_faces() {
+    let spectrum = growing_sphere(1);
+    let plain = View { background: Background::White, ..small("20,30") };
+    let lined = View { wireframe: Some(2.0), ..plain.clone() };
+    let (without, with) = (draw(&spectrum, 1.0, &plain), draw(&spectrum, 1.0, &lined));
+    let at = |weights: [f64; 3], corners: [[f64; 3]; 3]| {
+        let p: [f64; 3] = std::array::from_fn(|i| {
+            MIDDLE[i] + radius_at(1.0) * (0..3).map(|c| weights[c] * corners[c][i]).sum::<f64>()
+        });
+        let ([x, y], _) = project(&spectrum.volume, &plain, p);
+        (x as u32, y as u32)
+    };
+    let (positions, faces) = sphere(1);
+    let mut n_seen = 0;
+    for face in faces {
+        let corners = face.map(|v| positions[v as usize]);
+        // Faces turned well towards the eye, whose edges are tens of pixels long.
+        let middle = [0, 1, 2].map(|i| corners.iter().map(|c| c[i]).sum::<f64>());
+        if dot(unit(middle), unit([0.81, 0.30, 0.50])) < 0.8 {
+            continue;
+        }
+        n_seen += 1;
+        let (x, y) = at([1.0 / 3.0; 3], corners);
+        assert_eq!(with.pixel(x, y), without.pixel(x, y), "middle of a face");
+        let (x, y) = at([0.5, 0.5, 0.0], corners);
+        let (dark, bright) = (brightness(with.pixel(x, y)), brightness(without.pixel(x, y)));
+        assert!(4 * dark < 3 * bright, "edge: {dark} of {bright}");
+    }
+    assert!(n_seen > 0, "no face is turned towards the eye");
+}
+
+#[test]
+fn colors_follow_quality() {
+    // Faces of an octahedron are equilateral; drawn out along z they are slivers.
+    let (mut positions, faces) = octahedron();
+    let view = View { color: Color::Quality, ..small("40,10") };
+    let middle_of = |mesh: &Mesh| {
+        let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
+        add(&mut spectrum, mesh, &[(0, 8.0, MIDDLE), (1, 8.0, MIDDLE)]);
+        draw(&spectrum, 0.0, &view).pixel(160, 110)
+    };
+    let [r, g, b, _] = middle_of(&(positions.clone(), faces.clone())).map(i32::from);
+    assert!(r > 2 * b && g > 2 * b, "equilateral faces are yellow, not {r} {g} {b}");
+    for p in &mut positions {
+        p[0] *= 0.08;
+        p[1] *= 0.08;
+    }
+    let [r, g, b, _] = middle_of(&(positions, faces)).map(i32::from);
+    assert!(b > g && g > r, "slivers are blue, not {r} {g} {b}");
+}
+
+#[test]
+fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
+    let spectrum = growing_sphere(4);
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    let view = View { color: Color::Curvature, ..small("35,22") };
+    renderer.draw(0.5, &view).expect("a picture");
+    let (low, high) = renderer.color_ends().expect("a scale");
+    let curvature = 1.0 / radius_at(0.5);
+    // Stored normals are exact to 7e-5, over edges of at least 0.07.
+    assert!((high - curvature).abs() < 1e-3 * curvature, "{high}, not {curvature}");
+    assert_eq!(low, -high);
+    let fixed = View { largest_curvature: Some(0.5), ..view.clone() };
+    renderer.draw(0.5, &fixed).expect("a picture");
+    assert_eq!(renderer.color_ends(), Some((-0.5, 0.5)));
+    let lifetime = View { color: Color::Lifetime, ..view.clone() };
+    renderer.draw(0.5, &lifetime).expect("a picture");
+    assert_eq!(renderer.color_ends(), Some((0.0, 1.0)));
+
+    let mut two = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
+    for (y, n) in [(4.0, 3), (16.0, 2)] {
+        let middle = [10.0, y, 10.0];
+        add(&mut two, &sphere(n), &[(0, 4.0, middle), (1, 4.0, middle)]);
+    }
+    let view = View { color: Color::Component, ..small("0,0") };
+    let image = draw(&two, 0.0, &view);
+    let pixel = |y| {
+        let ([x, y], _) = project(&two.volume, &view, [14.0, y, 10.0]);
+        image.pixel(x as u32, y as u32).map(i32::from)
+    };
+    let (larger, smaller) = (pixel(4.0), pixel(16.0));
+    assert!(larger[2] > larger[0], "the larger component is blue, not {larger:?}");
+    assert!(smaller[0] > smaller[2], "the smaller component is orange, not {smaller:?}");
+}
+
+#[test]
+fn caps_are_left_out_of_an_open_picture_and_show_the_back() {
+    let mut spectrum = growing_sphere(4);
+    for triangle in &mut spectrum.triangles {
+        let tops = triangle.vertices.map(|v| spectrum.knots[2 * v as usize].position[2]);
+        triangle.cap = tops.iter().all(|&z| z >= 10.0);
+    }
+    let n_caps = spectrum.triangles.iter().filter(|triangle| triangle.cap).count();
+    assert_eq!(2 * n_caps, spectrum.triangles.len());
+    let closed = small("0,90");
+    let open = View { open: true, ..closed.clone() };
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    let [r, _, b, a] = renderer.draw(0.5, &closed).expect("a picture").pixel(160, 120);
+    assert!(b > r && a == 255, "the front is blue");
+    assert_eq!(renderer.n_triangles(), spectrum.triangles.len());
+    let [r, _, b, a] = renderer.draw(0.5, &open).expect("a picture").pixel(160, 120);
+    assert!(r > b && a == 255, "the back is orange");
+    assert_eq!(renderer.n_triangles(), spectrum.triangles.len() - n_caps);
+}
+
+#[test]
+fn a_left_handed_grid_shows_its_front_too() {
+    let mut spectrum = growing_sphere(2);
+    spectrum.volume.placement.direction = [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let [r, _, b, a] = draw(&spectrum, 0.5, &small("35,22")).pixel(160, 120);
+    assert!(b > r && a == 255, "the front is blue");
+}
+
+#[test]
+fn two_runs_and_the_large_spectrum_path_give_equal_bytes() {
+    let spectrum = growing_sphere(4);
+    for view in [
+        View { wireframe: Some(1.0), color: Color::Quality, ..small("35,22") },
+        View { color: Color::Component, background: Background::White, ..small("-60,-20,0.8") },
+    ] {
+        let first = draw(&spectrum, 0.4, &view);
+        assert!(first == draw(&spectrum, 0.4, &view), "a second renderer draws the same");
+
+        let budget = 16 << 10;
+        let mut large = Renderer::with_budget(gpu(), &spectrum, budget).expect("a renderer");
+        // Other pictures in between leave nothing behind.
+        for isovalue in [0.4, 0.9, 0.4, 0.4] {
+            let image = large.draw(isovalue, &view).expect("a picture");
+            assert_eq!(image == first, isovalue == 0.4, "isovalue {isovalue}");
+        }
+    }
+}
+
+#[test]
+fn an_empty_isosurface_is_a_picture_of_the_background() {
+    let spectrum = empty(Placement::default(), [8; 3], Vec::new(), (0.0, 1.0));
+    let image = draw(&spectrum, 0.5, &View { background: Background::White, ..small("0,0") });
+    assert!(image.pixels.iter().all(|&c| c == 255));
+}
+
+#[test]
+fn isovalues_and_views_that_make_no_sense_are_errors() {
+    let spectrum = growing_sphere(0);
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    let view = small("0,0");
+    for isovalue in [-0.1, 1.1, f64::NAN] {
+        let error = renderer.draw(isovalue, &view).expect_err("outside the range");
+        assert_eq!(error.exit_code(), 4, "{error}");
+    }
+    let mut far = view.camera;
+    far.distance = f64::NAN;
+    for wrong in [
+        View { width: 0, ..view.clone() },
+        View { height: 1 << 20, ..view.clone() },
+        View { wireframe: Some(-1.0), ..view.clone() },
+        View { largest_curvature: Some(0.0), ..view.clone() },
+        View { camera: far, ..view.clone() },
+    ] {
+        let error = renderer.draw(0.5, &wrong).expect_err("no such view");
+        assert_eq!(error.exit_code(), 2, "{error}");
+    }
+}
+
+#[test]
+fn a_lost_device_is_an_error_of_one_line() {
+    let lost = open();
+    let spectrum = growing_sphere(1);
+    let mut renderer = Renderer::new(&lost, &spectrum).expect("a renderer");
+    renderer.draw(0.5, &small("0,0")).expect("a picture");
+    lost.device.destroy();
+    for error in [
+        renderer.draw(0.6, &small("0,0")).expect_err("a lost device"),
+        renderer.draw(0.6, &View { width: 99, ..small("0,0") }).expect_err("a lost device"),
+        Renderer::new(&lost, &spectrum).map(|_| ()).expect_err("a lost device"),
+    ] {
+        assert!(matches!(error, Error::Gpu(_)), "{error}");
+        assert!(!error.to_string().contains('\n'), "{error}");
+    }
+}
