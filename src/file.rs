@@ -7,6 +7,8 @@
 
 mod beside;
 mod column;
+mod connectivity;
+mod front;
 mod predict;
 mod section;
 mod tables;
@@ -70,8 +72,19 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
     })
 }
 
-/// The bytes of the file of a spectrum. [`from_bytes`] gives back what
-/// [`Spectrum::quantised`] makes of it, exactly.
+/// The spectrum with vertices and triangles in the order in which a file keeps them. This and
+/// [`Spectrum::quantised`] are all that a file changes; doing it again changes nothing.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
+pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
+    spectrum.check()?;
+    Ok(triangles::arranged(spectrum).0)
+}
+
+/// The bytes of the file of a spectrum. [`from_bytes`] gives back the spectrum as
+/// [`Spectrum::quantised`] and [`arranged`] make it, exactly; its bytes are the same again.
 ///
 /// # Errors
 ///
@@ -88,14 +101,15 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());
-    let ranks = Ranks::new(spectrum);
-    let (positions, normals) = trajectories::write_geometry(spectrum, &ranks);
+    let (spectrum, walk) = triangles::arranged(spectrum);
+    let ranks = Ranks::new(&spectrum);
+    let (positions, normals) = trajectories::write_geometry(&spectrum, &ranks);
     write_section(&mut file, *b"INFO", &info, Packing::Raw);
     for (tag, content) in [
         (*b"EVNT", tables::write_events(&spectrum.events)),
         (*b"ISOV", tables::write_isovalues(&spectrum.isovalues)),
         (*b"VERT", trajectories::write_ranks(&ranks)),
-        (*b"TRIA", triangles::write_triangles(&spectrum.triangles, &ranks)),
+        (*b"TRIA", triangles::write_triangles(&walk, &spectrum.triangles, &ranks)),
         (*b"POSN", positions),
         (*b"NRML", normals),
         (*b"COLL", tables::write_collapses(&spectrum.collapses)),
@@ -120,7 +134,8 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let isovalues = tables::read_isovalues(&next(b"ISOV")?).map_err(within("ISOV"))?;
     let ranks =
         trajectories::read_ranks(&next(b"VERT")?, isovalues.len()).map_err(within("VERT"))?;
-    let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks).map_err(within("TRIA"))?;
+    let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks, isovalues.len())
+        .map_err(within("TRIA"))?;
     let (positions, normals) = (next(b"POSN")?, next(b"NRML")?);
     let knots = trajectories::read_geometry(&positions, &normals, &ranks, &isovalues, &triangles)
         .map_err(within("POSN or NRML"))?;
