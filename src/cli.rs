@@ -80,15 +80,16 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
 /// Messages are plain lines on stderr; those of other libraries show with `-vv` only.
 fn start_log(arguments: &Cli) {
     use log::LevelFilter::{Debug, Error, Info, Off, Warn};
-    let (ours, others) = match (arguments.quiet, arguments.verbose) {
-        (true, _) => (Error, Off),
-        (false, 0) => (Info, Off),
-        (false, 1) => (Debug, Off),
-        (false, _) => (Debug, Warn),
+    let (program, library, others) = match (arguments.quiet, arguments.verbose) {
+        (true, _) => (Error, Error, Off),
+        (false, 0) => (Info, Warn, Off),
+        (false, 1) => (Debug, Debug, Off),
+        (false, _) => (Debug, Debug, Warn),
     };
     env_logger::Builder::new()
         .filter_level(others)
-        .filter_module("isospectrum", ours)
+        .filter_module("isospectrum", library)
+        .filter_module("isospectrum::cli", program)
         .format(|line, record| {
             use std::io::Write as _;
             writeln!(line, "{}", record.args())

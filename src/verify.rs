@@ -2,7 +2,7 @@
 //!
 //! Isovalues are drawn at random, and just before and just after events. At each, the mesh is
 //! counted and measured from its triangle list alone, and the isosurface from the samples alone
-//! ([`crate::extract::count`]), so nothing that the sweep believes is taken on trust.
+//! ([`crate::extract::count`](mod@crate::extract::count)), so nothing that the sweep believes is taken on trust.
 //!
 //! Measured: components and Euler characteristic on both sides; whether the mesh is a closed oriented
 //! 2-manifold; triangles that cross; distances of vertices, of barycentres, and of the isosurface
@@ -19,8 +19,9 @@ mod report;
 mod triangle_grid;
 
 use crate::error::{Error, Result};
-use crate::extract;
+use crate::extract::count::count;
 use crate::spectrum::{Query, Spectrum, SurfaceMesh};
+use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
 pub use distribution::Summary;
@@ -64,6 +65,7 @@ pub fn verify(
     progress: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Report> {
     check_same_volume(spectrum, volume)?;
+    let field = ExactField::new(volume)?;
     let mut random = Random::new(sampling.seed);
     let single = random_isovalues(volume, spectrum.range, sampling.n_random, &mut random);
     let pairs = event_isovalues(&spectrum.events, spectrum.range, sampling.n_events, &mut random);
@@ -77,7 +79,7 @@ pub fn verify(
             return Err(Error::Interrupted);
         }
         let mesh = query.mesh_at(isovalue)?;
-        let (row, geometry) = look_at(volume, isovalue, at_event, &mesh);
+        let (row, geometry) = look_at(&field, isovalue, at_event, &mesh);
         if let Some(geometry) = geometry.filter(|_| !at_event) {
             pooled.merge(&geometry);
         }
@@ -125,19 +127,20 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
 
 /// Everything about one isovalue; no geometry where the mesh is not even placed in the volume.
 fn look_at(
-    volume: &Volume,
+    field: &ExactField<'_>,
     isovalue: f64,
     at_event: bool,
     mesh: &SurfaceMesh,
 ) -> (Row, Option<Geometry>) {
-    let expected = extract::count(volume, isovalue);
+    let volume = field.volume();
+    let expected = count(field, isovalue);
     let topology = mesh_topology(mesh.positions.len(), &mesh.triangles);
     let mut row = Row {
         isovalue,
         at_event,
         n_triangles: mesh.triangles.len(),
-        expected_components: expected.components,
-        expected_euler: expected.euler,
+        expected_components: expected.len(),
+        expected_euler: expected.iter().map(|component| component.euler).sum(),
         topology,
         finite: measure::is_placed(volume, mesh),
         self_intersecting: 0,

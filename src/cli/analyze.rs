@@ -60,7 +60,7 @@ impl Analyze {
         let field = ExactField::new(&volume)?;
         let topology = Topology::compute(&field)?;
         let curves = curves::sample(
-            &volume,
+            &field,
             &topology,
             range.unwrap_or(volume.range()),
             usize::from(self.samples),

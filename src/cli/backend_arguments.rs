@@ -1,8 +1,7 @@
 //! Where the vertex- and triangle-parallel stages run, as said on the command line.
 
 use clap::{Args, ValueEnum};
-use isospectrum::gpu::Gpu;
-use isospectrum::kernels::Backend;
+use isospectrum::kernels::{Backend, Choice};
 use isospectrum::{Error, Result};
 
 /// The arguments wherever something is computed.
@@ -10,7 +9,7 @@ use isospectrum::{Error, Result};
 pub(super) struct BackendArguments {
     /// Where the vertex- and triangle-parallel stages run
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
-    backend: Choice,
+    backend: Wanted,
     /// Adapter to use, by a part of its name
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -20,10 +19,10 @@ pub(super) struct BackendArguments {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Choice {
-    /// A GPU where there is one, else the CPU; a software adapter is slower than our own CPU code
+enum Wanted {
+    /// A GPU where there is one, else the CPU
     Auto,
-    /// An adapter; an error where there is none
+    /// A GPU; an error where there is none
     Gpu,
     /// The CPU
     Cpu,
@@ -37,30 +36,18 @@ impl BackendArguments {
 
     /// Opens the backend, and sets the number of threads of the whole program.
     pub(super) fn open(&self) -> Result<Backend> {
+        if self.backend == Wanted::Cpu && self.adapter.is_some() {
+            return Err(Error::Usage("--adapter has no meaning with --backend cpu".to_owned()));
+        }
         if let Some(n) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n));
             pool.build_global().map_err(|error| Error::Usage(format!("--threads {n}: {error}")))?;
         }
-        if self.backend == Choice::Cpu && self.adapter.is_some() {
-            return Err(Error::Usage("--adapter has no meaning with --backend cpu".to_owned()));
-        }
-        match self.backend {
-            Choice::Cpu => Ok(Backend::Cpu),
-            Choice::Gpu => Ok(Backend::Gpu(Gpu::open(self.adapter())?)),
-            // An adapter that was named is wanted, whatever it is.
-            Choice::Auto if self.adapter.is_some() => Ok(Backend::Gpu(Gpu::open(self.adapter())?)),
-            Choice::Auto => Ok(match Gpu::open(None) {
-                Ok(gpu) if is_hardware(&gpu) => Backend::Gpu(gpu),
-                Ok(_) => Backend::Cpu,
-                Err(why) => {
-                    log::debug!("computing on the CPU: {why}");
-                    Backend::Cpu
-                }
-            }),
-        }
+        let choice = match self.backend {
+            Wanted::Auto => Choice::Auto,
+            Wanted::Gpu => Choice::Gpu,
+            Wanted::Cpu => Choice::Cpu,
+        };
+        Backend::choose(choice, self.adapter())
     }
-}
-
-fn is_hardware(gpu: &Gpu) -> bool {
-    gpu.adapter.get_info().device_type != wgpu::DeviceType::Cpu
 }

@@ -54,7 +54,7 @@ pub(super) struct Facts<'a> {
 impl<'a> Facts<'a> {
     /// What there is to say of a spectrum that takes `n_bytes` in its file.
     pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
-        let text = |name| spectrum.parameters.get(name).and_then(serde_json::Value::as_str);
+        let backend = spectrum.parameters.get("backend").and_then(serde_json::Value::as_str);
         let mut events: Vec<f64> = spectrum.events.iter().map(|event| event.isovalue).collect();
         events.sort_by(f64::total_cmp);
         Facts {
@@ -69,8 +69,8 @@ impl<'a> Facts<'a> {
             bytes: n_bytes,
             n_events: events.len(),
             events,
-            backend: text("backend"),
-            adapter: text("adapter"),
+            backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
+            adapter: backend.filter(|&name| name != "cpu"),
             parameters: &spectrum.parameters,
         }
     }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
-use isospectrum::gpu::Gpu;
-use isospectrum::render::{Camera, Color, Renderer, View};
+
+use isospectrum::render::{Camera, Color, Gpu, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 

@@ -34,7 +34,8 @@ impl Format {
 /// Reads a spectrum of either format; also how many bytes its file has.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
     let bytes = std::fs::read(path).map_err(|source| Error::io(path, source))?;
-    let is_thesis = matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
+    let is_thesis =
+        matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
     let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
     let spectrum = spectrum.map_err(|error| match error {
         Error::Input(what) => Error::input(format!("{}: {what}", path.display())),

@@ -1,9 +1,10 @@
 //! The contour spectrum: what an isosurface is like, as a function of its isovalue.
 
+use isospectrum::extract::extract;
 use isospectrum::sweep::Progress;
 use isospectrum::topology::Topology;
-use isospectrum::volume::Volume;
-use isospectrum::{Error, Result, extract};
+use isospectrum::topology::exact::ExactField;
+use isospectrum::{Error, Result};
 use serde::Serialize;
 
 /// One point of the curves.
@@ -28,13 +29,13 @@ pub(super) struct Curve {
 /// Components and Euler characteristic are exact; area and volume are those of the mesh that is
 /// extracted from the volume at the isovalue.
 pub(super) fn sample(
-    volume: &Volume,
+    field: &ExactField<'_>,
     topology: &Topology,
     (low, high): (f64, f64),
     n: usize,
     progress: &dyn Progress,
 ) -> Result<Vec<Curve>> {
-    let spacing = volume.placement().spacing;
+    let spacing = field.volume().placement().spacing;
     let unit = spacing[0].min(spacing[1]).min(spacing[2]);
     let mut curves = Vec::with_capacity(n);
     for i in 0..n {
@@ -44,11 +45,11 @@ pub(super) fn sample(
         progress.report(i as f64 / n as f64, "curves");
         let share = (i as f64 + 0.5) / n as f64;
         let isovalue = low * (1.0 - share) + high * share;
-        let mesh = extract::extract(volume, isovalue)?;
+        let mesh = extract(field, isovalue);
         let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize].map(f64::from));
-        let uncapped = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
+        let uncapped = mesh.faces.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
         let area: f64 = uncapped.map(|(t, _)| area(corners(t))).sum();
-        let enclosed: f64 = mesh.triangles.iter().map(|t| signed_volume(corners(t))).sum();
+        let enclosed: f64 = mesh.faces.iter().map(|t| signed_volume(corners(t))).sum();
         let components = topology.n_components_at(isovalue) as usize;
         let euler = topology.euler_at(isovalue);
         curves.push(Curve {
