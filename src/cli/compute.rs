@@ -43,31 +43,31 @@ pub(super) struct ParameterArguments {
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     range: Option<IsovalueRange>,
     /// Distance between sampling isovalues [default: by how far the surface moves]
-    #[arg(long, value_name = "STEP", conflicts_with = "samples", value_parser = positive)]
+    #[arg(long, value_name = "STEP", conflicts_with = "samples", value_parser = positive, allow_negative_numbers = true)]
     step: Option<f64>,
     /// Number of sampling isovalues over the range, in place of --step
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     samples: Option<u32>,
     /// Tolerance: largest distance of the mesh from the isosurface, voxels
-    #[arg(long, value_name = "H", value_parser = positive)]
+    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     error: Option<f64>,
     /// Simplify: radius ratio below which a triangle is removed
-    #[arg(long, value_name = "RATIO", value_parser = share)]
+    #[arg(long, value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
     min_quality: Option<f64>,
     /// Simplify: area below which a triangle is removed, over the smallest dimension
-    #[arg(long, value_name = "AREA", value_parser = not_negative)]
+    #[arg(long, value_name = "AREA", value_parser = not_negative, allow_negative_numbers = true)]
     min_area: Option<f64>,
     /// Refine: area above which a triangle may be refined, over the smallest dimension
-    #[arg(long, value_name = "AREA", value_parser = not_negative)]
+    #[arg(long, value_name = "AREA", value_parser = not_negative, allow_negative_numbers = true)]
     refine_area: Option<f64>,
     /// Refine: longest edge, voxels
-    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
     max_edge: Option<f64>,
     /// Relax: share of the tangential force applied at a time
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     relax: Option<f64>,
     /// Relax: largest force at which it ends, voxels
-    #[arg(long, value_name = "FORCE", value_parser = not_negative)]
+    #[arg(long, value_name = "FORCE", value_parser = not_negative, allow_negative_numbers = true)]
     relax_force: Option<f64>,
     /// Relax: most iterations per sampling step
     #[arg(long, value_name = "N")]

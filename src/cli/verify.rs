@@ -33,16 +33,16 @@ pub(super) struct Verify {
     #[arg(long, value_name = "N", default_value_t = 0)]
     max_wrong: usize,
     /// Limit: 99th percentile of the deviation, voxels [default: the spectrum's tolerance]
-    #[arg(long, value_name = "H", value_parser = not_negative)]
+    #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
     max_deviation: Option<f64>,
     /// Limit: share of triangles that cross others [default: none]
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     max_intersecting: Option<f64>,
     /// Limit: jump across an event, voxels [default: none]
-    #[arg(long, value_name = "H", value_parser = not_negative)]
+    #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
     max_jump: Option<f64>,
     /// Limit: mean radius ratio [default: none]
-    #[arg(long, value_name = "RATIO", value_parser = share)]
+    #[arg(long, value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
     min_radius_ratio: Option<f64>,
     /// Print JSON
     #[arg(long)]
