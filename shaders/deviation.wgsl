@@ -2,7 +2,7 @@
 // One thread per face. Twin: src/kernels/deviation.rs.
 
 /// A slab without a lower side.
-const BOTTOMLESS = -3.4e38;
+const BOTTOMLESS = -3.4e38f;
 
 /// The three vertices of each face.
 @group(0) @binding(3) var<storage, read> faces: array<u32>;

@@ -2,7 +2,7 @@
 // Twin: the slices of src/kernels/cpu.rs, and `unit` in src/kernels/step.rs.
 
 /// A direction shorter than this has no direction.
-const ZERO_LENGTH = 1e-15;
+const ZERO_LENGTH = 1e-15f;
 
 /// Position of a vertex, voxel frame.
 fn position(v: u32) -> vec3<f32> {

@@ -6,11 +6,11 @@ const MAX_CELLS = 512u;
 /// Newton steps and bisections within one monotone piece.
 const MAX_NEWTON = 24u;
 /// Directions whose component is smaller than this (in cells) run parallel to that axis' faces.
-const PARALLEL = 1e-12;
+const PARALLEL = 1e-12f;
 /// Distance to a face that is never met.
-const FAR = 3.4e38;
+const FAR = 3.4e38f;
 /// The spacing of f32 numbers just above 1.
-const EPSILON = 1.1920929e-7;
+const EPSILON = 1.1920929e-7f;
 
 /// How a ray ended: it reached the isovalue after `Walk.t`.
 const REACHED = 0u;
@@ -85,9 +85,9 @@ fn walk(origin: vec3<f32>, direction: vec3<f32>, border: u32, slab: Slab, reach:
         }
         let exit = exit_of(local, d, ways, moved);
         let t1 = min(max(exit.t, t0), reach);
-        let ends = exit.t > reach;
+        let ends = exit.t >= reach;
         var b_local = clamp(local + d * t1 - vec3<f32>(moved), vec3<f32>(0.0), vec3<f32>(1.0));
-        if !ends {
+        if exit.t <= reach {
             b_local = select(b_local, 1.0 - entry, exit.axis);
         }
         let found = crossing(relative(corners(cell), slab), a_local, b_local, slab.lowest);

@@ -4,7 +4,7 @@
 /// Marks a neighbour along a crease in an entry of a ring.
 const CREASE = 0x80000000u;
 /// Longest move of one iteration, in shortest edges of the vertex.
-const LONGEST_MOVE = 0.5;
+const LONGEST_MOVE = 0.5f;
 
 /// One byte per vertex, four to a word: bit a holds component a.
 @group(0) @binding(3) var<storage, read> borders: array<u32>;

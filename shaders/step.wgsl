@@ -4,9 +4,9 @@
 /// Steps along the gradient before giving up.
 const MAX_GRADIENT_STEPS = 16u;
 /// Longest step along the gradient, voxels.
-const GRADIENT_STEP = 0.25;
+const GRADIENT_STEP = 0.25f;
 /// How far a gradient step goes past a face, voxels.
-const NUDGE = 1e-3;
+const NUDGE = 1e-3f;
 
 /// Status of a vertex that reached its isosurface along its normal.
 const BY_NORMAL = 0u;

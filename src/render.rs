@@ -11,9 +11,10 @@
 //!
 //! ```no_run
 //! # fn draw(spectrum: &isospectrum::spectrum::Spectrum) -> isospectrum::Result<()> {
-//! use isospectrum::render::{Color, Gpu, Renderer, View};
+//! use isospectrum::gpu::Gpu;
+//! use isospectrum::render::{Color, Renderer, View};
 //!
-//! let gpu = Gpu::open(None)?;
+//! let gpu = Gpu::new(None)?;
 //! let mut renderer = Renderer::new(&gpu, spectrum)?;
 //! let view = View { color: Color::Quality, wireframe: Some(1.0), ..View::default() };
 //! renderer.draw(0.5, &view)?.write_png("half.png".as_ref())?;
@@ -23,16 +24,16 @@
 
 mod attribute;
 mod camera;
-mod device;
 mod image;
 mod layout;
+mod pipeline;
 mod surface;
+mod table;
 mod tables;
 mod target;
 
 pub use attribute::Color;
 pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
-pub use device::Gpu;
 pub use image::Image;
 pub use surface::{RESIDENT_BYTES, Renderer};
 

@@ -111,7 +111,7 @@ pub fn compute(
         )));
     }
     progress.report(0.0, "topology");
-    let exact = ExactField::new(volume);
+    let exact = ExactField::new(volume)?;
     let topology = Topology::compute(&exact)?;
     let mut sweep = Sweep {
         exact,
@@ -152,14 +152,14 @@ pub fn compute(
         outside: volume.outside(),
     };
     let events = sweep.events();
-    Ok(builder.finish(info, range, sweep.parameters.error, parameters, events))
+    builder.finish(info, range, sweep.parameters.error, parameters, events)
 }
 
 impl Sweep<'_> {
     /// The arcs that show inside the range, as pieces, in the order of the contour tree.
     fn pieces(&self) -> Vec<Piece> {
         let mut pieces = Vec::new();
-        for (arc, a) in self.topology.arcs().iter().enumerate() {
+        for (arc, a) in self.topology.arcs.iter().enumerate() {
             let (low, high) = (a.birth.max(self.range.0), a.death.min(self.range.1));
             if low < high {
                 pieces.push(Piece { arc, low, high, depth: 0 });
@@ -170,13 +170,13 @@ impl Sweep<'_> {
 
     /// The events inside the range that begin or end something that shows.
     fn events(&self) -> Vec<Event> {
-        let mut shows = vec![false; self.topology.events().len()];
-        for a in self.topology.arcs().iter().filter(|a| a.birth < a.death) {
+        let mut shows = vec![false; self.topology.events.len()];
+        for a in self.topology.arcs.iter().filter(|a| a.birth < a.death) {
             for e in [a.birth_event, a.death_event].into_iter().flatten() {
                 shows[e as usize] = true;
             }
         }
-        let all = self.topology.events().iter().zip(shows);
+        let all = self.topology.events.iter().zip(shows);
         let inside = all.filter(|(e, s)| *s && e.isovalue >= self.range.0 && e.isovalue <= self.range.1);
         inside.map(|(e, _)| Event { isovalue: e.isovalue, position: e.position, kind: e.kind }).collect()
     }

@@ -22,9 +22,9 @@
 //! [`Outside::Low`]: crate::volume::Outside::Low
 //! [`Outside::High`]: crate::volume::Outside::High
 
+mod contour_tree;
 pub mod critical;
 pub mod exact;
-mod contour_tree;
 mod merge;
 
 use crate::error::{Error, Result};
@@ -189,11 +189,8 @@ impl Topology {
         let above = self.split.latest_node(self.split.representative_at(high_vertex, t), t)?;
         let below = self.shallowest_below[below as usize];
         let above = self.shallowest_above[above as usize];
-        let deeper = if self.depth[below as usize] > self.depth[above as usize] {
-            below
-        } else {
-            above
-        };
+        let deeper =
+            if self.depth[below as usize] > self.depth[above as usize] { below } else { above };
         let arc = self.arc_of_node[deeper as usize];
         (arc != NONE).then_some(arc as usize)
     }
@@ -229,10 +226,7 @@ impl Topology {
 }
 
 /// Components and Euler characteristic of the isosurface after 0, 1, ... nodes.
-fn running_counts(
-    points: &[CriticalPoint],
-    kinds: &[EventKind],
-) -> Result<(Vec<u32>, Vec<i64>)> {
+fn running_counts(points: &[CriticalPoint], kinds: &[EventKind]) -> Result<(Vec<u32>, Vec<i64>)> {
     let (mut components, mut euler) = (0u32, 0i64);
     let mut n_components = vec![0];
     let mut eulers = vec![0];

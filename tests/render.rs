@@ -7,7 +7,8 @@ use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 use isospectrum::Error;
-use isospectrum::render::{BORDER, Background, Camera, Color, FIELD_OF_VIEW, FILL, Gpu, Image};
+use isospectrum::gpu::Gpu;
+use isospectrum::render::{BORDER, Background, Camera, Color, FIELD_OF_VIEW, FILL, Image};
 use isospectrum::render::{Renderer, View};
 use isospectrum::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, normal};
 use isospectrum::volume::{Outside, Placement};
@@ -27,7 +28,7 @@ fn gpu() -> &'static Gpu {
 }
 
 fn open() -> Gpu {
-    Gpu::open(None).unwrap_or_else(|error| {
+    Gpu::new(None).unwrap_or_else(|error| {
         panic!("{error}; the tests of the renderer need an adapter: install mesa-vulkan-drivers")
     })
 }
@@ -474,7 +475,7 @@ fn a_lost_device_is_an_error_of_one_line() {
     let spectrum = growing_sphere(1);
     let mut renderer = Renderer::new(&lost, &spectrum).expect("a renderer");
     renderer.draw(0.5, &small("0,0")).expect("a picture");
-    lost.device.destroy();
+    lost.device().destroy();
     for error in [
         renderer.draw(0.6, &small("0,0")).expect_err("a lost device"),
         renderer.draw(0.6, &View { width: 99, ..small("0,0") }).expect_err("a lost device"),

@@ -204,8 +204,11 @@ impl<'a> Count<'a> {
         });
         for saddle in self.field.body_saddles(corner) {
             let above = saddle.is_above(self.key);
-            let is_tunnel =
-                if saddle.index == 1 { !above && n_sides[0] >= 2 } else { above && n_sides[1] >= 2 };
+            let is_tunnel = if saddle.index == 1 {
+                !above && n_sides[0] >= 2
+            } else {
+                above && n_sides[1] >= 2
+            };
             if !is_tunnel {
                 continue;
             }
@@ -254,7 +257,8 @@ impl<'a> Count<'a> {
                 let Some(saddle) = self.field.face_saddle(corner + offsets[upper], axis) else {
                     continue;
                 };
-                let place = |v: u32| offsets.iter().position(|&o| corner + o == v).expect("a corner");
+                let place =
+                    |v: u32| offsets.iter().position(|&o| corner + o == v).expect("a corner");
                 let diagonal = if saddle.is_above(self.key) { saddle.high } else { saddle.low };
                 let [a, b] = diagonal.map(place);
                 if self.is_above(diagonal[0]) == self.is_above(diagonal[1]) {
@@ -269,11 +273,7 @@ impl<'a> Count<'a> {
         let mut counted: BTreeMap<u32, Counted> = BTreeMap::new();
         for (edge, ends) in std::mem::take(&mut self.crossed) {
             let root = self.components.find(edge);
-            counted
-                .entry(root)
-                .or_insert(Counted { euler: 0, edges: Vec::new() })
-                .edges
-                .push(ends);
+            counted.entry(root).or_insert(Counted { euler: 0, edges: Vec::new() }).edges.push(ends);
         }
         for (edge, change) in std::mem::take(&mut self.euler) {
             let root = self.components.find(edge);
@@ -315,9 +315,7 @@ fn random_volume(random: &mut Random, kind: u64) -> Volume {
             1 => Samples::U8((0..n).map(|_| random.below(256) as u8).collect()),
             2 => Samples::F32((0..n).map(|_| random.unit() as f32).collect()),
             3 => Samples::I16(
-                (0..n)
-                    .map(|i| (1 - 2 * parity(i) as i16) * random.below(100) as i16)
-                    .collect(),
+                (0..n).map(|i| (1 - 2 * parity(i) as i16) * random.below(100) as i16).collect(),
             ),
             4 => Samples::U8((0..n).map(|_| 255 * u8::from(random.below(3) == 0)).collect()),
             _ => Samples::F64(

@@ -63,6 +63,9 @@ pub(super) fn write_ranks(ranks: &Ranks) -> Vec<u8> {
 pub(super) fn read_ranks(bytes: &[u8], n_isovalues: usize) -> Result<Ranks> {
     let mut columns = Columns::new(bytes);
     let n = columns.count()?;
+    if n >= u32::MAX as usize {
+        return Err(Error::input(format!("{n} vertices, expected fewer than 2^32")));
+    }
     let counts = columns.column(n, 32)?;
     let mut first_knot = vec![0];
     let (mut n_knots, mut n_moving) = (0u32, 0);

@@ -90,9 +90,9 @@ pub fn walk(
         }
         let (axis, exit) = exit_of(local, d, step, moved);
         let t1 = exit.max(t0).min(reach);
-        let ends = exit > reach;
+        let ends = exit >= reach;
         let mut b_local = (local + d * t1 - moved.as_vec3()).clamp(Vec3::ZERO, Vec3::ONE);
-        if !ends {
+        if exit <= reach {
             b_local[axis] = if step[axis] > 0 { 1.0 } else { 0.0 };
         }
         let values = field.corners(cell).map(|v| slab.sign * (v - slab.isovalue));
@@ -262,4 +262,153 @@ fn root_between(b: [f32; 4], mut low: f32, mut high: f32) -> f32 {
         s = next;
     }
     s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{Placement, Samples, Volume};
+    use std::sync::Arc;
+
+    /// Uniform numbers in -1..1 (Marsaglia's xorshift).
+    fn random(state: &mut u64) -> f32 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        (*state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    }
+
+    #[test]
+    fn the_first_crossing_is_the_first_that_dense_sampling_sees() {
+        let mut state = 1;
+        let mut counts = [0; 3];
+        for _ in 0..20_000 {
+            let mut b: [f32; 4] = std::array::from_fn(|_| random(&mut state));
+            b[0] = -b[0].abs() - 0.01;
+            let lowest = b[0] - 0.2 * random(&mut state).abs();
+            let at = |s: f64| {
+                let b = b.map(f64::from);
+                let r = 1.0 - s;
+                b[0] * r * r * r + 3.0 * s * r * (b[1] * r + b[2] * s) + b[3] * s * s * s
+            };
+            let samples = (0..=1000).map(|i| f64::from(i) / 1000.0);
+            // What lies within this of a bound may be on either side: between samples a cubic
+            // with these coefficients rises above its samples by at most |f''| / 8e6 < 1e-5.
+            let slack = 1e-5;
+            let surely = |s: f64| at(s) >= slack || at(s) < f64::from(lowest) - slack;
+            let seen = samples.clone().find(|&s| surely(s));
+            match first_crossing(b, lowest) {
+                Crossing::At(s) => {
+                    counts[0] += 1;
+                    assert!(at(f64::from(s)).abs() < 2e-6, "a root of {b:?}, not {s}");
+                    assert!(!samples.take_while(|&t| t < f64::from(s)).any(surely), "{b:?}");
+                }
+                Crossing::Leaves => {
+                    counts[1] += 1;
+                    assert!(seen.is_none_or(|s| at(s) < 0.0), "{b:?} reaches zero first");
+                    assert!(samples.clone().any(|s| at(s) < f64::from(lowest) + slack));
+                }
+                Crossing::None => {
+                    counts[2] += 1;
+                    assert!(seen.is_none(), "{b:?} crosses at {seen:?}");
+                }
+            }
+        }
+        assert!(counts.iter().all(|&n| n > 1000), "{counts:?}");
+    }
+
+    #[test]
+    fn a_double_root_is_found_or_missed_but_never_elsewhere() {
+        // (s - 1/2)^2 (s - 2) = 0 touches zero from below at 1/2.
+        let b = [-0.5, 0.25, 0.0, -0.25];
+        let at = |s: f32| (s - 0.5) * (s - 0.5) * (s - 2.0);
+        assert!((cubic(b, 0.25) - at(0.25)).abs() < 1e-6);
+        match first_crossing(b, -1.0) {
+            Crossing::At(s) => assert!((s - 0.5).abs() < 1e-3, "{s}"),
+            other => assert_eq!(other, Crossing::None),
+        }
+    }
+
+    fn noise(dims: [usize; 3], spacing: [f64; 3]) -> Field {
+        let mut state = 9;
+        let samples = (0..dims.iter().product()).map(|_| random(&mut state)).collect();
+        let placement = Placement { spacing, ..Placement::default() };
+        let volume = Volume::new("noise", dims, Samples::F32(samples), placement);
+        Field::new(Arc::new(volume.expect("a valid volume")))
+    }
+
+    /// The first place where dense sampling sees the isovalue, or None.
+    fn marched(field: &Field, p: Vec3, d: Vec3, isovalue: f32, reach: f32) -> Option<f32> {
+        let value = |t: f32| field.value(p + d * t) - isovalue;
+        let n = 4000;
+        let at = |i: i32| reach * i as f32 / n as f32;
+        let start = value(0.0);
+        (1..=n).map(at).find(|&t| value(t) * start <= 0.0)
+    }
+
+    #[test]
+    fn a_ray_from_faces_edges_and_lattice_points_finds_what_marching_finds() {
+        let field = noise([7, 6, 8], [1.0, 1.5, 1.25]);
+        let size = field.cell_size();
+        let mut state = 77;
+        let mut counts = [0; 2];
+        for i in 0..2000 {
+            // Integer coordinates along any subset of axes, directions along any subset too.
+            let mut x = Vec3::ZERO;
+            let mut d = Vec3::ZERO;
+            for a in 0..3 {
+                let inner = 1.0 + (random(&mut state) + 1.0) * 1.5;
+                x[a] = if i >> a & 1 == 1 { inner.floor() } else { inner };
+                d[a] = if i >> (3 + a) & 1 == 1 { random(&mut state) } else { 0.0 };
+            }
+            if d == Vec3::ZERO {
+                continue;
+            }
+            let (p, d) = (x * size, d.normalize());
+            let isovalue = 0.3 * random(&mut state);
+            let reach = 2.0;
+            let sign = if field.value(p) < isovalue { 1.0 } else { -1.0 };
+            let slab = Slab { isovalue, sign, lowest: f32::MIN };
+            // Marching in steps of 1/2000 voxel may step over a pair of roots; those are few.
+            let expected = marched(&field, p, d, isovalue, reach);
+            match (walk(&field, p, d, 0, slab, reach), expected) {
+                (Walk::Reached(t), Some(m)) => {
+                    counts[0] += 1;
+                    assert!(t <= m + 1e-4, "ray {i}: {t} after {m}");
+                    let there = field.value(p + d * t);
+                    assert!((there - isovalue).abs() < 1e-5, "ray {i}: {there} at {t}");
+                }
+                (Walk::Reached(t), None) => {
+                    let there = field.value(p + d * t);
+                    assert!((there - isovalue).abs() < 1e-5, "ray {i}: {there} at {t}");
+                }
+                (walk, None) => {
+                    counts[1] += 1;
+                    assert_eq!(walk, Walk::Ended, "ray {i}");
+                }
+                (walk, Some(m)) => panic!("ray {i}: {walk:?}, expected a hit near {m}"),
+            }
+        }
+        assert!(counts[0] > 500 && counts[1] > 200, "{counts:?}");
+    }
+
+    #[test]
+    fn a_ray_that_leaves_the_layer_around_the_volume_ends_there() {
+        let field = noise([4, 4, 4], [1.0; 3]);
+        let slab = Slab { isovalue: 100.0, sign: 1.0, lowest: f32::MIN };
+        for d in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
+            assert_eq!(walk(&field, Vec3::splat(1.5), d, 0, slab, 100.0), Walk::Left);
+        }
+    }
+
+    #[test]
+    fn a_ray_within_a_border_plane_uses_the_cells_inside() {
+        let field = noise([5, 5, 5], [1.0; 3]);
+        let slab = Slab { isovalue: 5.0, sign: 1.0, lowest: -8.0 };
+        for plane in [0.0, 4.0] {
+            let p = Vec3::new(plane, 0.5, 2.5);
+            // In the layer outside values fall to -21, below `lowest`; inside all is above -1.
+            assert_eq!(walk(&field, p, Vec3::Y, 1, slab, 3.0), Walk::Ended);
+        }
+    }
 }

@@ -9,28 +9,26 @@
 //! picture fails for the size of its mesh. The pictures are equal.
 
 use super::attribute::{Attributes, Color, attributes};
-use super::device::Gpu;
 use super::layout::{ActiveTriangle, Frame, Palette};
+use super::pipeline::{caught, pipeline, samples_of};
+use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
-use super::target::{COLOR_FORMAT, DEPTH_FORMAT, Target, unmultiply};
+use super::target::{Target, unmultiply};
 use super::{Background, Image, View};
 use crate::error::{Error, Result};
+use crate::gpu::Gpu;
 use crate::spectrum::Spectrum;
+use crate::spectrum::interval_tree::IntervalTree;
 
 /// Largest table that is kept on the device as a whole, bytes: what browsers and software devices
 /// bind at once.
 pub const RESIDENT_BYTES: u64 = 128 << 20;
 
-/// Samples per pixel.
-const N_SAMPLES: u32 = 4;
-
-/// The shader and its entry points.
-const SHADER: &str = include_str!("../../shaders/surface.wgsl");
-
 /// Draws pictures of one spectrum; keeps its pipeline and buffers between them.
 #[derive(Debug)]
 pub struct Renderer<'a> {
     spectrum: &'a Spectrum,
+    lifetimes: IntervalTree,
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipeline: wgpu::RenderPipeline,
@@ -76,15 +74,16 @@ impl<'a> Renderer<'a> {
     ///
     /// [`Error::Gpu`] if the device refuses or is lost.
     pub fn with_budget(gpu: &Gpu, spectrum: &'a Spectrum, bytes: u64) -> Result<Self> {
-        let device = gpu.device.clone();
-        let queue = gpu.queue.clone();
+        let device = gpu.device().clone();
+        let queue = gpu.queue().clone();
         let bytes = bytes.min(device.limits().max_storage_buffer_binding_size);
         let resident = tables::largest_table(spectrum) <= bytes;
-        let n_samples = samples_of(gpu);
+        let n_samples = samples_of(&device);
         let mut renderer = caught(&device.clone(), || {
             let table = |label| Table::new(&device, label);
             Renderer {
                 spectrum,
+                lifetimes: lifetimes(spectrum),
                 pipeline: pipeline(&device, n_samples),
                 n_samples,
                 frame: device.create_buffer(&wgpu::BufferDescriptor {
@@ -130,15 +129,21 @@ impl<'a> Renderer<'a> {
 
         let device = self.device.clone();
         let n_samples = self.n_samples;
-        if self.target.as_ref().is_none_or(|t| (t.width, t.height) != (view.width, view.height)) {
-            self.target = None;
-            self.target =
-                Some(caught(&device, || Target::new(&device, view.width, view.height, n_samples))?);
-        }
+        let kept = self.target.take().filter(|t| (t.width, t.height) == (view.width, view.height));
+        let target = match kept {
+            Some(target) => target,
+            None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
+        };
         let frame = frame(self.spectrum, isovalue, rank.unwrap_or(0), view);
-        caught(&device, || self.passes(frame, view.background))?;
-        let Some(target) = &self.target else { unreachable!("made above") };
-        let mut image = caught(&device, || target.read(&device))??;
+        let drawn = caught(&device, || {
+            self.passes(&target, frame, view.background);
+            target.read(&device)
+        });
+        let mut image = drawn.flatten().inspect_err(|_| {
+            // What was refused must not be taken for uploaded by the next picture.
+            self.listed = Listed::default();
+        })?;
+        self.target = Some(target);
         if view.background == Background::Transparent {
             unmultiply(&mut image);
         }
@@ -164,7 +169,7 @@ impl<'a> Renderer<'a> {
             return;
         }
         let spectrum = self.spectrum;
-        let active = rank.map(|rank| active_triangles(spectrum, rank)).unwrap_or_default();
+        let active = rank.map(|rank| active_triangles(&self.lifetimes, rank)).unwrap_or_default();
         // Caps are left out last, so that they do not change what the others show.
         let Attributes { values, ends } = attributes(
             spectrum,
@@ -185,7 +190,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Draws the listed triangles, piece by piece, and records the copy of the picture.
-    fn passes(&mut self, mut frame: Frame, background: Background) {
+    fn passes(&mut self, target: &Target, mut frame: Frame, background: Background) {
         let triangles = std::mem::take(&mut self.listed.triangles);
         let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
         for pass in 0..n_passes {
@@ -203,10 +208,8 @@ impl<'a> Renderer<'a> {
             let mut encoder = self
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("surface") });
-            self.pass(&mut encoder, piece.len(), (pass == 0).then_some(background));
-            if pass + 1 == n_passes
-                && let Some(target) = &self.target
-            {
+            self.pass(&mut encoder, target, piece.len(), (pass == 0).then_some(background));
+            if pass + 1 == n_passes {
                 target.copy(&mut encoder);
             }
             self.queue.submit([encoder.finish()]);
@@ -218,10 +221,10 @@ impl<'a> Renderer<'a> {
     fn pass(
         &self,
         encoder: &mut wgpu::CommandEncoder,
+        target: &Target,
         n_triangles: usize,
         clear: Option<Background>,
     ) {
-        let Some(target) = &self.target else { return };
         let (color, depth) = match clear {
             Some(background) => {
                 let [r, g, b, a] = background.linear();
@@ -292,13 +295,19 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// The triangles alive at `rank`, by index.
-fn active_triangles(spectrum: &Spectrum, rank: u32) -> Vec<u32> {
-    (0..)
-        .zip(&spectrum.triangles)
-        .filter(|(_, triangle)| triangle.birth <= rank && rank < triangle.death)
-        .map(|(i, _)| i)
-        .collect()
+/// The lifetimes of a spectrum's triangles, to be asked for those alive at a rank.
+fn lifetimes(spectrum: &Spectrum) -> IntervalTree {
+    let ranks: Vec<(u32, u32)> = spectrum.triangles.iter().map(|t| (t.birth, t.death)).collect();
+    IntervalTree::new(&ranks)
+}
+
+/// The triangles alive at `rank`, by increasing index: equal pictures draw in equal order, and
+/// vertices that follow each other lie close in memory.
+fn active_triangles(lifetimes: &IntervalTree, rank: u32) -> Vec<u32> {
+    let mut active = Vec::new();
+    lifetimes.stab(rank, |i| active.push(i));
+    active.sort_unstable();
+    active
 }
 
 /// What is the same for every corner of a picture.
@@ -326,121 +335,4 @@ fn frame(spectrum: &Spectrum, isovalue: f64, rank: u32, view: &View) -> Frame {
         mirrored: u32::from(projection.mirrored),
         unused: [0.0; 2],
     }
-}
-
-/// A storage buffer that grows with what is written to it.
-#[derive(Debug)]
-struct Table {
-    label: &'static str,
-    buffer: wgpu::Buffer,
-    /// Bytes in use; at least [`Table::LEAST`], since nothing cannot be bound.
-    size: u64,
-}
-
-impl Table {
-    /// Bytes of the largest element of any table.
-    const LEAST: u64 = 32;
-
-    fn new(device: &wgpu::Device, label: &'static str) -> Self {
-        Table { label, buffer: Self::buffer(device, label, Self::LEAST), size: Self::LEAST }
-    }
-
-    fn buffer(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
-    }
-
-    /// Replaces what the table holds.
-    fn write<T: bytemuck::Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, data: &[T]) {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        self.size = (bytes.len() as u64).max(Self::LEAST);
-        if self.size > self.buffer.size() {
-            // A quarter more, so that a mesh that grows with the isovalue does not allocate for
-            // every picture.
-            let roomy = (self.size + self.size / 4).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
-            self.buffer = Self::buffer(device, self.label, roomy);
-        }
-        queue.write_buffer(&self.buffer, 0, bytes);
-    }
-
-    fn binding(&self) -> wgpu::BindingResource<'_> {
-        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: &self.buffer,
-            offset: 0,
-            size: wgpu::BufferSize::new(self.size),
-        })
-    }
-}
-
-/// Samples per pixel the adapter can draw and average.
-fn samples_of(gpu: &Gpu) -> u32 {
-    let can = |format| {
-        gpu.adapter.get_texture_format_features(format).flags.sample_count_supported(N_SAMPLES)
-    };
-    if can(COLOR_FORMAT) && can(DEPTH_FORMAT) { N_SAMPLES } else { 1 }
-}
-
-fn pipeline(device: &wgpu::Device, n_samples: u32) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("surface"),
-        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("surface"),
-        // The layout follows from the shader.
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("surface_vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: n_samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("surface_fragment"),
-            compilation_options: Default::default(),
-            targets: &[Some(COLOR_FORMAT.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-/// Runs `work` and returns the device's complaint as an error: without this wgpu panics.
-fn caught<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T> {
-    let scopes = [
-        wgpu::ErrorFilter::Internal,
-        wgpu::ErrorFilter::OutOfMemory,
-        wgpu::ErrorFilter::Validation,
-    ]
-    .map(|filter| device.push_error_scope(filter));
-    let done = work();
-    // Scopes are popped in the opposite order.
-    let mut complaint = None;
-    for scope in scopes.into_iter().rev() {
-        complaint = complaint.or(pollster::block_on(scope.pop()));
-    }
-    match complaint {
-        None => Ok(done),
-        Some(error) => Err(Error::Gpu(one_line(&error.to_string()))),
-    }
-}
-
-/// A message without its line breaks and what surrounds them.
-fn one_line(message: &str) -> String {
-    let parts: Vec<&str> = message.split_whitespace().collect();
-    format!("the device cannot draw: {}", parts.join(" "))
 }

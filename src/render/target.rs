@@ -93,8 +93,9 @@ impl Target {
         device
             .poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) })
             .map_err(|error| failed(error.to_string()))?;
+        // Another thread's wait on this device may be the one that delivers the answer.
         receiver
-            .try_recv()
+            .recv_timeout(PATIENCE)
             .map_err(|_| failed("the device did not answer".into()))?
             .map_err(|error| failed(error.to_string()))?;
         let row = 4 * self.width as usize;

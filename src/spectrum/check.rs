@@ -69,7 +69,7 @@ impl Spectrum {
             && placement.spacing.iter().all(|&s| s.is_finite() && s > 0.0))
         {
             return Err(Error::input(
-                "range or placement of the volume is not finite, expected finite numbers and positive spacing",
+                "volume: range or placement is not finite, expected finite numbers and positive spacing",
             ));
         }
         for (i, event) in self.events.iter().enumerate() {

@@ -97,7 +97,8 @@ impl Spectrum {
     }
 
     /// Position (voxel frame) and unit normal of vertex `v` at `isovalue`, whose rank is `rank`:
-    /// linear between the knots on either side, that of the first or last knot beyond them.
+    /// linear between the knots on either side, exact at a knot, that of the first or last knot
+    /// beyond them.
     ///
     /// # Panics
     ///
@@ -107,7 +108,9 @@ impl Spectrum {
         let next = trajectory.partition_point(|knot| knot.rank <= rank);
         let after = trajectory[next.min(trajectory.len() - 1)];
         let before = trajectory[next.saturating_sub(1)];
-        if before.rank == after.rank {
+        if before.rank == after.rank
+            || before.rank == rank && self.isovalues[rank as usize] == isovalue
+        {
             return (before.position, normal::decode(before.normal));
         }
         let (low, high) =
@@ -122,7 +125,7 @@ fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
     ((0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low)).clamp(0.0, 1.0)
 }
 
-/// Position and unit normal at the fraction `t` of the way between two knots; exact at both ends.
+/// Position and unit normal at the fraction `t` of the way between two knots.
 fn between(before: &Knot, after: &Knot, t: f64) -> ([f32; 3], [f32; 3]) {
     let mix = |a: [f32; 3], b: [f32; 3]| {
         std::array::from_fn(|i| ((1.0 - t) * f64::from(a[i]) + t * f64::from(b[i])) as f32)

@@ -49,8 +49,7 @@ impl ContourTree {
         let n = points.len();
         let mut below = Branches::new(join);
         let mut above = Branches::new(split);
-        let mut tree =
-            ContourTree { parent: vec![NONE; n], depth: vec![0; n], euler: vec![0; n] };
+        let mut tree = ContourTree { parent: vec![NONE; n], depth: vec![0; n], euler: vec![0; n] };
         let mut residual: Vec<i64> =
             points.iter().map(|p| if p.index % 2 == 0 { 2 } else { -2 }).collect();
         let mut removed = vec![false; n];

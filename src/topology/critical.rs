@@ -421,7 +421,7 @@ fn mixed_derivative_is_positive(v: &[i128; 8], index: u8) -> bool {
         return e > 0;
     }
     let narrow = h.checked_mul(d).zip(f.checked_mul(g)).map(|(hd, fg)| hd > fg);
-    let minor_is_positive = narrow
-        .unwrap_or_else(|| (BigInt::from(h) * d - BigInt::from(f) * g).sign() == Sign::Plus);
+    let minor_is_positive =
+        narrow.unwrap_or_else(|| (BigInt::from(h) * d - BigInt::from(f) * g).sign() == Sign::Plus);
     minor_is_positive == (index == 1)
 }

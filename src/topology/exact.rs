@@ -40,8 +40,8 @@ mod isovalue;
 pub(crate) use body::can_hold_body_saddle;
 pub use body::{BodySaddle, Trilinear};
 pub use face::FaceSaddle;
-pub use isovalue::IsovalueKeys;
 pub(crate) use face::is_saddle_above;
+pub use isovalue::IsovalueKeys;
 
 use crate::error::{Error, Result};
 use crate::volume::{Samples, Volume};

@@ -130,11 +130,8 @@ impl MergeTree {
             } else {
                 let [a, b] = self.direction.sectors(point);
                 elder = union.find(self.extremum[a as usize]);
-                let other = if point.index == join {
-                    union.find(self.extremum[b as usize])
-                } else {
-                    elder
-                };
+                let other =
+                    if point.index == join { union.find(self.extremum[b as usize]) } else { elder };
                 self.pass(&latest, elder, i)?;
                 if other != elder {
                     self.pass(&latest, other, i)?;

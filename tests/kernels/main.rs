@@ -4,6 +4,8 @@
 //! The GPU suite fails, it is never skipped, where no adapter is found: install one
 //! (`mesa-vulkan-drivers` has a software adapter).
 
+mod agreement;
+mod backend;
 mod shapes;
 mod suite;
 

@@ -4,34 +4,37 @@
 //! every isovalue. Splits (a vertex in the middle of a triangle) and flips keep the mesh a closed
 //! surface with the Euler characteristic of a sphere at every isovalue.
 
+#![allow(dead_code, reason = "each test file uses its share")]
+
 use std::collections::HashMap;
 
 use isospectrum::spectrum::{
     Collapse, Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo, normal,
 };
 use isospectrum::volume::{Outside, Placement};
+use proptest::prelude::*;
 
 /// How much happens in a synthetic spectrum.
 #[derive(Clone, Copy, Debug)]
-pub struct Growth {
+pub(crate) struct Growth {
     /// The first mesh is an octahedron with its triangles cut in four this often.
-    pub subdivisions: u32,
+    pub(crate) subdivisions: u32,
     /// Ranks after the first.
-    pub n_steps: u32,
+    pub(crate) n_steps: u32,
     /// Triangles split at each rank.
-    pub splits: u32,
+    pub(crate) splits: u32,
     /// Edges flipped at each rank.
-    pub flips: u32,
+    pub(crate) flips: u32,
     /// Ranks between two knots of a trajectory, about.
-    pub knot_distance: u32,
+    pub(crate) knot_distance: u32,
 }
 
 /// Numbers that look random and are the same everywhere.
-pub struct Numbers(pub u64);
+pub(crate) struct Numbers(pub(crate) u64);
 
 impl Numbers {
     /// The next number below `n`.
-    pub fn below(&mut self, n: u32) -> u32 {
+    pub(crate) fn below(&mut self, n: u32) -> u32 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 33) * u64::from(n) >> 31) as u32
@@ -39,12 +42,12 @@ impl Numbers {
 }
 
 /// The isovalue of a rank: uneven, and not all of them short decimals.
-pub fn isovalue(rank: u32) -> f64 {
+pub(crate) fn isovalue(rank: u32) -> f64 {
     f64::from(rank) + if rank % 3 == 1 { 1.0 / 3.0 } else { 0.0 }
 }
 
 /// What is said of a volume that does not exist.
-pub fn volume_info() -> VolumeInfo {
+pub(crate) fn volume_info() -> VolumeInfo {
     VolumeInfo {
         name: "sphere".into(),
         dims: [128, 128, 128],
@@ -63,7 +66,7 @@ fn point(d: [f64; 3], isovalue: f64) -> [f32; 3] {
 }
 
 /// Builds the spectrum of a growth; the same every time.
-pub fn growing_sphere(growth: &Growth) -> Spectrum {
+pub(crate) fn growing_sphere(growth: &Growth) -> Spectrum {
     let mut surface = Surface::octahedron();
     (0..growth.subdivisions).for_each(|_| surface.subdivide());
     let mut numbers = Numbers(1);
@@ -110,7 +113,7 @@ impl Surface {
         let [a, b, c] = vertices;
         let index = self.triangles.len();
         self.triangles.push(Triangle { vertices, birth, death: u32::MAX, cap: a % 7 == 0 });
-        [(a, b), (b, c), (c, a)].into_iter().for_each(|edge| drop(self.left.insert(edge, index)));
+        self.left.extend([(a, b), (b, c), (c, a)].map(|edge| (edge, index)));
         self.living.push(index);
     }
 
@@ -235,4 +238,66 @@ impl Surface {
                 .collect(),
         }
     }
+}
+
+/// A spectrum of a few hundred triangles in which everything happens.
+pub(crate) fn small() -> Spectrum {
+    growing_sphere(&Growth { subdivisions: 1, n_steps: 12, splits: 2, flips: 4, knot_distance: 4 })
+}
+
+/// Random spectra that pass the check but are no surfaces: any three vertices make a triangle.
+pub(crate) fn any_spectrum() -> impl Strategy<Value = Spectrum> {
+    let isovalues = prop::collection::vec(1u32..1000, 2..12);
+    (isovalues, any::<u64>(), 0usize..12, 0usize..30).prop_map(
+        |(steps, seed, n_vertices, n_triangles)| {
+            let mut numbers = Numbers(seed);
+            let mut sum = -2000.0;
+            let table = steps.iter().map(|&step| {
+                sum += f64::from(step) / 7.0;
+                sum
+            });
+            let isovalues: Vec<f64> = table.collect();
+            let n_ranks = isovalues.len() as u32;
+            let (mut first_knot, mut knots) = (vec![0], Vec::new());
+            for _ in 0..n_vertices {
+                for rank in (0..n_ranks).filter(|_| numbers.below(3) > 0).collect::<Vec<_>>() {
+                    let mut x = || numbers.below(1 << 20) as f32 / 4096.0 - 3.0;
+                    let position = [x(), x(), x()];
+                    let normal = normal::encode([x() - 100.0, x() - 100.0, x() - 100.0]);
+                    knots.push(Knot { rank, position, normal });
+                }
+                first_knot.push(knots.len() as u32);
+            }
+            let mut triangles = Vec::new();
+            for _ in 0..if n_vertices < 3 { 0 } else { n_triangles } {
+                let vertices = [(); 3].map(|()| numbers.below(n_vertices as u32));
+                let trajectories = vertices.map(|v| {
+                    &knots[first_knot[v as usize] as usize..first_knot[v as usize + 1] as usize]
+                });
+                let first =
+                    trajectories.iter().map(|t| t.first().map_or(n_ranks, |k| k.rank)).max();
+                let last = trajectories.iter().map(|t| t.last().map_or(0, |k| k.rank)).min();
+                let (first, last) = (first.expect("three"), last.expect("three"));
+                let [a, b, c] = vertices;
+                if a == b || b == c || c == a || first >= last {
+                    continue;
+                }
+                let birth = first + numbers.below(last - first);
+                let death = birth + 1 + numbers.below(last - birth);
+                triangles.push(Triangle { vertices, birth, death, cap: numbers.below(4) == 0 });
+            }
+            Spectrum {
+                volume: volume_info(),
+                range: (isovalues[0], isovalues[isovalues.len() - 1]),
+                tolerance: 0.1,
+                parameters: serde_json::Value::Null,
+                events: Vec::new(),
+                isovalues,
+                first_knot,
+                knots,
+                triangles,
+                collapses: Vec::new(),
+            }
+        },
+    )
 }

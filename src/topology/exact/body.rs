@@ -236,15 +236,15 @@ impl Trilinear {
         sign_with_root(&numerator, s, &(self.exact_discriminant() * 4))
     }
 
-    /// The value of the body saddle of an index in V units times 2^[`ORDER_BITS`], rounded down.
-    pub(super) fn order_key(&self, index: u8) -> i128 {
+    /// The value of the body saddle of an index in V units times 2^`bits`, rounded down.
+    fn scaled_value(&self, index: u8, bits: u32) -> BigInt {
         let (numerator, den) = self.exact_value(0);
-        let scaled = numerator << ORDER_BITS;
+        let scaled = numerator << bits;
         let (numerator, den) = if self.h == 0 {
             if den > BigInt::ZERO { (scaled, den) } else { (-scaled, -den) }
         } else {
             // floor((n + r) / m) = floor((n + floor(r)) / m) for integers n and m > 0.
-            let square: BigInt = (self.exact_discriminant() * 4) << (2 * ORDER_BITS);
+            let square: BigInt = (self.exact_discriminant() * 4) << (2 * bits);
             let root = square.sqrt();
             let root = match index {
                 1 => root,
@@ -253,9 +253,13 @@ impl Trilinear {
             };
             (scaled + root, den)
         };
-        let floor = floor_div(&numerator, &den);
-        let above = i128::try_from(floor).expect("a saddle lies between the corners of its cell");
-        (self.a << ORDER_BITS) + above
+        (BigInt::from(self.a) << bits) + floor_div(&numerator, &den)
+    }
+
+    /// The value of the body saddle of an index in V units times 2^[`ORDER_BITS`], rounded down.
+    pub(super) fn order_key(&self, index: u8) -> i128 {
+        let value = self.scaled_value(index, ORDER_BITS);
+        i128::try_from(value).expect("a saddle lies between the corners of its cell")
     }
 
     /// The position of the body saddle of an index in the cell, 0 to 1 along each axis.
@@ -313,6 +317,11 @@ impl BodySaddle {
     /// The saddle value in V units times 2^[`ORDER_BITS`], rounded down: exact.
     pub fn order_key(&self) -> i128 {
         self.cell.order_key(self.index)
+    }
+
+    /// The saddle value in V units times 2^`bits`, rounded down: exact, for ties of order keys.
+    pub(crate) fn scaled_value(&self, bits: u32) -> BigInt {
+        self.cell.scaled_value(self.index, bits)
     }
 }
 

@@ -72,6 +72,12 @@ impl FaceSaddle {
         (low << ORDER_BITS) + above
     }
 
+    /// The saddle value in V units times 2^`bits`, rounded down: exact, for ties of order keys.
+    pub(crate) fn scaled_value(&self, bits: u32) -> BigInt {
+        let (low, x, y, den) = self.above_low();
+        (BigInt::from(low) << bits) + ((BigInt::from(x) * y) << bits) / den
+    }
+
     /// Position in the face along its two in-plane axes, 0 to 1.
     pub fn parameters(&self) -> [f64; 2] {
         let [p00, p10, p01, p11] = self.keys;

@@ -1,0 +1,132 @@
+//! Fills loops with triangles and moves vertices inside cells onto the isosurface.
+
+use super::cell::EDGE_FACES;
+
+/// Triangulates a loop of 3 to 12 lattice edges by chords of which none lies in a face of the
+/// cell, with the least sum of squared chord lengths, and hands out the triangles as places in
+/// the loop. Returns whether that is possible; if not, nothing is handed out.
+///
+/// Dynamic programming over the parts `i..=j` of the loop (Klincsek, "Minimal triangulations of
+/// polygonal domains", 1980).
+pub(super) fn triangulate(
+    edges: &[u8],
+    points: &[[f64; 3]],
+    mut add: impl FnMut([usize; 3]),
+) -> bool {
+    let n = edges.len();
+    if n == 3 {
+        add([0, 1, 2]);
+        return true;
+    }
+    let chord = |i: usize, j: usize| {
+        let shares_face = EDGE_FACES[edges[i] as usize] & EDGE_FACES[edges[j] as usize] != 0;
+        if shares_face { f64::INFINITY } else { squared_distance(points[i], points[j]) }
+    };
+    if n == 4 {
+        let (a, b) = (chord(0, 2), chord(1, 3));
+        if a <= b && a.is_finite() {
+            add([0, 1, 2]);
+            add([0, 2, 3]);
+        } else if b.is_finite() {
+            add([0, 1, 3]);
+            add([1, 2, 3]);
+        }
+        return a.is_finite() || b.is_finite();
+    }
+    // cost[i][j]: of the chords within part i..=j, its own chord included; apex[i][j]: the third
+    // vertex of the triangle on that chord.
+    let mut cost = [[0.0f64; 12]; 12];
+    let mut apex = [[0u8; 12]; 12];
+    for length in 2..n {
+        for i in 0..n - length {
+            let j = i + length;
+            let own = if length == n - 1 { 0.0 } else { chord(i, j) };
+            cost[i][j] = f64::INFINITY;
+            for k in i + 1..j {
+                let total = cost[i][k] + cost[k][j] + own;
+                if total < cost[i][j] {
+                    cost[i][j] = total;
+                    apex[i][j] = k as u8;
+                }
+            }
+        }
+    }
+    if cost[0][n - 1].is_infinite() {
+        return false;
+    }
+    let mut parts = vec![(0, n - 1)];
+    while let Some((i, j)) = parts.pop() {
+        if j - i >= 2 {
+            let k = apex[i][j] as usize;
+            add([i, k, j]);
+            parts.extend([(k, j), (i, k)]);
+        }
+    }
+    true
+}
+
+/// The mean of some points.
+pub(super) fn mean(points: &[[f64; 3]]) -> [f64; 3] {
+    std::array::from_fn(|a| points.iter().map(|p| p[a]).sum::<f64>() / points.len() as f64)
+}
+
+/// The place of the point nearest to `to`, the first of several.
+pub(super) fn nearest(points: &[[f64; 3]], to: [f64; 3]) -> usize {
+    let mut best = (0, f64::INFINITY);
+    for (i, &p) in points.iter().enumerate() {
+        let distance = squared_distance(p, to);
+        if distance < best.1 {
+            best = (i, distance);
+        }
+    }
+    best.0
+}
+
+fn squared_distance(p: [f64; 3], q: [f64; 3]) -> f64 {
+    (0..3).map(|a| (p[a] - q[a]) * (p[a] - q[a])).sum()
+}
+
+/// Newton steps that bring a vertex inside a cell onto the isosurface.
+const N_SETTLE_STEPS: usize = 6;
+
+/// Longest Newton step, in cells: beyond it the linear model of a cell says little.
+const LONGEST_SETTLE_STEP: f64 = 0.25;
+
+/// Moves a point of a cell along the gradient towards the zero set of the trilinear field through
+/// `values` (corner x + 2 y + 4 z), staying `margin` away from the cell's faces. Returns the point
+/// of the least absolute value met, so it is never further from the surface than the start.
+pub(super) fn settle(values: &[f64; 8], start: [f64; 3], margin: f64) -> [f64; 3] {
+    let inside = |p: [f64; 3]| p.map(|x| x.clamp(margin, 1.0 - margin));
+    let mut p = inside(start);
+    let mut best = (p, f64::INFINITY);
+    for _ in 0..=N_SETTLE_STEPS {
+        let (value, gradient) = value_and_gradient(values, p);
+        if value.abs() < best.1 {
+            best = (p, value.abs());
+        }
+        let squared = gradient.iter().map(|g| g * g).sum::<f64>();
+        let step = -value / squared;
+        if !step.is_finite() {
+            break;
+        }
+        let shorten = (LONGEST_SETTLE_STEP / (step.abs() * squared.sqrt())).min(1.0);
+        p = inside(std::array::from_fn(|a| p[a] + step * shorten * gradient[a]));
+    }
+    best.0
+}
+
+/// The trilinear field and its gradient at a point of a cell.
+fn value_and_gradient(v: &[f64; 8], p: [f64; 3]) -> (f64, [f64; 3]) {
+    let mut value = 0.0;
+    let mut gradient = [0.0; 3];
+    for (c, corner) in v.iter().enumerate() {
+        let high = |a: usize| c >> a & 1 == 1;
+        let weight = |a: usize| if high(a) { p[a] } else { 1.0 - p[a] };
+        value += corner * weight(0) * weight(1) * weight(2);
+        for a in 0..3 {
+            let slope = corner * weight((a + 1) % 3) * weight((a + 2) % 3);
+            gradient[a] += if high(a) { slope } else { -slope };
+        }
+    }
+    (value, gradient)
+}

@@ -1,0 +1,81 @@
+//! Compiling the shader for a device, and catching what the device says.
+
+use super::target::{COLOR_FORMAT, DEPTH_FORMAT};
+use crate::error::{Error, Result};
+
+/// Samples per pixel.
+const N_SAMPLES: u32 = 4;
+
+/// The shader.
+const SHADER: &str = include_str!("../../shaders/surface.wgsl");
+
+/// Samples per pixel that every device of this kind can draw and average.
+pub(super) fn samples_of(device: &wgpu::Device) -> u32 {
+    let can = |format: wgpu::TextureFormat| {
+        let features = format.guaranteed_format_features(device.features());
+        features.flags.sample_count_supported(N_SAMPLES)
+    };
+    if can(COLOR_FORMAT) && can(DEPTH_FORMAT) { N_SAMPLES } else { 1 }
+}
+
+/// Compiles `shaders/surface.wgsl` for pictures of `n_samples` samples per pixel.
+pub(super) fn pipeline(device: &wgpu::Device, n_samples: u32) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("surface"),
+        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("surface"),
+        // The layout follows from the shader.
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("surface_vertex"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: n_samples, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("surface_fragment"),
+            compilation_options: Default::default(),
+            targets: &[Some(COLOR_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// Runs `work` and returns the device's complaint as an error: without this wgpu panics.
+pub(super) fn caught<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T> {
+    let scopes = [
+        wgpu::ErrorFilter::Internal,
+        wgpu::ErrorFilter::OutOfMemory,
+        wgpu::ErrorFilter::Validation,
+    ]
+    .map(|filter| device.push_error_scope(filter));
+    let done = work();
+    // Scopes are popped in the opposite order.
+    let mut complaint = None;
+    for scope in scopes.into_iter().rev() {
+        complaint = complaint.or(pollster::block_on(scope.pop()));
+    }
+    match complaint {
+        None => Ok(done),
+        Some(error) => Err(Error::Gpu(one_line(&error.to_string()))),
+    }
+}
+
+/// A message without its line breaks and what surrounds them.
+fn one_line(message: &str) -> String {
+    let parts: Vec<&str> = message.split_whitespace().collect();
+    format!("the device cannot draw: {}", parts.join(" "))
+}

@@ -1,0 +1,90 @@
+//! The choice of a backend, and what callers see of it.
+
+use crate::cpu;
+use crate::shapes::{Mesh, Random, noise};
+use glam::Vec3;
+use isospectrum::error::Error;
+use isospectrum::kernels::backend::GPU_FROM_VERTICES;
+use isospectrum::kernels::{Backend, Choice, Field, Kernels};
+use std::sync::Arc;
+
+#[test]
+fn a_gpu_by_an_unknown_name_is_an_error_that_lists_the_known_ones() {
+    for choice in [Choice::Gpu, Choice::Auto] {
+        let error = Backend::choose(choice, Some("no such adapter")).expect_err("no such adapter");
+        assert!(matches!(error, Error::Gpu(_)));
+        let text = error.to_string();
+        assert!(text.contains("no such adapter") && text.contains("expected one of"), "{text}");
+        assert!(!text.contains('\n'), "{text}");
+    }
+}
+
+#[test]
+fn the_cpu_is_always_there() {
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    assert_eq!(backend.name(), "cpu");
+}
+
+#[test]
+fn threads_share_a_backend_and_get_the_same_answers() {
+    let mut random = Random(2);
+    let volume = noise([20, 20, 20], &mut random);
+    let (low, high) = (Vec3::splat(2.0), Vec3::splat(17.0));
+    let large = GPU_FROM_VERTICES / 4 + 1;
+    let meshes: Vec<Mesh> = [large, 50, large + 300, 7]
+        .map(|n| Mesh::tetrahedra(n, low, high, 0.4, &mut random))
+        .into();
+    let backend = Backend::choose(Choice::Gpu, None).expect("an adapter");
+    let field = Arc::new(Field::new(volume));
+    let run = || {
+        let mut kernels = backend.kernels(&field).expect("the field fits");
+        let step = |mesh: &Mesh| {
+            kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
+            kernels.project(120.0, 1.5).expect("projects");
+            kernels.positions().expect("positions")
+        };
+        meshes.iter().map(step).collect::<Vec<_>>()
+    };
+    let results = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..3).map(|_| scope.spawn(run)).collect();
+        threads.into_iter().map(|t| t.join().expect("no panic")).collect::<Vec<_>>()
+    });
+    assert_eq!(results[0], results[1]);
+    assert_eq!(results[0], results[2]);
+}
+
+#[test]
+fn the_cpu_gives_the_same_bytes_on_any_number_of_threads() {
+    let mut random = Random(4);
+    let volume = noise([24, 24, 24], &mut random);
+    let (low, high) = (Vec3::splat(2.0), Vec3::splat(21.0));
+    let mesh = Mesh::tetrahedra(4000, low, high, 0.4, &mut random);
+    let run = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
+        pool.install(|| {
+            let mut kernels: Box<dyn Kernels + Send> = cpu(&volume);
+            kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
+            kernels.project(120.0, 1.5).expect("projects");
+            let relaxation = kernels.relax(120.0, 0.6, 1e-6, 5).expect("relaxes");
+            let deviation = kernels.deviation(120.0, 1.0).expect("deviation");
+            (kernels.positions().expect("positions"), relaxation.largest_force, deviation)
+        })
+    };
+    assert_eq!(run(1), run(4));
+}
+
+#[test]
+fn an_empty_mesh_is_no_work() {
+    let volume = noise([8, 8, 8], &mut Random(1));
+    let empty = isospectrum::kernels::Connectivity { ring_offsets: vec![0], ..Default::default() };
+    for backend in [cpu, crate::gpu] {
+        let mut kernels = backend(&volume);
+        kernels.load(&empty, &[]).expect("loads");
+        assert_eq!(kernels.project(1.0, 1.0).expect("projects"), 0);
+        assert_eq!(kernels.relax(1.0, 0.6, 0.1, 4).expect("relaxes").largest_force, 0.0);
+        assert!(kernels.deviation(1.0, 1.0).expect("deviation").is_empty());
+        assert!(kernels.positions().expect("positions").is_empty());
+        assert!(kernels.normals().expect("normals").is_empty());
+        assert!(kernels.status().expect("status").is_empty());
+    }
+}

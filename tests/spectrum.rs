@@ -1,0 +1,281 @@
+//! Queries on spectra against evaluations that take no short cuts.
+
+mod synthetic;
+
+use std::collections::BTreeSet;
+
+use isospectrum::Error;
+use isospectrum::spectrum::interval_tree::IntervalTree;
+use isospectrum::spectrum::{
+    Knot, Patch, Query, Spectrum, SpectrumBuilder, SurfaceMesh, Triangle, normal,
+};
+use proptest::prelude::*;
+use synthetic::{Growth, any_spectrum, growing_sphere, isovalue, small, volume_info};
+
+/// Two ways to interpolate in f64 and round to f32 differ by one rounding: 2^-23 of coordinates
+/// below 256.
+const ROUNDING: f32 = 256.0 / (1 << 23) as f32;
+
+/// Corner positions and caps of the mesh at an isovalue, straight from the definition.
+fn naive(spectrum: &Spectrum, isovalue: f64) -> Vec<([[f32; 3]; 3], bool)> {
+    let c = |rank: u32| spectrum.isovalues[rank as usize];
+    let position = |v: u32| {
+        let trajectory = spectrum.trajectory(v);
+        let pair = trajectory.windows(2).find(|pair| isovalue <= c(pair[1].rank)).expect("covered");
+        let t = (isovalue - c(pair[0].rank)) / (c(pair[1].rank) - c(pair[0].rank));
+        let (p, q) = (pair[0].position, pair[1].position);
+        std::array::from_fn(|i| (f64::from(p[i]) + t * f64::from(q[i] - p[i])) as f32)
+    };
+    let alive = |t: &&Triangle| c(t.birth) <= isovalue && isovalue < c(t.death);
+    let active = spectrum.triangles.iter().filter(alive);
+    active.map(|t| (t.vertices.map(position), t.cap)).collect()
+}
+
+fn corners(mesh: &SurfaceMesh) -> Vec<[[f32; 3]; 3]> {
+    mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize])).collect()
+}
+
+fn assert_equal_up_to_rounding(mesh: &SurfaceMesh, expected: &[([[f32; 3]; 3], bool)]) {
+    let caps: Vec<bool> = expected.iter().map(|e| e.1).collect();
+    assert_eq!(mesh.caps, caps);
+    for (found, (expected, _)) in corners(mesh).iter().zip(expected) {
+        for (p, q) in found.as_flattened().iter().zip(expected.as_flattened()) {
+            assert!((p - q).abs() <= ROUNDING, "{p} instead of {q}");
+        }
+    }
+}
+
+/// Every vertex is used, for the first time in increasing order, and normals have length one.
+fn assert_compact(mesh: &SurfaceMesh) {
+    let mut n_seen = 0;
+    for &v in mesh.triangles.as_flattened() {
+        assert!(v <= n_seen, "vertex {v} comes before {n_seen}");
+        n_seen = n_seen.max(v + 1);
+    }
+    assert_eq!(n_seen as usize, mesh.positions.len());
+    assert_eq!(mesh.normals.len(), mesh.positions.len());
+    for n in &mesh.normals {
+        let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
+        assert!((length - 1.0).abs() < 1e-5, "{n:?}");
+    }
+}
+
+/// Isovalues at, just beside and between those of the table.
+fn probes(spectrum: &Spectrum) -> Vec<f64> {
+    let (low, high) = spectrum.range;
+    let beside = spectrum.isovalues.iter().flat_map(|c| [c.next_down(), *c, c.next_up()]);
+    let between = spectrum.isovalues.windows(2).map(|pair| 0.3 * pair[0] + 0.7 * pair[1]);
+    beside.chain(between).filter(|c| (low..=high).contains(c)).collect()
+}
+
+proptest! {
+    #[test]
+    fn a_query_gives_what_the_definition_says(spectrum in any_spectrum(), order in any::<u64>()) {
+        spectrum.check().expect("the generator keeps the invariants");
+        let mut query = Query::new(&spectrum);
+        let mut mesh = SurfaceMesh::default();
+        let mut probes = probes(&spectrum);
+        // Upwards is the incremental way; a rotation adds a jump.
+        let n = probes.len();
+        probes.rotate_left((order % n as u64) as usize);
+        if order % 3 == 0 {
+            probes.reverse();
+        }
+        for c in probes {
+            query.mesh_at_into(c, &mut mesh).expect("inside the range");
+            assert_equal_up_to_rounding(&mesh, &naive(&spectrum, c));
+            assert_compact(&mesh);
+            prop_assert_eq!(&mesh, &spectrum.mesh_at(c).expect("inside the range"));
+        }
+    }
+
+    #[test]
+    fn the_interval_tree_finds_what_a_search_finds(
+        intervals in prop::collection::vec((0u32..60, 1u32..60), 0..80),
+        far in any::<bool>(),
+    ) {
+        // Far apart, the tree is as deep as ranks are wide.
+        let scale = if far { 30_000_000 } else { 1 };
+        let intervals: Vec<(u32, u32)> =
+            intervals.into_iter().map(|(birth, n)| (birth * scale, (birth + n) * scale)).collect();
+        let tree = IntervalTree::new(&intervals);
+        for rank in (0..122).map(|i| i * scale).chain([1, u32::MAX]) {
+            let mut found = Vec::new();
+            tree.stab(rank, |i| found.push(i));
+            found.sort_unstable();
+            let holds = |(i, &(birth, death)): (usize, &(u32, u32))| {
+                (birth <= rank && rank < death).then_some(i as u32)
+            };
+            let expected: Vec<u32> = intervals.iter().enumerate().filter_map(holds).collect();
+            prop_assert_eq!(found, expected);
+        }
+    }
+}
+
+#[test]
+fn the_mesh_is_continuous_from_the_right_and_changes_at_births_and_deaths_only() {
+    let spectrum = small();
+    let mut query = Query::new(&spectrum);
+    for pair in spectrum.isovalues.windows(2) {
+        let at = query.mesh_at(pair[0]).expect("inside the range");
+        let after = query.mesh_at(pair[0].next_up()).expect("inside the range");
+        let before_next = query.mesh_at(pair[1].next_down()).expect("inside the range");
+        assert_eq!(at.triangles, after.triangles);
+        assert_eq!(at.triangles, before_next.triangles);
+        for (p, q) in at.positions.as_flattened().iter().zip(after.positions.as_flattened()) {
+            assert!((p - q).abs() <= ROUNDING);
+        }
+    }
+}
+
+#[test]
+fn every_isovalue_of_a_growing_sphere_gives_a_sphere() {
+    let spectrum = small();
+    let mut query = Query::new(&spectrum);
+    let (low, high) = spectrum.range;
+    for i in 0..400 {
+        let c = low + (high - low) * f64::from(i) / 400.0;
+        let mesh = query.mesh_at(c).expect("inside the range");
+        let edges: BTreeSet<(u32, u32)> =
+            mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
+        assert_eq!(edges.len(), 3 * mesh.triangles.len(), "a directed edge occurs twice at {c}");
+        assert!(edges.iter().all(|&(a, b)| edges.contains(&(b, a))), "not closed at {c}");
+        let euler =
+            mesh.positions.len() as i64 - edges.len() as i64 / 2 + mesh.triangles.len() as i64;
+        assert_eq!(euler, 2, "at {c}");
+    }
+    assert_eq!(query.mesh_at(high).expect("the range is closed"), SurfaceMesh::default());
+}
+
+#[test]
+fn knots_are_met_exactly() {
+    let spectrum = small();
+    for v in 0..spectrum.n_vertices() as u32 {
+        for knot in spectrum.trajectory(v) {
+            let (position, normal) = spectrum.vertex_at(v, knot.rank, isovalue(knot.rank));
+            assert_eq!(position, knot.position);
+            assert_eq!(normal, normal::decode(knot.normal));
+        }
+    }
+}
+
+#[test]
+fn a_small_move_costs_what_it_changes_and_gives_the_same_as_a_jump() {
+    let growth = Growth { subdivisions: 3, n_steps: 60, splits: 2, flips: 5, knot_distance: 9 };
+    let spectrum = growing_sphere(&growth);
+    let mut near = Query::new(&spectrum);
+    for rank in (0..60).chain((0..60).rev()) {
+        let c = isovalue(rank) + 0.01;
+        let fresh = spectrum.mesh_at(c).expect("inside the range");
+        assert_eq!(near.mesh_at(c).expect("inside the range"), fresh, "at {c}");
+    }
+}
+
+#[test]
+fn outside_the_range_is_an_error_and_leaves_the_mesh_alone() {
+    let spectrum = small();
+    let (low, high) = spectrum.range;
+    let mut query = Query::new(&spectrum);
+    let mut mesh = query.mesh_at(low).expect("the range is closed");
+    let before = mesh.clone();
+    for c in [low.next_down(), high.next_up(), f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let result = query.mesh_at_into(c, &mut mesh);
+        assert!(matches!(result, Err(Error::Range { .. })), "{c}: {result:?}");
+        assert_eq!(mesh, before);
+    }
+}
+
+#[test]
+fn opposite_normals_still_give_a_unit_normal() {
+    let mut spectrum = small();
+    let up = normal::encode([0.0, 0.0, 1.0]);
+    let down = normal::encode([0.0, 0.0, -1.0]);
+    for knots in spectrum.knots.chunks_mut(2) {
+        knots.iter_mut().zip([up, down]).for_each(|(knot, n)| knot.normal = n);
+    }
+    for c in probes(&spectrum) {
+        assert_compact(&spectrum.mesh_at(c).expect("inside the range"));
+    }
+}
+
+/// One triangle that moves along z with the isovalue.
+fn patch(isovalues: &[f64]) -> Patch {
+    let n = isovalues.len() as u32;
+    let knot = |v: u32, rank: u32| Knot {
+        rank,
+        position: [v as f32, (v * v) as f32, rank as f32],
+        normal: normal::encode([0.0, 0.0, -1.0]),
+    };
+    Patch {
+        isovalues: isovalues.to_vec(),
+        first_knot: vec![0, 2, 4, 6],
+        knots: (0..3).flat_map(|v| [knot(v, 0), knot(v, n - 1)]).collect(),
+        triangles: vec![Triangle { vertices: [0, 1, 2], birth: 0, death: n - 1, cap: false }],
+        collapses: vec![],
+    }
+}
+
+fn finish(patches: &[Patch]) -> isospectrum::Result<Spectrum> {
+    let mut builder = SpectrumBuilder::new();
+    patches.iter().for_each(|patch| builder.push_patch(patch.clone()));
+    builder.finish(volume_info(), (0.0, 10.0), 0.1, serde_json::Value::Null, vec![])
+}
+
+#[test]
+fn patches_share_one_table_of_isovalues() {
+    // 2 is in both; 3 is used by nothing.
+    let spectrum = finish(&[patch(&[-0.0, 2.0, 3.0, 5.0]), patch(&[2.0, 9.0])]).expect("valid");
+    assert_eq!(spectrum.isovalues, [0.0, 2.0, 5.0, 9.0]);
+    assert_eq!(spectrum.first_knot, [0, 2, 4, 6, 8, 10, 12]);
+    let lifetimes: Vec<_> =
+        spectrum.triangles.iter().map(|t| (t.vertices, t.birth, t.death)).collect();
+    assert_eq!(lifetimes, [([0, 1, 2], 0, 2), ([3, 4, 5], 1, 3)]);
+}
+
+#[test]
+fn a_patch_that_breaks_an_invariant_is_an_error() {
+    let mut broken = patch(&[0.0, 1.0]);
+    broken.triangles[0].vertices[1] = 7;
+    let error = finish(&[patch(&[0.0, 1.0]), broken]).expect_err("vertex 10 of 6");
+    assert_eq!(error.to_string(), "triangle 1: vertex 10, expected one of 6");
+}
+
+#[test]
+fn an_empty_spectrum_has_empty_meshes() {
+    let spectrum = finish(&[]).expect("valid");
+    assert_eq!(spectrum.mesh_at(5.0).expect("inside the range"), SurfaceMesh::default());
+}
+
+#[test]
+fn every_broken_invariant_is_named() {
+    type Break = fn(&mut Spectrum);
+    let breaks: [(&str, Break); 16] = [
+        ("range", |s| s.range = (1.0, 0.0)),
+        ("range", |s| s.range.1 = f64::NAN),
+        ("tolerance", |s| s.tolerance = f64::INFINITY),
+        ("volume", |s| s.volume.placement.spacing[1] = 0.0),
+        ("event 1", |s| s.events[1].isovalue = -9.0),
+        ("event 2", |s| s.events[2].position[0] = f64::NAN),
+        ("isovalue 3", |s| s.isovalues[3] = s.isovalues[2]),
+        ("trajectories", |s| *s.first_knot.last_mut().expect("some") -= 1),
+        ("vertex 1", |s| s.first_knot[1] = s.first_knot[2] + 1),
+        ("vertex 0: knot 1", |s| s.knots[1].rank = s.knots[0].rank),
+        ("vertex 0: knot 0", |s| s.knots[0].position[2] = f32::NAN),
+        ("triangle 0: vertices", |s| s.triangles[0].vertices[1] = s.triangles[0].vertices[0]),
+        ("triangle 2: lifetime", |s| s.triangles[2].death = s.triangles[2].birth),
+        ("triangle 3: vertex 99999", |s| s.triangles[3].vertices[0] = 99_999),
+        ("collapse 0", |s| s.collapses[0].target = s.collapses[0].vertex),
+        ("collapse 1: rank", |s| s.collapses[1].rank = 1000),
+    ];
+    for (name, break_it) in breaks {
+        let mut spectrum = small();
+        break_it(&mut spectrum);
+        let error = spectrum.check().expect_err(name).to_string();
+        assert!(error.starts_with(name), "'{error}' should start with '{name}'");
+    }
+    let mut late = small();
+    let born_later = late.first_knot.len() as u32 - 2;
+    late.triangles[0].vertices = [0, 1, born_later];
+    let error = late.check().expect_err("the vertex is born after the triangle").to_string();
+    assert!(error.contains("has no knots from"), "{error}");
+}
