@@ -24,8 +24,11 @@
 
 mod contour_tree;
 pub mod critical;
+pub mod curves;
 pub mod exact;
 mod merge;
+pub mod plot;
+pub mod regions;
 
 use crate::error::{Error, Result};
 use crate::spectrum::EventKind;

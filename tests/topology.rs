@@ -8,7 +8,10 @@ use std::collections::BTreeMap;
 
 use isospectrum::spectrum::EventKind;
 use isospectrum::topology::Topology;
+use isospectrum::topology::curves::ContourSpectrum;
 use isospectrum::topology::exact::ExactField;
+use isospectrum::topology::plot::contour_spectrum_svg;
+use isospectrum::topology::regions::critical_regions;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
 
 /// A small generator of random numbers (splitmix64): the tests' grids are the same on every run.
@@ -359,6 +362,242 @@ fn events_and_arcs_agree_with_the_count_from_the_grid() {
         let topology = Topology::compute(&field).unwrap_or_else(|e| panic!("{what}: {e}"));
         for isovalue in isovalues(&mut random, &volume, &topology) {
             check(&field, &topology, isovalue, &what);
+        }
+    }
+}
+
+fn topology(volume: &Volume) -> Topology {
+    let field = ExactField::new(volume).expect("a field");
+    Topology::compute(&field).expect("a topology")
+}
+
+#[test]
+fn an_event_has_happened_at_its_own_isovalue() {
+    let mut random = Random(2);
+    for n in 0..200 {
+        let volume = random_volume(&mut random, n % 6);
+        let topology = topology(&volume);
+        for (i, event) in topology.events.iter().enumerate() {
+            assert!(topology.n_events_until(event.isovalue) > i, "grid {n}, event {i}: {event:?}");
+        }
+        assert!(topology.events.is_sorted_by_key(|e| e.key));
+        assert!(topology.events.is_sorted_by(|a, b| a.isovalue <= b.isovalue));
+    }
+}
+
+#[test]
+fn turning_the_field_upside_down_keeps_the_isosurfaces() {
+    let mut random = Random(3);
+    for n in 0..300 {
+        let volume = random_volume(&mut random, [0, 1, 3, 4][n % 4]);
+        let values: Vec<f64> =
+            (0..volume.samples().len()).map(|i| volume.samples().get(i)).collect();
+        let outside = volume.outside();
+        let turned = Samples::F64(values.iter().map(|v| -v).collect());
+        let upright = Samples::F64(values);
+        let opposite = match outside {
+            Outside::Low => Outside::High,
+            Outside::High => Outside::Low,
+        };
+        let a = self::volume(volume.dims(), upright).expect("valid").with_outside(outside);
+        let b = self::volume(volume.dims(), turned).expect("valid").with_outside(opposite);
+        let (a, b) = (topology(&a), topology(&b));
+        let (low, high) = volume.range();
+        for _ in 0..10 {
+            // The ramp is another one after the turn; an isovalue drawn from a continuum misses
+            // the range of 10^-6 of a level in which that shows.
+            let c = low + random.unit() * (high - low);
+            assert_eq!(a.n_components_at(c), b.n_components_at(-c), "grid {n} at {c}");
+            assert_eq!(a.euler_at(c), b.euler_at(-c), "grid {n} at {c}");
+        }
+    }
+}
+
+#[test]
+fn a_ball_has_one_sphere_at_every_isovalue() {
+    let volume = from_function(13, |p| -p.iter().map(|x| (x - 6.1).powi(2)).sum::<f64>());
+    let topology = topology(&volume);
+    assert_eq!(topology.events.len(), 1);
+    assert_eq!(topology.events[0].kind, EventKind::Vanish);
+    let (low, high) = volume.range();
+    for i in 0..20 {
+        let c = low + (high - low) * i as f64 / 20.0;
+        assert_eq!((topology.n_components_at(c), topology.euler_at(c)), (1, 2), "at {c}");
+    }
+    assert_eq!(topology.n_components_at(high), 0);
+}
+
+#[test]
+fn two_blobs_split_once_and_vanish_twice() {
+    let blob = |p: [f64; 3], x: f64, width: f64| {
+        (-((p[0] - x).powi(2) + (p[1] - 7.2).powi(2) + (p[2] - 6.9).powi(2)) / width).exp()
+    };
+    let volume = from_function(15, |p| blob(p, 3.7, 9.0) + 0.8 * blob(p, 10.4, 9.0));
+    let topology = topology(&volume);
+    let kinds: Vec<EventKind> = topology.events.iter().map(|e| e.kind).collect();
+    assert_eq!(kinds, [EventKind::Split, EventKind::Vanish, EventKind::Vanish]);
+    let split = topology.events[0];
+    assert!((split.position[0] - 7.2).abs() < 1.0, "{split:?}");
+    assert_eq!(topology.arcs.len(), 3);
+    assert!(topology.arcs.iter().all(|a| a.euler == 2));
+    let [trunk, left, right] = topology.arcs[..] else { panic!("three arcs") };
+    assert_eq!((trunk.birth_event, trunk.death_event), (None, Some(0)));
+    assert_eq!((left.birth_event, right.birth_event), (Some(0), Some(0)));
+    let between = 0.5 * (split.isovalue + topology.events[1].isovalue);
+    assert_eq!(topology.n_components_at(between), 2);
+}
+
+/// A ring of eight samples of value 0 in a volume of value 9.
+fn ring() -> Volume {
+    let mut samples = vec![9u8; 7 * 7 * 5];
+    for (i, j) in [(2, 2), (3, 2), (4, 2), (4, 3), (4, 4), (3, 4), (2, 4), (2, 3)] {
+        samples[i + 7 * (j + 7 * 2)] = 0;
+    }
+    volume([7, 7, 5], Samples::U8(samples)).expect("a valid volume")
+}
+
+#[test]
+fn a_ring_plateau_emits_a_torus() {
+    let volume = ring();
+    let field = ExactField::new(&volume).expect("a field");
+    let topology = Topology::compute(&field).expect("a topology");
+    // The surface of the volume and the torus around the ring.
+    assert_eq!((topology.n_components_at(0.5), topology.euler_at(0.5)), (2, 2));
+    assert_eq!(topology.n_sides_at(0.5), (2, 1));
+    let regions = critical_regions(&field, &topology);
+    let ring = regions.iter().find(|r| r.isovalue == 0.0).expect("the ring");
+    assert_eq!(ring.n_samples, 8);
+    assert_eq!((ring.components_change, ring.euler_change), (1, 0));
+    let field_of_nines = regions.iter().find(|r| r.isovalue == 9.0).expect("the surroundings");
+    assert_eq!(field_of_nines.n_samples, 7 * 7 * 5 - 8);
+    let total: i64 = regions.iter().map(|r| r.components_change).sum();
+    // All events but the closing of the torus, which a saddle between 0 and 9 may do.
+    assert!(topology.events.iter().any(|e| e.isovalue == 9.0) && total <= 1);
+}
+
+#[test]
+fn threads_do_not_change_the_result() {
+    let mut random = Random(4);
+    let samples = Samples::U8((0..16 * 17 * 18).map(|_| random.below(6) as u8).collect());
+    let volume = volume([16, 17, 18], samples).expect("a valid volume");
+    let with_threads = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a pool");
+        pool.install(|| {
+            let topology = topology(&volume);
+            let spectrum = ContourSpectrum::new(&volume, &topology, 32);
+            (topology.events, topology.arcs, spectrum)
+        })
+    };
+    let alone = with_threads(1);
+    assert!(alone.0.len() > 1000);
+    assert_eq!(alone, with_threads(4));
+}
+
+#[test]
+fn area_and_volume_of_a_sphere_are_those_of_the_formula() {
+    // Second order in the cell size over the radius: 1 / 10^2, with a factor below one half.
+    const TOLERANCE: f64 = 0.5 / 100.0;
+    let volume =
+        from_function(26, |p| 12.0 - p.iter().map(|x| (x - 12.4).powi(2)).sum::<f64>().sqrt());
+    let placement = Placement { spacing: [0.5, 0.5, 0.5], ..Placement::default() };
+    let volume = Volume::new("sphere", volume.dims(), volume.samples().clone(), placement)
+        .expect("a valid volume");
+    let topology = topology(&volume);
+    let spectrum = ContourSpectrum::new(&volume, &topology, 64);
+    let mut n_checked = 0;
+    for (i, &c) in spectrum.isovalues.iter().enumerate() {
+        let radius = 0.5 * (12.0 - c);
+        if !(4.5..6.0).contains(&radius) {
+            continue;
+        }
+        n_checked += 1;
+        let area = 4.0 * std::f64::consts::PI * radius * radius;
+        let inside = area * radius / 3.0;
+        assert!(
+            (spectrum.area[i] / area - 1.0).abs() < TOLERANCE,
+            "area {} at {c}: {area}",
+            spectrum.area[i]
+        );
+        assert!(
+            (spectrum.volume[i] / inside - 1.0).abs() < TOLERANCE,
+            "volume {} at {c}: {inside}",
+            spectrum.volume[i]
+        );
+        assert_eq!((spectrum.n_components[i], spectrum.euler[i], spectrum.genus[i]), (1, 2, 0));
+        assert_eq!(spectrum.n_cavities[i], 0);
+    }
+    assert!(n_checked > 3);
+}
+
+#[test]
+fn a_linear_field_is_measured_exactly() {
+    // Rounding of a few thousand sums of numbers of order one.
+    const ROUNDING: f64 = 1e-9;
+    let volume = from_function(9, |p| p[0] + 2.0 * p[1] + 2.0 * p[2]);
+    let topology = topology(&volume);
+    let spectrum = ContourSpectrum::new(&volume, &topology, 40);
+    // By symmetry half of the cube lies above the middle, cut by a plane with normal (1, 2, 2) / 3;
+    // the plane x + 2 y + 2 z = 20 in [0, 8]^3 projects along z onto the strip
+    // 4 <= x + 2 y <= 20 of the square, of area 64 - 4 * 4, and is 3 / 2 as large.
+    let low = spectrum.isovalues.iter().position(|&c| c > 20.0).expect("a middle");
+    let mean = |v: &[f64]| 0.5 * (v[low - 1] + v[low]);
+    assert!((mean(&spectrum.volume) - 256.0).abs() < ROUNDING);
+    // Volume falls by area / |gradient| per isovalue.
+    let step = spectrum.isovalues[1] - spectrum.isovalues[0];
+    let fallen: f64 = spectrum.area.iter().sum::<f64>() * step / 3.0;
+    // The midpoint rule on curves of second order at 40 points.
+    assert!((fallen / 512.0 - 1.0).abs() < 1e-3, "{fallen}");
+}
+
+#[test]
+fn cavities_are_counted_on_the_side_of_the_layer() {
+    let volume = ring();
+    let topology = topology(&volume);
+    let spectrum = ContourSpectrum::new(&volume, &topology, 9);
+    assert_eq!((spectrum.n_components[0], spectrum.n_cavities[0], spectrum.genus[0]), (2, 1, 1));
+    let volume = volume.with_outside(Outside::High);
+    let topology = self::topology(&volume);
+    let spectrum = ContourSpectrum::new(&volume, &topology, 9);
+    assert_eq!((spectrum.n_components[0], spectrum.n_cavities[0], spectrum.genus[0]), (1, 0, 1));
+}
+
+#[test]
+fn plot_is_well_formed_and_names_what_it_shows() {
+    let volume = ring();
+    let topology = topology(&volume);
+    let spectrum = ContourSpectrum::new(&volume, &topology, 64);
+    let svg = contour_spectrum_svg("ring <1 & 2>", &spectrum, &topology.events);
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    assert!(svg.contains("ring &lt;1 &amp; 2&gt;"));
+    for word in
+        ["area", "enclosed volume", "components", "Euler characteristic", "isovalue", "vanish"]
+    {
+        assert!(svg.contains(word), "{word}");
+    }
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+/// A volume of the data folder, or a loud line that it is not there.
+fn real_volume(file: &str, dims: [usize; 3]) -> Option<Volume> {
+    let folder = std::env::var("ISOSPECTRUM_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
+    let path = std::path::Path::new(&folder).join(file);
+    match std::fs::read(&path) {
+        Ok(bytes) => volume(dims, Samples::U8(bytes)),
+        Err(error) => {
+            eprintln!("NOT RUN: {}: {error} (ISOSPECTRUM_DATA names the folder)", path.display());
+            None
+        }
+    }
+}
+
+#[test]
+fn real_volumes_agree_with_the_count_from_the_grid() {
+    for (file, n) in [("nucleon_41x41x41_uint8.raw", 41), ("fuel_64x64x64_uint8.raw", 64)] {
+        let Some(volume) = real_volume(file, [n; 3]) else { continue };
+        let field = ExactField::new(&volume).expect("a field");
+        let topology = Topology::compute(&field).expect("a topology");
+        for isovalue in [0.0, 1.0, 17.5, 90.0, 180.25] {
+            check(&field, &topology, isovalue, file);
         }
     }
 }
