@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use isospectrum::render::{Camera, Color, Gpu, Renderer, View};
+use isospectrum::gpu::Gpu;
+use isospectrum::render::{Camera, Color, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -76,7 +77,7 @@ pub(super) struct Pictures<'a>(Renderer<'a>);
 impl<'a> Pictures<'a> {
     /// Opens the adapter whose name contains `adapter`, or the fastest.
     pub(super) fn open(spectrum: &'a Spectrum, adapter: Option<&str>) -> Result<Self> {
-        let gpu = Gpu::open(adapter)?;
+        let gpu = Gpu::new(adapter)?;
         Ok(Pictures(Renderer::new(&gpu, spectrum)?))
     }
 

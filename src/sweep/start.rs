@@ -91,7 +91,7 @@ pub(super) fn track_both_ways(
     start: StartMesh,
     counts: &mut Counts,
 ) -> Result<Tracked> {
-    let mut kernels = sweep.backend.kernels(sweep.field.clone())?;
+    let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let kernels = kernels.as_mut();
     let mesh = remeshed(sweep, isovalue, start.mesh, kernels)?;
     let compacted = mesh.compacted();
