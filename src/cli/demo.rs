@@ -21,9 +21,12 @@ use super::progress::Bar;
 use super::render::Pictures;
 use super::{report, spectrum_file};
 
-/// Isovalues of the pictures, per cent of the range: the ring and the lobes apart, just before they
-/// meet, and the whole as one.
-const PERCENTS: [f64; 3] = [40.0, 15.0, 4.0];
+/// Isovalues of the pictures, per cent of the range. Of hydrogen: its parts apart, the ring between
+/// the lobes closed, and nearly the whole in one.
+const PERCENTS: [f64; 3] = [20.0, 10.0, 2.0];
+
+/// Isovalue of the mesh, per cent of the range.
+const MESH_PERCENT: f64 = 10.0;
 
 /// Run the main job on a built-in volume: spectrum, pictures, mesh, summary
 #[derive(Args, Debug)]
@@ -73,8 +76,12 @@ impl Demo {
         let seconds = started.elapsed().as_secs_f64();
 
         let mut files = vec![spectrum_path];
-        let mesh_path = path("-15.ply");
-        write_mesh(&spectrum, Isovalue::Percent(15.0).in_range(spectrum.range), &mesh_path)?;
+        let mesh_path = path(&format!("-{MESH_PERCENT}.ply"));
+        write_mesh(
+            &spectrum,
+            Isovalue::Percent(MESH_PERCENT).in_range(spectrum.range),
+            &mesh_path,
+        )?;
         files.push(mesh_path);
         files.extend(self.write_pictures(&spectrum, path)?);
 
