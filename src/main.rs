@@ -1,2 +1,30 @@
-//! placeholder until the command line lands
-fn main() {}
+//! The program `isospectrum`: parse the command line, run the command, print the error, exit.
+//!
+//! Everything else is in [`cli`], one file per command, and in the library.
+
+mod cli;
+
+use std::panic::catch_unwind;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+fn main() -> ExitCode {
+    std::panic::set_hook(Box::new(|panic| {
+        eprintln!("isospectrum: internal error, please report it: {panic}");
+    }));
+    let arguments = match cli::Cli::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return cli::usage::report(&error),
+    };
+    match catch_unwind(|| cli::run(&arguments)) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(error)) if cli::is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Ok(Err(error)) => {
+            eprintln!("isospectrum: {}", cli::one_line(&error));
+            ExitCode::from(cli::exit_code(&error))
+        }
+        // The hook has said what happened.
+        Err(_) => ExitCode::FAILURE,
+    }
+}

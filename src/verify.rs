@@ -1,1 +1,186 @@
-//! placeholder
+//! A spectrum against its volume: is the mesh at an isovalue really that isosurface?
+//!
+//! Isovalues are drawn at random, and just before and just after events. At each, the mesh is
+//! counted and measured from its triangle list alone, and the isosurface from the samples alone
+//! ([`crate::extract::count`](mod@crate::extract::count)), so nothing that the sweep believes is taken on trust.
+//!
+//! Measured: components and Euler characteristic on both sides; whether the mesh is a closed oriented
+//! 2-manifold; triangles that cross; distances of vertices, of barycentres, and of the isosurface
+//! from the mesh; radius ratios; how far the surface jumps across events; and the share of vertices
+//! that live on from one isovalue to the next.
+
+mod distribution;
+mod geometry;
+mod isovalues;
+mod manifold;
+mod measure;
+mod ray;
+mod report;
+mod triangle_grid;
+
+use crate::error::{Error, Result};
+use crate::extract::count::count;
+use crate::spectrum::{Query, Spectrum, SurfaceMesh};
+use crate::topology::exact::ExactField;
+use crate::volume::Volume;
+
+pub use distribution::Summary;
+pub use manifold::{MeshTopology, mesh_topology};
+pub use report::{Limits, Report, Row, Totals};
+
+use isovalues::{Random, event_isovalues, random_isovalues};
+use measure::Geometry;
+use triangle_grid::TriangleGrid;
+
+/// What to look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampling {
+    /// How many random isovalues.
+    pub n_random: usize,
+    /// At most how many events, on both sides of each.
+    pub n_events: usize,
+    /// Seed of the random choice; equal seeds choose equally.
+    pub seed: u64,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Sampling { n_random: 64, n_events: 16, seed: 0 }
+    }
+}
+
+/// Verifies a spectrum against the volume it was computed from.
+///
+/// `progress` is told the share done and returns whether to go on.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` says
+/// so. A spectrum that fails is no error here: the report says so.
+pub fn verify(
+    spectrum: &Spectrum,
+    volume: &Volume,
+    sampling: Sampling,
+    limits: Limits,
+    progress: &mut dyn FnMut(f64) -> bool,
+) -> Result<Report> {
+    check_same_volume(spectrum, volume)?;
+    let field = ExactField::new(volume)?;
+    let mut random = Random::new(sampling.seed);
+    let single = random_isovalues(volume, spectrum.range, sampling.n_random, &mut random);
+    let pairs = event_isovalues(&spectrum.events, spectrum.range, sampling.n_events, &mut random);
+    let n_all = (single.len() + 2 * pairs.len()).max(1) as f64;
+
+    let mut pooled = Geometry::new();
+    let mut rows = Vec::new();
+    let mut query = Query::new(spectrum);
+    let mut look = |isovalue: f64, at_event: bool| -> Result<SurfaceMesh> {
+        if !progress(rows.len() as f64 / n_all) {
+            return Err(Error::Interrupted);
+        }
+        let mesh = query.mesh_at(isovalue)?;
+        let (row, geometry) = look_at(&field, isovalue, at_event, &mesh);
+        if let Some(geometry) = geometry.filter(|_| !at_event) {
+            pooled.merge(&geometry);
+        }
+        rows.push(row);
+        Ok(mesh)
+    };
+    let mut jumps = Vec::new();
+    for &isovalue in &single {
+        look(isovalue, false)?;
+    }
+    for &(before, after) in &pairs {
+        let (a, b) = (look(before, true)?, look(after, true)?);
+        let measurable = measure::is_placed(volume, &a) && measure::is_placed(volume, &b);
+        jumps.push(if measurable { measure::jump(&a, &b) } else { measure::REACH });
+    }
+    let tracked = tracked_share(spectrum, &single);
+    Ok(Report::new(spectrum, sampling, limits, rows, &pooled, &jumps, tracked))
+}
+
+fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
+    let told = |dims: [usize; 3]| format!("{}x{}x{}", dims[0], dims[1], dims[2]);
+    let of = &spectrum.volume;
+    if of.dims != volume.dims() {
+        return Err(Error::input(format!(
+            "{}: {} samples, expected {} as the spectrum of {} has",
+            volume.name(),
+            told(volume.dims()),
+            told(of.dims),
+            of.name
+        )));
+    }
+    if of.range != volume.range() {
+        return Err(Error::input(format!(
+            "{}: samples from {} to {}, expected {} to {} as the spectrum of {} has",
+            volume.name(),
+            volume.range().0,
+            volume.range().1,
+            of.range.0,
+            of.range.1,
+            of.name
+        )));
+    }
+    Ok(())
+}
+
+/// Everything about one isovalue; no geometry where the mesh is not even placed in the volume.
+fn look_at(
+    field: &ExactField<'_>,
+    isovalue: f64,
+    at_event: bool,
+    mesh: &SurfaceMesh,
+) -> (Row, Option<Geometry>) {
+    let volume = field.volume();
+    let expected = count(field, isovalue);
+    let topology = mesh_topology(mesh.positions.len(), &mesh.triangles);
+    let mut row = Row {
+        isovalue,
+        at_event,
+        n_triangles: mesh.triangles.len(),
+        expected_components: expected.len(),
+        expected_euler: expected.iter().map(|component| component.euler).sum(),
+        topology,
+        finite: measure::is_placed(volume, mesh),
+        self_intersecting: 0,
+        barycentre_deviation: Summary::default(),
+        radius_ratio: Summary::default(),
+    };
+    if !row.finite {
+        return (row, None);
+    }
+    let grid = TriangleGrid::new(mesh);
+    row.self_intersecting = grid.self_intersecting().len();
+    let geometry = measure::measure(volume, isovalue, mesh, &grid);
+    row.barycentre_deviation = geometry.barycentre_deviation.summary();
+    row.radius_ratio = geometry.radius_ratio.summary();
+    (row, Some(geometry))
+}
+
+/// Of the vertices in the meshes at some isovalues, the share that is also in the mesh a 256th of
+/// the range higher; `None` where there are none.
+fn tracked_share(spectrum: &Spectrum, isovalues: &[f64]) -> Option<f64> {
+    let step = (spectrum.range.1 - spectrum.range.0) / 256.0;
+    let (mut alive, mut lives_on) = (0u64, 0u64);
+    for &isovalue in isovalues.iter().filter(|&&c| c + step < spectrum.range.1) {
+        let here = active_vertices(spectrum, isovalue);
+        let there = active_vertices(spectrum, isovalue + step);
+        alive += here.iter().filter(|&&active| active).count() as u64;
+        lives_on += here.iter().zip(&there).filter(|&(&a, &b)| a && b).count() as u64;
+    }
+    (alive > 0).then(|| lives_on as f64 / alive as f64)
+}
+
+fn active_vertices(spectrum: &Spectrum, isovalue: f64) -> Vec<bool> {
+    let after = spectrum.isovalues.partition_point(|&c| c <= isovalue);
+    let mut active = vec![false; spectrum.n_vertices()];
+    // Rank r is that of the last isovalue not above; before the first there is no mesh.
+    if let Some(rank) = after.checked_sub(1) {
+        let rank = rank as u32;
+        for triangle in spectrum.triangles.iter().filter(|t| t.birth <= rank && rank < t.death) {
+            triangle.vertices.iter().for_each(|&v| active[v as usize] = true);
+        }
+    }
+    active
+}

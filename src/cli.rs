@@ -1,0 +1,142 @@
+//! The command line: what can be asked for, and what every command has in common.
+//!
+//! A command is a struct of its flags with a `run`, one file each. Running goes parse → validate →
+//! work: everything that can be known to be wrong from the flags alone is said before a volume is
+//! read or a file is opened. Data and reports go to stdout, messages and progress to stderr.
+
+mod analyze;
+mod backend_arguments;
+mod completions;
+mod compute;
+mod convert;
+mod demo;
+mod extract;
+mod info;
+mod interrupt;
+mod isovalue;
+mod output;
+mod progress;
+mod render;
+mod report;
+mod spectrum_file;
+pub(crate) mod usage;
+mod verify;
+mod volume_arguments;
+
+use std::io;
+
+use clap::{ArgAction, Parser, Subcommand};
+
+/// Precompute every isosurface of a volume as one tracked triangle mesh; extract, render and
+/// verify any isovalue at once.
+#[derive(Debug, Parser)]
+#[command(name = "isospectrum", version, after_help = EXIT_CODES)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say nothing but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Say more; twice: also what the GPU libraries say
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    verbose: u8,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 all right, 1 internal error or no adapter, 2 usage, 3 a file cannot be read or \
+written, is damaged or unsupported, 4 isovalue outside the range, 5 verification failed, \
+130 interrupted.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Compute(compute::Compute),
+    Extract(extract::Extract),
+    Info(info::Info),
+    Analyze(analyze::Analyze),
+    Verify(verify::Verify),
+    Render(render::Render),
+    Convert(convert::Convert),
+    Demo(demo::Demo),
+    Completions(completions::Completions),
+}
+
+/// Runs what the command line asks for.
+pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
+    start_log(arguments);
+    interrupt::install();
+    match &arguments.command {
+        Command::Compute(command) => command.run(arguments.quiet),
+        Command::Extract(command) => command.run(),
+        Command::Info(command) => command.run(),
+        Command::Analyze(command) => command.run(arguments.quiet),
+        Command::Verify(command) => command.run(arguments.quiet),
+        Command::Render(command) => command.run(),
+        Command::Convert(command) => command.run(),
+        Command::Demo(command) => command.run(arguments.quiet),
+        Command::Completions(command) => command.run(),
+    }
+}
+
+/// Messages are plain lines on stderr; those of other libraries show with `-vv` only.
+fn start_log(arguments: &Cli) {
+    use log::LevelFilter::{Debug, Error, Info, Off, Warn};
+    let (program, library, others) = match (arguments.quiet, arguments.verbose) {
+        (true, _) => (Error, Error, Off),
+        (false, 0) => (Info, Warn, Off),
+        (false, 1) => (Debug, Debug, Off),
+        (false, _) => (Debug, Debug, Warn),
+    };
+    env_logger::Builder::new()
+        .filter_level(others)
+        .filter_module("isospectrum", library)
+        .filter_module("isospectrum::cli", program)
+        .format(|line, record| {
+            use std::io::Write as _;
+            writeln!(line, "{}", record.args())
+        })
+        .init();
+}
+
+/// The exit code for an error: that of the library's error in its chain.
+pub(crate) fn exit_code(error: &anyhow::Error) -> u8 {
+    let of_library = error.chain().find_map(|e| e.downcast_ref::<isospectrum::Error>());
+    of_library.map_or(1, isospectrum::Error::exit_code)
+}
+
+/// Whether whoever reads our output has closed it, as `head` does: no error.
+pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.chain().any(|e| {
+        let of_system = e.downcast_ref::<io::Error>();
+        of_system.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    })
+}
+
+/// The error and its causes on one line, each said once.
+pub(crate) fn one_line(error: &anyhow::Error) -> String {
+    let mut line = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !line.contains(&cause) {
+            line = format!("{line}: {cause}");
+        }
+    }
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn an_error_is_one_line_that_says_each_cause_once() {
+        let source = io::Error::other("disk\nfull");
+        let error = anyhow::Error::from(isospectrum::Error::io("a.isp", source)).context("saving");
+        assert_eq!(one_line(&error), "saving: a.isp: disk full");
+        assert_eq!(exit_code(&error), 3);
+    }
+}

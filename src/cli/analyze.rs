@@ -1,0 +1,198 @@
+//! `analyze`: the topology of every isosurface of a volume, without computing a spectrum.
+//!
+//! Events with their critical points and regions, and the contour spectrum (Bajaj, Pascucci,
+//! Schikore 1997): components, Betti numbers, area and enclosed volume as functions of the
+//! isovalue.
+
+mod curves;
+mod plot;
+mod regions;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use isospectrum::spectrum::EventKind;
+use isospectrum::sweep::Progress as _;
+use isospectrum::topology::critical::Place;
+use isospectrum::topology::exact::ExactField;
+use isospectrum::topology::{Topology, TopologyEvent};
+use isospectrum::volume::Volume;
+use serde::Serialize;
+
+use super::isovalue::IsovalueRange;
+use super::output::{self, Output};
+use super::progress::Bar;
+use super::report::{self, number};
+use super::volume_arguments::VolumeArguments;
+use curves::Curve;
+use regions::Region;
+
+/// Tell the topology of every isosurface of a volume
+#[derive(Args, Debug)]
+pub(super) struct Analyze {
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// Isovalues to look at, e.g. 10:200 or 5%:95% [default: all of the volume's]
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    range: Option<IsovalueRange>,
+    /// Isovalues along the curves
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(2..))]
+    samples: u16,
+    /// Draw the curves (.svg); - is stdout
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Analyze {
+    pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        let plot = self.plot.as_deref().map(Output::open).transpose()?;
+        if self.json && plot.as_ref().is_some_and(Output::is_stdout) {
+            let message = "--json and --plot - both want stdout".to_owned();
+            return Err(isospectrum::Error::Usage(message).into());
+        }
+        let volume = self.volume.read()?;
+        let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
+        let bar = Bar::new(quiet);
+        bar.report(0.0, "topology");
+        let field = ExactField::new(&volume)?;
+        let topology = Topology::compute(&field)?;
+        let curves = curves::sample(
+            &field,
+            &topology,
+            range.unwrap_or(volume.range()),
+            usize::from(self.samples),
+            &bar,
+        )?;
+        drop(bar);
+        let analysis = Analysis::of(&volume, range, &topology, &curves);
+        let plot_on_stdout = plot.as_ref().is_some_and(Output::is_stdout);
+        if let Some(plot) = plot {
+            plot.write_bytes(plot::svg(volume.name(), &curves).as_bytes())?;
+        }
+        if self.json {
+            report::print_json("analyze", &analysis)?;
+        } else if !plot_on_stdout {
+            output::print(&analysis.table())?;
+        }
+        Ok(())
+    }
+}
+
+/// The `analyze` report.
+#[derive(Serialize)]
+struct Analysis<'a> {
+    volume: &'a str,
+    dims: [usize; 3],
+    range: (f64, f64),
+    n_events: usize,
+    /// How many events there are of each kind.
+    kinds: Vec<(EventKind, usize)>,
+    events: Vec<EventRow>,
+    regions: Vec<Region>,
+    curves: &'a [Curve],
+}
+
+/// One event of the report.
+#[derive(Serialize)]
+struct EventRow {
+    isovalue: f64,
+    kind: EventKind,
+    critical_point: &'static str,
+    /// Voxel frame.
+    position: [f64; 3],
+    place: &'static str,
+}
+
+const KINDS: [EventKind; 6] = [
+    EventKind::Emerge,
+    EventKind::Merge,
+    EventKind::HandleOpen,
+    EventKind::Split,
+    EventKind::HandleClose,
+    EventKind::Vanish,
+];
+
+impl<'a> Analysis<'a> {
+    fn of(
+        volume: &'a Volume,
+        range: Option<(f64, f64)>,
+        topology: &Topology,
+        curves: &'a [Curve],
+    ) -> Self {
+        let (low, high) = range.unwrap_or(volume.range());
+        let inside = |event: &&TopologyEvent| (low..=high).contains(&event.isovalue);
+        let events: Vec<&TopologyEvent> = topology.events.iter().filter(inside).collect();
+        let count = |kind| events.iter().filter(|event| event.kind == kind).count();
+        Analysis {
+            volume: volume.name(),
+            dims: volume.dims(),
+            range: (low, high),
+            n_events: events.len(),
+            kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
+            regions: regions::find(volume, (low, high)),
+            curves,
+            events: events.into_iter().map(EventRow::of).collect(),
+        }
+    }
+
+    fn table(&self) -> String {
+        let [nx, ny, nz] = self.dims;
+        let kinds: Vec<String> =
+            self.kinds.iter().map(|&(kind, n)| format!("{n} {}", kind_name(kind))).collect();
+        let mut text = report::table(&[
+            ("volume", format!("{}, {nx}x{ny}x{nz}", self.volume)),
+            ("range", format!("{} to {}", number(self.range.0), number(self.range.1))),
+            ("events", format!("{} ({})", self.n_events, kinds.join(", "))),
+            ("constant regions", self.regions.len().to_string()),
+        ]);
+        text += "\n  isovalue  components     handles        area      volume\n";
+        for curve in self.curves {
+            text += &format!(
+                "{:>10}  {:>10}  {:>10}  {:>10}  {:>10}\n",
+                number(curve.isovalue),
+                curve.components,
+                curve.handles,
+                number(curve.area),
+                number(curve.enclosed_volume)
+            );
+        }
+        text
+    }
+}
+
+impl EventRow {
+    fn of(event: &TopologyEvent) -> Self {
+        EventRow {
+            isovalue: event.isovalue,
+            kind: event.kind,
+            critical_point: match event.index {
+                0 => "minimum",
+                1 => "1-saddle",
+                2 => "2-saddle",
+                _ => "maximum",
+            },
+            position: event.position,
+            place: match event.place {
+                Place::Vertex(_) => "sample",
+                Place::Face { .. } => "face",
+                Place::Cell(_) => "cell",
+                Place::Layer => "layer",
+            },
+        }
+    }
+}
+
+/// The kind as people say it.
+fn kind_name(kind: EventKind) -> &'static str {
+    match kind {
+        EventKind::Emerge => "emerge",
+        EventKind::Merge => "merge",
+        EventKind::HandleOpen => "open a handle",
+        EventKind::Split => "split",
+        EventKind::HandleClose => "close a handle",
+        EventKind::Vanish => "vanish",
+    }
+}

@@ -1,0 +1,103 @@
+//! The contour spectrum: what an isosurface is like, as a function of its isovalue.
+
+use isospectrum::extract::extract;
+use isospectrum::sweep::Progress;
+use isospectrum::topology::Topology;
+use isospectrum::topology::exact::ExactField;
+use isospectrum::{Error, Result};
+use serde::Serialize;
+
+/// One point of the curves.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Curve {
+    /// The isovalue.
+    pub(super) isovalue: f64,
+    /// Components of the closed isosurface: Betti number 0, and 2.
+    pub(super) components: usize,
+    /// Handles, over all components: half of Betti number 1.
+    pub(super) handles: i64,
+    /// Euler characteristic.
+    pub(super) euler: i64,
+    /// Area without caps, world units.
+    pub(super) area: f64,
+    /// Volume enclosed, caps included, world units.
+    pub(super) enclosed_volume: f64,
+}
+
+/// Samples the curves at `n` isovalues, in the middle of equal parts of the range.
+///
+/// Components and Euler characteristic are exact; area and volume are those of the mesh that is
+/// extracted from the volume at the isovalue.
+pub(super) fn sample(
+    field: &ExactField<'_>,
+    topology: &Topology,
+    (low, high): (f64, f64),
+    n: usize,
+    progress: &dyn Progress,
+) -> Result<Vec<Curve>> {
+    let spacing = field.volume().placement().spacing;
+    let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+    let mut curves = Vec::with_capacity(n);
+    for i in 0..n {
+        if progress.cancelled() {
+            return Err(Error::Interrupted);
+        }
+        progress.report(i as f64 / n as f64, "curves");
+        let share = (i as f64 + 0.5) / n as f64;
+        let isovalue = low * (1.0 - share) + high * share;
+        let mesh = extract(field, isovalue);
+        let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize].map(f64::from));
+        let uncapped = mesh.faces.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
+        let area: f64 = uncapped.map(|(t, _)| area(corners(t))).sum();
+        let enclosed: f64 = mesh.faces.iter().map(|t| signed_volume(corners(t))).sum();
+        let components = topology.n_components_at(isovalue) as usize;
+        let euler = topology.euler_at(isovalue);
+        curves.push(Curve {
+            isovalue,
+            components,
+            handles: components as i64 - euler / 2,
+            euler,
+            area: area * unit * unit,
+            enclosed_volume: enclosed * unit * unit * unit,
+        });
+    }
+    Ok(curves)
+}
+
+type Point = [f64; 3];
+
+fn cross(a: Point, b: Point) -> Point {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn dot(a: Point, b: Point) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn area([a, b, c]: [Point; 3]) -> f64 {
+    let minus = |p: Point| std::array::from_fn(|i| p[i] - a[i]);
+    let n = cross(minus(b), minus(c));
+    0.5 * dot(n, n).sqrt()
+}
+
+/// Of the tetrahedron between a triangle and the origin; over a closed mesh the sum is what it
+/// encloses.
+fn signed_volume([a, b, c]: [Point; 3]) -> f64 {
+    dot(a, cross(b, c)) / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tetrahedron_has_its_area_and_volume_wherever_it_lies() {
+        let at = |x: f64, y: f64, z: f64| [x + 5.0, y - 3.0, z + 2.0];
+        let p = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.0, 1.0)];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.map(|v: usize| p[v]));
+        let total: f64 = faces.iter().map(|&f| signed_volume(f)).sum();
+        let areas: f64 = faces.iter().map(|&f| area(f)).sum();
+        assert!((total - 1.0 / 6.0).abs() < 1e-12);
+        assert!((areas - (1.5 + 0.75f64.sqrt())).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,157 @@
+//! `compute`: the spectrum of a volume, the main job.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Args;
+use isospectrum::sweep::{self, Parameters};
+use isospectrum::volume::Volume;
+use isospectrum::{Error, Result};
+use serde::Serialize;
+
+use super::backend_arguments::BackendArguments;
+use super::info::Facts;
+use super::isovalue::{Isovalue, IsovalueRange};
+use super::output::Output;
+use super::progress::Bar;
+use super::volume_arguments::VolumeArguments;
+use super::{report, spectrum_file};
+
+/// Compute the spectrum of a volume: every isosurface as one tracked mesh
+#[derive(Args, Debug)]
+pub(super) struct Compute {
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// Spectrum to write (.isp); - is stdout
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    #[command(flatten)]
+    parameters: ParameterArguments,
+    #[command(flatten)]
+    backend: BackendArguments,
+    /// Print what `info` would tell, and the time, as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The parameters of the sweep; the thesis's, each by its stage. What is not given is what
+/// [`Parameters::default`] says.
+#[derive(Args, Debug)]
+pub(super) struct ParameterArguments {
+    /// Isovalues to cover, e.g. 10:200 or 5%:95% [default: all of the volume's]
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    range: Option<IsovalueRange>,
+    /// Distance between sampling isovalues [default: by how far the surface moves]
+    #[arg(long, value_name = "STEP", conflicts_with = "samples", value_parser = positive, allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// Number of sampling isovalues over the range, in place of --step
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    samples: Option<u32>,
+    /// Tolerance: largest distance of the mesh from the isosurface, voxels
+    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
+    error: Option<f64>,
+    /// Simplify: radius ratio below which a triangle is removed
+    #[arg(long, value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
+    min_quality: Option<f64>,
+    /// Simplify: area below which a triangle is removed, over the smallest dimension
+    #[arg(long, value_name = "AREA", value_parser = not_negative, allow_negative_numbers = true)]
+    min_area: Option<f64>,
+    /// Refine: area above which a triangle may be refined, over the smallest dimension
+    #[arg(long, value_name = "AREA", value_parser = not_negative, allow_negative_numbers = true)]
+    refine_area: Option<f64>,
+    /// Refine: longest edge, voxels
+    #[arg(long, value_name = "LENGTH", value_parser = positive, allow_negative_numbers = true)]
+    max_edge: Option<f64>,
+    /// Relax: share of the tangential force applied at a time
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
+    relax: Option<f64>,
+    /// Relax: largest force at which it ends, voxels
+    #[arg(long, value_name = "FORCE", value_parser = not_negative, allow_negative_numbers = true)]
+    relax_force: Option<f64>,
+    /// Relax: most iterations per sampling step
+    #[arg(long, value_name = "N")]
+    relax_iterations: Option<u32>,
+    /// Isovalue to start from
+    #[arg(long, value_name = "C", allow_hyphen_values = true)]
+    start: Option<Isovalue>,
+    /// Closed mesh to start from, at the isovalue of --start
+    #[arg(long, value_name = "MESH.ply", requires = "start")]
+    initial_mesh: Option<PathBuf>,
+}
+
+impl ParameterArguments {
+    fn resolve(&self, volume: &Volume) -> Result<Parameters> {
+        let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
+        let default = Parameters::default();
+        Ok(Parameters {
+            range,
+            step: self.step,
+            samples: self.samples.map(|n| n as usize),
+            error: self.error.unwrap_or(default.error),
+            min_quality: self.min_quality.unwrap_or(default.min_quality),
+            min_area: self.min_area.unwrap_or(default.min_area),
+            refine_area: self.refine_area.unwrap_or(default.refine_area),
+            max_edge: self.max_edge.unwrap_or(default.max_edge),
+            relax_strength: self.relax.unwrap_or(default.relax_strength),
+            relax_force: self.relax_force.unwrap_or(default.relax_force),
+            relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
+            start: self.start.map(|start| start.in_range(range.unwrap_or(volume.range()))),
+            initial_mesh: self.initial_mesh.clone(),
+        })
+    }
+}
+
+/// The `compute` report.
+#[derive(Serialize)]
+struct Computed<'a> {
+    seconds: f64,
+    #[serde(flatten)]
+    facts: Facts<'a>,
+}
+
+impl Compute {
+    pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        let output = Output::open(&self.output)?;
+        if self.json && output.is_stdout() {
+            return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
+        }
+        let backend = self.backend.open()?;
+        let volume = Arc::new(self.volume.read()?);
+        let parameters = self.parameters.resolve(&volume)?;
+        let started = Instant::now();
+        let spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
+        let n_bytes = spectrum_file::write(&spectrum, output)?;
+        let facts = Facts::of(&spectrum, n_bytes);
+        let seconds = started.elapsed().as_secs_f64();
+        log::info!(
+            "{}: done in {seconds:.1} s\n{}",
+            self.output.display(),
+            facts.table().trim_end()
+        );
+        if self.json {
+            report::print_json("compute", &Computed { seconds, facts })?;
+        }
+        Ok(())
+    }
+}
+
+/// A finite number above 0.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    number_where(text, |x| x > 0.0, "a number above 0")
+}
+
+/// A finite number, 0 or above.
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    number_where(text, |x| x >= 0.0, "0 or a number above")
+}
+
+/// A number from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    number_where(text, |x| (0.0..=1.0).contains(&x), "a number from 0 to 1")
+}
+
+fn number_where(text: &str, holds: fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|&x| x.is_finite() && holds(x));
+    number.ok_or_else(|| format!("expected {expected}"))
+}

@@ -1,0 +1,131 @@
+//! `demo`: the main job on a built-in volume, to see in a minute what the program does.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Args;
+use isospectrum::export::{Border, Format, write_to};
+use isospectrum::render::View;
+use isospectrum::spectrum::Spectrum;
+use isospectrum::sweep::{self, Parameters};
+use isospectrum::volume::phantom;
+use isospectrum::{Error, Result};
+use serde::Serialize;
+
+use super::backend_arguments::BackendArguments;
+use super::info::Facts;
+use super::isovalue::Isovalue;
+use super::output::Output;
+use super::progress::Bar;
+use super::render::Pictures;
+use super::{report, spectrum_file};
+
+/// Isovalues of the pictures, per cent of the range. Of hydrogen: its parts apart, the ring between
+/// the lobes closed, and nearly the whole in one.
+const PERCENTS: [f64; 3] = [20.0, 10.0, 2.0];
+
+/// Isovalue of the mesh, per cent of the range.
+const MESH_PERCENT: f64 = 10.0;
+
+/// Run the main job on a built-in volume: spectrum, pictures, mesh, summary
+#[derive(Args, Debug)]
+pub(super) struct Demo {
+    /// Folder to write to; made if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = "isospectrum-demo")]
+    output: PathBuf,
+    /// The built-in volume
+    #[arg(long, value_name = "NAME[:SIZE]", default_value = "hydrogen:64")]
+    phantom: String,
+    #[command(flatten)]
+    backend: BackendArguments,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The `demo` report.
+#[derive(Serialize)]
+struct Summary<'a> {
+    files: Vec<PathBuf>,
+    seconds: f64,
+    #[serde(flatten)]
+    facts: Facts<'a>,
+}
+
+impl Demo {
+    pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        let backend = self.backend.open()?;
+        let volume = Arc::new(phantom(&self.phantom)?);
+        let folder = &self.output;
+        std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, source))?;
+        let name = self.phantom.split(':').next().unwrap_or("demo");
+        let path = |ending: &str| folder.join(format!("{name}{ending}"));
+
+        let [nx, ny, nz] = volume.dims();
+        log::info!(
+            "computing the spectrum of {} ({nx}x{ny}x{nz}) with {}",
+            volume.name(),
+            backend.name()
+        );
+        let started = Instant::now();
+        let spectrum_path = path(".isp");
+        let output = Output::open(&spectrum_path)?;
+        let spectrum = sweep::compute(&volume, &Parameters::default(), &backend, &Bar::new(quiet))?;
+        let n_bytes = spectrum_file::write(&spectrum, output)?;
+        let seconds = started.elapsed().as_secs_f64();
+
+        let mut files = vec![spectrum_path];
+        let mesh_path = path(&format!("-{MESH_PERCENT}.ply"));
+        write_mesh(
+            &spectrum,
+            Isovalue::Percent(MESH_PERCENT).in_range(spectrum.range),
+            &mesh_path,
+        )?;
+        files.push(mesh_path);
+        files.extend(self.write_pictures(&spectrum, path)?);
+
+        let facts = Facts::of(&spectrum, n_bytes);
+        log::info!("{}", facts.table().trim_end());
+        for file in &files {
+            log::info!("wrote {}", file.display());
+        }
+        log::info!("done: every isosurface in {seconds:.1} s");
+        if self.json {
+            report::print_json("demo", &Summary { files, seconds, facts })?;
+        }
+        Ok(())
+    }
+
+    /// Pictures, where there is an adapter to render them.
+    fn write_pictures(
+        &self,
+        spectrum: &Spectrum,
+        path: impl Fn(&str) -> PathBuf,
+    ) -> Result<Vec<PathBuf>> {
+        let mut pictures = match Pictures::open(spectrum, self.backend.adapter()) {
+            Ok(pictures) => pictures,
+            Err(Error::Gpu(why)) => {
+                log::info!("no pictures are rendered: {why}");
+                return Ok(Vec::new());
+            }
+            Err(error) => return Err(error),
+        };
+        let mut files = Vec::new();
+        for percent in PERCENTS {
+            let file = path(&format!("-{percent}.png"));
+            let isovalue = Isovalue::Percent(percent).in_range(spectrum.range);
+            pictures.write(isovalue, &View::default(), Output::open(&file)?)?;
+            files.push(file);
+        }
+        Ok(files)
+    }
+}
+
+fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
+    let mesh = spectrum.mesh_at(isovalue)?;
+    let placement = &spectrum.volume.placement;
+    Output::open(path)?
+        .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file))?;
+    Ok(())
+}

@@ -1,0 +1,98 @@
+//! `info`: what a spectrum file holds.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use isospectrum::spectrum::{Spectrum, VolumeInfo};
+use serde::Serialize;
+
+use super::{output, report, spectrum_file};
+
+/// Tell what a spectrum file holds
+#[derive(Args, Debug)]
+pub(super) struct Info {
+    /// Spectrum (.isp)
+    spectrum: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Info {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let (spectrum, n_bytes) = spectrum_file::read(&self.spectrum)?;
+        let facts = Facts::of(&spectrum, n_bytes);
+        if self.json {
+            report::print_json("info", &facts)?;
+        } else {
+            output::print(&facts.table())?;
+        }
+        Ok(())
+    }
+}
+
+/// The `info` report.
+#[derive(Serialize)]
+pub(super) struct Facts<'a> {
+    volume: &'a VolumeInfo,
+    range: (f64, f64),
+    tolerance: f64,
+    n_vertices: usize,
+    n_triangles: usize,
+    n_knots: usize,
+    n_isovalues: usize,
+    n_collapses: usize,
+    bytes: u64,
+    n_events: usize,
+    /// The isovalues of all events, ascending.
+    events: Vec<f64>,
+    backend: Option<&'a str>,
+    adapter: Option<&'a str>,
+    parameters: &'a serde_json::Value,
+}
+
+impl<'a> Facts<'a> {
+    /// What there is to say of a spectrum that takes `n_bytes` in its file.
+    pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
+        let backend = spectrum.parameters.get("backend").and_then(serde_json::Value::as_str);
+        let mut events: Vec<f64> = spectrum.events.iter().map(|event| event.isovalue).collect();
+        events.sort_by(f64::total_cmp);
+        Facts {
+            volume: &spectrum.volume,
+            range: spectrum.range,
+            tolerance: spectrum.tolerance,
+            n_vertices: spectrum.n_vertices(),
+            n_triangles: spectrum.triangles.len(),
+            n_knots: spectrum.knots.len(),
+            n_isovalues: spectrum.isovalues.len(),
+            n_collapses: spectrum.collapses.len(),
+            bytes: n_bytes,
+            n_events: events.len(),
+            events,
+            backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
+            adapter: backend.filter(|&name| name != "cpu"),
+            parameters: &spectrum.parameters,
+        }
+    }
+
+    /// The same for people.
+    pub(super) fn table(&self) -> String {
+        let VolumeInfo { name, dims: [nx, ny, nz], sample_type, range, placement, .. } =
+            self.volume;
+        let [sx, sy, sz] = placement.spacing.map(report::number);
+        let (low, high) = (report::number(range.0), report::number(range.1));
+        let ends = (report::number(self.range.0), report::number(self.range.1));
+        report::table(&[
+            ("volume", format!("{name}, {nx}x{ny}x{nz} {sample_type}, {low} to {high}")),
+            ("spacing", format!("{sx}, {sy}, {sz}")),
+            ("range", format!("{} to {}", ends.0, ends.1)),
+            ("tolerance", format!("{} voxel", report::number(self.tolerance))),
+            ("triangles", self.n_triangles.to_string()),
+            ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
+            ("events", self.n_events.to_string()),
+            ("size", report::bytes(self.bytes)),
+            ("backend", self.backend.unwrap_or("-").to_owned()),
+            ("adapter", self.adapter.unwrap_or("-").to_owned()),
+        ])
+    }
+}

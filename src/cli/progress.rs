@@ -1,0 +1,48 @@
+//! Progress on stderr: a bar with the time left, on a terminal only.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use isospectrum::sweep::Progress;
+
+use super::interrupt;
+
+/// Steps of the bar.
+const STEPS: u64 = 1000;
+
+/// A bar from the start of a piece of work to its end; it clears itself away.
+pub(super) struct Bar(ProgressBar);
+
+impl Bar {
+    /// A bar on stderr; none if that is no terminal or the user wants quiet.
+    pub(super) fn new(quiet: bool) -> Self {
+        let target =
+            if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let bar = ProgressBar::with_draw_target(Some(STEPS), target);
+        let template = "{bar:30} {percent:>3} % {msg} (about {eta} left)";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Bar(bar)
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+impl Progress for Bar {
+    fn report(&self, done: f64, message: &str) {
+        if self.0.is_hidden() {
+            return;
+        }
+        if self.0.message() != message {
+            self.0.set_message(message.to_owned());
+        }
+        self.0.set_position((done.clamp(0.0, 1.0) * STEPS as f64) as u64);
+    }
+
+    fn cancelled(&self) -> bool {
+        interrupt::requested()
+    }
+}

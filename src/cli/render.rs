@@ -1,0 +1,122 @@
+//! `render`: a picture of the mesh at one isovalue, without a window.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::Args;
+
+use isospectrum::gpu::Gpu;
+use isospectrum::render::{Camera, Color, Renderer, View};
+use isospectrum::spectrum::Spectrum;
+use isospectrum::{Error, Result};
+
+use super::isovalue::Isovalue;
+use super::output::{Output, no_path};
+use super::spectrum_file;
+
+/// Render the mesh at one isovalue to a picture
+#[derive(Args, Debug)]
+pub(super) struct Render {
+    /// Spectrum (.isp)
+    spectrum: PathBuf,
+    /// Isovalue: a number, or a percentage of the range such as 50%
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
+    isovalue: Isovalue,
+    /// Picture to write (.png); - is stdout
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Width and height, pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x768")]
+    size: Size,
+    /// Azimuth and elevation in degrees, and the distance (1 just shows everything)
+    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
+    camera: Option<Camera>,
+    /// Draw the edges of the triangles
+    #[arg(long)]
+    wireframe: bool,
+    /// What the colours show: none, quality, lifetime, curvature or component
+    #[arg(long, value_name = "WHAT", default_value = "none")]
+    color: Color,
+    /// Leave out the triangles that close the mesh at the border of the volume
+    #[arg(long)]
+    open: bool,
+    /// Adapter to use, by a part of its name
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl Render {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let is_png = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        if !is_png && self.output != Path::new("-") {
+            let shown = self.output.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")).into());
+        }
+        let output = Output::open(&self.output)?;
+        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let isovalue = self.isovalue.in_range(spectrum.range);
+        let Size { width, height } = self.size;
+        let view = View {
+            width,
+            height,
+            camera: self.camera.unwrap_or_default(),
+            wireframe: self.wireframe.then_some(1.0),
+            color: self.color,
+            open: self.open,
+            ..View::default()
+        };
+        Pictures::open(&spectrum, self.adapter.as_deref())?.write(isovalue, &view, output)?;
+        log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
+        Ok(())
+    }
+}
+
+/// Renders pictures of one spectrum on one adapter.
+pub(super) struct Pictures<'a>(Renderer<'a>);
+
+impl<'a> Pictures<'a> {
+    /// Opens the adapter whose name contains `adapter`, or the fastest.
+    pub(super) fn open(spectrum: &'a Spectrum, adapter: Option<&str>) -> Result<Self> {
+        let gpu = Gpu::new(adapter)?;
+        Ok(Pictures(Renderer::new(&gpu, spectrum)?))
+    }
+
+    /// Renders one picture as PNG.
+    pub(super) fn write(&mut self, isovalue: f64, view: &View, output: Output) -> Result<()> {
+        let image = self.0.draw(isovalue, view)?;
+        output.write(|file| image.encode_png(file).map_err(no_path))?;
+        Ok(())
+    }
+}
+
+/// `1024x768`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Size {
+    width: u32,
+    height: u32,
+}
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |digits: &str| digits.parse().ok().filter(|n| (1..=16384).contains(n));
+        let sides = text.split_once(['x', 'X']);
+        sides
+            .and_then(|(w, h)| Some(Size { width: side(w)?, height: side(h)? }))
+            .ok_or_else(|| format!("'{text}', expected e.g. 1024x768, each from 1 to 16384"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_has_a_width_and_a_height() {
+        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
+        for wrong in ["", "640", "0x480", "640x480x3", "-1x2", "99999x1"] {
+            assert!(wrong.parse::<Size>().is_err(), "{wrong}");
+        }
+    }
+}

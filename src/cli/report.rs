@@ -1,0 +1,82 @@
+//! Reports on stdout: a table for people, or JSON that programs can rely on.
+
+use isospectrum::{Error, Result};
+use serde::Serialize;
+
+use super::output;
+
+/// Raised when a field of a JSON report changes its meaning or goes away; new fields do not count.
+const VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Versioned<'a, T> {
+    report: &'a str,
+    version: u32,
+    #[serde(flatten)]
+    body: &'a T,
+}
+
+/// Prints `body` as JSON, with the name and the version of the report.
+pub(super) fn print_json(name: &str, body: &impl Serialize) -> Result<()> {
+    let versioned = Versioned { report: name, version: VERSION, body };
+    let text = serde_json::to_string_pretty(&versioned)
+        .map_err(|error| Error::input(format!("the {name} report has no JSON form: {error}")))?;
+    output::print(&text)
+}
+
+/// Rows of a table: names left, values right of them.
+pub(super) fn table(rows: &[(&str, String)]) -> String {
+    let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    rows.iter().map(|(name, value)| format!("{name:width$}  {value}\n")).collect()
+}
+
+/// A number with as many digits as tell something.
+pub(super) fn number(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    // Five significant digits, never fewer than the whole part has.
+    let digits = (4 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{x:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// As [`number`], or a dash.
+pub(super) fn number_or_dash(x: Option<f64>) -> String {
+    x.map_or_else(|| "-".to_owned(), number)
+}
+
+/// Bytes in units people read.
+pub(super) fn bytes(n: u64) -> String {
+    indicatif::HumanBytes(n).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_five_significant_digits() {
+        for (x, text) in [
+            (0.0, "0"),
+            (128.0, "128"),
+            (0.1, "0.1"),
+            (-1.5, "-1.5"),
+            (1.0 / 3.0, "0.33333"),
+            (123_456.7, "123457"),
+            (0.000_123_456, "0.00012346"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+    }
+
+    #[test]
+    fn values_of_a_table_line_up() {
+        let rows = [("a", "1".to_owned()), ("long", "2".to_owned())];
+        assert_eq!(table(&rows), "a     1\nlong  2\n");
+    }
+}

@@ -1,0 +1,58 @@
+//! Spectrum files of both formats: ours, and the layout of the thesis.
+
+use std::path::Path;
+
+use isospectrum::file::{self, MAGIC, thesis};
+use isospectrum::spectrum::Spectrum;
+use isospectrum::{Error, Result};
+
+use super::output::Output;
+
+/// A format of spectrum files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    /// Ours: `.isp`.
+    Isp,
+    /// The layout of the thesis, section 4.4: `.thesis`.
+    Thesis,
+}
+
+impl Format {
+    /// The format that a file's extension means.
+    pub(super) fn of_name(path: &Path) -> Result<Self> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("isp") => Ok(Format::Isp),
+            Some("thesis") => Ok(Format::Thesis),
+            _ => Err(Error::Usage(format!(
+                "{}: expected a name that ends in .isp or .thesis",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Reads a spectrum of either format; also how many bytes its file has.
+pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
+    let bytes = std::fs::read(path).map_err(|source| Error::io(path, source))?;
+    let is_thesis =
+        matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
+    let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
+    let spectrum = spectrum.map_err(|error| match error {
+        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
+        other => other,
+    })?;
+    Ok((spectrum, bytes.len() as u64))
+}
+
+/// Writes a spectrum in our format; how many bytes that took.
+pub(super) fn write(spectrum: &Spectrum, output: Output) -> Result<u64> {
+    write_as(spectrum, Format::Isp, output)
+}
+
+/// Writes a spectrum in a format; how many bytes that took.
+pub(super) fn write_as(spectrum: &Spectrum, format: Format, output: Output) -> Result<u64> {
+    output.write_bytes(&match format {
+        Format::Isp => file::to_bytes(spectrum)?,
+        Format::Thesis => thesis::to_bytes(spectrum)?,
+    })
+}

@@ -1,0 +1,124 @@
+//! `verify`: a spectrum against its volume; exit code 5 if it fails.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use isospectrum::Error;
+use isospectrum::sweep::Progress as _;
+use isospectrum::verify::{Limits, Report, Sampling, Summary, verify};
+
+use super::compute::{not_negative, share};
+use super::progress::Bar;
+use super::report::{number, number_or_dash, table};
+use super::volume_arguments::VolumeArguments;
+use super::{output, report, spectrum_file};
+
+/// Verify a spectrum against its volume, at isovalues that nobody chose beforehand
+#[derive(Args, Debug)]
+pub(super) struct Verify {
+    /// Spectrum (.isp)
+    spectrum: PathBuf,
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// Random isovalues to look at
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().n_random)]
+    n: usize,
+    /// Events to look at, just before and just after
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().n_events)]
+    events: usize,
+    /// Seed of the random choice
+    #[arg(long, value_name = "SEED", default_value_t = Sampling::default().seed)]
+    seed: u64,
+    /// Limit: isovalues with wrong topology
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    max_wrong: usize,
+    /// Limit: 99th percentile of the deviation, voxels [default: the spectrum's tolerance]
+    #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
+    max_deviation: Option<f64>,
+    /// Limit: share of triangles that cross others [default: none]
+    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
+    max_intersecting: Option<f64>,
+    /// Limit: jump across an event, voxels [default: none]
+    #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
+    max_jump: Option<f64>,
+    /// Limit: mean radius ratio [default: none]
+    #[arg(long, value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
+    min_radius_ratio: Option<f64>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Verify {
+    pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let volume = self.volume.read()?.with_outside(spectrum.volume.outside);
+        let sampling = Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
+        let limits = Limits {
+            topology_wrong: self.max_wrong,
+            deviation: self.max_deviation,
+            self_intersecting: self.max_intersecting,
+            radius_ratio: self.min_radius_ratio,
+            jump: self.max_jump,
+        };
+        let bar = Bar::new(quiet);
+        let found = verify(&spectrum, &volume, sampling, limits, &mut |done| {
+            bar.report(done, "verifying");
+            !bar.cancelled()
+        })?;
+        drop(bar);
+        if self.json {
+            report::print_json("verify", &found)?;
+        } else {
+            output::print(&text(&found))?;
+        }
+        if found.passed {
+            return Ok(());
+        }
+        Err(Error::Verification(format!(
+            "{}: verification failed: {}",
+            self.spectrum.display(),
+            found.failures.join("; ")
+        ))
+        .into())
+    }
+}
+
+fn text(found: &Report) -> String {
+    let t = &found.totals;
+    let of_all = |n: usize| format!("{n} of {}", t.isovalues);
+    let percent = |share: f64| format!("{} %", number(100.0 * share));
+    let distance = |s: &Summary| {
+        let parts = [s.mean, s.p99, s.max].map(number_or_dash);
+        format!("mean {}, 99 % below {}, max {} voxel", parts[0], parts[1], parts[2])
+    };
+    let ratio = &t.radius_ratio;
+    let ratios = [ratio.mean, ratio.p01, ratio.min].map(number_or_dash);
+    let mut text = table(&[
+        ("isovalues", t.isovalues.to_string()),
+        ("topology right", of_all(t.topology_right)),
+        ("closed oriented manifold", of_all(t.manifold)),
+        ("finite and inside", of_all(t.finite)),
+        ("triangles", format!("{} on average", number(t.n_triangles.round()))),
+        ("crossing others", percent(t.self_intersecting_share)),
+        ("facing the wrong side", percent(t.inverted_share)),
+        ("vertices from isosurface", distance(&t.vertex_deviation)),
+        ("barycentres from isosurface", distance(&t.barycentre_deviation)),
+        ("isosurface from mesh", distance(&t.surface_deviation)),
+        ("radius ratio", format!("mean {}, 1 % below {}, min {}", ratios[0], ratios[1], ratios[2])),
+        ("largest jump at an event", format!("{} voxel", number_or_dash(t.largest_jump))),
+        ("vertices that live on", t.tracked_share.map_or_else(|| "-".to_owned(), percent)),
+        ("verdict", if found.passed { "passed" } else { "failed" }.to_owned()),
+    ]);
+    for row in found.rows.iter().filter(|row| !row.topology_right()) {
+        text += &format!(
+            "isovalue {}: {} components and Euler characteristic {}, expected {} and {}\n",
+            row.isovalue,
+            row.topology.components,
+            row.topology.euler,
+            row.expected_components,
+            row.expected_euler
+        );
+    }
+    text
+}

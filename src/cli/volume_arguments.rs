@@ -1,0 +1,135 @@
+//! How a volume is named on the command line: a file with what its name does not tell, or a
+//! built-in phantom.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+use isospectrum::volume::{Outside, ReadOptions, Volume, phantom, read_volume};
+use isospectrum::{Error, Result};
+
+/// The arguments wherever a volume is taken.
+#[derive(Args, Debug)]
+pub(super) struct VolumeArguments {
+    /// Volume: .nrrd, .npy, or .raw with dimensions and type in its name
+    /// (name_128x128x128_uint8.raw) or in flags
+    #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]
+    volume: Option<PathBuf>,
+    /// A built-in volume in place of a file, e.g. hydrogen:64
+    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "spacing", "origin", "nan_as"])]
+    phantom: Option<String>,
+    /// Samples along x, y, z of a RAW file
+    #[arg(long, value_name = "NXxNYxNZ")]
+    dims: Option<Dims>,
+    /// Sample type of a RAW file: uint8, int16, float32, ...
+    #[arg(long = "type", value_name = "TYPE")]
+    sample_type: Option<String>,
+    /// Byte order of a RAW file
+    #[arg(long, value_name = "ORDER")]
+    endian: Option<Endian>,
+    /// Distance between samples along x, y, z
+    #[arg(long, value_name = "X,Y,Z")]
+    spacing: Option<Triple>,
+    /// World position of the first sample
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    origin: Option<Triple>,
+    /// Value in place of samples that are not finite
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    nan_as: Option<f64>,
+    /// Side of the isosurface that surrounds the volume; surfaces close around the other
+    #[arg(long, value_name = "SIDE", default_value = "low")]
+    outside: Side,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Endian {
+    Little,
+    Big,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Side {
+    Low,
+    High,
+}
+
+impl VolumeArguments {
+    /// Reads or makes the volume.
+    pub(super) fn read(&self) -> Result<Volume> {
+        let volume = match (&self.volume, &self.phantom) {
+            (Some(path), _) => read_volume(path, &self.options())?,
+            (None, Some(name)) => phantom(name)?,
+            (None, None) => return Err(Error::Usage("no volume, expected one".to_owned())),
+        };
+        let [nx, ny, nz] = volume.dims();
+        let (low, high) = volume.range();
+        log::debug!(
+            "{}: {nx}x{ny}x{nz} {}, {low} to {high}",
+            volume.name(),
+            volume.samples().type_name()
+        );
+        Ok(volume.with_outside(match self.outside {
+            Side::Low => Outside::Low,
+            Side::High => Outside::High,
+        }))
+    }
+
+    fn options(&self) -> ReadOptions {
+        ReadOptions {
+            dims: self.dims.map(|Dims(dims)| dims),
+            sample_type: self.sample_type.clone(),
+            big_endian: self.endian == Some(Endian::Big),
+            spacing: self.spacing.map(|Triple(spacing)| spacing),
+            origin: self.origin.map(|Triple(origin)| origin),
+            nan_as: self.nan_as,
+        }
+    }
+}
+
+/// `128x128x64`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Dims([usize; 3]);
+
+impl FromStr for Dims {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<usize>, _> = text.split(['x', 'X']).map(str::parse).collect();
+        let dims = numbers.ok().and_then(|numbers| <[usize; 3]>::try_from(numbers).ok());
+        dims.map(Dims).ok_or_else(|| format!("'{text}', expected three numbers such as 128x128x64"))
+    }
+}
+
+/// `0.5,0.5,2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Triple([f64; 3]);
+
+impl FromStr for Triple {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+        let triple = numbers.ok().and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+        triple
+            .filter(|triple| triple.iter().all(|x| x.is_finite()))
+            .map(Triple)
+            .ok_or_else(|| format!("'{text}', expected three numbers such as 0.5,0.5,2"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dimensions_and_triples_have_three_numbers() {
+        assert_eq!("2x3x4".parse(), Ok(Dims([2, 3, 4])));
+        assert_eq!("-1, 0.5,2".parse(), Ok(Triple([-1.0, 0.5, 2.0])));
+        for wrong in ["", "2x3", "2x3x4x5", "2x-3x4", "2x3xz"] {
+            assert!(wrong.parse::<Dims>().is_err(), "{wrong}");
+        }
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,nan"] {
+            assert!(wrong.parse::<Triple>().is_err(), "{wrong}");
+        }
+    }
+}

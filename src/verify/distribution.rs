@@ -1,0 +1,132 @@
+//! Many numbers of one kind, kept as a histogram: mean, percentiles, minimum and maximum.
+//!
+//! Memory does not grow with the number of values, so the distances of all triangles at all
+//! isovalues pool into one; a percentile is exact to one bin, a thousandth of the range.
+
+use serde::Serialize;
+
+/// Bins of a histogram.
+const BINS: usize = 1000;
+
+/// Values in [0, `top`]; larger ones count as `top`.
+#[derive(Clone, Debug)]
+pub(super) struct Distribution {
+    top: f64,
+    bins: Vec<u64>,
+    n: u64,
+    sum: f64,
+    min: f64,
+    max: f64,
+}
+
+/// What a report says of a [`Distribution`]. Everything is `null` where there are no values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Summary {
+    /// How many values.
+    pub n: u64,
+    /// Mean.
+    pub mean: Option<f64>,
+    /// Smallest value.
+    pub min: Option<f64>,
+    /// First percentile.
+    pub p01: Option<f64>,
+    /// 99th percentile.
+    pub p99: Option<f64>,
+    /// Largest value.
+    pub max: Option<f64>,
+}
+
+impl Distribution {
+    /// An empty distribution of values in [0, `top`].
+    pub(super) fn new(top: f64) -> Self {
+        Distribution { top, bins: vec![0; BINS], n: 0, sum: 0.0, min: f64::INFINITY, max: 0.0 }
+    }
+
+    /// Counts one value; one that is not a number counts as the largest there is.
+    pub(super) fn add(&mut self, value: f64) {
+        let value = if value.is_nan() { self.top } else { value.clamp(0.0, self.top) };
+        let bin = (value / self.top * BINS as f64) as usize;
+        self.bins[bin.min(BINS - 1)] += 1;
+        self.n += 1;
+        self.sum += value;
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+    }
+
+    /// Counts the values of another distribution of the same range.
+    pub(super) fn merge(&mut self, other: &Distribution) {
+        debug_assert_eq!(self.top, other.top);
+        for (mine, theirs) in self.bins.iter_mut().zip(&other.bins) {
+            *mine += theirs;
+        }
+        self.n += other.n;
+        self.sum += other.sum;
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+    }
+
+    /// The value below which `share` of all values lie, from above by at most one bin.
+    pub(super) fn percentile(&self, share: f64) -> Option<f64> {
+        let wanted = (share * self.n as f64).ceil().max(1.0) as u64;
+        let mut seen = 0;
+        for (i, count) in self.bins.iter().enumerate() {
+            seen += count;
+            if seen >= wanted {
+                let upper = (i + 1) as f64 / BINS as f64 * self.top;
+                return Some(upper.clamp(self.min, self.max));
+            }
+        }
+        None
+    }
+
+    /// What a report says.
+    pub(super) fn summary(&self) -> Summary {
+        if self.n == 0 {
+            return Summary::default();
+        }
+        Summary {
+            n: self.n,
+            mean: Some(self.sum / self.n as f64),
+            min: Some(self.min),
+            p01: self.percentile(0.01),
+            p99: self.percentile(0.99),
+            max: Some(self.max),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_exact_to_one_bin() {
+        let mut d = Distribution::new(1.0);
+        for i in 0..1000 {
+            d.add(f64::from(i) / 1000.0);
+        }
+        let s = d.summary();
+        let bin = 1.0 / BINS as f64;
+        assert!((s.p99.unwrap() - 0.99).abs() <= bin, "{s:?}");
+        assert!((s.p01.unwrap() - 0.01).abs() <= bin, "{s:?}");
+        assert_eq!((s.n, s.min, s.max), (1000, Some(0.0), Some(0.999)));
+    }
+
+    #[test]
+    fn merging_is_adding_all_values() {
+        let (mut a, mut b, mut both) =
+            (Distribution::new(2.0), Distribution::new(2.0), Distribution::new(2.0));
+        for i in 0..50 {
+            let value = f64::from(i) * 0.0625;
+            if i % 3 == 0 { &mut a } else { &mut b }.add(value);
+            both.add(value);
+        }
+        a.merge(&b);
+        assert_eq!(a.summary(), both.summary());
+    }
+
+    #[test]
+    fn nothing_has_no_percentiles() {
+        assert_eq!(Distribution::new(1.0).summary(), Summary::default());
+    }
+}

@@ -1,0 +1,115 @@
+//! Which isovalues a verification looks at: random ones that nobody chose beforehand, and the two
+//! sides of events.
+
+use crate::spectrum::Event;
+use crate::volume::Volume;
+
+/// SplitMix64 (Steele, Lea, Flood 2014): a small generator whose sequence depends on its seed alone.
+pub(super) struct Random(u64);
+
+impl Random {
+    /// The sequence of `seed`.
+    pub(super) fn new(seed: u64) -> Self {
+        Random(seed)
+    }
+
+    /// The next 64 random bits.
+    pub(super) fn next_u64(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
+        (self.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Uniform in 0..n, for n far below 2^53; n > 0.
+    pub(super) fn below(&mut self, n: usize) -> usize {
+        (self.unit() * n as f64) as usize
+    }
+}
+
+/// `n` isovalues inside `range`, sorted: every other one uniform over the range, the rest near
+/// values of samples, where most of the volume's surfaces are.
+pub(super) fn random_isovalues(
+    volume: &Volume,
+    range: (f64, f64),
+    n: usize,
+    random: &mut Random,
+) -> Vec<f64> {
+    let (low, high) = range;
+    let margin = 1e-6 * (high - low);
+    let mut isovalues: Vec<f64> = (0..n)
+        .map(|i| {
+            let uniform = low + random.unit() * (high - low);
+            if i % 2 == 0 {
+                return uniform;
+            }
+            // A few draws find a sample inside the range unless hardly any is.
+            let inside = (0..64)
+                .map(|_| volume.samples().get(random.below(volume.samples().len())))
+                .find(|v| (low..=high).contains(v));
+            // A step of 8-bit data past the sample, so that ties are not met exactly.
+            let past = (0.02 + 0.96 * random.unit()) * (high - low) / 256.0;
+            inside.map_or(uniform, |v| v + past)
+        })
+        .map(|c| c.clamp(low + margin, high - margin))
+        .collect();
+    isovalues.sort_by(f64::total_cmp);
+    isovalues
+}
+
+/// Isovalues just before and just after at most `n` events, sorted by event: pairs a millionth of
+/// the range to either side. Events at one isovalue count once.
+pub(super) fn event_isovalues(
+    events: &[Event],
+    range: (f64, f64),
+    n: usize,
+    random: &mut Random,
+) -> Vec<(f64, f64)> {
+    let delta = 1e-6 * (range.1 - range.0);
+    let mut at: Vec<f64> = events.iter().map(|e| e.isovalue).collect();
+    at.retain(|&c| c - delta > range.0 && c + delta < range.1);
+    at.sort_by(f64::total_cmp);
+    at.dedup();
+    while at.len() > n {
+        at.remove(random.below(at.len()));
+    }
+    at.into_iter().map(|c| (c - delta, c + delta)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spectrum::EventKind;
+    use crate::volume::{Placement, Samples};
+
+    fn ramp() -> Volume {
+        let samples = Samples::U8((0..27).collect());
+        Volume::new("ramp", [3; 3], samples, Placement::default()).expect("a valid volume")
+    }
+
+    #[test]
+    fn one_seed_gives_one_sequence_inside_the_range() {
+        let draw = |seed| random_isovalues(&ramp(), (5.0, 20.0), 31, &mut Random::new(seed));
+        assert_eq!(draw(7), draw(7));
+        assert_ne!(draw(7), draw(8));
+        assert_eq!(draw(7).len(), 31);
+        assert!(draw(7).iter().all(|c| (5.0..20.0).contains(c)));
+        assert!(draw(7).is_sorted());
+    }
+
+    #[test]
+    fn events_at_one_isovalue_count_once_and_the_ends_of_the_range_not_at_all() {
+        let event = |isovalue| Event { isovalue, position: [0.0; 3], kind: EventKind::Emerge };
+        let events = [1.0, 3.0, 3.0, 4.0, 9.0].map(event);
+        let pairs = event_isovalues(&events, (1.0, 9.0), 10, &mut Random::new(0));
+        assert_eq!(pairs.len(), 2);
+        assert!(pairs[0].0 < 3.0 && pairs[0].1 > 3.0 && pairs[1].0 < 4.0);
+        assert_eq!(event_isovalues(&events, (1.0, 9.0), 1, &mut Random::new(0)).len(), 1);
+    }
+}

@@ -1,0 +1,185 @@
+//! What a mesh is as a surface: components, Euler characteristic, and where it is not a closed
+//! oriented 2-manifold.
+//!
+//! Counted from the triangle list alone by sorting, so that nothing of the half-edge mesh the sweep
+//! works on is trusted here.
+
+use serde::Serialize;
+
+/// The topology of a triangle mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct MeshTopology {
+    /// Connected components.
+    pub components: usize,
+    /// Vertices - edges + triangles.
+    pub euler: i64,
+    /// Edges with one triangle.
+    pub boundary_edges: usize,
+    /// Edges with more than two triangles, or triangles that use a vertex twice.
+    pub nonmanifold_edges: usize,
+    /// Edges whose two triangles disagree on which side is out.
+    pub misoriented_edges: usize,
+    /// Vertices whose triangles form more than one fan.
+    pub nonmanifold_vertices: usize,
+}
+
+impl MeshTopology {
+    /// Whether the mesh is an oriented 2-manifold without boundary.
+    pub fn is_closed_manifold(&self) -> bool {
+        self.boundary_edges == 0
+            && self.nonmanifold_edges == 0
+            && self.misoriented_edges == 0
+            && self.nonmanifold_vertices == 0
+    }
+}
+
+/// One side of an edge: its ends with the smaller index first, the triangle, and the corners of the
+/// triangle at the two ends.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    ends: [u32; 2],
+    forward: bool,
+    corners: [u32; 2],
+}
+
+/// Counts the topology of a mesh; vertices that no triangle uses do not count.
+pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology {
+    let mut result = MeshTopology::default();
+    let mut sides = Vec::with_capacity(3 * triangles.len());
+    for (t, triangle) in triangles.iter().enumerate() {
+        let [a, b, c] = *triangle;
+        if a == b || b == c || c == a {
+            result.nonmanifold_edges += 1;
+        }
+        for k in 0..3 {
+            let (from, to) = (triangle[k], triangle[(k + 1) % 3]);
+            let (at_from, at_to) = ((3 * t + k) as u32, (3 * t + (k + 1) % 3) as u32);
+            sides.push(if from < to {
+                Side { ends: [from, to], forward: true, corners: [at_from, at_to] }
+            } else {
+                Side { ends: [to, from], forward: false, corners: [at_to, at_from] }
+            });
+        }
+    }
+    sides.sort_unstable();
+
+    let mut components = Forest::new(n_vertices);
+    let mut fans = Forest::new(3 * triangles.len());
+    let mut n_edges = 0;
+    for edge in sides.chunk_by(|a, b| a.ends == b.ends) {
+        n_edges += 1;
+        components.join(edge[0].ends[0], edge[0].ends[1]);
+        match edge {
+            [_] => result.boundary_edges += 1,
+            [a, b] => result.misoriented_edges += usize::from(a.forward == b.forward),
+            _ => result.nonmanifold_edges += 1,
+        }
+        for pair in edge.windows(2) {
+            fans.join(pair[0].corners[0], pair[1].corners[0]);
+            fans.join(pair[0].corners[1], pair[1].corners[1]);
+        }
+    }
+
+    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    result.components = used.iter().filter(|&&v| components.find(v) == v).count();
+    result.euler = used.len() as i64 - n_edges + triangles.len() as i64;
+
+    let mut fan_of_vertex: Vec<(u32, u32)> = (0..3 * triangles.len() as u32)
+        .map(|corner| (triangles[corner as usize / 3][corner as usize % 3], fans.find(corner)))
+        .collect();
+    fan_of_vertex.sort_unstable();
+    fan_of_vertex.dedup();
+    result.nonmanifold_vertices =
+        fan_of_vertex.chunk_by(|a, b| a.0 == b.0).filter(|fans| fans.len() > 1).count();
+    result
+}
+
+/// Disjoint sets; the root of a set is its smallest member.
+struct Forest {
+    parent: Vec<u32>,
+}
+
+impl Forest {
+    fn new(n: usize) -> Self {
+        Forest { parent: (0..n as u32).collect() }
+    }
+
+    fn find(&mut self, mut x: u32) -> u32 {
+        while self.parent[x as usize] != x {
+            // Halving the path keeps the trees flat.
+            let grandparent = self.parent[self.parent[x as usize] as usize];
+            self.parent[x as usize] = grandparent;
+            x = grandparent;
+        }
+        x
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+
+    #[test]
+    fn a_tetrahedron_is_a_sphere() {
+        let t = mesh_topology(4, &TETRAHEDRON);
+        assert!(t.is_closed_manifold());
+        assert_eq!((t.components, t.euler), (1, 2));
+    }
+
+    #[test]
+    fn vertices_that_nothing_uses_do_not_count() {
+        assert_eq!(mesh_topology(9, &TETRAHEDRON), mesh_topology(4, &TETRAHEDRON));
+    }
+
+    #[test]
+    fn a_missing_triangle_leaves_three_boundary_edges() {
+        let t = mesh_topology(4, &TETRAHEDRON[..3]);
+        assert_eq!((t.boundary_edges, t.euler), (3, 1));
+        assert!(!t.is_closed_manifold());
+    }
+
+    #[test]
+    fn a_turned_triangle_disagrees_with_its_three_neighbours() {
+        let mut triangles = TETRAHEDRON;
+        triangles[0].swap(0, 1);
+        assert_eq!(mesh_topology(4, &triangles).misoriented_edges, 3);
+    }
+
+    #[test]
+    fn two_tetrahedra_at_one_vertex_pinch_it() {
+        let second = TETRAHEDRON.map(|t| t.map(|v| if v == 0 { 0 } else { v + 3 }));
+        let triangles = [TETRAHEDRON, second].concat();
+        let t = mesh_topology(7, &triangles);
+        assert_eq!((t.nonmanifold_vertices, t.nonmanifold_edges, t.components), (1, 0, 1));
+        assert_eq!(t.euler, 3);
+    }
+
+    #[test]
+    fn two_tetrahedra_along_one_edge_make_it_nonmanifold() {
+        let second = TETRAHEDRON.map(|t| t.map(|v| if v < 2 { v } else { v + 2 }));
+        let triangles = [TETRAHEDRON, second].concat();
+        assert_eq!(mesh_topology(6, &triangles).nonmanifold_edges, 1);
+    }
+
+    #[test]
+    fn a_seven_vertex_torus_has_euler_characteristic_zero() {
+        // Moebius' torus: triangles (i, i+1, i+3) and (i, i+3, i+2) modulo 7.
+        let mut triangles = Vec::new();
+        for i in 0..7u32 {
+            triangles.push([i, (i + 1) % 7, (i + 3) % 7]);
+            triangles.push([i, (i + 3) % 7, (i + 2) % 7]);
+        }
+        let t = mesh_topology(7, &triangles);
+        assert!(t.is_closed_manifold(), "{t:?}");
+        assert_eq!((t.components, t.euler), (1, 0));
+    }
+}

@@ -1,0 +1,206 @@
+//! What a verification found, and whether that is within the limits.
+
+use serde::Serialize;
+
+use super::measure::Geometry;
+use super::{MeshTopology, Sampling, Summary};
+use crate::spectrum::Spectrum;
+
+/// What a spectrum must keep to pass. Whether every mesh is a closed oriented manifold with finite
+/// positions inside the volume is no matter of degree, so it has no limit here.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Limits {
+    /// Most isovalues with a wrong number of components or Euler characteristic.
+    pub topology_wrong: usize,
+    /// Largest 99th percentile of the barycentres' deviation, voxels; `None`: the tolerance of the
+    /// spectrum.
+    pub deviation: Option<f64>,
+    /// Largest share of triangles that cross others.
+    pub self_intersecting: Option<f64>,
+    /// Smallest mean radius ratio.
+    pub radius_ratio: Option<f64>,
+    /// Largest jump across an event, voxels.
+    pub jump: Option<f64>,
+}
+
+/// What was found at one isovalue.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The isovalue.
+    pub isovalue: f64,
+    /// Whether it lies just before or after an event.
+    pub at_event: bool,
+    /// Triangles of the mesh.
+    pub n_triangles: usize,
+    /// Components of the isosurface, counted from the samples.
+    pub expected_components: usize,
+    /// Euler characteristic of the isosurface, counted from the samples.
+    pub expected_euler: i64,
+    /// Topology of the mesh.
+    pub topology: MeshTopology,
+    /// Whether all positions are finite and inside the volume with its layer.
+    pub finite: bool,
+    /// Triangles that cross others.
+    pub self_intersecting: usize,
+    /// From barycentres to the isosurface, voxels.
+    pub barycentre_deviation: Summary,
+    /// 2r/R of the triangles.
+    pub radius_ratio: Summary,
+}
+
+impl Row {
+    /// Whether components and Euler characteristic are those of the isosurface.
+    pub fn topology_right(&self) -> bool {
+        self.topology.components == self.expected_components
+            && self.topology.euler == self.expected_euler
+    }
+}
+
+/// Sums over all isovalues; geometry over the random ones.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Totals {
+    /// Isovalues looked at.
+    pub isovalues: usize,
+    /// Of these, with the right components and Euler characteristic.
+    pub topology_right: usize,
+    /// Isovalues whose mesh is a closed oriented manifold.
+    pub manifold: usize,
+    /// Isovalues whose positions are all finite and inside.
+    pub finite: usize,
+    /// Mean number of triangles.
+    pub n_triangles: f64,
+    /// Share of all triangles that cross others.
+    pub self_intersecting_share: f64,
+    /// Share of triangles whose normal points to higher values.
+    pub inverted_share: f64,
+    /// From vertices to the isosurface, voxels.
+    pub vertex_deviation: Summary,
+    /// From barycentres to the isosurface, voxels.
+    pub barycentre_deviation: Summary,
+    /// From the isosurface to the mesh, voxels.
+    pub surface_deviation: Summary,
+    /// 2r/R of the triangles.
+    pub radius_ratio: Summary,
+    /// Largest jump across an event, voxels.
+    pub largest_jump: Option<f64>,
+    /// Share of vertices that live on over a 256th of the range.
+    pub tracked_share: Option<f64>,
+}
+
+/// The result of a verification.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Whether everything is within the limits.
+    pub passed: bool,
+    /// One sentence for each limit that is not kept.
+    pub failures: Vec<String>,
+    /// The volume's name.
+    pub volume: String,
+    /// Tolerance of the spectrum, voxels.
+    pub tolerance: f64,
+    /// Seed of the random choice.
+    pub seed: u64,
+    /// The limits.
+    pub limits: Limits,
+    /// The sums.
+    pub totals: Totals,
+    /// Each isovalue.
+    pub rows: Vec<Row>,
+}
+
+impl Report {
+    pub(super) fn new(
+        spectrum: &Spectrum,
+        sampling: Sampling,
+        limits: Limits,
+        rows: Vec<Row>,
+        pooled: &Geometry,
+        jumps: &[f64],
+        tracked_share: Option<f64>,
+    ) -> Self {
+        let limits =
+            Limits { deviation: Some(limits.deviation.unwrap_or(spectrum.tolerance)), ..limits };
+        let totals = sum(&rows, pooled, jumps, tracked_share);
+        let failures = failures(&totals, &limits);
+        Report {
+            passed: failures.is_empty(),
+            failures,
+            volume: spectrum.volume.name.clone(),
+            tolerance: spectrum.tolerance,
+            seed: sampling.seed,
+            limits,
+            totals,
+            rows,
+        }
+    }
+}
+
+fn sum(rows: &[Row], pooled: &Geometry, jumps: &[f64], tracked_share: Option<f64>) -> Totals {
+    let n_where = |holds: fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count();
+    let n_triangles: usize = rows.iter().map(|row| row.n_triangles).sum();
+    let crossing: usize = rows.iter().map(|row| row.self_intersecting).sum();
+    let radius_ratio = pooled.radius_ratio.summary();
+    Totals {
+        isovalues: rows.len(),
+        topology_right: n_where(Row::topology_right),
+        manifold: n_where(|row| row.topology.is_closed_manifold()),
+        finite: n_where(|row| row.finite),
+        n_triangles: n_triangles as f64 / rows.len().max(1) as f64,
+        self_intersecting_share: crossing as f64 / n_triangles.max(1) as f64,
+        inverted_share: pooled.inverted as f64 / radius_ratio.n.max(1) as f64,
+        vertex_deviation: pooled.vertex_deviation.summary(),
+        barycentre_deviation: pooled.barycentre_deviation.summary(),
+        surface_deviation: pooled.surface_deviation.summary(),
+        radius_ratio,
+        largest_jump: jumps.iter().copied().reduce(f64::max),
+        tracked_share,
+    }
+}
+
+fn failures(totals: &Totals, limits: &Limits) -> Vec<String> {
+    let mut failures = Vec::new();
+    let n = totals.isovalues;
+    let wrong = n - totals.topology_right;
+    if wrong > limits.topology_wrong {
+        failures.push(format!(
+            "topology is wrong at {wrong} of {n} isovalues, expected at most {}",
+            limits.topology_wrong
+        ));
+    }
+    if totals.manifold < n {
+        failures.push(format!(
+            "the mesh is no closed oriented manifold at {} of {n} isovalues",
+            n - totals.manifold
+        ));
+    }
+    if totals.finite < n {
+        failures.push(format!(
+            "positions are not finite or not in the volume at {} of {n} isovalues",
+            n - totals.finite
+        ));
+    }
+    let mut above = |what: &str, value: Option<f64>, limit: Option<f64>| {
+        if let (Some(value), Some(limit)) = (value, limit)
+            && value > limit
+        {
+            failures.push(format!("{what} is {value:.4}, expected at most {limit}"));
+        }
+    };
+    above(
+        "the 99th percentile of the deviation in voxels",
+        totals.barycentre_deviation.p99,
+        limits.deviation,
+    );
+    above(
+        "the share of triangles that cross others",
+        Some(totals.self_intersecting_share),
+        limits.self_intersecting,
+    );
+    above("the largest jump in voxels", totals.largest_jump, limits.jump);
+    if let (Some(mean), Some(limit)) = (totals.radius_ratio.mean, limits.radius_ratio)
+        && mean < limit
+    {
+        failures.push(format!("the mean radius ratio is {mean:.4}, expected at least {limit}"));
+    }
+    failures
+}

@@ -1,0 +1,235 @@
+//! The program as its users see it: commands, files, reports, exit codes.
+
+mod program;
+
+use std::io::BufRead as _;
+
+use program::{Folder, json, stderr};
+
+#[test]
+fn a_spectrum_is_computed_told_extracted_and_verified() {
+    let folder = Folder::with_spectrum();
+    let info = json(&folder.run(&["info", "s.isp", "--json"]));
+    assert_eq!(info["volume"]["dims"], serde_json::json!([12, 12, 12]));
+    for count in ["n_vertices", "n_triangles", "n_knots", "bytes"] {
+        assert!(info[count].as_u64().is_some_and(|n| n > 0), "{count}: {info}");
+    }
+    assert_eq!(info["bytes"].as_u64(), Some(folder.read("s.isp").len() as u64));
+    assert!(info["range"][0].as_f64() < info["range"][1].as_f64());
+    assert!(info["events"].as_array().is_some_and(|e| e.iter().all(serde_json::Value::is_number)));
+    assert_eq!(info["backend"], "cpu");
+    assert!(info["adapter"].is_null() && info["parameters"].is_object());
+    assert!(info["tolerance"].as_f64().is_some_and(|h| h > 0.0));
+
+    folder.run(&["extract", "s.isp", "--isovalue", "50%", "-o", "m.ply"]);
+    assert!(folder.read("m.ply").starts_with(b"ply\nformat binary_little_endian 1.0\n"));
+
+    let verify = ["verify", "s.isp", "--phantom", "sphere:12", "--n", "8", "--json"];
+    let report = json(&folder.run(&verify));
+    assert_eq!(report["passed"], true, "{report}");
+    assert_eq!(report["totals"]["topology_right"], report["totals"]["isovalues"]);
+    assert_eq!(report["totals"]["manifold"], report["totals"]["isovalues"]);
+    assert_eq!(report["rows"][0]["expected_components"], 1);
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes_with_any_number_of_threads() {
+    let folder = Folder::with_spectrum();
+    let compute = ["compute", "--phantom", "sphere:12", "--backend", "cpu", "-q"];
+    folder.run(&[&compute[..], &["-o", "one.isp", "--threads", "1"]].concat());
+    folder.run(&[&compute[..], &["-o", "three.isp", "--threads", "3"]].concat());
+    assert_eq!(folder.read("one.isp"), folder.read("three.isp"));
+    assert_eq!(folder.read("one.isp"), folder.read("s.isp"));
+}
+
+#[test]
+fn every_format_is_chosen_by_the_extension_and_stdout_is_data_only() {
+    let folder = Folder::with_spectrum();
+    for (extension, start) in [("ply", &b"ply\n"[..]), ("glb", b"glTF"), ("obj", b""), ("stl", b"")]
+    {
+        let name = format!("m.{extension}");
+        let output = folder.run(&["extract", "s.isp", "-c", "50%", "-o", &name]);
+        assert!(output.stdout.is_empty());
+        let bytes = folder.read(&name);
+        assert!(bytes.len() > 1000 && bytes.starts_with(start), "{extension}");
+        let piped = ["extract", "s.isp", "-c", "50%", "-o", "-", "--format", extension];
+        assert_eq!(folder.run(&piped).stdout, bytes, "{extension}");
+    }
+}
+
+#[test]
+fn an_empty_surface_explains_itself() {
+    let folder = Folder::with_spectrum();
+    let output = folder.run(&["extract", "s.isp", "-c", "100%", "-o", "m.ply"]);
+    let said = stderr(&output);
+    assert!(said.contains("is empty") && said.contains("the range is"), "{said}");
+    assert!(folder.read("m.ply").starts_with(b"ply\n"));
+}
+
+#[test]
+fn reports_have_a_name_and_a_version() {
+    let folder = Folder::with_spectrum();
+    for (report, arguments) in [
+        ("info", &["info", "s.isp"][..]),
+        ("analyze", &["analyze", "--phantom", "sphere:12", "--samples", "4"]),
+        ("verify", &["verify", "s.isp", "--phantom", "sphere:12", "--n", "2"]),
+        ("extract", &["extract", "s.isp", "-c", "50%", "-o", "m.stl"]),
+        ("compute", &["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "t.isp"]),
+    ] {
+        let value = json(&folder.run(&[arguments, &["--json"]].concat()));
+        assert_eq!((&value["report"], &value["version"]), (&report.into(), &1.into()));
+    }
+}
+
+#[test]
+fn quiet_means_not_a_word() {
+    let folder = Folder::with_spectrum();
+    let output = folder.run(&["extract", "s.isp", "-c", "50%", "-o", "m.ply", "-q"]);
+    assert!(output.stdout.is_empty());
+    assert_eq!(stderr(&output), "");
+}
+
+#[test]
+fn nothing_is_coloured_and_no_bar_is_drawn_where_there_is_no_terminal() {
+    let folder = Folder::new();
+    let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "s.isp", "-v"];
+    let said = stderr(&folder.run(&compute));
+    assert!(!said.contains('\u{1b}') && !said.contains('\r'), "{said}");
+}
+
+#[test]
+fn the_topology_of_a_sphere_is_one_component_and_its_curves_are_drawn() {
+    let folder = Folder::new();
+    let analyze = ["analyze", "--phantom", "sphere:24", "--samples", "8", "--range", "60%:95%"];
+    let report = json(&folder.run(&[&analyze[..], &["--json", "--plot", "c.svg"]].concat()));
+    assert!(folder.read("c.svg").starts_with(b"<svg"));
+    // The isosurface c of the phantom is the sphere of radius r = 1 - c in units of half the
+    // volume's 23 cells, all inside the volume over this range. Flat triangles with edges of a voxel
+    // lose about 1 / (8 r^2) of its area, and the trilinear interpolation of the distance about as
+    // much: 1.6 % at 4 voxels; twice that is allowed.
+    const SHARE: f64 = 0.032;
+    let curves = report["curves"].as_array().expect("curves");
+    assert_eq!(curves.len(), 8);
+    for curve in curves {
+        assert_eq!((&curve["components"], &curve["handles"]), (&1.into(), &0.into()));
+        let radius = (1.0 - curve["isovalue"].as_f64().expect("a number")) * 11.5;
+        let area = curve["area"].as_f64().expect("a number");
+        let expected = 4.0 * std::f64::consts::PI * radius * radius;
+        if radius > 4.0 {
+            assert!((area / expected - 1.0).abs() < SHARE, "{area}, expected {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_spectrum_goes_to_the_layout_of_the_thesis_and_back() {
+    let folder = Folder::with_spectrum();
+    folder.run(&["convert", "s.isp", "s.thesis"]);
+    folder.run(&["convert", "s.thesis", "back.isp"]);
+    let count = |name: &str| json(&folder.run(&["info", name, "--json"]))["n_triangles"].clone();
+    assert_eq!(count("back.isp"), count("s.isp"));
+    let output = folder.run_for(&["convert", "s.isp", "s.txt"], 2);
+    assert!(stderr(&output).contains(".isp or .thesis"));
+}
+
+#[test]
+fn a_spectrum_of_another_volume_does_not_pass() {
+    let folder = Folder::with_spectrum();
+    let output = folder.run_for(&["verify", "s.isp", "--phantom", "sphere:13"], 3);
+    assert!(stderr(&output).contains("expected 12x12x12"), "{}", stderr(&output));
+}
+
+#[test]
+fn a_limit_that_is_not_kept_is_exit_code_5_with_the_reason() {
+    let folder = Folder::with_spectrum();
+    let verify = ["verify", "s.isp", "--phantom", "sphere:12", "--n", "4", "--max-deviation", "0"];
+    let output = folder.run_for(&verify, 5);
+    let said = stderr(&output);
+    assert!(said.starts_with("isospectrum: s.isp: verification failed: the 99th percentile"));
+    assert!(!output.stdout.is_empty(), "the report is printed all the same");
+}
+
+#[test]
+fn completions_are_printed_for_every_shell() {
+    let folder = Folder::new();
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let output = folder.run(&["completions", shell]);
+        assert!(String::from_utf8_lossy(&output.stdout).contains("isospectrum"), "{shell}");
+    }
+}
+
+#[test]
+fn help_and_version_are_data() {
+    let folder = Folder::new();
+    let help = folder.run(&["--help"]);
+    let text = String::from_utf8_lossy(&help.stdout).into_owned();
+    for command in [
+        "compute",
+        "extract",
+        "info",
+        "analyze",
+        "verify",
+        "render",
+        "convert",
+        "demo",
+        "completions",
+    ] {
+        assert!(text.contains(command), "{command}");
+        assert!(!folder.run(&[command, "--help"]).stdout.is_empty());
+    }
+    assert!(text.contains("Exit codes"));
+    assert!(folder.run(&["--version"]).stdout.starts_with(b"isospectrum "));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_enough_is_no_error() {
+    let folder = Folder::with_spectrum();
+    let script = "{ \"$0\" extract s.isp -c 50% -o -; echo code $? >&2; } | head -c 4 >/dev/null";
+    let output = std::process::Command::new("sh")
+        .args(["-c", script])
+        .arg(program::path())
+        .current_dir(folder.path())
+        .output()
+        .expect("sh runs");
+    let said = stderr(&output);
+    assert!(said.contains("code 0") && !said.contains("isospectrum:"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_with_130_and_leaves_nothing() {
+    let folder = Folder::new();
+    let mut child = std::process::Command::new(program::path())
+        .args(["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "-v", "-o", "s.isp"])
+        .current_dir(folder.path())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    // Once the volume is told, the work begins.
+    let mut lines = std::io::BufReader::new(child.stderr.take().expect("piped")).lines();
+    let told = lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("96x96x96")));
+    assert!(told.is_some());
+    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.expect("kill runs").success());
+    let rest: Vec<String> = lines.map_while(Result::ok).collect();
+    assert_eq!(child.wait().expect("the program ends").code(), Some(130));
+    assert_eq!(rest.last().map(String::as_str), Some("isospectrum: interrupted"));
+    assert_eq!(folder.names(), [] as [&str; 0]);
+}
+
+#[test]
+fn the_demo_leaves_a_spectrum_and_a_mesh_and_says_where() {
+    let folder = Folder::new();
+    let demo = ["demo", "--phantom", "sphere:12", "--backend", "cpu", "-o", "out", "--json"];
+    let output = folder.run(&demo);
+    let summary = json(&output);
+    let files = summary["files"].as_array().expect("files");
+    assert!(files.len() >= 2, "{summary}");
+    for file in files {
+        let file = file.as_str().expect("a name");
+        assert!(!folder.read(file).is_empty(), "{file}");
+    }
+    // Either the pictures are there, or a sentence says why not.
+    assert!(files.len() == 5 || stderr(&output).contains("no pictures are rendered"), "{summary}");
+}
