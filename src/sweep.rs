@@ -47,8 +47,8 @@ pub struct Counts {
     pub arcs: u64,
     /// Sampling steps taken.
     pub steps: u64,
-    /// Sampling steps that were tried and taken shorter.
-    pub shorter_steps: u64,
+    /// Sampling steps that failed a check and were taken shorter, by the check.
+    pub refused: Refused,
     /// Components extracted afresh inside an arc because tracking failed a check.
     pub extracted_afresh: u64,
     /// Ends of pieces where the mesh stays as it is, because tracking failed just before an event.
@@ -57,11 +57,37 @@ pub struct Counts {
     pub unmoving: u64,
 }
 
+/// Sampling steps that failed a check, by the first check they failed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Refused {
+    /// A vertex did not reach the isosurface within the rules of projection.
+    pub not_reached: u64,
+    /// A face looked away from its vertices' normals.
+    pub folded: u64,
+    /// Half-way between the two sampling isovalues the mesh left the tolerance.
+    pub off_midway: u64,
+    /// The mesh passed through itself.
+    pub intersecting: u64,
+}
+
+impl Refused {
+    fn total(&self) -> u64 {
+        self.not_reached + self.folded + self.off_midway + self.intersecting
+    }
+
+    fn add(&mut self, o: &Refused) {
+        self.not_reached += o.not_reached;
+        self.folded += o.folded;
+        self.off_midway += o.off_midway;
+        self.intersecting += o.intersecting;
+    }
+}
+
 impl Counts {
     fn add(&mut self, o: &Counts) {
         self.arcs += o.arcs;
         self.steps += o.steps;
-        self.shorter_steps += o.shorter_steps;
+        self.refused.add(&o.refused);
         self.extracted_afresh += o.extracted_afresh;
         self.held += o.held;
         self.unmoving += o.unmoving;
@@ -180,25 +206,10 @@ impl Sweep<'_> {
             .collect()
     }
 
-    /// The events inside the range that begin or end something that shows.
+    /// The events inside the range, those of the ramp left out.
     fn events(&self) -> Vec<Event> {
-        let mut shows = vec![false; self.topology.events.len()];
-        for a in &self.topology.arcs {
-            let (low, high) = self.shown(a);
-            if low < high {
-                for e in [a.birth_event, a.death_event].into_iter().flatten() {
-                    shows[e as usize] = true;
-                }
-            }
-        }
-        let mut events = Vec::new();
-        for (i, e) in self.topology.events.iter().enumerate().filter(|(i, _)| shows[*i]) {
-            let isovalue = self.event_isovalues[i];
-            if isovalue >= self.range.0 && isovalue <= self.range.1 {
-                events.push(Event { isovalue, position: e.position, kind: e.kind });
-            }
-        }
-        events
+        let inside = |e: &Event| e.isovalue >= self.range.0 && e.isovalue <= self.range.1;
+        self.topology.net_events().into_iter().filter(inside).collect()
     }
 
     /// How much of the work a piece is thought to be.
@@ -275,7 +286,7 @@ impl Sweep<'_> {
             tracked.low,
             tracked.high,
             counts.steps - before.steps,
-            counts.shorter_steps - before.shorter_steps,
+            counts.refused.total() - before.refused.total(),
             tracked.patch.triangles.len()
         );
         patches.push(tracked.patch);

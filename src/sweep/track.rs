@@ -76,11 +76,10 @@ pub(crate) fn track(
         let mut halved = 0;
         let advanced = loop {
             let tolerant = halved >= 3;
-            match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant)? {
+            match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant, counts)? {
                 Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => break Some(a),
                 _ => {}
             }
-            counts.shorter_steps += 1;
             halved += 1;
             next = at + 0.5 * (next - at);
             if halved > 6 || (next - at).abs() < way.min_step {
@@ -172,6 +171,7 @@ fn advance(
     at: f64,
     next: f64,
     tolerant: bool,
+    counts: &mut Counts,
 ) -> Result<Option<Advanced>> {
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, compacted, field, at, next);
@@ -181,6 +181,7 @@ fn advance(
         failed = kernels.project(at + (next - at) * i as f64 / n as f64, 3.0)?;
     }
     if failed > 0 && !tolerant {
+        counts.refused.not_reached += 1;
         return Ok(None);
     }
     kernels.relax(
@@ -193,16 +194,20 @@ fn advance(
     lift_caps(mesh, field, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
     if folds(&compacted.connectivity.faces, &positions, &normals) > 0 && !tolerant {
+        counts.refused.folded += 1;
         return Ok(None);
     }
     if way.fixed.is_none() && !tolerant && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
+        counts.refused.off_midway += 1;
         return Ok(None);
     }
     let crossing = intersecting(&positions, &compacted.connectivity.faces).len();
     if crossing > 0 && (!tolerant || crossing * 5000 > compacted.faces.len()) {
+        counts.refused.intersecting += 1;
         return Ok(None);
     }
     if failed as usize * 1000 > positions.len() {
+        counts.refused.not_reached += 1;
         return Ok(None);
     }
     let mut moved: Vec<f32> = positions
