@@ -5,7 +5,7 @@
 //! extracted at an isovalue inside the arc, remeshed to the tolerance, and tracked to both ends.
 //! Where tracking fails a check, the rest of the arc is extracted afresh; that depends on the field
 //! only, so it always ends. Local surgery, when it comes, replaces the extraction at the start of an
-//! arc by the meshes of the arcs before it: see [`start`].
+//! arc by the meshes of the arcs before it: see `start`.
 
 mod batches;
 mod caps;
@@ -16,6 +16,7 @@ mod recorder;
 mod refine;
 mod remesh;
 mod simplify;
+mod slide;
 mod start;
 mod track;
 
@@ -34,8 +35,14 @@ use crate::spectrum::{Event, Patch, Spectrum, SpectrumBuilder, VolumeInfo};
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
-use start::StartMesh;
+use crate::extract::Extraction;
 use track::Way;
+
+/// A stretch that tracking left over is not tracked again after so many attempts.
+const MAX_DEPTH: u32 = 3;
+
+/// A stretch shorter than this share of the piece it is left over from is not tracked again.
+const SLIDE_SHARE: f64 = 0.1;
 
 /// Share of a piece, at each end, over which the mesh may stay as it is where tracking fails.
 const HOLD_SHARE: f64 = 0.02;
@@ -53,7 +60,9 @@ pub struct Counts {
     pub extracted_afresh: u64,
     /// Ends of pieces where the mesh stays as it is, because tracking failed just before an event.
     pub held: u64,
-    /// Pieces of arcs too short to track, shown by one unmoving mesh.
+    /// Stretches covered by a sliding extraction.
+    pub sliding: u64,
+    /// Stretches too short for anything else, covered by an unmoving extraction.
     pub unmoving: u64,
 }
 
@@ -90,6 +99,7 @@ impl Counts {
         self.refused.add(&o.refused);
         self.extracted_afresh += o.extracted_afresh;
         self.held += o.held;
+        self.sliding += o.sliding;
         self.unmoving += o.unmoving;
     }
 }
@@ -244,14 +254,14 @@ impl Sweep<'_> {
 
     /// Extracts the pieces of one start isovalue and tracks each.
     fn track_group(&self, isovalue: f64, pieces: &[Piece]) -> Result<(Vec<Patch>, Counts)> {
-        let starts = start::start_meshes(self, isovalue, pieces)?;
+        let starts = start::components_at(self, isovalue, pieces)?;
         let results: Vec<Result<(Vec<Patch>, Counts)>> = pieces
             .par_iter()
-            .zip(starts)
-            .map(|(piece, start)| {
+            .zip(&starts)
+            .map(|(piece, exact)| {
                 let mut patches = Vec::new();
                 let mut counts = Counts::default();
-                self.track_piece(piece, isovalue, start, &mut patches, &mut counts)?;
+                self.track_piece(piece, isovalue, exact, &mut patches, &mut counts)?;
                 self.advance_progress(self.weight(piece));
                 Ok((patches, counts))
             })
@@ -266,19 +276,23 @@ impl Sweep<'_> {
         Ok((all, counts))
     }
 
-    /// Tracks one piece from its start mesh to both ends; what is not reached becomes new pieces.
+    /// Tracks one piece from its start to both ends. A long stretch that is not reached is extracted
+    /// afresh in its own middle; a short one is covered by sliding extractions.
     fn track_piece(
         &self,
         piece: &Piece,
         isovalue: f64,
-        start: StartMesh,
+        exact: &Extraction,
         patches: &mut Vec<Patch>,
         counts: &mut Counts,
     ) -> Result<()> {
         let before = *counts;
-        let tracked = start::track_both_ways(self, piece, isovalue, start, counts)?;
+        let Some(tracked) = start::track_both_ways(self, piece, isovalue, exact, counts)? else {
+            log::debug!("arc {} [{}, {}): cannot be remeshed", piece.arc, piece.low, piece.high);
+            return slide::slide(self, piece, patches, counts);
+        };
         log::debug!(
-            "arc {} [{}, {}) depth {}: tracked [{}, {}) from {isovalue}, {} steps, {} shorter, {} triangles",
+            "arc {} [{}, {}) depth {}: tracked [{}, {}) from {isovalue}, {} steps, {} refused ({:?} so far), {} triangles",
             piece.arc,
             piece.low,
             piece.high,
@@ -287,6 +301,7 @@ impl Sweep<'_> {
             tracked.high,
             counts.steps - before.steps,
             counts.refused.total() - before.refused.total(),
+            counts.refused,
             tracked.patch.triangles.len()
         );
         patches.push(tracked.patch);
@@ -294,10 +309,13 @@ impl Sweep<'_> {
         for (low, high) in rest.into_iter().filter(|r| r.0 < r.1) {
             let rest = Piece { arc: piece.arc, low, high, depth: piece.depth + 1 };
             counts.extracted_afresh += 1;
-            let isovalue = self.start_isovalue(&rest);
-            let mut starts = start::start_meshes(self, isovalue, &[rest])?;
-            let start = starts.pop().expect("one start mesh per piece");
-            self.track_piece(&rest, isovalue, start, patches, counts)?;
+            if rest.depth > MAX_DEPTH || high - low < SLIDE_SHARE * (piece.high - piece.low) {
+                slide::slide(self, &rest, patches, counts)?;
+            } else {
+                let isovalue = self.start_isovalue(&rest);
+                let exact = start::component_at(self, &rest, isovalue)?;
+                self.track_piece(&rest, isovalue, &exact, patches, counts)?;
+            }
         }
         Ok(())
     }

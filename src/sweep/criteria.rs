@@ -12,6 +12,12 @@ use crate::sweep::Parameters;
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
 const SAMPLE_SHARE: f32 = 0.7;
 
+/// Shortest edge that refinement aims at, voxels; less on components that are hardly larger.
+const MIN_EDGE: f32 = 0.35;
+
+/// Smallest number of shortest edges across a component.
+const EDGES_ACROSS: f32 = 6.0;
+
 /// Largest angle, as its cosine, that an edit may turn a face by.
 const MAX_TURN: f32 = 0.4;
 
@@ -32,6 +38,9 @@ pub(crate) struct Criteria<'a> {
     pub(crate) refine_area: f32,
     /// Longest edge, voxels.
     pub(crate) max_edge: f32,
+    /// Shortest edge that refinement aims at, voxels: a crease of the trilinear field deviates
+    /// however fine the mesh is.
+    pub(crate) min_edge: f32,
 }
 
 impl<'a> Criteria<'a> {
@@ -46,7 +55,17 @@ impl<'a> Criteria<'a> {
             min_area: parameters.min_area as f32 * d,
             refine_area: parameters.refine_area as f32 * d,
             max_edge: parameters.max_edge as f32,
+            min_edge: MIN_EDGE,
         }
+    }
+
+    /// The same criteria for a component as small as `mesh`.
+    pub(crate) fn for_size_of(self, mesh: &Mesh) -> Self {
+        let mut points = mesh.vertices().map(|v| mesh.position(v));
+        let first = points.next().unwrap_or_default();
+        let (low, high) = points.fold((first, first), |(l, h), p| (l.min(p), h.max(p)));
+        let across = (high - low).max_element() / EDGES_ACROSS;
+        Criteria { min_edge: self.min_edge.min(across), ..self }
     }
 
     /// Distance of a triangle's barycentre from the isosurface along its normal.
@@ -87,7 +106,8 @@ impl<'a> Criteria<'a> {
 ///
 /// A triangle with edges of length l on a surface of curvature k deviates by about k l^2 / 6, so
 /// the length at which it would deviate by `goal` is l * sqrt(goal / deviation).
-pub(crate) fn sizing(mesh: &Mesh, deviations: &[f32], goal: f32, max_edge: f32) -> Vec<f32> {
+pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal: f32) -> Vec<f32> {
+    let (min_edge, max_edge) = (criteria.min_edge, criteria.max_edge);
     let mut inverse_square = vec![0.0f32; mesh.vertex_slots()];
     let mut count = vec![0u32; mesh.vertex_slots()];
     for f in mesh.faces() {
@@ -102,7 +122,7 @@ pub(crate) fn sizing(mesh: &Mesh, deviations: &[f32], goal: f32, max_edge: f32) 
     let mut length: Vec<f32> = inverse_square
         .iter()
         .zip(&count)
-        .map(|(&s, &n)| if n > 0 { (n as f32 / s).sqrt().min(max_edge) } else { max_edge })
+        .map(|(&s, &n)| if n > 0 { (n as f32 / s).sqrt().clamp(min_edge, max_edge) } else { max_edge })
         .collect();
     // Lengths grow by at most half a length per length, so that triangles stay well shaped.
     for _ in 0..2 {

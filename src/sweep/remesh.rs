@@ -42,22 +42,26 @@ pub(crate) fn relax(
     Ok(())
 }
 
-/// Remeshes the isosurface of one isovalue.
+/// Remeshes the isosurface of one isovalue. False if that takes more than `most` faces.
 pub(crate) fn remesh(
     mesh: &mut Mesh,
     criteria: &Criteria,
     kernels: &mut dyn Kernels,
     isovalue: f64,
     parameters: &Parameters,
-) -> Result<()> {
+    most: usize,
+) -> Result<bool> {
     for _ in 0..ROUNDS {
         let deviations = criteria.deviations(mesh);
-        let mut length = sizing(mesh, &deviations, SIZING_GOAL * criteria.error, criteria.max_edge);
+        let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
         split_long(mesh, criteria, &length, 1.4);
         extend_sizing(mesh, &mut length);
         simplify(mesh, criteria, &length, 0.75);
         flip_edges(mesh, criteria, 3);
         relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
+        if mesh.n_faces() > most {
+            return Ok(false);
+        }
     }
     for _ in 0..4 {
         if refine(mesh, criteria) == 0 {
@@ -69,7 +73,7 @@ pub(crate) fn remesh(
     let length = vec![0.0; mesh.vertex_slots()];
     simplify(mesh, criteria, &length, 0.0);
     flip_edges(mesh, criteria, 2);
-    Ok(())
+    Ok(mesh.n_faces() <= most)
 }
 
 /// Quadrisects the faces that deviate too far and are large enough (thesis section 3.7). Returns

@@ -8,23 +8,18 @@ use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::remesh;
 use super::track::track;
-use super::{Counts, Piece, Sweep};
+use super::{Counts, Piece, Sweep, slide};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
 use crate::kernels::Kernels;
 use crate::mesh::{Mesh, intersecting};
 use crate::spectrum::Patch;
 
-/// Pieces shorter than this share of the range are shown by one unmoving mesh.
-const UNMOVING_SHARE: f64 = 1e-6;
+/// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
+const MOST_GROWTH: usize = 4;
 
-/// After so many extractions afresh inside one another the rest is shown by one unmoving mesh.
-const MAX_DEPTH: u32 = 8;
-
-/// The mesh a piece starts from: the exact extraction of its component.
-pub(super) struct StartMesh {
-    mesh: Mesh,
-}
+/// One in so many faces of a remeshed start mesh may pass through another.
+const INTERSECTING_SHARE: usize = 10_000;
 
 /// A tracked piece and how far it got.
 pub(super) struct Tracked {
@@ -33,83 +28,52 @@ pub(super) struct Tracked {
     pub(super) high: f64,
 }
 
-/// The exact meshes of the given pieces' components at one isovalue, in their order.
-pub(super) fn start_meshes(sweep: &Sweep, isovalue: f64, pieces: &[Piece]) -> Result<Vec<StartMesh>> {
+/// The exact extractions of the given pieces' components at one isovalue, in their order.
+pub(super) fn components_at(sweep: &Sweep, isovalue: f64, pieces: &[Piece]) -> Result<Vec<Extraction>> {
     sweep.cancelled()?;
     let extraction = extract(&sweep.exact, isovalue);
-    let mut arc_of_component = vec![None; extraction.n_components as usize];
-    for (f, t) in extraction.faces.iter().enumerate() {
-        let c = extraction.components[f] as usize;
-        if arc_of_component[c].is_none()
-            && let Some((low, high)) = t.iter().find_map(|&v| extraction.crossings[v as usize])
-        {
-            arc_of_component[c] = sweep.topology.arc_of(low, high, isovalue);
-        }
-    }
+    let arcs: Vec<Option<usize>> = extraction
+        .component_crossings()
+        .iter()
+        .map(|&(low, high)| sweep.topology.arc_of(low, high, isovalue))
+        .collect();
     pieces
         .iter()
         .map(|piece| {
-            let component = arc_of_component.iter().position(|&a| a == Some(piece.arc));
-            let Some(component) = component else {
-                return Err(Error::Input(format!(
-                    "internal: no component of arc {} at isovalue {isovalue}",
-                    piece.arc
-                )));
-            };
-            Ok(StartMesh { mesh: component_mesh(&extraction, component as u32)? })
+            let component = arcs.iter().position(|&a| a == Some(piece.arc)).ok_or_else(|| {
+                Error::Input(format!("internal: no component of arc {} at isovalue {isovalue}", piece.arc))
+            })?;
+            Ok(extraction.with_components(|c| c as usize == component))
         })
         .collect()
 }
 
-/// One component of an extraction as a mesh.
-fn component_mesh(extraction: &Extraction, component: u32) -> Result<Mesh> {
-    let mut index = vec![u32::MAX; extraction.positions.len()];
-    let (mut positions, mut borders) = (Vec::new(), Vec::new());
-    let (mut triangles, mut caps) = (Vec::new(), Vec::new());
-    for (f, t) in extraction.faces.iter().enumerate() {
-        if extraction.components[f] != component {
-            continue;
-        }
-        triangles.push(t.map(|v| {
-            if index[v as usize] == u32::MAX {
-                index[v as usize] = positions.len() as u32;
-                positions.push(extraction.positions[v as usize]);
-                borders.push(extraction.borders[v as usize]);
-            }
-            index[v as usize]
-        }));
-        caps.push(extraction.caps[f]);
-    }
-    Mesh::from_triangles(&positions, &borders, &triangles, &caps)
+/// The exact extraction of one piece's component.
+pub(super) fn component_at(sweep: &Sweep, piece: &Piece, isovalue: f64) -> Result<Extraction> {
+    Ok(components_at(sweep, isovalue, &[*piece])?.pop().expect("one component per piece"))
 }
 
-/// Remeshes a start mesh and tracks it to both ends of its piece.
+/// Remeshes the exact extraction of a piece and tracks it to both ends. `None` where remeshing
+/// makes the mesh pass through itself.
 pub(super) fn track_both_ways(
     sweep: &Sweep,
     piece: &Piece,
     isovalue: f64,
-    start: StartMesh,
+    exact: &Extraction,
     counts: &mut Counts,
-) -> Result<Tracked> {
+) -> Result<Option<Tracked>> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let kernels = kernels.as_mut();
-    let mesh = remeshed(sweep, isovalue, start.mesh, kernels)?;
+    let Some(mesh) = remeshed(sweep, isovalue, slide::mesh(exact)?, kernels)? else {
+        return Ok(None);
+    };
     let compacted = mesh.compacted();
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let normals = kernels.normals()?;
     let mut recorder = Recorder::begin(&mesh, &normals, &compacted.vertices, isovalue);
-    let unmoving = piece.depth >= MAX_DEPTH
-        || piece.high - piece.low < UNMOVING_SHARE * (sweep.range.1 - sweep.range.0);
     let mut reached = [piece.low, piece.high];
-    for (side, end) in [(0, piece.low), (1, piece.high)] {
+    for side in [0, 1] {
         recorder.restart();
-        if unmoving {
-            if end != isovalue {
-                recorder.knots(&compacted.vertices, &compacted.positions, &normals, end);
-            }
-            recorder.finish_direction(end);
-            continue;
-        }
         let mut moving = mesh.clone();
         let way = sweep.way(piece, side == 1);
         reached[side] = track(
@@ -124,31 +88,19 @@ pub(super) fn track_both_ways(
             &|| sweep.cancelled(),
         )?;
     }
-    counts.unmoving += u64::from(unmoving);
-    Ok(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] })
+    Ok(Some(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] }))
 }
 
-/// The start mesh with good triangles; the exact one where remeshing would make it pass through
-/// itself.
-fn remeshed(sweep: &Sweep, isovalue: f64, exact: Mesh, kernels: &mut dyn Kernels) -> Result<Mesh> {
-    let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters);
-    let mut best = (usize::MAX, exact.clone());
-    for share in [1.0, 0.5] {
-        let mut mesh = exact.clone();
-        let finer = Criteria { error: share * criteria.error, ..criteria };
-        remesh(&mut mesh, &finer, kernels, isovalue, sweep.parameters)?;
-        let crossing = n_intersecting(&mesh);
-        if crossing < best.0 {
-            best = (crossing, mesh);
-        }
-        if best.0 == 0 {
-            return Ok(best.1);
-        }
+/// The mesh with good triangles, unless that makes it pass through itself.
+fn remeshed(sweep: &Sweep, isovalue: f64, exact: Mesh, kernels: &mut dyn Kernels) -> Result<Option<Mesh>> {
+    let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
+    let most = MOST_GROWTH * exact.n_faces();
+    let mut mesh = exact;
+    if !remesh(&mut mesh, &criteria, kernels, isovalue, sweep.parameters, most)? {
+        return Ok(None);
     }
-    if n_intersecting(&exact) < best.0 { Ok(exact) } else { Ok(best.1) }
-}
-
-fn n_intersecting(mesh: &Mesh) -> usize {
     let c = mesh.compacted();
-    intersecting(&c.positions, &c.connectivity.faces).len()
+    let crossing = intersecting(&c.positions, &c.connectivity.faces).len();
+    log::debug!("remeshed at {isovalue} to {} faces, {crossing} intersecting", mesh.n_faces());
+    Ok((crossing <= mesh.n_faces() / INTERSECTING_SHARE).then_some(mesh))
 }

@@ -23,6 +23,9 @@ const SUB_STEP_LENGTH: f32 = 0.4;
 /// Share of faces that may leave the tolerance half-way between two sampling isovalues.
 const MIDWAY_SHARE: f32 = 0.01;
 
+/// Share of faces that may look away from their vertices' normals: sharp creases turn them.
+const FOLDED_SHARE: f32 = 0.001;
+
 /// How many faces are looked at half-way.
 const MIDWAY_FACES: usize = 1500;
 
@@ -193,7 +196,8 @@ fn advance(
     let mut positions = kernels.positions()?;
     lift_caps(mesh, field, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
-    if folds(&compacted.connectivity.faces, &positions, &normals) > 0 && !tolerant {
+    let folded = folds(&compacted.connectivity.faces, &positions, &normals);
+    if folded as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {
         counts.refused.folded += 1;
         return Ok(None);
     }
@@ -202,7 +206,8 @@ fn advance(
         return Ok(None);
     }
     let crossing = intersecting(&positions, &compacted.connectivity.faces).len();
-    if crossing > 0 && (!tolerant || crossing * 5000 > compacted.faces.len()) {
+    let crossing_allowed = if tolerant { compacted.faces.len() / 5000 } else { 0 };
+    if crossing > crossing_allowed {
         counts.refused.intersecting += 1;
         return Ok(None);
     }
@@ -273,9 +278,9 @@ fn follows_midway(
 
 /// Simplifies, refines and flips at a sampling isovalue. Returns the collapses.
 fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Vec<(Vertex, Vertex)> {
-    let criteria = Criteria::new(field, at, parameters);
+    let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     let deviations = criteria.deviations(mesh);
-    let mut length = sizing(mesh, &deviations, SIZING_GOAL * criteria.error, criteria.max_edge);
+    let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
     let marked: Vec<Face> = mesh
         .faces()
         .filter(|&f| deviations[f.0 as usize] > criteria.error && area(mesh.corners(f)) > criteria.refine_area)
