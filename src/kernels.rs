@@ -47,13 +47,17 @@ pub struct Connectivity {
     /// form a face. The top bit ([`CREASE`]) marks a neighbour along a crease edge.
     pub ring: Vec<u32>,
     /// Per vertex: bit a is set where the vertex lies on a border plane across axis a (a = 0, 1, 2)
-    /// and must not leave it: its component a never changes.
+    /// and must not leave it: its component a never changes. [`PINNED`] may be set beside.
     pub borders: Vec<u8>,
 }
 
 /// Marks, in [`Connectivity::ring`], a neighbour along a crease: an edge where a cap meets the
 /// isosurface proper. A vertex with a border relaxes along its crease neighbours only.
 pub const CREASE: u32 = 1 << 31;
+
+/// In [`Connectivity::borders`]: the vertex does not relax, but projects like any other. (It has a
+/// border, so it relaxes along crease edges only, of which it has none or may not use any.)
+pub const PINNED: u8 = 1 << 3;
 
 /// What became of a vertex in the last projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -37,7 +37,7 @@ pub use measure::{area, normal, radius_ratio};
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::kernels::{CREASE, Connectivity};
+use crate::kernels::{CREASE, Connectivity, PINNED};
 
 const NONE: u32 = u32::MAX;
 
@@ -290,7 +290,19 @@ impl Mesh {
     /// Border planes of a vertex: see [`Connectivity::borders`].
     #[inline]
     pub fn border(&self, v: Vertex) -> u8 {
-        self.borders[v.0 as usize]
+        self.borders[v.0 as usize] & !PINNED
+    }
+
+    /// Whether a vertex is pinned: it is neither removed nor relaxed.
+    #[inline]
+    pub fn is_pinned(&self, v: Vertex) -> bool {
+        self.borders[v.0 as usize] & PINNED != 0
+    }
+
+    /// Pins a vertex or lets it go.
+    pub fn set_pinned(&mut self, v: Vertex, pinned: bool) {
+        let b = &mut self.borders[v.0 as usize];
+        *b = if pinned { *b | PINNED } else { *b & !PINNED };
     }
 
     /// Whether the face only closes the mesh at the border of the volume.
@@ -364,12 +376,12 @@ impl Mesh {
             faces: faces.iter().map(|&f| self.face_vertices(f).map(|v| index[v.0 as usize])).collect(),
             ring_offsets: Vec::with_capacity(vertices.len() + 1),
             ring: Vec::with_capacity(self.n_faces * 3),
-            borders: vertices.iter().map(|&v| self.border(v)).collect(),
+            borders: vertices.iter().map(|&v| self.borders[v.0 as usize]).collect(),
         };
         connectivity.ring_offsets.push(0);
         for &v in &vertices {
             for h in self.spokes(v) {
-                let crease = if self.is_crease(h.edge()) { CREASE } else { 0 };
+                let crease = if self.is_crease(h.edge()) && !self.is_pinned(v) { CREASE } else { 0 };
                 connectivity.ring.push(index[self.to(h).0 as usize] | crease);
             }
             connectivity.ring_offsets.push(connectivity.ring.len() as u32);

@@ -50,12 +50,12 @@ impl Mesh {
     ///
     /// The thesis's two constraints (section 3.6): the one-rings share exactly the two vertices
     /// opposite the edge, and no edge of one ring is an edge of the other. Beyond them: no valence
-    /// falls below 3, a crease vertex merges only along its crease and never leaves a border plane,
+    /// falls below 3, a pinned vertex stays, a crease vertex merges only along its crease and never leaves a border plane,
     /// and no face becomes flat in a border plane.
     pub fn can_collapse(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
         let (x, y) = (self.to(self.next(h)), self.to(self.next(h.twin())));
-        if x == y || self.valence(x) < 4 || self.valence(y) < 4 {
+        if self.is_pinned(v) || x == y || self.valence(x) < 4 || self.valence(y) < 4 {
             return false;
         }
         let border = self.border(v);
@@ -138,7 +138,7 @@ impl Mesh {
         self.face_halfedge[face.0 as usize] = new.0;
     }
 
-    /// Whether the edge may flip: it is no crease, the vertices opposite it are not joined yet, no
+    /// Whether the edge may flip: it is no crease and not pinned at both ends, the vertices opposite it are not joined yet, no
     /// valence falls below 3, and no face becomes flat in a border plane.
     pub fn can_flip(&self, e: Edge) -> bool {
         let h = e.halfedge();
@@ -146,6 +146,7 @@ impl Mesh {
         let (c, d) = (self.to(self.next(h)), self.to(self.next(h.twin())));
         let cap = self.is_cap(self.face(h));
         !self.is_crease(e)
+            && !(self.is_pinned(a) && self.is_pinned(b))
             && c != d
             && self.valence(a) > 3
             && self.valence(b) > 3

@@ -5,6 +5,7 @@ use glam::Vec3;
 use crate::kernels::deviation::face_deviation;
 use crate::kernels::field::Field;
 use crate::kernels::project::project_point;
+use crate::kernels::ray::{Slab, Walk, walk};
 use crate::mesh::{Face, Mesh, Vertex, normal, radius_ratio};
 use crate::sweep::Parameters;
 
@@ -17,6 +18,18 @@ const MIN_EDGE: f32 = 0.35;
 
 /// Smallest number of shortest edges across a component.
 const EDGES_ACROSS: f32 = 6.0;
+
+/// Where the search for another sheet starts, voxels off the vertex.
+const GAP_START: f32 = 0.02;
+
+/// Within this distance, in voxels, another sheet limits the edges.
+const GAP_REACH: f32 = 1.0;
+
+/// Longest edge over the distance to another sheet: straight triangles on both must not meet.
+const EDGES_PER_GAP: f32 = 1.5;
+
+/// Edges are not made shorter than this because of another sheet, voxels.
+const MIN_GAP_EDGE: f32 = 0.1;
 
 /// Largest angle, as its cosine, that an edit may turn a face by.
 const MAX_TURN: f32 = 0.4;
@@ -89,6 +102,27 @@ impl<'a> Criteria<'a> {
         project_point(self.field, middle, along, border, self.isovalue, reach).unwrap_or(middle)
     }
 
+    /// Distance of a vertex, along its normal, from the nearest other sheet of the isosurface;
+    /// infinite where there is none within [`GAP_REACH`].
+    fn gap(&self, mesh: &Mesh, v: Vertex) -> f32 {
+        let n = mesh.vertex_normal(v);
+        let mut gap = f32::INFINITY;
+        for direction in [n, -n] {
+            let from = mesh.position(v) + GAP_START * direction;
+            let below = self.field.value(from) < self.isovalue;
+            // Along the normal the field falls; where it does not, the vertex is at a crease.
+            if direction == Vec3::ZERO || below != (direction == n) {
+                continue;
+            }
+            let sign = if below { 1.0 } else { -1.0 };
+            let slab = Slab { isovalue: self.isovalue, sign, lowest: f32::MIN };
+            if let Walk::Reached(t) = walk(self.field, from, direction, 0, slab, GAP_REACH) {
+                gap = gap.min(GAP_START + t);
+            }
+        }
+        gap
+    }
+
     /// Deviation of every face by slot; zero where the slot is empty.
     pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
         let faces = (0..mesh.face_slots() as u32).map(Face);
@@ -124,6 +158,11 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
         .zip(&count)
         .map(|(&s, &n)| if n > 0 { (n as f32 / s).sqrt().clamp(min_edge, max_edge) } else { max_edge })
         .collect();
+    for v in mesh.vertices() {
+        let gap = criteria.gap(mesh, v);
+        let l = &mut length[v.0 as usize];
+        *l = l.min((EDGES_PER_GAP * gap).max(MIN_GAP_EDGE));
+    }
     // Lengths grow by at most half a length per length, so that triangles stay well shaped.
     for _ in 0..2 {
         let before = length.clone();

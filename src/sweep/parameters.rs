@@ -44,7 +44,7 @@ impl Default for Parameters {
             error: 0.1,
             min_quality: 0.3,
             min_area: 0.0002,
-            refine_area: 0.0005,
+            refine_area: 0.001,
             relax_strength: 0.6,
             relax_force: 1e-4,
             relax_iterations: 6,

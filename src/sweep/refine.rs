@@ -68,7 +68,8 @@ pub(crate) fn split_long(mesh: &mut Mesh, criteria: &Criteria, length: &[f32], l
             let h = e.halfedge();
             let wanted = 0.5 * (length[mesh.from(h).0 as usize] + length[mesh.to(h).0 as usize]);
             let l = mesh.length(e);
-            (l > long * wanted).then_some((l, e))
+            let pinned = mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h));
+            (!pinned && l > long * wanted).then_some((l, e))
         })
         .collect();
     edges.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

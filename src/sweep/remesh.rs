@@ -83,7 +83,8 @@ pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria) -> usize {
         .faces()
         .filter(|&f| {
             let t = mesh.corners(f);
-            area(t) > criteria.refine_area && criteria.deviation(t) > criteria.error
+            let pinned = mesh.face_vertices(f).iter().all(|&v| mesh.is_pinned(v));
+            !pinned && area(t) > criteria.refine_area && criteria.deviation(t) > criteria.error
         })
         .collect();
     quadrisect(mesh, criteria, &marked);

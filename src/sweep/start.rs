@@ -12,14 +12,19 @@ use super::{Counts, Piece, Sweep, slide};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
 use crate::kernels::Kernels;
-use crate::mesh::{Mesh, intersecting};
+use crate::mesh::{Mesh, Vertex, intersecting};
 use crate::spectrum::Patch;
+use glam::Vec3;
 
 /// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
 const MOST_GROWTH: usize = 4;
 
-/// One in so many faces of a remeshed start mesh may pass through another.
-const INTERSECTING_SHARE: usize = 10_000;
+/// Remeshing is tried so many times, with more of the extraction pinned each time.
+const ATTEMPTS: usize = 4;
+
+/// Radius, in voxels, around faces that pass through each other within which vertices are pinned;
+/// times the number of the attempt.
+const PIN_RADIUS: f32 = 1.0;
 
 /// A tracked piece and how far it got.
 pub(super) struct Tracked {
@@ -91,16 +96,42 @@ pub(super) fn track_both_ways(
     Ok(Some(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] }))
 }
 
-/// The mesh with good triangles, unless that makes it pass through itself.
-fn remeshed(sweep: &Sweep, isovalue: f64, exact: Mesh, kernels: &mut dyn Kernels) -> Result<Option<Mesh>> {
+/// The mesh with good triangles. Where they would pass through each other, which happens at sharp
+/// creases and between close sheets, the vertices of the extraction around are pinned, and the rest
+/// is remeshed again. `None` if that does not help.
+fn remeshed(sweep: &Sweep, isovalue: f64, mut exact: Mesh, kernels: &mut dyn Kernels) -> Result<Option<Mesh>> {
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
     let most = MOST_GROWTH * exact.n_faces();
-    let mut mesh = exact;
-    if !remesh(&mut mesh, &criteria, kernels, isovalue, sweep.parameters, most)? {
-        return Ok(None);
+    for attempt in 0..ATTEMPTS {
+        sweep.cancelled()?;
+        let mut mesh = exact.clone();
+        if !remesh(&mut mesh, &criteria, kernels, isovalue, sweep.parameters, most)? {
+            return Ok(None);
+        }
+        let c = mesh.compacted();
+        let crossing = intersecting(&c.positions, &c.connectivity.faces);
+        log::debug!(
+            "remeshed {} faces at {isovalue} to {}, {} intersecting",
+            exact.n_faces(),
+            mesh.n_faces(),
+            crossing.len()
+        );
+        if crossing.is_empty() {
+            return Ok(Some(mesh));
+        }
+        let centres = crossing.iter().map(|&f| mesh.corners(c.faces[f as usize]).iter().sum::<Vec3>() / 3.0);
+        pin_around(&mut exact, &centres.collect::<Vec<_>>(), PIN_RADIUS * (attempt + 1) as f32);
     }
-    let c = mesh.compacted();
-    let crossing = intersecting(&c.positions, &c.connectivity.faces).len();
-    log::debug!("remeshed at {isovalue} to {} faces, {crossing} intersecting", mesh.n_faces());
-    Ok((crossing <= mesh.n_faces() / INTERSECTING_SHARE).then_some(mesh))
+    Ok(None)
+}
+
+/// Pins the vertices within `radius` of any of the points.
+fn pin_around(mesh: &mut Mesh, points: &[Vec3], radius: f32) {
+    let near: Vec<Vertex> = mesh
+        .vertices()
+        .filter(|&v| points.iter().any(|p| p.distance_squared(mesh.position(v)) < radius * radius))
+        .collect();
+    for v in near {
+        mesh.set_pinned(v, true);
+    }
 }

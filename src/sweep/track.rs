@@ -9,7 +9,7 @@ use super::remesh::SIZING_GOAL;
 use super::simplify::simplify;
 use super::{Counts, Parameters};
 use crate::error::Result;
-use crate::kernels::Kernels;
+use crate::kernels::{Kernels, PINNED};
 use crate::kernels::field::Field;
 use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting, normal};
 use glam::Vec3;
@@ -22,6 +22,10 @@ const SUB_STEP_LENGTH: f32 = 0.4;
 
 /// Share of faces that may leave the tolerance half-way between two sampling isovalues.
 const MIDWAY_SHARE: f32 = 0.01;
+
+/// A step after which faces pass through each other is tried so many times with their vertices not
+/// relaxed before it is taken shorter.
+const PIN_ROUNDS: usize = 2;
 
 /// Share of faces that may look away from their vertices' normals: sharp creases turn them.
 const FOLDED_SHARE: f32 = 0.001;
@@ -77,11 +81,21 @@ pub(crate) fn track(
         }
         let mut next = next_isovalue(way, at, step);
         let mut halved = 0;
+        let mut pins = Vec::new();
+        let mut pinned = 0;
         let advanced = loop {
             let tolerant = halved >= 3;
-            match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant, counts)? {
+            match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant, counts, &mut pins)? {
                 Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => break Some(a),
                 _ => {}
+            }
+            if !pins.is_empty() && pinned < PIN_ROUNDS {
+                pinned += 1;
+                for &v in &pins {
+                    compacted.connectivity.borders[v as usize] |= PINNED;
+                }
+                pins.clear();
+                continue;
             }
             halved += 1;
             next = at + 0.5 * (next - at);
@@ -175,6 +189,7 @@ fn advance(
     next: f64,
     tolerant: bool,
     counts: &mut Counts,
+    pins: &mut Vec<u32>,
 ) -> Result<Option<Advanced>> {
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, compacted, field, at, next);
@@ -205,7 +220,9 @@ fn advance(
         counts.refused.off_midway += 1;
         return Ok(None);
     }
-    let crossing = intersecting(&positions, &compacted.connectivity.faces).len();
+    let crossing = intersecting(&positions, &compacted.connectivity.faces);
+    pins.extend(crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]));
+    let crossing = crossing.len();
     let crossing_allowed = if tolerant { compacted.faces.len() / 5000 } else { 0 };
     if crossing > crossing_allowed {
         counts.refused.intersecting += 1;
