@@ -38,11 +38,14 @@ use crate::volume::Volume;
 use crate::extract::Extraction;
 use track::Way;
 
+/// A component with fewer faces is shown by its extraction where that just slides.
+const SMALL_FACES: usize = 300;
+
 /// A stretch that tracking left over is not tracked again after so many attempts.
-const MAX_DEPTH: u32 = 3;
+const MAX_DEPTH: u32 = 1;
 
 /// A stretch shorter than this share of the piece it is left over from is not tracked again.
-const SLIDE_SHARE: f64 = 0.1;
+const SLIDE_SHARE: f64 = 0.5;
 
 /// Share of a piece, at each end, over which the mesh may stay as it is where tracking fails.
 const HOLD_SHARE: f64 = 0.02;
@@ -286,6 +289,10 @@ impl Sweep<'_> {
         patches: &mut Vec<Patch>,
         counts: &mut Counts,
     ) -> Result<()> {
+        let small = exact.faces.len() < SMALL_FACES;
+        if small && (piece.depth > 0 || slide::slides(self, piece)?) {
+            return slide::slide(self, piece, patches, counts);
+        }
         let before = *counts;
         let Some(tracked) = start::track_both_ways(self, piece, isovalue, exact, counts)? else {
             log::debug!("arc {} [{}, {}): cannot be remeshed", piece.arc, piece.low, piece.high);

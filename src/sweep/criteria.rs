@@ -11,13 +11,16 @@ use crate::sweep::Parameters;
 
 /// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
-const SAMPLE_SHARE: f32 = 0.7;
+const SAMPLE_SHARE: f32 = 0.85;
 
 /// Shortest edge that refinement aims at, voxels; less on components that are hardly larger.
 const MIN_EDGE: f32 = 0.35;
 
-/// Smallest number of shortest edges across a component.
-const EDGES_ACROSS: f32 = 6.0;
+/// Even the shortest edges fit into a component so many times.
+const MOST_EDGES_ACROSS: f32 = 8.0;
+
+/// Even the longest edges fit into a component so many times: it does not become a tetrahedron.
+const FEWEST_EDGES_ACROSS: f32 = 3.0;
 
 /// Where the search for another sheet starts, voxels off the vertex.
 const GAP_START: f32 = 0.02;
@@ -77,8 +80,12 @@ impl<'a> Criteria<'a> {
         let mut points = mesh.vertices().map(|v| mesh.position(v));
         let first = points.next().unwrap_or_default();
         let (low, high) = points.fold((first, first), |(l, h), p| (l.min(p), h.max(p)));
-        let across = (high - low).max_element() / EDGES_ACROSS;
-        Criteria { min_edge: self.min_edge.min(across), ..self }
+        let extent = (high - low).max_element();
+        Criteria {
+            min_edge: self.min_edge.min(extent / MOST_EDGES_ACROSS),
+            max_edge: self.max_edge.min(extent / FEWEST_EDGES_ACROSS),
+            ..self
+        }
     }
 
     /// Distance of a triangle's barycentre from the isosurface along its normal.

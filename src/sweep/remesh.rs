@@ -15,7 +15,7 @@ use crate::sweep::Parameters;
 const ROUNDS: usize = 6;
 
 /// Share of the largest deviation at which the wanted edge length aims.
-pub(crate) const SIZING_GOAL: f32 = 0.4;
+pub(crate) const SIZING_GOAL: f32 = 0.45;
 
 /// Relaxes the mesh on the isosurface and takes the new positions.
 pub(crate) fn relax(

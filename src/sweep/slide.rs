@@ -13,33 +13,57 @@ use crate::extract::Extraction;
 use crate::mesh::{Mesh, Vertex};
 use crate::spectrum::{Knot, Patch, Triangle, normal};
 
-/// Stretches shorter than this share of the range are not cut in two any more.
-const SHORTEST_SHARE: f64 = 2e-4;
+/// A stretch whose extractions at both ends differ is cut in two so many times. What then still
+/// differs inside is shown by one unmoving extraction: its topology is right all the same.
+const MOST_CUTS: u32 = 2;
 
 /// Distance from both ends of a stretch at which it is extracted, as a share of it.
 const END_SHARE: f64 = 1e-3;
 
+/// Whether one sliding extraction covers the piece.
+pub(super) fn slides(sweep: &Sweep, piece: &Piece) -> Result<bool> {
+    let [low, high] = ends(sweep, piece)?;
+    Ok(is_same(&low, &high))
+}
+
 /// Covers a piece by sliding extractions, as many as it takes.
 pub(super) fn slide(sweep: &Sweep, piece: &Piece, patches: &mut Vec<Patch>, counts: &mut Counts) -> Result<()> {
-    sweep.cancelled()?;
-    let length = piece.high - piece.low;
-    let margin = END_SHARE * length;
-    let low = component_at(sweep, piece, piece.low + margin)?;
-    let high = component_at(sweep, piece, piece.high - margin)?;
-    let same = low.faces == high.faces && low.crossings == high.crossings;
-    if same {
+    slide_in(sweep, piece, MOST_CUTS, patches, counts)
+}
+
+/// Covers a piece that may be cut in two so many times.
+fn slide_in(
+    sweep: &Sweep,
+    piece: &Piece,
+    cuts: u32,
+    patches: &mut Vec<Patch>,
+    counts: &mut Counts,
+) -> Result<()> {
+    let [low, high] = ends(sweep, piece)?;
+    if is_same(&low, &high) {
         counts.sliding += 1;
         patches.push(patch(piece, &low, &high)?);
-    } else if length > SHORTEST_SHARE * (sweep.range.1 - sweep.range.0) {
+    } else if cuts > 0 {
         let middle = 0.5 * (piece.low + piece.high);
-        slide(sweep, &Piece { high: middle, ..*piece }, patches, counts)?;
-        slide(sweep, &Piece { low: middle, ..*piece }, patches, counts)?;
+        slide_in(sweep, &Piece { high: middle, ..*piece }, cuts - 1, patches, counts)?;
+        slide_in(sweep, &Piece { low: middle, ..*piece }, cuts - 1, patches, counts)?;
     } else {
         counts.unmoving += 1;
         let middle = component_at(sweep, piece, 0.5 * (piece.low + piece.high))?;
         patches.push(patch(piece, &middle, &middle)?);
     }
     Ok(())
+}
+
+/// The extractions just inside both ends of a piece.
+fn ends(sweep: &Sweep, piece: &Piece) -> Result<[Extraction; 2]> {
+    let margin = END_SHARE * (piece.high - piece.low);
+    Ok([component_at(sweep, piece, piece.low + margin)?, component_at(sweep, piece, piece.high - margin)?])
+}
+
+/// Whether two extractions differ only in where their vertices are.
+fn is_same(a: &Extraction, b: &Extraction) -> bool {
+    a.faces == b.faces && a.crossings == b.crossings
 }
 
 /// A patch with one knot at each end of the piece.

@@ -19,6 +19,9 @@ use glam::Vec3;
 /// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
 const MOST_GROWTH: usize = 4;
 
+/// One in so many faces of a remeshed mesh may pass through another.
+const INTERSECTING_SHARE: usize = 20_000;
+
 /// Remeshing is tried so many times, with more of the extraction pinned each time.
 const ATTEMPTS: usize = 4;
 
@@ -116,7 +119,7 @@ fn remeshed(sweep: &Sweep, isovalue: f64, mut exact: Mesh, kernels: &mut dyn Ker
             mesh.n_faces(),
             crossing.len()
         );
-        if crossing.is_empty() {
+        if crossing.len() <= mesh.n_faces() / INTERSECTING_SHARE {
             return Ok(Some(mesh));
         }
         let centres = crossing.iter().map(|&f| mesh.corners(c.faces[f as usize]).iter().sum::<Vec3>() / 3.0);

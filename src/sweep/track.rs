@@ -21,11 +21,17 @@ const STEP_LENGTH: f32 = 0.7;
 const SUB_STEP_LENGTH: f32 = 0.4;
 
 /// Share of faces that may leave the tolerance half-way between two sampling isovalues.
-const MIDWAY_SHARE: f32 = 0.01;
+const MIDWAY_SHARE: f32 = 0.02;
 
 /// A step after which faces pass through each other is tried so many times with their vertices not
 /// relaxed before it is taken shorter.
-const PIN_ROUNDS: usize = 2;
+const PIN_ROUNDS: usize = 1;
+
+/// A step is halved at most so many times.
+const MOST_HALVINGS: u32 = 4;
+
+/// From so many halvings on, a step is not refused for few folded or off faces any more.
+const TOLERANT_FROM: u32 = 2;
 
 /// Share of faces that may look away from their vertices' normals: sharp creases turn them.
 const FOLDED_SHARE: f32 = 0.001;
@@ -80,11 +86,11 @@ pub(crate) fn track(
             return Ok(stop(&compacted, mesh, way, at, recorder, counts));
         }
         let mut next = next_isovalue(way, at, step);
-        let mut halved = 0;
+        let mut halved = 0u32;
         let mut pins = Vec::new();
         let mut pinned = 0;
         let advanced = loop {
-            let tolerant = halved >= 3;
+            let tolerant = halved >= TOLERANT_FROM;
             match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant, counts, &mut pins)? {
                 Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => break Some(a),
                 _ => {}
@@ -99,7 +105,7 @@ pub(crate) fn track(
             }
             halved += 1;
             next = at + 0.5 * (next - at);
-            if halved > 6 || (next - at).abs() < way.min_step {
+            if halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
                 break None;
             }
         };
@@ -121,7 +127,7 @@ pub(crate) fn track(
         let collapsed = edit(mesh, field, parameters, at);
         recorder.edits(mesh, &collapsed, at, way.direction);
         compacted = mesh.compacted();
-        let growth = (STEP_LENGTH / advanced.moved.max(1e-6)).clamp(0.5, 2.0);
+        let growth = (STEP_LENGTH / advanced.moved.max(1e-6)).clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         step = taken * f64::from(growth);
     }
     recorder.finish_direction(way.end);
@@ -223,7 +229,7 @@ fn advance(
     let crossing = intersecting(&positions, &compacted.connectivity.faces);
     pins.extend(crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]));
     let crossing = crossing.len();
-    let crossing_allowed = if tolerant { compacted.faces.len() / 5000 } else { 0 };
+    let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
     if crossing > crossing_allowed {
         counts.refused.intersecting += 1;
         return Ok(None);
