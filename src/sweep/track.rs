@@ -204,10 +204,6 @@ fn advance(
     for i in 1..=n {
         failed = kernels.project(at + (next - at) * i as f64 / n as f64, 3.0)?;
     }
-    if failed > 0 && !tolerant {
-        counts.refused.not_reached += 1;
-        return Ok(None);
-    }
     kernels.relax(
         next,
         parameters.relax_strength as f32,
@@ -234,7 +230,8 @@ fn advance(
         counts.refused.intersecting += 1;
         return Ok(None);
     }
-    if failed as usize * 1000 > positions.len() {
+    let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
+    if failed as usize > failed_allowed {
         counts.refused.not_reached += 1;
         return Ok(None);
     }
