@@ -17,6 +17,9 @@ use crate::spectrum::{Knot, Patch, Triangle, normal};
 /// differs inside is shown by one unmoving extraction: its topology is right all the same.
 const MOST_CUTS: u32 = 2;
 
+/// Components with more faces are not cut: each cut stores all of the component again.
+const LARGE_FACES: usize = 20_000;
+
 /// Distance from both ends of a stretch at which it is extracted, as a share of it.
 const END_SHARE: f64 = 1e-3;
 
@@ -28,7 +31,8 @@ pub(super) fn slides(sweep: &Sweep, piece: &Piece) -> Result<bool> {
 
 /// Covers a piece by sliding extractions, as many as it takes.
 pub(super) fn slide(sweep: &Sweep, piece: &Piece, patches: &mut Vec<Patch>, counts: &mut Counts) -> Result<()> {
-    slide_in(sweep, piece, MOST_CUTS, patches, counts)
+    let large = ends(sweep, piece)?[0].faces.len() > LARGE_FACES;
+    slide_in(sweep, piece, if large { 0 } else { MOST_CUTS }, patches, counts)
 }
 
 /// Covers a piece that may be cut in two so many times.

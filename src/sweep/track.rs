@@ -17,6 +17,9 @@ use glam::Vec3;
 /// How far most vertices may move in one sampling step, voxels.
 const STEP_LENGTH: f32 = 0.7;
 
+/// A sampling step in which most vertices would move farther, in voxels, is taken shorter.
+const MOST_MOTION: f32 = 2.0;
+
 /// How far most vertices move in one projection, voxels.
 const SUB_STEP_LENGTH: f32 = 0.4;
 
@@ -86,6 +89,10 @@ pub(crate) fn track(
             return Ok(stop(&compacted, mesh, way, at, recorder, counts));
         }
         let mut next = next_isovalue(way, at, step);
+        let far = expected_motion(mesh, &compacted, field, at, next) / MOST_MOTION;
+        if far > 1.0 {
+            next = at + (next - at) / f64::from(far.min(8.0));
+        }
         let mut halved = 0u32;
         let mut pins = Vec::new();
         let mut pinned = 0;
