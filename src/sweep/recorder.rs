@@ -41,11 +41,14 @@ struct Ended {
     high: f64,
 }
 
+/// A knot before its isovalue has a rank: isovalue, position, unit normal.
+type Unranked = (f64, [f32; 3], [f32; 3]);
+
 /// Records one patch.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
     /// Knots of each trajectory in the order they were recorded.
-    trajectories: Vec<Vec<(f64, [f32; 3], [f32; 3])>>,
+    trajectories: Vec<Vec<Unranked>>,
     start: Vec<Ended>,
     ended: Vec<Ended>,
     collapses: Vec<(u32, u32, f64, bool)>,

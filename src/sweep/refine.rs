@@ -29,8 +29,6 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
         .filter(|&f| mesh.face_halfedges(f).iter().all(|h| split[h.edge().0 as usize]))
         .map(|f| mesh.face_vertices(f))
         .collect();
-    let mut first = vec![(u32::MAX, Vertex(0)); 0];
-    first.resize(whole.len(), (u32::MAX, Vertex(0)));
     // Splitting three edges one after the other leaves, inside a face, the edge from the first
     // midpoint to the corner opposite to it; turning that edge gives the quadrisection.
     let mut middle = Vec::with_capacity(edges.len());
