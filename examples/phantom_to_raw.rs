@@ -15,7 +15,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bytes: Vec<u8> = match volume.samples() {
         Samples::U8(s) => s.clone(),
         Samples::F32(s) => s.iter().flat_map(|v| v.to_le_bytes()).collect(),
-        other => return Err(format!("{} samples, expected uint8 or float32", other.type_name()).into()),
+        other => {
+            return Err(format!("{} samples, expected uint8 or float32", other.type_name()).into());
+        }
     };
     let [x, y, z] = volume.dims();
     let stem = name.split(':').next().unwrap_or(name);

@@ -43,7 +43,7 @@ pub struct Connectivity {
     pub faces: Vec<[u32; 3]>,
     /// Start of each vertex's one-ring in `ring`, and the end: one more than there are vertices.
     pub ring_offsets: Vec<u32>,
-    /// Neighbours of each vertex, counter-clockwise, so that (ring[i], ring[i + 1]) and the vertex
+    /// Neighbours of each vertex, counter-clockwise, so that `(ring[i], ring[i + 1])` and the vertex
     /// form a face. The top bit ([`CREASE`]) marks a neighbour along a crease edge.
     pub ring: Vec<u32>,
     /// Per vertex: bit a is set where the vertex lies on a border plane across axis a (a = 0, 1, 2)

@@ -30,8 +30,8 @@ mod edit;
 mod intersect;
 mod measure;
 
-pub use intersect::intersecting;
 pub use edit::{Collapsed, Flipped, SplitEdge};
+pub use intersect::intersecting;
 pub use measure::{area, normal, radius_ratio};
 
 use glam::Vec3;
@@ -135,7 +135,9 @@ impl Mesh {
             for i in 0..3 {
                 let (a, b) = (t[i], t[(i + 1) % 3]);
                 if a == b || a as usize >= positions.len() {
-                    return Err(Error::input(format!("triangle {f} is {t:?}, expected three vertices of the mesh")));
+                    return Err(Error::input(format!(
+                        "triangle {f} is {t:?}, expected three vertices of the mesh"
+                    )));
                 }
                 sides.push((a.min(b), a.max(b), u8::from(a > b), (3 * f + i) as u32));
             }
@@ -373,7 +375,10 @@ impl Mesh {
         }
         let faces: Vec<Face> = self.faces().collect();
         let mut connectivity = Connectivity {
-            faces: faces.iter().map(|&f| self.face_vertices(f).map(|v| index[v.0 as usize])).collect(),
+            faces: faces
+                .iter()
+                .map(|&f| self.face_vertices(f).map(|v| index[v.0 as usize]))
+                .collect(),
             ring_offsets: Vec::with_capacity(vertices.len() + 1),
             ring: Vec::with_capacity(self.n_faces * 3),
             borders: vertices.iter().map(|&v| self.borders[v.0 as usize]).collect(),
@@ -381,7 +386,8 @@ impl Mesh {
         connectivity.ring_offsets.push(0);
         for &v in &vertices {
             for h in self.spokes(v) {
-                let crease = if self.is_crease(h.edge()) && !self.is_pinned(v) { CREASE } else { 0 };
+                let crease =
+                    if self.is_crease(h.edge()) && !self.is_pinned(v) { CREASE } else { 0 };
                 connectivity.ring.push(index[self.to(h).0 as usize] | crease);
             }
             connectivity.ring_offsets.push(connectivity.ring.len() as u32);

@@ -144,7 +144,10 @@ pub fn compute(
     progress: &dyn Progress,
 ) -> Result<Spectrum> {
     let range = parameters.range.unwrap_or(volume.range());
-    if !(range.0 < range.1) || range.0 < volume.range().0 || range.1 > volume.range().1 {
+    // A range that is not a number is not inside either.
+    let is_inside =
+        volume.range().0 <= range.0 && range.0 < range.1 && range.1 <= volume.range().1;
+    if !is_inside {
         return Err(Error::Usage(format!(
             "range {} to {}, expected inside the volume's {} to {}",
             range.0,

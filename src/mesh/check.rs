@@ -40,21 +40,28 @@ impl Mesh {
                 return fail(format!("half-edge {} lacks its twin or its vertex", h.0));
             }
             let n = self.next(h);
-            if self.next(self.next(n)) != h || self.from(n) != self.to(h) || self.face(n) != self.face(h) {
+            if self.next(self.next(n)) != h
+                || self.from(n) != self.to(h)
+                || self.face(n) != self.face(h)
+            {
                 return fail(format!("half-edge {} does not close its face", h.0));
             }
             if !self.has_face(self.face(h)) || self.face(h) == self.face(h.twin()) {
                 return fail(format!("edge {} does not join two faces", h.edge().0));
             }
-            if self.is_crease(h.edge()) && self.border(self.from(h)) & self.border(self.to(h)) == 0 {
+            if self.is_crease(h.edge()) && self.border(self.from(h)) & self.border(self.to(h)) == 0
+            {
                 return fail(format!("crease edge {} leaves the border of the volume", h.edge().0));
             }
         }
         // A vertex with two fans of faces has half-edges that its one cycle does not reach.
         if n_spokes != n_live {
-            return fail(format!("{n_live} half-edges but {n_spokes} around vertices: a vertex has two fans"));
+            return fail(format!(
+                "{n_live} half-edges but {n_spokes} around vertices: a vertex has two fans"
+            ));
         }
-        if n_live != 3 * self.n_faces || self.faces().any(|f: Face| self.face_halfedges(f).map(|h| self.face(h)) != [f; 3])
+        if n_live != 3 * self.n_faces
+            || self.faces().any(|f: Face| self.face_halfedges(f).map(|h| self.face(h)) != [f; 3])
         {
             return fail("faces and half-edges do not match".into());
         }

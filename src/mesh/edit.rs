@@ -50,8 +50,8 @@ impl Mesh {
     ///
     /// The thesis's two constraints (section 3.6): the one-rings share exactly the two vertices
     /// opposite the edge, and no edge of one ring is an edge of the other. Beyond them: no valence
-    /// falls below 3, a pinned vertex stays, a crease vertex merges only along its crease and never leaves a border plane,
-    /// and no face becomes flat in a border plane.
+    /// falls below 3, a pinned vertex stays, a crease vertex merges only along its crease and never
+    /// leaves a border plane, and no face becomes flat in a border plane.
     pub fn can_collapse(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
         let (x, y) = (self.to(self.next(h)), self.to(self.next(h.twin())));
@@ -66,7 +66,8 @@ impl Mesh {
             }
         }
         // First constraint.
-        let common = self.one_ring(v).filter(|&a| a != w && self.find_halfedge(w, a).is_some()).count();
+        let common =
+            self.one_ring(v).filter(|&a| a != w && self.find_halfedge(w, a).is_some()).count();
         if common != 2 {
             return false;
         }
@@ -138,15 +139,15 @@ impl Mesh {
         self.face_halfedge[face.0 as usize] = new.0;
     }
 
-    /// Whether the edge may flip: it is no crease and not pinned at both ends, the vertices opposite it are not joined yet, no
-    /// valence falls below 3, and no face becomes flat in a border plane.
+    /// Whether the edge may flip: it is no crease and not pinned at both ends, the vertices opposite
+    /// it are not joined yet, no valence falls below 3, and no face becomes flat in a border plane.
     pub fn can_flip(&self, e: Edge) -> bool {
         let h = e.halfedge();
         let (a, b) = (self.from(h), self.to(h));
         let (c, d) = (self.to(self.next(h)), self.to(self.next(h.twin())));
         let cap = self.is_cap(self.face(h));
-        !self.is_crease(e)
-            && !(self.is_pinned(a) && self.is_pinned(b))
+        let is_fixed = self.is_crease(e) || self.is_pinned(a) && self.is_pinned(b);
+        !is_fixed
             && c != d
             && self.valence(a) > 3
             && self.valence(b) > 3
@@ -263,7 +264,16 @@ mod tests {
             [0.0, 0.0, 1.0],
             [0.0, 0.0, -1.0],
         ];
-        let t = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let t = [
+            [0, 2, 4],
+            [2, 1, 4],
+            [1, 3, 4],
+            [3, 0, 4],
+            [2, 0, 5],
+            [1, 2, 5],
+            [3, 1, 5],
+            [0, 3, 5],
+        ];
         Mesh::from_triangles(&p, &[0; 6], &t, &[false; 8]).expect("an octahedron is closed")
     }
 
@@ -273,7 +283,10 @@ mod tests {
         let mut t = Vec::new();
         for i in 0..n {
             for j in 0..m {
-                let (u, v) = (i as f32 / n as f32 * 6.283, j as f32 / m as f32 * 6.283);
+                let (u, v) = (
+                    i as f32 / n as f32 * std::f32::consts::TAU,
+                    j as f32 / m as f32 * std::f32::consts::TAU,
+                );
                 let r = 2.0 + 0.7 * v.cos();
                 p.push([r * u.cos(), r * u.sin(), 0.7 * v.sin()]);
                 let at = |a: u32, b: u32| (a % n) * m + b % m;

@@ -41,11 +41,14 @@ struct Ended {
     high: f64,
 }
 
+/// A knot before its isovalue has a rank: isovalue, position, unit normal.
+type Unranked = (f64, [f32; 3], [f32; 3]);
+
 /// Records one patch.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
     /// Knots of each trajectory in the order they were recorded.
-    trajectories: Vec<Vec<(f64, [f32; 3], [f32; 3])>>,
+    trajectories: Vec<Vec<Unranked>>,
     start: Vec<Ended>,
     ended: Vec<Ended>,
     collapses: Vec<(u32, u32, f64, bool)>,
@@ -202,5 +205,137 @@ impl Recorder {
             .collect();
         patch.isovalues = isovalues;
         patch
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Edge;
+    use glam::Vec3;
+
+    fn octahedron() -> Mesh {
+        let positions = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
+        let triangles =
+            [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let positions = positions.map(|p| p.to_array());
+        Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
+    }
+
+    /// Records that the mesh, as it is, lies there at an isovalue.
+    fn knots(recorder: &mut Recorder, mesh: &Mesh, isovalue: f64) {
+        let compacted = mesh.compacted();
+        let normals = vec![[0.0, 0.0, 1.0]; compacted.vertices.len()];
+        recorder.knots(&compacted.vertices, &compacted.positions, &normals, isovalue);
+    }
+
+    fn begun(mesh: &Mesh, isovalue: f64) -> Recorder {
+        let vertices: Vec<Vertex> = mesh.vertices().collect();
+        let mut recorder =
+            Recorder::begin(mesh, &vec![[0.0, 0.0, 1.0]; vertices.len()], &vertices, isovalue);
+        recorder.restart();
+        recorder
+    }
+
+    /// How many triangles live from one isovalue to another.
+    fn n_living(patch: &Patch, from: f64, to: f64) -> usize {
+        let at = |rank: u32| patch.isovalues[rank as usize];
+        patch.triangles.iter().filter(|t| (at(t.birth), at(t.death)) == (from, to)).count()
+    }
+
+    fn knot_isovalues(patch: &Patch, v: usize) -> Vec<f64> {
+        let knots = patch.first_knot[v] as usize..patch.first_knot[v + 1] as usize;
+        patch.knots[knots].iter().map(|k| patch.isovalues[k.rank as usize]).collect()
+    }
+
+    #[test]
+    fn a_triangle_of_the_start_lives_on_both_sides_of_it() {
+        let mesh = octahedron();
+        let mut recorder = begun(&mesh, 1.0);
+        knots(&mut recorder, &mesh, 3.0);
+        recorder.finish_direction(3.0);
+        recorder.restart();
+        knots(&mut recorder, &mesh, 0.0);
+        recorder.finish_direction(0.0);
+        let patch = recorder.patch();
+        assert_eq!((patch.triangles.len(), n_living(&patch, 0.0, 3.0)), (8, 8));
+        for v in 0..6 {
+            assert_eq!(knot_isovalues(&patch, v), [0.0, 1.0, 3.0]);
+        }
+    }
+
+    #[test]
+    fn a_flip_ends_two_triangles_and_begins_two() {
+        let start = octahedron();
+        let mut recorder = begun(&start, 1.0);
+        let mut mesh = start.clone();
+        knots(&mut recorder, &mesh, 2.0);
+        mesh.flip(Edge(0));
+        recorder.edits(&mesh, &[], 2.0, Direction::Up);
+        knots(&mut recorder, &mesh, 3.0);
+        recorder.finish_direction(3.0);
+        recorder.restart();
+        knots(&mut recorder, &start, 0.0);
+        recorder.finish_direction(0.0);
+        let patch = recorder.patch();
+        assert_eq!(patch.triangles.len(), 10);
+        assert_eq!(n_living(&patch, 0.0, 3.0), 6);
+        assert_eq!(n_living(&patch, 0.0, 2.0), 2);
+        assert_eq!(n_living(&patch, 2.0, 3.0), 2);
+    }
+
+    #[test]
+    fn a_vertex_between_a_split_and_a_collapse_has_a_trajectory_of_its_own() {
+        for (direction, [split, middle, collapse, end]) in
+            [(Direction::Up, [2.0, 2.5, 3.0, 4.0]), (Direction::Down, [-2.0, -2.5, -3.0, -4.0])]
+        {
+            let mut mesh = octahedron();
+            let mut recorder = begun(&mesh, 0.0);
+            knots(&mut recorder, &mesh, split);
+            let added = mesh.split_edge(Edge(0), Vec3::ZERO).vertex;
+            recorder.edits(&mesh, &[], split, direction);
+            knots(&mut recorder, &mesh, middle);
+            recorder.edits(&mesh, &[], middle, direction);
+            knots(&mut recorder, &mesh, collapse);
+            let spoke = mesh.outgoing(added);
+            let target = mesh.to(spoke);
+            assert!(mesh.can_collapse(spoke));
+            mesh.collapse(spoke);
+            recorder.edits(&mesh, &[(added, target)], collapse, direction);
+            knots(&mut recorder, &mesh, end);
+            recorder.finish_direction(end);
+            let patch = recorder.patch();
+            let living = |a: f64, b: f64| n_living(&patch, f64::min(a, b), f64::max(a, b));
+            // The split cuts two faces in two, the collapse puts the two back together.
+            assert_eq!(living(0.0, end), 6, "{direction:?}");
+            assert_eq!(living(0.0, split), 2, "{direction:?}");
+            assert_eq!(living(split, collapse), 4, "{direction:?}");
+            assert_eq!(living(collapse, end), 2, "{direction:?}");
+            assert_eq!(patch.triangles.len(), 14, "{direction:?}");
+            let mut expected = [split, middle, collapse];
+            expected.sort_by(f64::total_cmp);
+            assert_eq!(knot_isovalues(&patch, 6), expected);
+            let [recorded] = patch.collapses[..] else { panic!("one collapse: {patch:?}") };
+            assert_eq!((recorded.vertex, recorded.target), (6, target.0));
+            assert_eq!(patch.isovalues[recorded.rank as usize], collapse);
+            assert_eq!(recorded.upward, direction == Direction::Up);
+        }
+    }
+
+    #[test]
+    fn what_never_shows_is_left_out() {
+        let mut mesh = octahedron();
+        let mut recorder = begun(&mesh, 0.0);
+        let added = mesh.split_edge(Edge(0), Vec3::ZERO).vertex;
+        recorder.edits(&mesh, &[], 0.0, Direction::Up);
+        let spoke = mesh.outgoing(added);
+        let target = mesh.to(spoke);
+        mesh.collapse(spoke);
+        recorder.edits(&mesh, &[(added, target)], 0.0, Direction::Up);
+        knots(&mut recorder, &mesh, 1.0);
+        recorder.finish_direction(1.0);
+        let patch = recorder.patch();
+        assert_eq!((patch.triangles.len(), n_living(&patch, 0.0, 1.0)), (8, 8));
+        assert_eq!((patch.first_knot.len(), patch.collapses.len()), (7, 0));
     }
 }

@@ -29,8 +29,6 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
         .filter(|&f| mesh.face_halfedges(f).iter().all(|h| split[h.edge().0 as usize]))
         .map(|f| mesh.face_vertices(f))
         .collect();
-    let mut first = vec![(u32::MAX, Vertex(0)); 0];
-    first.resize(whole.len(), (u32::MAX, Vertex(0)));
     // Splitting three edges one after the other leaves, inside a face, the edge from the first
     // midpoint to the corner opposite to it; turning that edge gives the quadrisection.
     let mut middle = Vec::with_capacity(edges.len());
@@ -92,4 +90,118 @@ fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
         mesh.set_position(m, middle);
     }
     m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::Field;
+    use crate::sweep::Parameters;
+    use crate::volume::phantom;
+    use glam::Vec3;
+    use std::sync::Arc;
+
+    /// Samples along an axis of the sphere that the tests refine on, and half its extent in voxels.
+    const SIZE: usize = 17;
+    const HALF: f32 = 8.0;
+
+    /// A radius, voxels, and its isovalue: the phantom is 1 - |p|, p from -1 to 1.
+    const RADIUS: f32 = 5.0;
+    const ISOVALUE: f64 = 1.0 - (RADIUS / HALF) as f64;
+
+    /// Above every sample: nothing can be projected, so middles of edges stay where they are.
+    const NOWHERE: f64 = 5.0;
+
+    fn field() -> Field {
+        Field::new(Arc::new(phantom(&format!("sphere:{SIZE}")).expect("a phantom")))
+    }
+
+    /// An octahedron around the middle of the volume, its vertices `RADIUS` away.
+    fn octahedron() -> Mesh {
+        let positions = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z]
+            .map(|p| (Vec3::splat(HALF) + RADIUS * p).to_array());
+        let triangles =
+            [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
+    }
+
+    /// Quadrisects and checks what always holds.
+    fn quadrisected(mesh: &mut Mesh, isovalue: f64, marked: &[Face]) -> Vec<Vertex> {
+        let field = field();
+        let criteria = Criteria::new(&field, isovalue, &Parameters::default());
+        let n_vertices = mesh.n_vertices();
+        let added = quadrisect(mesh, &criteria, marked);
+        mesh.check().expect("refinement keeps the invariants");
+        assert_eq!(mesh.euler(), 2);
+        assert_eq!(mesh.n_vertices(), n_vertices + added.len());
+        added
+    }
+
+    #[test]
+    fn a_marked_face_becomes_four_and_its_neighbours_two() {
+        let mut mesh = octahedron();
+        let corners = mesh.face_vertices(Face(0));
+        let added = quadrisected(&mut mesh, NOWHERE, &[Face(0)]);
+        assert_eq!((added.len(), mesh.n_faces()), (3, 8 + 3 + 3));
+        let n_new = |f: &Face| mesh.face_vertices(*f).iter().filter(|v| added.contains(v)).count();
+        assert_eq!(mesh.faces().filter(|f| n_new(f) == 3).count(), 1, "the one in the middle");
+        for corner in corners {
+            let at_corner = |f: &Face| n_new(f) == 2 && mesh.face_vertices(*f).contains(&corner);
+            assert_eq!(mesh.faces().filter(at_corner).count(), 1, "the one at {corner:?}");
+        }
+    }
+
+    #[test]
+    fn a_face_between_two_marked_ones_becomes_four_as_well() {
+        let mut mesh = octahedron();
+        // The upper four in a cycle: the other two have two split edges each. Each of the lower four
+        // has one.
+        let added = quadrisected(&mut mesh, NOWHERE, &[Face(0), Face(2)]);
+        assert_eq!((added.len(), mesh.n_faces()), (8, 4 * 4 + 4 * 2));
+    }
+
+    #[test]
+    fn no_vertex_lies_inside_an_edge() {
+        for marked in [&[0][..], &[0, 1], &[0, 6], &[3, 5, 6], &[0, 1, 2, 3, 4, 5, 6, 7]] {
+            let mut mesh = octahedron();
+            let marked: Vec<Face> = marked.iter().map(|&f| Face(f)).collect();
+            let added = quadrisected(&mut mesh, NOWHERE, &marked);
+            // The new vertices are middles of edges, exactly: an edge that still spans one would
+            // have it at its middle.
+            for e in mesh.edges() {
+                let h = e.halfedge();
+                let middle = 0.5 * (mesh.position(mesh.from(h)) + mesh.position(mesh.to(h)));
+                assert!(added.iter().all(|&v| mesh.position(v) != middle), "{e:?} of {marked:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn new_vertices_are_put_onto_the_isosurface() {
+        let field = field();
+        let mut mesh = octahedron();
+        let all: Vec<Face> = mesh.faces().collect();
+        let added = quadrisected(&mut mesh, ISOVALUE, &all);
+        assert_eq!((added.len(), mesh.n_faces()), (12, 32));
+        let isovalue = field.isovalue(ISOVALUE);
+        for v in added {
+            // Values are rounded, and positions near 16 voxels by 1e-6 voxel, where the field has a
+            // slope of an eighth per voxel.
+            let missing = field.value(mesh.position(v)) - isovalue;
+            assert!(missing.abs() < 1e-5 * field.range(), "{v:?}: {missing}");
+        }
+    }
+
+    #[test]
+    fn edges_that_are_too_long_are_split_the_longest_first() {
+        let field = field();
+        let criteria = Criteria::new(&field, ISOVALUE, &Parameters::default());
+        let mut mesh = octahedron();
+        let edge = RADIUS * std::f32::consts::SQRT_2;
+        let kept = split_long(&mut mesh, &criteria, &[edge; 6], 1.01);
+        assert_eq!(kept.len(), 0);
+        let added = split_long(&mut mesh, &criteria, &[0.9 * edge; 6], 1.01);
+        mesh.check().expect("splits keep the invariants");
+        assert_eq!((added.len(), mesh.n_vertices(), mesh.euler()), (12, 18, 2));
+    }
 }

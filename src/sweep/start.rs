@@ -7,7 +7,7 @@
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::remesh;
-use super::track::track;
+use super::track::{Tracking, track};
 use super::{Counts, Piece, Sweep, slide};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
@@ -83,18 +83,13 @@ pub(super) fn track_both_ways(
     for side in [0, 1] {
         recorder.restart();
         let mut moving = mesh.clone();
-        let way = sweep.way(piece, side == 1);
-        reached[side] = track(
-            &mut moving,
-            &sweep.field,
-            kernels,
-            sweep.parameters,
-            &way,
-            isovalue,
-            &mut recorder,
-            counts,
-            &|| sweep.cancelled(),
-        )?;
+        let tracking = Tracking {
+            field: &sweep.field,
+            parameters: sweep.parameters,
+            way: &sweep.way(piece, side == 1),
+            cancelled: &|| sweep.cancelled(),
+        };
+        reached[side] = track(&mut moving, kernels, &tracking, isovalue, &mut recorder, counts)?;
     }
     Ok(Some(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] }))
 }

@@ -66,19 +66,40 @@ pub(crate) struct Way {
     pub(crate) min_step: f64,
 }
 
+/// What stays the same while a component is tracked one way.
+pub(crate) struct Tracking<'a> {
+    /// The field, voxel frame.
+    pub(crate) field: &'a Field,
+    /// What the sweep was told.
+    pub(crate) parameters: &'a Parameters,
+    /// Where to, and how it samples.
+    pub(crate) way: &'a Way,
+    /// Fails once the caller wants the sweep to stop.
+    pub(crate) cancelled: &'a dyn Fn() -> Result<()>,
+}
+
+/// A sampling step that is tried.
+#[derive(Clone, Copy)]
+struct Step {
+    /// The isovalue of the mesh.
+    at: f64,
+    /// The isovalue to go to.
+    next: f64,
+    /// Whether few folded or off faces are no reason to refuse it.
+    tolerant: bool,
+}
+
 /// Tracks `mesh` from `isovalue` as far as it goes. Returns the isovalue it reached; `way.end` if
 /// it got all the way.
 pub(crate) fn track(
     mesh: &mut Mesh,
-    field: &Field,
     kernels: &mut dyn Kernels,
-    parameters: &Parameters,
-    way: &Way,
+    tracking: &Tracking,
     isovalue: f64,
     recorder: &mut Recorder,
     counts: &mut Counts,
-    cancelled: &dyn Fn() -> Result<()>,
 ) -> Result<f64> {
+    let &Tracking { field, parameters, way, cancelled } = tracking;
     let sign = way.direction.sign();
     let mut at = isovalue;
     let mut step = first_step(mesh, field, way, at);
@@ -98,7 +119,7 @@ pub(crate) fn track(
         let mut pinned = 0;
         let advanced = loop {
             let tolerant = halved >= TOLERANT_FROM;
-            match advance(mesh, &compacted, field, kernels, parameters, way, at, next, tolerant, counts, &mut pins)? {
+            match advance(mesh, &compacted, kernels, tracking, Step { at, next, tolerant }, counts, &mut pins)? {
                 Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => break Some(a),
                 _ => {}
             }
@@ -194,16 +215,14 @@ fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
 fn advance(
     mesh: &Mesh,
     compacted: &Compacted,
-    field: &Field,
     kernels: &mut dyn Kernels,
-    parameters: &Parameters,
-    way: &Way,
-    at: f64,
-    next: f64,
-    tolerant: bool,
+    tracking: &Tracking,
+    step: Step,
     counts: &mut Counts,
     pins: &mut Vec<u32>,
 ) -> Result<Option<Advanced>> {
+    let &Tracking { field, parameters, way, .. } = tracking;
+    let Step { at, next, tolerant } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, compacted, field, at, next);
     let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;

@@ -19,7 +19,7 @@ pub(super) struct Distribution {
     max: f64,
 }
 
-/// What a report says of a [`Distribution`]. Everything is `null` where there are no values.
+/// What a report says of a distribution of values. Everything is `null` where there are no values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// How many values.

@@ -1,0 +1,192 @@
+//! Sweeps of small volumes: the mesh at any isovalue has the topology of that isosurface.
+//!
+//! The oracle is the count of the isosurface on the grid, which shares the samples with the sweep
+//! and knows no mesh; the mesh is counted from its triangle list alone.
+
+use std::sync::{Arc, Mutex};
+
+use isospectrum::Error;
+use isospectrum::extract::count::count;
+use isospectrum::file;
+use isospectrum::kernels::{Backend, Choice};
+use isospectrum::spectrum::{Query, Spectrum};
+use isospectrum::sweep::{Parameters, Progress, Silent, compute};
+use isospectrum::topology::exact::ExactField;
+use isospectrum::verify::mesh_topology;
+use isospectrum::volume::phantom::phantom;
+use isospectrum::volume::{Placement, Samples, Volume};
+
+/// Isovalues looked at in each spectrum.
+const N_ISOVALUES: usize = 24;
+
+/// A small generator of random numbers (splitmix64): the tests' isovalues are the same on every run.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+fn volume(spec: &str) -> Arc<Volume> {
+    Arc::new(phantom(spec).expect("a phantom"))
+}
+
+/// Eight values on 8^3 samples: nearly every sample has an equal neighbour.
+fn grid_with_ties(seed: u64) -> Arc<Volume> {
+    let mut random = Random(seed);
+    let samples = (0..512).map(|_| (random.next() % 8) as u8).collect();
+    let volume = Volume::new("ties", [8; 3], Samples::U8(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+fn backend(choice: Choice) -> Backend {
+    Backend::choose(choice, None).expect("a backend")
+}
+
+fn swept(volume: &Arc<Volume>, choice: Choice) -> Spectrum {
+    compute(volume, &Parameters::default(), &backend(choice), &Silent).expect("a spectrum")
+}
+
+/// Computes a spectrum and compares its meshes at random isovalues with the count on the grid.
+fn check(volume: &Arc<Volume>, choice: Choice) {
+    let spectrum = swept(volume, choice);
+    assert_eq!(spectrum.range, volume.range());
+    let field = ExactField::new(volume).expect("a field");
+    let mut query = Query::new(&spectrum);
+    let mut random = Random(7);
+    let (low, high) = spectrum.range;
+    for _ in 0..N_ISOVALUES {
+        let isovalue = low + random.unit() * (high - low);
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+        let what = format!("{} at {isovalue}: {found:?}", volume.name());
+        assert!(found.is_closed_manifold(), "{what}");
+        let expected = count(&field, isovalue);
+        let euler: i64 = expected.iter().map(|component| component.euler).sum();
+        assert_eq!((found.components, found.euler), (expected.len(), euler), "{what}");
+        assert_eq!(mesh.normals.len(), mesh.positions.len(), "{what}");
+        let numbers = mesh.positions.iter().chain(&mesh.normals).flatten();
+        assert!(numbers.copied().all(f32::is_finite), "{what}");
+    }
+}
+
+#[test]
+fn a_sphere_has_the_counted_topology_at_every_isovalue() {
+    check(&volume("sphere:20"), Choice::Cpu);
+}
+
+#[test]
+fn a_sphere_computed_on_the_gpu_has_the_counted_topology() {
+    check(&volume("sphere:20"), Choice::Gpu);
+}
+
+#[test]
+fn blobs_that_merge_have_the_counted_topology() {
+    check(&volume("blobs:24"), Choice::Cpu);
+}
+
+#[test]
+fn a_torus_that_closes_has_the_counted_topology() {
+    check(&volume("torus:20"), Choice::Cpu);
+}
+
+#[test]
+fn noise_has_the_counted_topology() {
+    check(&volume("noise:10:3"), Choice::Cpu);
+    check(&volume("noise:10:4"), Choice::Cpu);
+}
+
+#[test]
+fn a_grid_full_of_ties_has_the_counted_topology() {
+    check(&grid_with_ties(11), Choice::Cpu);
+}
+
+#[test]
+fn one_thread_and_two_give_the_same_bytes() {
+    let volume = volume("noise:8:5");
+    let bytes = |n_threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build();
+        let spectrum = pool.expect("threads").install(|| swept(&volume, Choice::Cpu));
+        file::to_bytes(&spectrum).expect("a spectrum that can be written")
+    };
+    assert_eq!(bytes(1), bytes(2));
+}
+
+#[test]
+fn a_part_of_the_range_is_swept_alone() {
+    let volume = volume("sphere:12");
+    let (low, high) = volume.range();
+    let range = (low + 0.5 * (high - low), low + 0.75 * (high - low));
+    let parameters = Parameters { range: Some(range), ..Parameters::default() };
+    let spectrum = compute(&volume, &parameters, &backend(Choice::Cpu), &Silent).expect("computes");
+    assert_eq!(spectrum.range, range);
+    assert!(spectrum.events.iter().all(|e| range.0 <= e.isovalue && e.isovalue <= range.1));
+    let mesh = spectrum.mesh_at(0.5 * (range.0 + range.1)).expect("inside the range");
+    assert_eq!(mesh_topology(mesh.positions.len(), &mesh.triangles).euler, 2);
+    assert!(matches!(spectrum.mesh_at(low), Err(Error::Range { .. })));
+}
+
+/// Stops the sweep after so many reports, and keeps what was reported.
+struct StopAfter {
+    n_reports: usize,
+    reports: Mutex<Vec<f64>>,
+}
+
+impl Progress for StopAfter {
+    fn report(&self, done: f64, _message: &str) {
+        self.reports.lock().expect("no thread panicked").push(done);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.reports.lock().expect("no thread panicked").len() >= self.n_reports
+    }
+}
+
+#[test]
+fn a_cancelled_sweep_is_interrupted() {
+    let volume = volume("noise:8:5");
+    for n_reports in [0, 2] {
+        let progress = StopAfter { n_reports, reports: Mutex::default() };
+        let result = compute(&volume, &Parameters::default(), &backend(Choice::Cpu), &progress);
+        assert!(matches!(result, Err(Error::Interrupted)), "after {n_reports} reports");
+    }
+}
+
+#[test]
+fn progress_rises_to_one() {
+    let progress = StopAfter { n_reports: usize::MAX, reports: Mutex::default() };
+    let parameters = Parameters::default();
+    compute(&volume("sphere:8"), &parameters, &backend(Choice::Cpu), &progress).expect("computes");
+    let reports = progress.reports.into_inner().expect("no thread panicked");
+    assert!(reports.is_sorted() && reports.len() >= 2, "{reports:?}");
+    // The shares of the pieces are sums of rounded numbers.
+    assert!(reports.last().is_some_and(|last| (last - 1.0).abs() < 1e-9), "{reports:?}");
+}
+
+#[test]
+fn a_range_outside_the_volume_is_a_usage_error() {
+    let volume = volume("sphere:8");
+    let (low, high) = volume.range();
+    let middle = 0.5 * (low + high);
+    for range in [
+        (low - 1.0, high),
+        (low, high + 1.0),
+        (high, low),
+        (middle, middle),
+        (f64::NAN, high),
+        (low, f64::NAN),
+    ] {
+        let parameters = Parameters { range: Some(range), ..Parameters::default() };
+        let result = compute(&volume, &parameters, &backend(Choice::Cpu), &Silent);
+        assert!(matches!(result, Err(Error::Usage(_))), "{range:?}");
+    }
+}
