@@ -68,7 +68,10 @@ fn main() -> ExitCode {
             }
         },
         Err(path) => {
-            println!("table1: NOT RUN: {} is missing; set ISOSPECTRUM_DATA to its folder", path.display());
+            println!(
+                "table1: NOT RUN: {} is missing; set ISOSPECTRUM_DATA to its folder",
+                path.display()
+            );
             ExitCode::SUCCESS
         }
     }
@@ -77,7 +80,8 @@ fn main() -> ExitCode {
 /// Where the volume is, or where it should be.
 fn volume_path() -> std::result::Result<PathBuf, PathBuf> {
     let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let path = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(default, PathBuf::from).join(VOLUME);
+    let path =
+        std::env::var_os("ISOSPECTRUM_DATA").map_or_else(default, PathBuf::from).join(VOLUME);
     if path.is_file() { Ok(path) } else { Err(path) }
 }
 
@@ -97,8 +101,7 @@ fn run(path: &Path, rows: &[&Row]) -> Result<()> {
 
 /// Computes the spectrum of one row and prints it.
 fn print_row(row: &Row, volume: &Arc<Volume>, backend: &Backend) -> Result<()> {
-    let parameters =
-        Parameters { step: Some(row.step), error: row.error, ..Parameters::default() };
+    let parameters = Parameters { step: Some(row.step), error: row.error, ..Parameters::default() };
     let started = Instant::now();
     let spectrum = compute(volume, &parameters, backend, &Silent)?;
     let seconds = started.elapsed().as_secs_f64();

@@ -74,10 +74,16 @@ impl InitialMeshes {
 ///
 /// [`Error::Usage`] without a start isovalue inside the range; [`Error::Io`]; [`Error::Input`] for
 /// a mesh that is not closed, reaches the border of the volume or leaves the isosurface.
-pub(super) fn read(parameters: &Parameters, range: (f64, f64), field: &Field) -> Result<Option<Given>> {
+pub(super) fn read(
+    parameters: &Parameters,
+    range: (f64, f64),
+    field: &Field,
+) -> Result<Option<Given>> {
     let Some(path) = &parameters.initial_mesh else { return Ok(None) };
     let Some(isovalue) = parameters.start else {
-        return Err(Error::Usage("an initial mesh without the isovalue that it shows, expected --start".into()));
+        return Err(Error::Usage(
+            "an initial mesh without the isovalue that it shows, expected --start".into(),
+        ));
     };
     if !(range.0 <= isovalue && isovalue < range.1) {
         return Err(Error::Usage(format!(
@@ -185,11 +191,14 @@ fn components(mesh: &Mesh) -> Vec<Vec<Vertex>> {
 
 /// One component as a mesh of its own.
 fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Component> {
-    let index = |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
+    let index =
+        |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
     // Every face is met at the first of its vertices.
     let spokes = vertices.iter().flat_map(|&v| mesh.spokes(v).map(move |h| (v, mesh.face(h))));
-    let mut faces: Vec<_> =
-        spokes.filter(|&(v, f)| mesh.face_vertices(f).iter().min() == Some(&v)).map(|(_, f)| f).collect();
+    let mut faces: Vec<_> = spokes
+        .filter(|&(v, f)| mesh.face_vertices(f).iter().min() == Some(&v))
+        .map(|(_, f)| f)
+        .collect();
     faces.sort_unstable();
     // Volumes of another sign convention come with faces that look towards higher values.
     let uphill: f32 = faces
@@ -200,7 +209,8 @@ fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Componen
             area(corners) * normal(corners).dot(field.gradient(centre).normalize_or_zero())
         })
         .sum();
-    let mut triangles: Vec<[u32; 3]> = faces.iter().map(|&f| mesh.face_vertices(f).map(index)).collect();
+    let mut triangles: Vec<[u32; 3]> =
+        faces.iter().map(|&f| mesh.face_vertices(f).map(index)).collect();
     if uphill > 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -226,10 +236,9 @@ pub(super) fn on_arcs(sweep: &Sweep, given: Given) -> Result<InitialMeshes> {
     let mut by_arc = BTreeMap::new();
     for (mut component, on) in components.into_iter().zip(matched) {
         let (low, high) = crossings[on as usize];
-        let arc = sweep
-            .topology
-            .arc_of(low, high, isovalue)
-            .ok_or_else(|| Error::Input(format!("internal: no arc of component {on} at isovalue {isovalue}")))?;
+        let arc = sweep.topology.arc_of(low, high, isovalue).ok_or_else(|| {
+            Error::Input(format!("internal: no arc of component {on} at isovalue {isovalue}"))
+        })?;
         check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| named(&path, e))?;
         project(&mut component, isovalue, sweep).map_err(|e| named(&path, e))?;
         by_arc.insert(arc, component.mesh);
@@ -319,7 +328,8 @@ fn project(component: &mut Component, isovalue: f64, sweep: &Sweep) -> Result<()
         component.mesh.set_position(v, p);
     }
     if let Some(&f) = intersecting(&positions, &compacted.connectivity.faces).first() {
-        let corners = compacted.connectivity.faces[f as usize].map(|v| component.numbers[v as usize]);
+        let corners =
+            compacted.connectivity.faces[f as usize].map(|v| component.numbers[v as usize]);
         return Err(Error::input(format!(
             "on the isosurface the triangle of vertices {corners:?} passes through another, expected none"
         )));

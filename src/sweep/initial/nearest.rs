@@ -21,7 +21,8 @@ impl<'a> ExtractionVertices<'a> {
         for (face, &component) in extraction.faces.iter().zip(&extraction.components) {
             face.iter().for_each(|&v| components[v as usize] = component);
         }
-        let cell = |p: &[f32; 3]| (Vec3::from(*p) * inverse_cell_size).floor().as_ivec3().to_array();
+        let cell =
+            |p: &[f32; 3]| (Vec3::from(*p) * inverse_cell_size).floor().as_ivec3().to_array();
         let mut by_cell: Vec<_> =
             extraction.positions.iter().enumerate().map(|(v, p)| (cell(p), v as u32)).collect();
         by_cell.sort_unstable();

@@ -66,7 +66,10 @@ fn octasphere(radius: f32) -> SurfaceMesh {
         triangles = cut;
     }
     SurfaceMesh {
-        positions: points.iter().map(|p| std::array::from_fn(|a| CENTRE[a] + radius * p[a])).collect(),
+        positions: points
+            .iter()
+            .map(|p| std::array::from_fn(|a| CENTRE[a] + radius * p[a]))
+            .collect(),
         normals: points,
         caps: vec![false; triangles.len()],
         triangles,
@@ -125,7 +128,9 @@ fn as_given(given: &SurfaceMesh, mesh: &SurfaceMesh) -> Vec<[u32; 3]> {
     let nearest = |p: [f32; 3]| {
         let n = given.positions.len();
         (0..n)
-            .min_by(|&a, &b| distance(given.positions[a], p).total_cmp(&distance(given.positions[b], p)))
+            .min_by(|&a, &b| {
+                distance(given.positions[a], p).total_cmp(&distance(given.positions[b], p))
+            })
             .expect("vertices") as u32
     };
     sorted(mesh.triangles.iter().map(|t| t.map(|v| nearest(mesh.positions[v as usize]))))
@@ -253,10 +258,15 @@ fn a_mesh_without_one_of_the_components_is_refused() {
     let samples = crate::volume::Samples::F32(samples);
     let volume = Arc::new(Volume::new("two", dims, samples, PLACEMENT).expect("a volume"));
     let mut one = octasphere(2.4);
-    one.positions.iter_mut().for_each(|p| *p = std::array::from_fn(|a| p[a] - CENTRE[a] + large[a]));
+    one.positions
+        .iter_mut()
+        .for_each(|p| *p = std::array::from_fn(|a| p[a] - CENTRE[a] + large[a]));
     let what = started_from(&one, &volume, 0.4).expect_err("a component is missing").to_string();
     assert!(what.contains("1 found, expected 2"), "{what}");
-    assert!(what.contains("initial.ply: no component for the one of the isosurface at (1"), "{what}");
+    assert!(
+        what.contains("initial.ply: no component for the one of the isosurface at (1"),
+        "{what}"
+    );
 }
 
 #[test]
@@ -264,7 +274,8 @@ fn an_initial_mesh_without_its_isovalue_is_a_usage_error() {
     let (_folder, path) = file_of(&octasphere(RADIUS));
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU is there");
     for start in [None, Some(1e9)] {
-        let parameters = Parameters { start, initial_mesh: Some(path.clone()), ..Parameters::default() };
+        let parameters =
+            Parameters { start, initial_mesh: Some(path.clone()), ..Parameters::default() };
         let result = compute(&sphere(), &parameters, &backend, &Silent);
         assert!(matches!(result, Err(Error::Usage(_))), "{start:?}");
     }
