@@ -11,6 +11,7 @@ mod batches;
 mod caps;
 mod criteria;
 mod flips;
+mod initial;
 mod parameters;
 mod recorder;
 mod refine;
@@ -130,6 +131,8 @@ struct Sweep<'a> {
     range: (f64, f64),
     /// Isovalue of each event of the topology, batches as one.
     event_isovalues: Vec<f64>,
+    /// Meshes from outside that pieces start from.
+    initial: initial::InitialMeshes,
     done: Mutex<f64>,
     total: f64,
 }
@@ -159,6 +162,8 @@ pub fn compute(
             volume.range().1
         )));
     }
+    let field = Shared::new(Field::new(volume.clone()));
+    let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
     let exact = ExactField::new(volume)?;
     let topology = Topology::compute(&exact)?;
@@ -166,15 +171,19 @@ pub fn compute(
     let mut sweep = Sweep {
         exact,
         topology,
-        field: Shared::new(Field::new(volume.clone())),
+        field,
         backend,
         parameters,
         progress,
         range,
         event_isovalues,
+        initial: initial::InitialMeshes::default(),
         done: Mutex::new(0.0),
         total: 1.0,
     };
+    if let Some(given) = given {
+        sweep.initial = initial::on_arcs(&sweep, given)?;
+    }
     let pieces = sweep.pieces();
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let groups = sweep.groups(&pieces);
@@ -295,11 +304,12 @@ impl Sweep<'_> {
         patches: &mut Vec<Patch>,
         counts: &mut Counts,
     ) -> Result<()> {
-        let small = exact.faces.len() < SMALL_FACES;
+        let given = self.initial.of(piece, isovalue).is_some();
         let short = piece.high - piece.low < SHORT_SHARE * (self.range.1 - self.range.0);
-        if short {
+        if short && !given {
             return slide::slide(self, piece, patches, counts);
         }
+        let small = exact.faces.len() < SMALL_FACES && !given;
         if small && (piece.depth > 0 || slide::slides(self, piece)?) {
             return slide::slide(self, piece, patches, counts);
         }

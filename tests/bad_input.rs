@@ -205,3 +205,51 @@ fn a_file_in_the_way_survives_an_error() {
     folder.fails(&["extract", "s.isp", "-c", "1e9", "-o", "m.ply"], 4);
     assert_eq!(folder.read("m.ply"), b"precious");
 }
+
+/// A PLY file in text.
+fn ply(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        positions.len(),
+        triangles.len()
+    );
+    for [x, y, z] in positions {
+        text += &format!("{x} {y} {z}\n");
+    }
+    for [a, b, c] in triangles {
+        text += &format!("3 {a} {b} {c}\n");
+    }
+    text.into_bytes()
+}
+
+#[test]
+fn an_initial_mesh_that_does_not_fit_the_volume_is_refused() {
+    let folder = Folder::with_spectrum();
+    folder.run(&["extract", "s.isp", "-c", "0.4", "-o", "good.ply"]);
+    let good = isospectrum::export::read_ply(folder.path().join("good.ply")).expect("a mesh");
+    let (positions, triangles) = (&good.positions[..], &good.triangles[..]);
+    let doubled: Vec<[f32; 3]> = [positions, positions].concat();
+    let n = positions.len() as u32;
+    let twice =
+        [triangles, &triangles.iter().map(|t| t.map(|v| v + n)).collect::<Vec<_>>()].concat();
+    let moved = |p: [f32; 3]| -> Vec<[f32; 3]> { [&[p], &positions[1..]].concat() };
+    for (bytes, words) in [
+        (b"no mesh".to_vec(), &["no PLY file"][..]),
+        (ply(positions, &[]), &["no triangles"]),
+        (ply(positions, &triangles[1..]), &["is open", "two triangles of opposite direction"]),
+        (ply(positions, &[triangles, &triangles[..1]].concat()), &["non-manifold"]),
+        (ply(&moved([5.5; 3]), triangles), &["vertex 0", "from the isosurface", "at most 0.5"]),
+        (ply(&moved([5.5, 5.5, 0.0]), triangles), &["vertex 0", "must be extracted"]),
+        (ply(&doubled, &twice), &["vertices 0 and", "same component"]),
+    ] {
+        folder.write("bad.ply", &bytes);
+        let start = ["--phantom", "sphere:12", "--start", "0.4", "--initial-mesh", "bad.ply"];
+        let line = refused(&folder, &start, 3);
+        contains(&line, &[&["bad.ply: "], words].concat());
+    }
+    let missing = ["--phantom", "sphere:12", "--start", "0.4", "--initial-mesh", "no.ply"];
+    contains(&refused(&folder, &missing, 3), &["no.ply", "No such file"]);
+    let good = ["--phantom", "sphere:12", "--start", "0.4", "--initial-mesh", "good.ply"];
+    folder.run(&[&COMPUTE[..], &good].concat());
+}

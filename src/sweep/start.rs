@@ -61,7 +61,7 @@ pub(super) fn component_at(sweep: &Sweep, piece: &Piece, isovalue: f64) -> Resul
     Ok(components_at(sweep, isovalue, &[*piece])?.pop().expect("one component per piece"))
 }
 
-/// Remeshes the exact extraction of a piece and tracks it to both ends. `None` where remeshing
+/// Remeshes the exact extraction of a piece, or takes the mesh given for it, and tracks it to both ends. `None` where remeshing
 /// makes the mesh pass through itself.
 pub(super) fn track_both_ways(
     sweep: &Sweep,
@@ -72,7 +72,12 @@ pub(super) fn track_both_ways(
 ) -> Result<Option<Tracked>> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let kernels = kernels.as_mut();
-    let Some(mesh) = remeshed(sweep, isovalue, slide::mesh(exact)?, kernels)? else {
+    let given = sweep.initial.of(piece, isovalue);
+    let mesh = match given {
+        Some(given) => Some(given.clone()),
+        None => remeshed(sweep, isovalue, slide::mesh(exact)?, kernels)?,
+    };
+    let Some(mesh) = mesh else {
         return Ok(None);
     };
     let compacted = mesh.compacted();
@@ -90,6 +95,9 @@ pub(super) fn track_both_ways(
             cancelled: &|| sweep.cancelled(),
         };
         reached[side] = track(&mut moving, kernels, &tracking, isovalue, &mut recorder, counts)?;
+    }
+    if given.is_some() && reached[1] <= isovalue {
+        log::warn!("the initial mesh cannot be tracked to higher isovalues than {isovalue}, it is extracted there");
     }
     Ok(Some(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] }))
 }

@@ -1,0 +1,343 @@
+//! A mesh from outside in place of the extraction at the start isovalue, as the thesis starts.
+//!
+//! The mesh was made by another program, so nothing of it is taken on trust: it must be closed,
+//! oriented and manifold, lie inside the volume and on the isosurface, and have one component of
+//! the right topology for each component of the isosurface. Then its vertices are moved onto the
+//! isosurface, and every arc alive at the start isovalue starts from its component as it is,
+//! without remeshing.
+//!
+//! Which component of the isosurface a component of the mesh lies on is asked of the exact
+//! extraction at the same isovalue, by the nearest of its vertices to some of the mesh's.
+
+mod nearest;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DVec3, Vec3};
+
+use super::{Parameters, Piece, Sweep};
+use crate::error::{Error, Result};
+use crate::export::{PlyMesh, read_ply};
+use crate::extract::{Extraction, extract};
+use crate::kernels::field::Field;
+use crate::mesh::{Mesh, Vertex, area, intersecting, normal};
+use crate::volume::Placement;
+use nearest::ExtractionVertices;
+
+/// How far, to first order, a vertex may lie from the isosurface, voxels.
+const LARGEST_DISTANCE: f32 = 0.5;
+
+/// How many vertices of a component are asked which component of the isosurface they lie on.
+const VOTERS: usize = 64;
+
+/// How far a vertex may move onto the isosurface, voxels: [`LARGEST_DISTANCE`] is to first order
+/// only.
+const REACH: f32 = 2.0;
+
+/// The mesh of the file, checked by itself and against the field, in the voxel frame.
+pub(super) struct Given {
+    path: PathBuf,
+    isovalue: f64,
+    components: Vec<Component>,
+}
+
+/// One connected component of the given mesh.
+struct Component {
+    /// The number, in the file, of each vertex.
+    numbers: Vec<u32>,
+    mesh: Mesh,
+}
+
+/// The mesh to start from on each arc alive at the start isovalue, by arc; empty where no mesh
+/// was given.
+#[derive(Default)]
+pub(super) struct InitialMeshes {
+    isovalue: f64,
+    by_arc: BTreeMap<usize, Mesh>,
+}
+
+impl InitialMeshes {
+    /// The mesh that a piece starts from at an isovalue, if one was given for it.
+    pub(super) fn of(&self, piece: &Piece, isovalue: f64) -> Option<&Mesh> {
+        let is_start = piece.depth == 0 && isovalue == self.isovalue;
+        self.by_arc.get(&piece.arc).filter(|_| is_start)
+    }
+}
+
+/// Reads the initial mesh and checks all that can be checked without the topology of the volume.
+/// `None` where the parameters name no mesh.
+///
+/// # Errors
+///
+/// [`Error::Usage`] without a start isovalue inside the range; [`Error::Io`]; [`Error::Input`] for
+/// a mesh that is not closed, reaches the border of the volume or leaves the isosurface.
+pub(super) fn read(
+    parameters: &Parameters,
+    range: (f64, f64),
+    field: &Field,
+) -> Result<Option<Given>> {
+    let Some(path) = &parameters.initial_mesh else { return Ok(None) };
+    let Some(isovalue) = parameters.start else {
+        return Err(Error::Usage(
+            "an initial mesh without the isovalue that it shows, expected --start".into(),
+        ));
+    };
+    if !(range.0 <= isovalue && isovalue < range.1) {
+        return Err(Error::Usage(format!(
+            "initial mesh at isovalue {isovalue}, expected from {} to below {}",
+            range.0, range.1
+        )));
+    }
+    let ply = in_voxel_frame(read_ply(path)?, field.volume().placement());
+    let components = checked(&ply, isovalue, field).map_err(|e| named(path, e))?;
+    Ok(Some(Given { path: path.clone(), isovalue, components }))
+}
+
+/// An error of the mesh, with its file.
+fn named(path: &Path, error: Error) -> Error {
+    match error {
+        Error::Input(what) => Error::Input(format!("{}: {what}", path.display())),
+        other => other,
+    }
+}
+
+/// From the world to the voxel frame, the inverse of [`crate::export::place_in_world`].
+fn in_voxel_frame(mut ply: PlyMesh, placement: &Placement) -> PlyMesh {
+    let Placement { origin, spacing, direction } = placement;
+    let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+    let axes = DMat3::from_cols_array_2d(direction);
+    let to_axes = axes.inverse();
+    for p in &mut ply.positions {
+        let world = DVec3::from(p.map(f64::from)) - DVec3::from(*origin);
+        *p = (to_axes * world / unit).as_vec3().to_array();
+    }
+    if axes.determinant() < 0.0 {
+        ply.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    ply
+}
+
+/// The components of the mesh, each turned so that its faces look towards lower values.
+fn checked(ply: &PlyMesh, isovalue: f64, field: &Field) -> Result<Vec<Component>> {
+    if ply.triangles.is_empty() {
+        return Err(Error::input("no triangles, expected a closed mesh of the isosurface"));
+    }
+    let n = ply.positions.len();
+    let mesh = Mesh::from_triangles(
+        &ply.positions,
+        &vec![0; n],
+        &ply.triangles,
+        &vec![false; ply.triangles.len()],
+    )?;
+    let dims = field.dims().as_vec3();
+    let end = (dims - 1.0) * field.cell_size();
+    for v in mesh.vertices() {
+        let p = mesh.position(v);
+        if !(p.cmpgt(Vec3::ZERO).all() && p.cmplt(end).all()) {
+            return Err(Error::input(format!(
+                "vertex {} lies at {} voxels, expected inside the volume of {} voxels, not at its border: \
+                 surfaces that reach the border must be extracted",
+                v.0,
+                in_words(p),
+                in_words(end)
+            )));
+        }
+        check_distance(v.0, p, isovalue, field, LARGEST_DISTANCE)?;
+    }
+    components(&mesh).iter().map(|vertices| component(&mesh, vertices, field)).collect()
+}
+
+/// Checks that a vertex lies on the isosurface, up to a distance in voxels.
+fn check_distance(number: u32, p: Vec3, isovalue: f64, field: &Field, largest: f32) -> Result<()> {
+    let missing = (field.value(p) - field.isovalue(isovalue)).abs();
+    let slope = field.gradient(p).length();
+    // Not as a quotient: on a plateau of this very isovalue both are 0.
+    if missing <= largest * slope + field.value_noise() {
+        return Ok(());
+    }
+    let distance = missing / slope;
+    let value = field.volume().value_at(p.as_dvec3().to_array());
+    Err(Error::input(format!(
+        "vertex {number} has the value {value}, {distance:.3} voxels from the isosurface of {isovalue}, expected at most {largest}"
+    )))
+}
+
+/// The vertices of each connected component, ascending; components by their first vertices.
+fn components(mesh: &Mesh) -> Vec<Vec<Vertex>> {
+    let mut seen = vec![false; mesh.vertex_slots()];
+    let mut components = Vec::new();
+    for first in mesh.vertices() {
+        if std::mem::replace(&mut seen[first.0 as usize], true) {
+            continue;
+        }
+        let mut found = vec![first];
+        let mut next = 0;
+        while next < found.len() {
+            for v in mesh.one_ring(found[next]) {
+                if !std::mem::replace(&mut seen[v.0 as usize], true) {
+                    found.push(v);
+                }
+            }
+            next += 1;
+        }
+        found.sort_unstable();
+        components.push(found);
+    }
+    components
+}
+
+/// One component as a mesh of its own.
+fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Component> {
+    let index =
+        |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
+    // Every face is met at the first of its vertices.
+    let spokes = vertices.iter().flat_map(|&v| mesh.spokes(v).map(move |h| (v, mesh.face(h))));
+    let mut faces: Vec<_> = spokes
+        .filter(|&(v, f)| mesh.face_vertices(f).iter().min() == Some(&v))
+        .map(|(_, f)| f)
+        .collect();
+    faces.sort_unstable();
+    // Volumes of another sign convention come with faces that look towards higher values.
+    let uphill: f32 = faces
+        .iter()
+        .map(|&f| {
+            let corners = mesh.corners(f);
+            let centre = corners.iter().sum::<Vec3>() / 3.0;
+            area(corners) * normal(corners).dot(field.gradient(centre).normalize_or_zero())
+        })
+        .sum();
+    let mut triangles: Vec<[u32; 3]> =
+        faces.iter().map(|&f| mesh.face_vertices(f).map(index)).collect();
+    if uphill > 0.0 {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    let positions: Vec<[f32; 3]> = vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
+    let caps = vec![false; triangles.len()];
+    Ok(Component {
+        numbers: vertices.iter().map(|v| v.0).collect(),
+        mesh: Mesh::from_triangles(&positions, &vec![0; positions.len()], &triangles, &caps)?,
+    })
+}
+
+/// The given mesh on the arcs alive at its isovalue, its vertices moved onto the isosurface.
+///
+/// # Errors
+///
+/// [`Error::Input`] where the components of the mesh are not those of the isosurface, or the
+/// vertices cannot be moved onto it without faces that pass through each other.
+pub(super) fn on_arcs(sweep: &Sweep, given: Given) -> Result<InitialMeshes> {
+    let Given { path, isovalue, components } = given;
+    let extraction = extract(&sweep.exact, isovalue);
+    let matched = matched(&extraction, &components, sweep).map_err(|e| named(&path, e))?;
+    let crossings = extraction.component_crossings();
+    let mut by_arc = BTreeMap::new();
+    for (mut component, on) in components.into_iter().zip(matched) {
+        let (low, high) = crossings[on as usize];
+        let arc = sweep.topology.arc_of(low, high, isovalue).ok_or_else(|| {
+            Error::Input(format!("internal: no arc of component {on} at isovalue {isovalue}"))
+        })?;
+        check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| named(&path, e))?;
+        project(&mut component, isovalue, sweep).map_err(|e| named(&path, e))?;
+        by_arc.insert(arc, component.mesh);
+    }
+    Ok(InitialMeshes { isovalue, by_arc })
+}
+
+fn check_euler(component: &Component, expected: i64) -> Result<()> {
+    let euler = component.mesh.euler();
+    if euler == expected {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "the component of vertex {} has genus {}, expected {} as the isosurface there",
+        component.numbers[0],
+        1 - euler / 2,
+        1 - expected / 2
+    )))
+}
+
+/// For each component of the mesh, the one of the extraction that it lies on: one to one.
+fn matched(extraction: &Extraction, components: &[Component], sweep: &Sweep) -> Result<Vec<u32>> {
+    let vertices = ExtractionVertices::new(extraction, sweep.field.inverse_cell_size());
+    let mut owner: Vec<Option<usize>> = vec![None; extraction.n_components];
+    let mut matched = Vec::with_capacity(components.len());
+    for (i, component) in components.iter().enumerate() {
+        let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
+        let slots = component.mesh.vertex_slots();
+        for v in (0..slots).step_by(slots.div_ceil(VOTERS)) {
+            if let Some(on) = vertices.component_near(component.mesh.position(Vertex(v as u32))) {
+                *votes.entry(on).or_default() += 1;
+            }
+        }
+        // Of equal votes the first component wins: `max_by_key` takes the last, so reversed.
+        let Some((&on, _)) = votes.iter().rev().max_by_key(|vote| vote.1) else {
+            return Err(Error::input(format!(
+                "the component of vertex {} has no isosurface near, expected one",
+                component.numbers[0]
+            )));
+        };
+        if let Some(other) = owner[on as usize].replace(i) {
+            return Err(Error::input(format!(
+                "the components of vertices {} and {} lie on the same component of the isosurface, expected one",
+                components[other].numbers[0], component.numbers[0]
+            )));
+        }
+        matched.push(on);
+    }
+    if let Some(left) = owner.iter().position(Option::is_none) {
+        return Err(missing(extraction, left as u32, components.len()));
+    }
+    Ok(matched)
+}
+
+/// The error for a component of the isosurface that the mesh lacks.
+fn missing(extraction: &Extraction, component: u32, n_found: usize) -> Error {
+    let faces = extraction.components.iter().zip(&extraction.faces).zip(&extraction.caps);
+    let mut at_border = false;
+    let mut place = None;
+    for ((_, face), &cap) in faces.filter(|&((&c, _), _)| c == component) {
+        at_border |= cap;
+        place = place.or(Some(extraction.positions[face[0] as usize]));
+    }
+    let place = in_words(place.expect("a component has faces").into());
+    let why = if at_border {
+        "; it reaches the border of the volume, so these surfaces must be extracted"
+    } else {
+        ""
+    };
+    Error::input(format!(
+        "no component for the one of the isosurface at {place} voxels, {n_found} found, expected {}{why}",
+        extraction.n_components
+    ))
+}
+
+/// Moves the vertices of a component onto the isosurface.
+fn project(component: &mut Component, isovalue: f64, sweep: &Sweep) -> Result<()> {
+    let mut kernels = sweep.backend.kernels(&sweep.field)?;
+    let compacted = component.mesh.compacted();
+    kernels.load(&compacted.connectivity, &compacted.positions)?;
+    kernels.project(isovalue, REACH)?;
+    let positions = kernels.positions()?;
+    let tolerance = sweep.parameters.error as f32;
+    for (i, &v) in compacted.vertices.iter().enumerate() {
+        let p = Vec3::from(positions[i]);
+        check_distance(component.numbers[v.0 as usize], p, isovalue, &sweep.field, tolerance)?;
+        component.mesh.set_position(v, p);
+    }
+    if let Some(&f) = intersecting(&positions, &compacted.connectivity.faces).first() {
+        let corners =
+            compacted.connectivity.faces[f as usize].map(|v| component.numbers[v as usize]);
+        return Err(Error::input(format!(
+            "on the isosurface the triangle of vertices {corners:?} passes through another, expected none"
+        )));
+    }
+    Ok(())
+}
+
+/// A position for people.
+fn in_words(p: Vec3) -> String {
+    format!("({:.3}, {:.3}, {:.3})", p.x, p.y, p.z)
+}
