@@ -38,6 +38,9 @@ use crate::volume::Volume;
 use crate::extract::Extraction;
 use track::Way;
 
+/// Pieces shorter than this share of the range are shown by sliding extractions at once.
+const SHORT_SHARE: f64 = 5e-4;
+
 /// A component with fewer faces is shown by its extraction where that just slides.
 const SMALL_FACES: usize = 300;
 
@@ -45,7 +48,7 @@ const SMALL_FACES: usize = 300;
 const MAX_DEPTH: u32 = 1;
 
 /// A stretch shorter than this share of the piece it is left over from is not tracked again.
-const SLIDE_SHARE: f64 = 0.5;
+const SLIDE_SHARE: f64 = 0.25;
 
 /// Share of a piece, at each end, over which the mesh may stay as it is where tracking fails.
 const HOLD_SHARE: f64 = 0.02;
@@ -293,6 +296,10 @@ impl Sweep<'_> {
         counts: &mut Counts,
     ) -> Result<()> {
         let small = exact.faces.len() < SMALL_FACES;
+        let short = piece.high - piece.low < SHORT_SHARE * (self.range.1 - self.range.0);
+        if short {
+            return slide::slide(self, piece, patches, counts);
+        }
         if small && (piece.depth > 0 || slide::slides(self, piece)?) {
             return slide::slide(self, piece, patches, counts);
         }

@@ -1,7 +1,37 @@
 //! Refinement: red-green quadrisection (thesis section 3.7) and splits of edges that are too long.
 
 use super::criteria::Criteria;
-use crate::mesh::{Edge, Face, Mesh, Vertex};
+use crate::mesh::{Edge, Face, Mesh, Vertex, area};
+
+/// A face that deviates by more than this many tolerances is quadrisected; one that deviates less
+/// is bisected. Deviation falls with the square of the edges: to a quarter, or to about a half.
+const QUADRISECT_FROM: f32 = 2.0;
+
+/// Refines the faces that deviate too far and are large enough (thesis section 3.7). `deviations`
+/// by face slot. Returns how many faces were marked.
+pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -> usize {
+    let deviation = |f: Face| deviations[f.0 as usize];
+    let mut marked: Vec<Face> = mesh
+        .faces()
+        .filter(|&f| {
+            let pinned = mesh.face_vertices(f).iter().all(|&v| mesh.is_pinned(v));
+            !pinned && deviation(f) > criteria.error && area(mesh.corners(f)) > criteria.refine_area
+        })
+        .collect();
+    marked.sort_by(|&a, &b| deviation(b).total_cmp(&deviation(a)).then(a.cmp(&b)));
+    let n_far = marked.partition_point(|&f| deviation(f) > QUADRISECT_FROM * criteria.error);
+    let near: Vec<(Face, [Vertex; 3])> = marked[n_far..].iter().map(|&f| (f, mesh.face_vertices(f))).collect();
+    quadrisect(mesh, criteria, &marked[..n_far]);
+    for (f, vertices) in near {
+        // A face that a neighbour's refinement has changed waits for the next round.
+        if mesh.face_vertices(f) == vertices {
+            let sides = mesh.face_halfedges(f).map(|h| h.edge());
+            let longest = sides.iter().max_by(|a, b| mesh.length(**a).total_cmp(&mesh.length(**b)));
+            split_edge(mesh, criteria, *longest.expect("three sides"));
+        }
+    }
+    marked.len()
+}
 
 /// Quadrisects the given faces, and bisects or quadrisects their neighbours so that no vertex ends
 /// up inside an edge: a face with two or three split edges is split in four, with one in two.

@@ -4,11 +4,11 @@
 use super::caps::lift_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
-use super::refine::{quadrisect, split_long};
+use super::refine::{refine, split_long};
 use super::simplify::simplify;
 use crate::error::Result;
 use crate::kernels::Kernels;
-use crate::mesh::{Face, Mesh, area};
+use crate::mesh::Mesh;
 use crate::sweep::Parameters;
 
 /// Rounds of split, collapse, flip and relaxation.
@@ -64,7 +64,8 @@ pub(crate) fn remesh(
         }
     }
     for _ in 0..4 {
-        if refine(mesh, criteria) == 0 {
+        let deviations = criteria.deviations(mesh);
+        if refine(mesh, criteria, &deviations) == 0 {
             break;
         }
         flip_edges(mesh, criteria, 3);
@@ -74,19 +75,4 @@ pub(crate) fn remesh(
     simplify(mesh, criteria, &length, 0.0);
     flip_edges(mesh, criteria, 2);
     Ok(mesh.n_faces() <= most)
-}
-
-/// Quadrisects the faces that deviate too far and are large enough (thesis section 3.7). Returns
-/// how many were marked.
-pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria) -> usize {
-    let marked: Vec<Face> = mesh
-        .faces()
-        .filter(|&f| {
-            let t = mesh.corners(f);
-            let pinned = mesh.face_vertices(f).iter().all(|&v| mesh.is_pinned(v));
-            !pinned && area(t) > criteria.refine_area && criteria.deviation(t) > criteria.error
-        })
-        .collect();
-    quadrisect(mesh, criteria, &marked);
-    marked.len()
 }

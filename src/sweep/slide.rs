@@ -6,6 +6,8 @@
 //! marching cubes, so it is what is left when good triangles do not fit, above all just beside a
 //! plateau, where the isosurface hugs the lattice.
 
+use glam::Vec3;
+
 use super::start::component_at;
 use super::{Counts, Piece, Sweep};
 use crate::error::Result;
@@ -13,12 +15,13 @@ use crate::extract::Extraction;
 use crate::mesh::{Mesh, Vertex};
 use crate::spectrum::{Knot, Patch, Triangle, normal};
 
-/// A stretch whose extractions at both ends differ is cut in two so many times. What then still
-/// differs inside is shown by one unmoving extraction: its topology is right all the same.
-const MOST_CUTS: u32 = 2;
+/// A stretch whose extractions at both ends differ is cut in two at most so many times. What then
+/// still differs inside is shown by one unmoving extraction: its topology is right all the same.
+const MOST_CUTS: u32 = 4;
 
-/// Components with more faces are not cut: each cut stores all of the component again.
-const LARGE_FACES: usize = 20_000;
+/// A stretch over which vertices slide no farther than this, in voxels, is not cut: each cut stores
+/// all of the component again.
+const UNMOVING: f32 = 0.2;
 
 /// Distance from both ends of a stretch at which it is extracted, as a share of it.
 const END_SHARE: f64 = 1e-3;
@@ -31,8 +34,7 @@ pub(super) fn slides(sweep: &Sweep, piece: &Piece) -> Result<bool> {
 
 /// Covers a piece by sliding extractions, as many as it takes.
 pub(super) fn slide(sweep: &Sweep, piece: &Piece, patches: &mut Vec<Patch>, counts: &mut Counts) -> Result<()> {
-    let large = ends(sweep, piece)?[0].faces.len() > LARGE_FACES;
-    slide_in(sweep, piece, if large { 0 } else { MOST_CUTS }, patches, counts)
+    slide_in(sweep, piece, MOST_CUTS, patches, counts)
 }
 
 /// Covers a piece that may be cut in two so many times.
@@ -47,7 +49,7 @@ fn slide_in(
     if is_same(&low, &high) {
         counts.sliding += 1;
         patches.push(patch(piece, &low, &high)?);
-    } else if cuts > 0 {
+    } else if cuts > 0 && motion(&low, &high) > UNMOVING {
         let middle = 0.5 * (piece.low + piece.high);
         slide_in(sweep, &Piece { high: middle, ..*piece }, cuts - 1, patches, counts)?;
         slide_in(sweep, &Piece { low: middle, ..*piece }, cuts - 1, patches, counts)?;
@@ -63,6 +65,31 @@ fn slide_in(
 fn ends(sweep: &Sweep, piece: &Piece) -> Result<[Extraction; 2]> {
     let margin = END_SHARE * (piece.high - piece.low);
     Ok([component_at(sweep, piece, piece.low + margin)?, component_at(sweep, piece, piece.high - margin)?])
+}
+
+/// How far most vertices slide between two extractions, voxels: the 95th percentile over the lattice
+/// edges crossed in both.
+fn motion(a: &Extraction, b: &Extraction) -> f32 {
+    let sorted = |e: &Extraction| {
+        let mut crossings: Vec<((u32, u32), Vec3)> = e
+            .crossings
+            .iter()
+            .zip(&e.positions)
+            .filter_map(|(c, &p)| c.map(|c| (c, Vec3::from(p))))
+            .collect();
+        crossings.sort_by_key(|c| c.0);
+        crossings
+    };
+    let (a, b) = (sorted(a), sorted(b));
+    let mut motions: Vec<f32> = a
+        .iter()
+        .filter_map(|(c, p)| b.binary_search_by_key(c, |x| x.0).ok().map(|i| p.distance(b[i].1)))
+        .collect();
+    if motions.is_empty() {
+        return f32::INFINITY;
+    }
+    let i = (motions.len() - 1) * 95 / 100;
+    *motions.select_nth_unstable_by(i, f32::total_cmp).1
 }
 
 /// Whether two extractions differ only in where their vertices are.

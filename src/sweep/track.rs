@@ -4,14 +4,14 @@ use super::caps::lift_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::{Direction, Recorder};
-use super::refine::{quadrisect, split_long};
+use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
 use super::simplify::simplify;
 use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::{Kernels, PINNED};
 use crate::kernels::field::Field;
-use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting, normal};
+use crate::mesh::{Compacted, Mesh, Vertex, intersecting, normal};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -327,11 +327,7 @@ fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Vec
     let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
-    let marked: Vec<Face> = mesh
-        .faces()
-        .filter(|&f| deviations[f.0 as usize] > criteria.error && area(mesh.corners(f)) > criteria.refine_area)
-        .collect();
-    quadrisect(mesh, &criteria, &marked);
+    refine(mesh, &criteria, &deviations);
     extend_sizing(mesh, &mut length);
     split_long(mesh, &criteria, &length, 2.0);
     extend_sizing(mesh, &mut length);
