@@ -30,13 +30,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::extract::Extraction;
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
 use crate::spectrum::{Event, Patch, Spectrum, SpectrumBuilder, VolumeInfo};
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
-use crate::extract::Extraction;
 use track::Way;
 
 /// Pieces shorter than this share of the range are shown by sliding extractions at once.
@@ -151,8 +151,7 @@ pub fn compute(
 ) -> Result<Spectrum> {
     let range = parameters.range.unwrap_or(volume.range());
     // A range that is not a number is not inside either.
-    let is_inside =
-        volume.range().0 <= range.0 && range.0 < range.1 && range.1 <= volume.range().1;
+    let is_inside = volume.range().0 <= range.0 && range.0 < range.1 && range.1 <= volume.range().1;
     if !is_inside {
         return Err(Error::Usage(format!(
             "range {} to {}, expected inside the volume's {} to {}",
@@ -218,7 +217,9 @@ pub fn compute(
 impl Sweep<'_> {
     /// The isovalues between which an arc shows; equal where it never does.
     fn shown(&self, arc: &crate::topology::Arc) -> (f64, f64) {
-        let at = |event: Option<u32>, else_at: f64| event.map_or(else_at, |e| self.event_isovalues[e as usize]);
+        let at = |event: Option<u32>, else_at: f64| {
+            event.map_or(else_at, |e| self.event_isovalues[e as usize])
+        };
         let low = at(arc.birth_event, arc.birth).max(self.range.0);
         let high = at(arc.death_event, arc.death).min(self.range.1);
         (low, high.max(low))
@@ -262,7 +263,8 @@ impl Sweep<'_> {
 
     /// Pieces by start isovalue, so that the volume is scanned once for each.
     fn groups(&self, pieces: &[Piece]) -> Vec<(f64, Vec<Piece>)> {
-        let mut order: Vec<(f64, Piece)> = pieces.iter().map(|p| (self.start_isovalue(p), *p)).collect();
+        let mut order: Vec<(f64, Piece)> =
+            pieces.iter().map(|p| (self.start_isovalue(p), *p)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.arc.cmp(&b.1.arc)));
         order
             .chunk_by(|a, b| a.0 == b.0)

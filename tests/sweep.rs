@@ -8,8 +8,9 @@ use std::sync::{Arc, Mutex};
 use isospectrum::Error;
 use isospectrum::extract::count::count;
 use isospectrum::file;
+use isospectrum::kernels::backend::GPU_FROM_VERTICES;
 use isospectrum::kernels::{Backend, Choice};
-use isospectrum::spectrum::{Query, Spectrum};
+use isospectrum::spectrum::{Query, Spectrum, Triangle};
 use isospectrum::sweep::{Parameters, Progress, Silent, compute};
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
@@ -40,10 +41,10 @@ fn volume(spec: &str) -> Arc<Volume> {
     Arc::new(phantom(spec).expect("a phantom"))
 }
 
-/// Eight values on 8^3 samples: nearly every sample has an equal neighbour.
+/// Four values on 8^3 samples: nearly every sample has an equal neighbour.
 fn grid_with_ties(seed: u64) -> Arc<Volume> {
     let mut random = Random(seed);
-    let samples = (0..512).map(|_| (random.next() % 8) as u8).collect();
+    let samples = (0..512).map(|_| (random.next() % 4) as u8).collect();
     let volume = Volume::new("ties", [8; 3], Samples::U8(samples), Placement::default());
     Arc::new(volume.expect("a valid volume"))
 }
@@ -57,13 +58,15 @@ fn swept(volume: &Arc<Volume>, choice: Choice) -> Spectrum {
 }
 
 /// Computes a spectrum and compares its meshes at random isovalues with the count on the grid.
-fn check(volume: &Arc<Volume>, choice: Choice) {
+/// Returns the most vertices any of them has.
+fn check(volume: &Arc<Volume>, choice: Choice) -> usize {
     let spectrum = swept(volume, choice);
     assert_eq!(spectrum.range, volume.range());
     let field = ExactField::new(volume).expect("a field");
     let mut query = Query::new(&spectrum);
     let mut random = Random(7);
     let (low, high) = spectrum.range;
+    let mut most = 0;
     for _ in 0..N_ISOVALUES {
         let isovalue = low + random.unit() * (high - low);
         let mesh = query.mesh_at(isovalue).expect("inside the range");
@@ -76,7 +79,9 @@ fn check(volume: &Arc<Volume>, choice: Choice) {
         assert_eq!(mesh.normals.len(), mesh.positions.len(), "{what}");
         let numbers = mesh.positions.iter().chain(&mesh.normals).flatten();
         assert!(numbers.copied().all(f32::is_finite), "{what}");
+        most = most.max(mesh.positions.len());
     }
+    most
 }
 
 #[test]
@@ -86,7 +91,8 @@ fn a_sphere_has_the_counted_topology_at_every_isovalue() {
 
 #[test]
 fn a_sphere_computed_on_the_gpu_has_the_counted_topology() {
-    check(&volume("sphere:20"), Choice::Gpu);
+    let most = check(&volume("sphere:20"), Choice::Gpu);
+    assert!(most >= GPU_FROM_VERTICES, "{most} vertices: all of it ran on the CPU");
 }
 
 #[test]
@@ -108,6 +114,21 @@ fn noise_has_the_counted_topology() {
 #[test]
 fn a_grid_full_of_ties_has_the_counted_topology() {
     check(&grid_with_ties(11), Choice::Cpu);
+}
+
+#[test]
+fn a_sphere_is_tracked_and_not_only_extracted() {
+    let spectrum = swept(&volume("sphere:20"), Choice::Cpu);
+    let counts = &spectrum.parameters["counts"];
+    assert_eq!(counts["arcs"], 1, "{counts}");
+    assert!(counts["steps"].as_u64().is_some_and(|n| n > 0), "{counts}");
+    // Over the middle half of the range the sphere lies inside the volume: one vertex stays one.
+    let (low, high) = spectrum.range;
+    let quarter = 0.25 * (high - low);
+    let rank = |isovalue: f64| spectrum.rank_at(isovalue).expect("inside the range");
+    let (from, to) = (rank(high - 2.0 * quarter), rank(high - quarter));
+    let live_on = |t: &&Triangle| t.birth <= from && to < t.death;
+    assert!(spectrum.triangles.iter().any(|t| live_on(&t)), "{counts}");
 }
 
 #[test]

@@ -17,8 +17,11 @@ pub(super) fn batched_isovalues(topology: &Topology, range: (f64, f64)) -> Vec<f
     let mut order: Vec<usize> = (0..topology.events.len()).collect();
     order.sort_by(|&a, &b| topology.events[a].isovalue.total_cmp(&topology.events[b].isovalue));
     let mut batched = vec![0.0; order.len()];
-    for batch in order.chunk_by(|&a, &b| topology.events[b].isovalue - topology.events[a].isovalue < tolerance) {
-        let of_sample = batch.iter().find(|&&e| matches!(topology.events[e].place, Place::Vertex(_)));
+    for batch in order
+        .chunk_by(|&a, &b| topology.events[b].isovalue - topology.events[a].isovalue < tolerance)
+    {
+        let of_sample =
+            batch.iter().find(|&&e| matches!(topology.events[e].place, Place::Vertex(_)));
         let isovalue = topology.events[*of_sample.unwrap_or(&batch[0])].isovalue;
         for &e in batch {
             batched[e] = isovalue;

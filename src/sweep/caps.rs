@@ -13,9 +13,15 @@ use crate::mesh::{Mesh, Vertex};
 const LIFT: f32 = 0.002;
 
 /// Lifts the vertices that belong to caps only off the border of the volume.
-pub(crate) fn lift_caps(mesh: &Mesh, field: &Field, vertices: &[Vertex], positions: &mut [[f32; 3]]) {
+pub(crate) fn lift_caps(
+    mesh: &Mesh,
+    field: &Field,
+    vertices: &[Vertex],
+    positions: &mut [[f32; 3]],
+) {
     let dims = field.volume().dims();
-    let top = Vec3::new((dims[0] - 1) as f32, (dims[1] - 1) as f32, (dims[2] - 1) as f32) * field.cell_size();
+    let top = Vec3::new((dims[0] - 1) as f32, (dims[1] - 1) as f32, (dims[2] - 1) as f32)
+        * field.cell_size();
     for (&v, p) in vertices.iter().zip(positions) {
         if mesh.border(v) != 0 || !mesh.is_cap(mesh.face(mesh.outgoing(v))) {
             continue;

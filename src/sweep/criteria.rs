@@ -102,7 +102,14 @@ impl<'a> Criteria<'a> {
 
     /// Where the middle of an edge belongs on the isosurface; the middle itself if the isosurface
     /// cannot be reached from it within half the edge.
-    pub(crate) fn edge_point(&self, mesh: &Mesh, a: Vertex, b: Vertex, along: Vec3, border: u8) -> Vec3 {
+    pub(crate) fn edge_point(
+        &self,
+        mesh: &Mesh,
+        a: Vertex,
+        b: Vertex,
+        along: Vec3,
+        border: u8,
+    ) -> Vec3 {
         let (p, q) = (mesh.position(a), mesh.position(b));
         let middle = 0.5 * (p + q);
         let reach = 0.5 * p.distance(q);
@@ -133,7 +140,9 @@ impl<'a> Criteria<'a> {
     /// Deviation of every face by slot; zero where the slot is empty.
     pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
         let faces = (0..mesh.face_slots() as u32).map(Face);
-        faces.map(|f| if mesh.has_face(f) { self.deviation(mesh.corners(f)) } else { 0.0 }).collect()
+        faces
+            .map(|f| if mesh.has_face(f) { self.deviation(mesh.corners(f)) } else { 0.0 })
+            .collect()
     }
 
     /// Whether simplification should remove the face: too small or too thin (thesis section 3.6).
@@ -163,7 +172,11 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
     let mut length: Vec<f32> = inverse_square
         .iter()
         .zip(&count)
-        .map(|(&s, &n)| if n > 0 { (n as f32 / s).sqrt().clamp(min_edge, max_edge) } else { max_edge })
+        .map(
+            |(&s, &n)| {
+                if n > 0 { (n as f32 / s).sqrt().clamp(min_edge, max_edge) } else { max_edge }
+            },
+        )
         .collect();
     for v in mesh.vertices() {
         let gap = criteria.gap(mesh, v);
@@ -175,7 +188,8 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
         let before = length.clone();
         for v in mesh.vertices() {
             for w in mesh.one_ring(v) {
-                let limit = before[w.0 as usize] + 0.5 * mesh.position(v).distance(mesh.position(w));
+                let limit =
+                    before[w.0 as usize] + 0.5 * mesh.position(v).distance(mesh.position(w));
                 let l = &mut length[v.0 as usize];
                 *l = l.min(limit);
             }

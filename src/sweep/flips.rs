@@ -19,7 +19,8 @@ pub(crate) fn flip_edges(mesh: &mut Mesh, criteria: &Criteria, passes: usize) ->
         for &e in &edges {
             if flip_is_better(mesh, criteria, e) && mesh.can_flip(e) {
                 let faces = mesh.flip(e).faces;
-                touched.extend(faces.iter().flat_map(|&f| mesh.face_halfedges(f)).map(|h| h.edge()));
+                touched
+                    .extend(faces.iter().flat_map(|&f| mesh.face_halfedges(f)).map(|h| h.edge()));
                 flips += 1;
             }
         }
@@ -47,7 +48,8 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge) -> bool {
         return false;
     }
     // Both new triangles face the side that both old ones face.
-    let n = (normal(before[0]).normalize_or_zero() + normal(before[1]).normalize_or_zero()).normalize_or_zero();
+    let n = (normal(before[0]).normalize_or_zero() + normal(before[1]).normalize_or_zero())
+        .normalize_or_zero();
     if after.iter().any(|&t| normal(t).normalize_or_zero().dot(n) < 0.7) {
         return false;
     }

@@ -61,8 +61,14 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     /// Begins with the start mesh at its isovalue.
-    pub(crate) fn begin(mesh: &Mesh, normals: &[[f32; 3]], vertices: &[Vertex], isovalue: f64) -> Self {
-        let mut r = Recorder { trajectory: vec![u32::MAX; mesh.vertex_slots()], ..Recorder::default() };
+    pub(crate) fn begin(
+        mesh: &Mesh,
+        normals: &[[f32; 3]],
+        vertices: &[Vertex],
+        isovalue: f64,
+    ) -> Self {
+        let mut r =
+            Recorder { trajectory: vec![u32::MAX; mesh.vertex_slots()], ..Recorder::default() };
         for (i, &v) in vertices.iter().enumerate() {
             r.trajectory[v.0 as usize] = i as u32;
             r.trajectories.push(vec![(isovalue, mesh.position(v).to_array(), normals[i])]);
@@ -72,7 +78,12 @@ impl Recorder {
             let alive = mesh.has_face(f).then(|| {
                 let vertices = r.triangle(mesh, f);
                 let start = Some(r.start.len());
-                r.start.push(Ended { vertices, cap: mesh.is_cap(f), low: isovalue, high: isovalue });
+                r.start.push(Ended {
+                    vertices,
+                    cap: mesh.is_cap(f),
+                    low: isovalue,
+                    high: isovalue,
+                });
                 Alive { vertices, cap: mesh.is_cap(f), since: isovalue, start }
             });
             r.alive.push(alive);
@@ -93,7 +104,13 @@ impl Recorder {
     }
 
     /// Records where the vertices are at an isovalue.
-    pub(crate) fn knots(&mut self, vertices: &[Vertex], positions: &[[f32; 3]], normals: &[[f32; 3]], isovalue: f64) {
+    pub(crate) fn knots(
+        &mut self,
+        vertices: &[Vertex],
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        isovalue: f64,
+    ) {
         for ((v, &p), &n) in vertices.iter().zip(positions).zip(normals) {
             self.trajectories[self.trajectory[v.0 as usize] as usize].push((isovalue, p, n));
         }
@@ -102,7 +119,13 @@ impl Recorder {
     /// Records what edits changed at an isovalue: compares the mesh with the triangles alive.
     ///
     /// `collapsed` are the vertices that ended and those in their place.
-    pub(crate) fn edits(&mut self, mesh: &Mesh, collapsed: &[(Vertex, Vertex)], isovalue: f64, direction: Direction) {
+    pub(crate) fn edits(
+        &mut self,
+        mesh: &Mesh,
+        collapsed: &[(Vertex, Vertex)],
+        isovalue: f64,
+        direction: Direction,
+    ) {
         for slot in self.trajectory.len()..mesh.vertex_slots() {
             let v = Vertex(slot as u32);
             let live = mesh.has_vertex(v);
@@ -128,8 +151,12 @@ impl Recorder {
             if let Some(alive) = self.alive[slot].take() {
                 self.end(alive, isovalue);
             }
-            self.alive[slot] =
-                now.map(|vertices| Alive { vertices, cap: mesh.is_cap(f), since: isovalue, start: None });
+            self.alive[slot] = now.map(|vertices| Alive {
+                vertices,
+                cap: mesh.is_cap(f),
+                since: isovalue,
+                start: None,
+            });
         }
     }
 
@@ -216,8 +243,16 @@ mod tests {
 
     fn octahedron() -> Mesh {
         let positions = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-        let triangles =
-            [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let triangles = [
+            [0, 2, 4],
+            [2, 1, 4],
+            [1, 3, 4],
+            [3, 0, 4],
+            [2, 0, 5],
+            [1, 2, 5],
+            [3, 1, 5],
+            [0, 3, 5],
+        ];
         let positions = positions.map(|p| p.to_array());
         Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
     }

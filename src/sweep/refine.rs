@@ -20,7 +20,8 @@ pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -
         .collect();
     marked.sort_by(|&a, &b| deviation(b).total_cmp(&deviation(a)).then(a.cmp(&b)));
     let n_far = marked.partition_point(|&f| deviation(f) > QUADRISECT_FROM * criteria.error);
-    let near: Vec<(Face, [Vertex; 3])> = marked[n_far..].iter().map(|&f| (f, mesh.face_vertices(f))).collect();
+    let near: Vec<(Face, [Vertex; 3])> =
+        marked[n_far..].iter().map(|&f| (f, mesh.face_vertices(f))).collect();
     quadrisect(mesh, criteria, &marked[..n_far]);
     for (f, vertices) in near {
         // A face that a neighbour's refinement has changed waits for the next round.
@@ -47,7 +48,11 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
             }
             split[e] = true;
             let neighbour = mesh.face(h.twin());
-            let n = mesh.face_halfedges(neighbour).iter().filter(|s| split[s.edge().0 as usize]).count();
+            let n = mesh
+                .face_halfedges(neighbour)
+                .iter()
+                .filter(|s| split[s.edge().0 as usize])
+                .count();
             if n == 2 {
                 stack.push(neighbour);
             }
@@ -70,7 +75,10 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
     }
     let find = |a: Vertex, b: Vertex, sorted: &[((Vertex, Vertex), usize)]| {
         let key = (a.min(b), a.max(b));
-        sorted.binary_search_by_key(&key, |s| s.0).map(|i| sorted[i].1).expect("a side of a split face")
+        sorted
+            .binary_search_by_key(&key, |s| s.0)
+            .map(|i| sorted[i].1)
+            .expect("a side of a split face")
     };
     let mut sorted: Vec<((Vertex, Vertex), usize)> =
         ends.iter().enumerate().map(|(i, &(a, b))| ((a.min(b), a.max(b)), i)).collect();
@@ -89,7 +97,12 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
 
 /// Splits every edge longer than `long` times the wanted length, longest first. Returns the new
 /// vertices.
-pub(crate) fn split_long(mesh: &mut Mesh, criteria: &Criteria, length: &[f32], long: f32) -> Vec<Vertex> {
+pub(crate) fn split_long(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    length: &[f32],
+    long: f32,
+) -> Vec<Vertex> {
     let mut edges: Vec<(f32, Edge)> = mesh
         .edges()
         .filter_map(|e| {
@@ -109,13 +122,15 @@ pub(crate) fn split_long(mesh: &mut Mesh, criteria: &Criteria, length: &[f32], l
 fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
     let h = e.halfedge();
     let (a, b) = (mesh.from(h), mesh.to(h));
-    let along = (mesh.face_normal(mesh.face(h)) + mesh.face_normal(mesh.face(h.twin()))).normalize_or_zero();
+    let along = (mesh.face_normal(mesh.face(h)) + mesh.face_normal(mesh.face(h.twin())))
+        .normalize_or_zero();
     let middle = 0.5 * (mesh.position(a) + mesh.position(b));
     let m = mesh.split_edge(e, middle).vertex;
     let p = criteria.edge_point(mesh, a, b, along, mesh.border(m));
     let before: Vec<_> = mesh.spokes(m).map(|s| mesh.face_normal(mesh.face(s))).collect();
     mesh.set_position(m, p);
-    let turned = mesh.spokes(m).zip(&before).any(|(s, n)| mesh.face_normal(mesh.face(s)).dot(*n) < 0.5);
+    let turned =
+        mesh.spokes(m).zip(&before).any(|(s, n)| mesh.face_normal(mesh.face(s)).dot(*n) < 0.5);
     if turned {
         mesh.set_position(m, middle);
     }
@@ -150,8 +165,16 @@ mod tests {
     fn octahedron() -> Mesh {
         let positions = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z]
             .map(|p| (Vec3::splat(HALF) + RADIUS * p).to_array());
-        let triangles =
-            [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let triangles = [
+            [0, 2, 4],
+            [2, 1, 4],
+            [1, 3, 4],
+            [3, 0, 4],
+            [2, 0, 5],
+            [1, 2, 5],
+            [3, 1, 5],
+            [0, 3, 5],
+        ];
         Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
     }
 
@@ -203,6 +226,20 @@ mod tests {
                 let middle = 0.5 * (mesh.position(mesh.from(h)) + mesh.position(mesh.to(h)));
                 assert!(added.iter().all(|&v| mesh.position(v) != middle), "{e:?} of {marked:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_face_is_quadrisected_where_it_deviates_much_and_bisected_where_it_deviates_a_little() {
+        let field = field();
+        let criteria = Criteria::new(&field, NOWHERE, &Parameters::default());
+        for (tolerances, n_marked, n_faces) in [(0.9, 0, 8), (1.5, 1, 8 + 2), (2.5, 1, 8 + 3 + 3)] {
+            let mut mesh = octahedron();
+            let mut deviations = [0.0; 8];
+            deviations[3] = tolerances * criteria.error;
+            assert_eq!(refine(&mut mesh, &criteria, &deviations), n_marked, "{tolerances}");
+            mesh.check().expect("refinement keeps the invariants");
+            assert_eq!((mesh.n_faces(), mesh.euler()), (n_faces, 2), "{tolerances}");
         }
     }
 

@@ -8,14 +8,22 @@ use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
 /// Collapses the edges shorter than `short` times the wanted length at both ends, and the shortest
 /// edges of triangles that are too small or too thin, as far as the criteria allow. Returns the
 /// vertices removed and those in their place.
-pub(crate) fn simplify(mesh: &mut Mesh, criteria: &Criteria, length: &[f32], short: f32) -> Vec<(Vertex, Vertex)> {
+pub(crate) fn simplify(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    length: &[f32],
+    short: f32,
+) -> Vec<(Vertex, Vertex)> {
     let mut candidates: Vec<(f32, HalfEdge)> = Vec::new();
     for e in mesh.edges() {
         let h = e.halfedge();
         let l = mesh.length(e);
         let wanted = length[mesh.from(h).0 as usize].min(length[mesh.to(h).0 as usize]);
         let is_short = l < short * wanted;
-        if is_short || is_shortest_of_bad_face(mesh, criteria, h) || is_shortest_of_bad_face(mesh, criteria, h.twin()) {
+        if is_short
+            || is_shortest_of_bad_face(mesh, criteria, h)
+            || is_shortest_of_bad_face(mesh, criteria, h.twin())
+        {
             candidates.push((l, h));
         }
     }
@@ -78,6 +86,7 @@ fn collapse_quality(mesh: &Mesh, criteria: &Criteria, length: &[f32], h: HalfEdg
     } else {
         0.0
     };
-    let good = faces.iter().all(|&(before, after)| criteria.may_change(before, after, worst_deviation));
+    let good =
+        faces.iter().all(|&(before, after)| criteria.may_change(before, after, worst_deviation));
     if good { worst_after } else { 0.0 }
 }

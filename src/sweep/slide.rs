@@ -33,7 +33,12 @@ pub(super) fn slides(sweep: &Sweep, piece: &Piece) -> Result<bool> {
 }
 
 /// Covers a piece by sliding extractions, as many as it takes.
-pub(super) fn slide(sweep: &Sweep, piece: &Piece, patches: &mut Vec<Patch>, counts: &mut Counts) -> Result<()> {
+pub(super) fn slide(
+    sweep: &Sweep,
+    piece: &Piece,
+    patches: &mut Vec<Patch>,
+    counts: &mut Counts,
+) -> Result<()> {
     slide_in(sweep, piece, MOST_CUTS, patches, counts)
 }
 
@@ -64,7 +69,10 @@ fn slide_in(
 /// The extractions just inside both ends of a piece.
 fn ends(sweep: &Sweep, piece: &Piece) -> Result<[Extraction; 2]> {
     let margin = END_SHARE * (piece.high - piece.low);
-    Ok([component_at(sweep, piece, piece.low + margin)?, component_at(sweep, piece, piece.high - margin)?])
+    Ok([
+        component_at(sweep, piece, piece.low + margin)?,
+        component_at(sweep, piece, piece.high - margin)?,
+    ])
 }
 
 /// How far most vertices slide between two extractions, voxels: the 95th percentile over the lattice
@@ -123,5 +131,10 @@ fn patch(piece: &Piece, low: &Extraction, high: &Extraction) -> Result<Patch> {
 
 /// The mesh of an extraction.
 pub(super) fn mesh(extraction: &Extraction) -> Result<Mesh> {
-    Mesh::from_triangles(&extraction.positions, &extraction.borders, &extraction.faces, &extraction.caps)
+    Mesh::from_triangles(
+        &extraction.positions,
+        &extraction.borders,
+        &extraction.faces,
+        &extraction.caps,
+    )
 }

@@ -37,7 +37,11 @@ pub(super) struct Tracked {
 }
 
 /// The exact extractions of the given pieces' components at one isovalue, in their order.
-pub(super) fn components_at(sweep: &Sweep, isovalue: f64, pieces: &[Piece]) -> Result<Vec<Extraction>> {
+pub(super) fn components_at(
+    sweep: &Sweep,
+    isovalue: f64,
+    pieces: &[Piece],
+) -> Result<Vec<Extraction>> {
     sweep.cancelled()?;
     let extraction = extract(&sweep.exact, isovalue);
     let arcs: Vec<Option<usize>> = extraction
@@ -49,7 +53,10 @@ pub(super) fn components_at(sweep: &Sweep, isovalue: f64, pieces: &[Piece]) -> R
         .iter()
         .map(|piece| {
             let component = arcs.iter().position(|&a| a == Some(piece.arc)).ok_or_else(|| {
-                Error::Input(format!("internal: no component of arc {} at isovalue {isovalue}", piece.arc))
+                Error::Input(format!(
+                    "internal: no component of arc {} at isovalue {isovalue}",
+                    piece.arc
+                ))
             })?;
             Ok(extraction.with_components(|c| c as usize == component))
         })
@@ -105,7 +112,12 @@ pub(super) fn track_both_ways(
 /// The mesh with good triangles. Where they would pass through each other, which happens at sharp
 /// creases and between close sheets, the vertices of the extraction around are pinned, and the rest
 /// is remeshed again. `None` if that does not help.
-fn remeshed(sweep: &Sweep, isovalue: f64, mut exact: Mesh, kernels: &mut dyn Kernels) -> Result<Option<Mesh>> {
+fn remeshed(
+    sweep: &Sweep,
+    isovalue: f64,
+    mut exact: Mesh,
+    kernels: &mut dyn Kernels,
+) -> Result<Option<Mesh>> {
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
     let most = MOST_GROWTH * exact.n_faces();
     for attempt in 0..ATTEMPTS {
@@ -125,7 +137,8 @@ fn remeshed(sweep: &Sweep, isovalue: f64, mut exact: Mesh, kernels: &mut dyn Ker
         if crossing.len() <= mesh.n_faces() / INTERSECTING_SHARE {
             return Ok(Some(mesh));
         }
-        let centres = crossing.iter().map(|&f| mesh.corners(c.faces[f as usize]).iter().sum::<Vec3>() / 3.0);
+        let centres =
+            crossing.iter().map(|&f| mesh.corners(c.faces[f as usize]).iter().sum::<Vec3>() / 3.0);
         pin_around(&mut exact, &centres.collect::<Vec<_>>(), PIN_RADIUS * (attempt + 1) as f32);
     }
     Ok(None)

@@ -9,8 +9,8 @@ use super::remesh::SIZING_GOAL;
 use super::simplify::simplify;
 use super::{Counts, Parameters};
 use crate::error::Result;
-use crate::kernels::{Kernels, PINNED};
 use crate::kernels::field::Field;
+use crate::kernels::{Kernels, PINNED};
 use crate::mesh::{Compacted, Mesh, Vertex, intersecting, normal};
 use glam::Vec3;
 
@@ -119,8 +119,18 @@ pub(crate) fn track(
         let mut pinned = 0;
         let advanced = loop {
             let tolerant = halved >= TOLERANT_FROM;
-            match advance(mesh, &compacted, kernels, tracking, Step { at, next, tolerant }, counts, &mut pins)? {
-                Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => break Some(a),
+            match advance(
+                mesh,
+                &compacted,
+                kernels,
+                tracking,
+                Step { at, next, tolerant },
+                counts,
+                &mut pins,
+            )? {
+                Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
+                    break Some(a);
+                }
                 _ => {}
             }
             if !pins.is_empty() && pinned < PIN_ROUNDS {
@@ -155,7 +165,8 @@ pub(crate) fn track(
         let collapsed = edit(mesh, field, parameters, at);
         recorder.edits(mesh, &collapsed, at, way.direction);
         compacted = mesh.compacted();
-        let growth = (STEP_LENGTH / advanced.moved.max(1e-6)).clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
+        let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
+            .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         step = taken * f64::from(growth);
     }
     recorder.finish_direction(way.end);
@@ -203,7 +214,8 @@ fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
 
 /// A first guess of the step: what moves most vertices by half of what they may move.
 fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
-    let mut slopes: Vec<f32> = mesh.vertices().map(|v| field.gradient(mesh.position(v)).length()).collect();
+    let mut slopes: Vec<f32> =
+        mesh.vertices().map(|v| field.gradient(mesh.position(v)).length()).collect();
     let i = slopes.len() / 10;
     let (_, slope, _) = slopes.select_nth_unstable_by(i, f32::total_cmp);
     let unit = f64::from(field.isovalue(at + 1.0) - field.isovalue(at)).max(1e-12);
@@ -244,7 +256,10 @@ fn advance(
         counts.refused.folded += 1;
         return Ok(None);
     }
-    if way.fixed.is_none() && !tolerant && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
+    if way.fixed.is_none()
+        && !tolerant
+        && !follows_midway(mesh, compacted, field, parameters, &positions, at, next)
+    {
         counts.refused.off_midway += 1;
         return Ok(None);
     }
