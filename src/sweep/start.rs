@@ -104,7 +104,9 @@ pub(super) fn track_both_ways(
         reached[side] = track(&mut moving, kernels, &tracking, isovalue, &mut recorder, counts)?;
     }
     if given.is_some() && reached[1] <= isovalue {
-        log::warn!("the initial mesh cannot be tracked to higher isovalues than {isovalue}, it is extracted there");
+        log::warn!(
+            "the initial mesh cannot be tracked to higher isovalues than {isovalue}, it is extracted there"
+        );
     }
     Ok(Some(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] }))
 }
