@@ -2,6 +2,23 @@
 //!
 //! Data flows one way: [`volume`] → [`topology`] → [`extract`] → [`sweep`] (with [`kernels`] and
 //! [`mesh`]) → [`spectrum`] → [`mod@file`] → [`render`].
+//!
+//! ```
+//! use isospectrum::kernels::{Backend, Choice};
+//! use isospectrum::spectrum::Query;
+//! use isospectrum::sweep::{Parameters, Silent, compute};
+//! use isospectrum::volume::phantom;
+//!
+//! let volume = std::sync::Arc::new(phantom("sphere:8")?);
+//! let backend = Backend::choose(Choice::Cpu, None)?;
+//! let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+//! let mut query = Query::new(&spectrum);
+//! for isovalue in [0.3, 0.5, 0.7] {
+//!     let mesh = query.mesh_at(isovalue)?;
+//!     println!("{isovalue}: {} triangles", mesh.triangles.len());
+//! }
+//! # Ok::<(), isospectrum::Error>(())
+//! ```
 
 pub mod error;
 pub mod export;
