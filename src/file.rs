@@ -64,9 +64,13 @@ pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
 /// [`Error::Io`]; [`Error::Input`] if it is not a spectrum file, is damaged, or does not pass
 /// [`Spectrum::check`].
 pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
-    let path = path.as_ref();
+    decode_file(path.as_ref(), from_bytes)
+}
+
+/// Reads a file and decodes it; what is wrong with its content is said with its path.
+fn decode_file(path: &Path, decode: impl Fn(&[u8]) -> Result<Spectrum>) -> Result<Spectrum> {
     let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    from_bytes(&bytes).map_err(|e| match e {
+    decode(&bytes).map_err(|e| match e {
         Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
         other => other,
     })

@@ -36,12 +36,7 @@ pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
 ///
 /// [`Error::Io`]; [`Error::Input`] if it is damaged, with the path.
 pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
-    let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
-    from_bytes(&bytes).map_err(|e| match e {
-        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
-        other => other,
-    })
+    super::decode_file(path.as_ref(), from_bytes)
 }
 
 /// The bytes of a spectrum in the layout of the thesis. Isovalues are rounded to f32.

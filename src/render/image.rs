@@ -1,9 +1,10 @@
 //! A finished picture and its file.
 
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::file::write_beside;
 
 /// A picture: sRGB with straight alpha.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,23 +49,9 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] if the file cannot be written.
+    /// [`crate::Error::Io`] if the file cannot be written.
     pub fn write_png(&self, path: &Path) -> Result<()> {
-        let failed = |source| Error::io(path, source);
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        // A temporary file is private; a picture gets what the user's mask leaves.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder).map_err(failed)?;
-        let mut writer = BufWriter::new(file);
-        self.encode_png(&mut writer).map_err(failed)?;
-        let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
-        file.persist(path).map_err(|error| failed(error.error))?;
-        Ok(())
+        write_beside(path, |writer| self.encode_png(writer))
     }
 }
 
