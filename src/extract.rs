@@ -23,6 +23,7 @@ mod polygons;
 
 use crate::topology::exact::ExactField;
 use cell::{CellSurface, EDGES};
+pub(crate) use lattice::DisjointSets;
 use lattice::{Cell, Crossings, for_each_crossed_cell};
 
 /// How near to a sample, as a fraction of the lattice edge, a vertex may lie: an isovalue that
@@ -41,6 +42,8 @@ pub struct Extraction {
     pub faces: Vec<[u32; 3]>,
     /// Per face: whether it lies in a cell of the layer around the volume.
     pub caps: Vec<bool>,
+    /// Per face: the lowest corner of its cell, a vertex of the padded grid.
+    pub cells: Vec<u32>,
     /// Per vertex: bit `a` is set iff it lies on a lattice edge between two samples of the volume
     /// that are both the first or both the last along axis `a`.
     pub borders: Vec<u8>,
@@ -88,6 +91,7 @@ impl Extraction {
                 self.faces[f].iter().for_each(|&v| vertices[v as usize] = 0);
                 kept.faces.push(self.faces[f]);
                 kept.caps.push(self.caps[f]);
+                kept.cells.push(self.cells[f]);
                 kept.components.push(component);
             }
         }
@@ -116,10 +120,28 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
         isovalue,
         isovalue_key: field.isovalue_key(isovalue),
         voxel_size: field.volume().voxel_size(),
-        crossings: Crossings::new(field),
+        crossings: Some(Crossings::new(field)),
         mesh: Extraction::default(),
     };
     for_each_crossed_cell(field, isovalue, |cell| polygoniser.add_cell(&cell));
+    polygoniser.finish()
+}
+
+/// The part of the isosurface inside one cell; its lowest corner is `corner`, a vertex of the padded
+/// grid. As [`extract`], but for the order of vertices.
+pub(crate) fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Extraction {
+    let mut polygoniser = Polygoniser {
+        field,
+        isovalue,
+        isovalue_key: field.isovalue_key(isovalue),
+        voxel_size: field.volume().voxel_size(),
+        crossings: None,
+        mesh: Extraction::default(),
+    };
+    let cell = Cell::at(field, corner, isovalue);
+    if cell.inside != 0 && cell.inside != 255 {
+        polygoniser.add_cell(&cell);
+    }
     polygoniser.finish()
 }
 
@@ -129,7 +151,9 @@ struct Polygoniser<'f, 'v> {
     isovalue: f64,
     isovalue_key: i128,
     voxel_size: [f64; 3],
-    crossings: Crossings,
+    /// Where the vertices on lattice edges are found again; `None` in a single cell, whose loops
+    /// meet each of its edges once.
+    crossings: Option<Crossings>,
     mesh: Extraction,
 }
 
@@ -156,11 +180,16 @@ impl Polygoniser<'_, '_> {
             cell.position[a] == 0 || cell.position[a] as usize == self.field.dims()[a] - 2
         });
         self.mesh.caps.resize(self.mesh.faces.len(), is_cap);
+        self.mesh.cells.resize(self.mesh.faces.len(), cell.corner);
     }
 
     /// The vertex on a lattice edge of a cell, made when first met.
     fn edge_vertex(&mut self, cell: &Cell, edge: usize) -> u32 {
-        let (crossing, is_new) = self.crossings.vertex(cell, edge, self.mesh.positions.len());
+        let next = self.mesh.positions.len();
+        let (crossing, is_new) = match &mut self.crossings {
+            Some(crossings) => crossings.vertex(cell, edge, next),
+            None => (cell.crossing(&self.field.cell_offsets(), edge, next), true),
+        };
         if !is_new {
             return crossing.vertex;
         }

@@ -14,6 +14,22 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
+    /// The cell whose lowest corner is given, at an isovalue.
+    pub(crate) fn at(field: &ExactField, corner: u32, isovalue: f64) -> Cell {
+        let level = field.isovalue_level(isovalue);
+        let levels = field.levels_at(corner, field.cell_offsets());
+        let inside = (0..8).fold(0, |bits, c| bits | u8::from(levels[c] > level) << c);
+        Cell { corner, position: field.position(corner).map(|p| (p + 1) as u32), inside }
+    }
+
+    /// The crossing on a crossed edge, numbered `next`. `offsets` are the field's cell offsets.
+    pub(crate) fn crossing(&self, offsets: &[u32; 8], edge: usize, next: usize) -> Crossing {
+        let (a, b) = EDGES[edge];
+        let [from, to] = [a, b].map(|c| self.corner + offsets[c as usize]);
+        let (low, high) = if self.inside >> a & 1 == 1 { (to, from) } else { (from, to) };
+        Crossing { vertex: next as u32, low, high }
+    }
+
     /// A corner's position in the index frame.
     pub(crate) fn corner_position(&self, corner: u8) -> [i64; 3] {
         std::array::from_fn(|a| self.position[a] as i64 - 1 + (corner >> a & 1) as i64)
@@ -98,16 +114,16 @@ impl Crossings {
     /// `next`.
     #[inline]
     pub(crate) fn vertex(&mut self, cell: &Cell, edge: usize, next: usize) -> (Crossing, bool) {
-        let (a, b) = EDGES[edge];
-        let [from, to] = [a, b].map(|c| cell.corner + self.offsets[c as usize]);
-        let (low, high) = if cell.inside >> a & 1 == 1 { (to, from) } else { (from, to) };
+        let a = EDGES[edge].0;
+        let from = cell.corner + self.offsets[a as usize];
+        let crossing = cell.crossing(&self.offsets, edge, next);
         let layer = cell.position[2] + (a >> 2) as u32;
         let kind = if edge < 8 { (layer % 2) as usize * 2 + edge / 4 } else { 4 };
         let place = &mut self.places[kind][(from - layer * self.strides[2]) as usize];
-        if (place.low, place.high) == (low, high) {
+        if (place.low, place.high) == (crossing.low, crossing.high) {
             return (*place, false);
         }
-        *place = Crossing { vertex: next as u32, low, high };
+        *place = crossing;
         (*place, true)
     }
 }

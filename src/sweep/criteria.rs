@@ -137,11 +137,15 @@ impl<'a> Criteria<'a> {
         gap
     }
 
-    /// Deviation of every face by slot; zero where the slot is empty.
+    /// Deviation of every face by slot; zero where the slot is empty or all of the face is pinned.
     pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
         let faces = (0..mesh.face_slots() as u32).map(Face);
+        let moves = |f| mesh.face_vertices(f).iter().any(|&v| !mesh.is_pinned(v));
         faces
-            .map(|f| if mesh.has_face(f) { self.deviation(mesh.corners(f)) } else { 0.0 })
+            .map(|f| {
+                let is_free = mesh.has_face(f) && moves(f);
+                if is_free { self.deviation(mesh.corners(f)) } else { 0.0 }
+            })
             .collect()
     }
 
@@ -178,7 +182,7 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
             },
         )
         .collect();
-    for v in mesh.vertices() {
+    for v in mesh.vertices().filter(|&v| !mesh.is_pinned(v)) {
         let gap = criteria.gap(mesh, v);
         let l = &mut length[v.0 as usize];
         *l = l.min((EDGES_PER_GAP * gap).max(MIN_GAP_EDGE));

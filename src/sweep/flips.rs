@@ -38,6 +38,9 @@ pub(crate) fn flip_edges(mesh: &mut Mesh, criteria: &Criteria, passes: usize) ->
 /// Whether the triangles after the flip are better and follow the isosurface as well.
 fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge) -> bool {
     let h = e.halfedge();
+    if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
+        return false;
+    }
     let at = |v| mesh.position(v);
     let (a, b) = (at(mesh.from(h)), at(mesh.to(h)));
     let (c, d) = (at(mesh.to(mesh.next(h))), at(mesh.to(mesh.next(h.twin()))));

@@ -62,7 +62,7 @@ pub(super) struct InitialMeshes {
 impl InitialMeshes {
     /// The mesh that a piece starts from at an isovalue, if one was given for it.
     pub(super) fn of(&self, piece: &Piece, isovalue: f64) -> Option<&Mesh> {
-        let is_start = piece.depth == 0 && isovalue == self.isovalue;
+        let is_start = isovalue == self.isovalue;
         self.by_arc.get(&piece.arc).filter(|_| is_start)
     }
 }

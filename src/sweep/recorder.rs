@@ -22,84 +22,149 @@ impl Direction {
     }
 }
 
+/// A trajectory: the run that began it and its number within the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Trajectory {
+    /// The run: see [`Run`].
+    pub(crate) run: u32,
+    number: u32,
+}
+
+/// No trajectory: the vertex slot is empty.
+const NONE: Trajectory = Trajectory { run: u32::MAX, number: u32::MAX };
+
+/// Who begins trajectories: numbers them apart, whatever the order in which runs are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Run {
+    /// The mesh that an arc starts from.
+    Start,
+    /// Tracking an arc's mesh upwards from its start.
+    Up,
+    /// Tracking it downwards.
+    Down,
+    /// Surgery on the way into an arc, and tracking from there on.
+    Surgery,
+}
+
+impl Run {
+    /// The run's number.
+    pub(crate) fn of_arc(self, arc: usize) -> u32 {
+        4 * arc as u32 + self as u32
+    }
+}
+
 /// A triangle that is part of the mesh now.
 #[derive(Clone, Copy, Debug)]
 struct Alive {
-    vertices: [u32; 3],
+    vertices: [Trajectory; 3],
     cap: bool,
     since: f64,
-    /// Its index in the start mesh's list, if it has lived since the start.
-    start: Option<usize>,
+    /// Whether it has lived since the mesh that its arc started from: then it may live on the other
+    /// side as well.
+    start: bool,
 }
 
 /// A triangle with both ends of its lifetime.
 #[derive(Clone, Copy, Debug)]
 struct Ended {
-    vertices: [u32; 3],
+    vertices: [Trajectory; 3],
     cap: bool,
     low: f64,
     high: f64,
+    start: bool,
 }
 
-/// A knot before its isovalue has a rank: isovalue, position, unit normal.
-type Unranked = (f64, [f32; 3], [f32; 3]);
+/// A knot before its isovalue has a rank.
+#[derive(Clone, Copy, Debug)]
+struct Unranked {
+    trajectory: Trajectory,
+    isovalue: f64,
+    position: [f32; 3],
+    normal: [i16; 2],
+}
 
-/// Records one patch.
+/// What recorders have written down.
+#[derive(Debug, Default)]
+pub(crate) struct Log {
+    knots: Vec<Unranked>,
+    ended: Vec<Ended>,
+    collapses: Vec<(Trajectory, Trajectory, f64, bool)>,
+}
+
+/// Records what happens to one mesh.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
-    /// Knots of each trajectory in the order they were recorded.
-    trajectories: Vec<Vec<Unranked>>,
-    start: Vec<Ended>,
-    ended: Vec<Ended>,
-    collapses: Vec<(u32, u32, f64, bool)>,
-    /// Trajectory of each vertex slot of the mesh being tracked.
-    trajectory: Vec<u32>,
-    start_trajectory: Vec<u32>,
+    log: Log,
+    run: u32,
+    n_begun: u32,
+    /// Trajectory of each vertex slot of the mesh.
+    trajectory: Vec<Trajectory>,
     alive: Vec<Option<Alive>>,
-    start_alive: Vec<Option<Alive>>,
 }
 
 impl Recorder {
-    /// Begins with the start mesh at its isovalue.
+    /// Begins with a start mesh at its isovalue.
     pub(crate) fn begin(
         mesh: &Mesh,
         normals: &[[f32; 3]],
         vertices: &[Vertex],
         isovalue: f64,
+        arc: usize,
     ) -> Self {
+        let run = Run::Start.of_arc(arc);
         let mut r =
-            Recorder { trajectory: vec![u32::MAX; mesh.vertex_slots()], ..Recorder::default() };
-        for (i, &v) in vertices.iter().enumerate() {
-            r.trajectory[v.0 as usize] = i as u32;
-            r.trajectories.push(vec![(isovalue, mesh.position(v).to_array(), normals[i])]);
+            Recorder { run, trajectory: vec![NONE; mesh.vertex_slots()], ..Recorder::default() };
+        for &v in vertices {
+            r.trajectory[v.0 as usize] = r.new_trajectory();
         }
-        for slot in 0..mesh.face_slots() {
-            let f = Face(slot as u32);
-            let alive = mesh.has_face(f).then(|| {
-                let vertices = r.triangle(mesh, f);
-                let start = Some(r.start.len());
-                r.start.push(Ended {
-                    vertices,
-                    cap: mesh.is_cap(f),
-                    low: isovalue,
-                    high: isovalue,
-                });
-                Alive { vertices, cap: mesh.is_cap(f), since: isovalue, start }
-            });
-            r.alive.push(alive);
-        }
-        r.start_trajectory = r.trajectory.clone();
-        r.start_alive = r.alive.clone();
+        let positions: Vec<[f32; 3]> =
+            vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
+        r.knots(vertices, &positions, normals, isovalue);
+        r.edits(mesh, &[], isovalue, Direction::Up);
+        r.alive.iter_mut().flatten().for_each(|a| a.start = true);
         r
     }
 
-    /// Goes back to the start mesh, to track it the other way.
-    pub(crate) fn restart(&mut self) {
-        self.trajectory = self.start_trajectory.clone();
-        self.alive = self.start_alive.clone();
+    /// A recorder that goes on from the same mesh with trajectories of another run.
+    pub(crate) fn branch(&self, run: u32) -> Self {
+        Recorder {
+            log: Log::default(),
+            run,
+            n_begun: 0,
+            trajectory: self.trajectory.clone(),
+            alive: self.alive.clone(),
+        }
     }
 
-    fn triangle(&self, mesh: &Mesh, f: Face) -> [u32; 3] {
+    /// A recorder for a mesh put together from `kept` vertices and faces of others, which come
+    /// first in it: each given as the recorder's number in `others` and the slot there. New
+    /// trajectories belong to the run of one of the others, if it is named, else to `run`.
+    pub(crate) fn resume(
+        others: &[Recorder],
+        kept_vertices: &[(usize, Vertex)],
+        kept_faces: &[(usize, Face)],
+        continued: Option<usize>,
+        run: u32,
+    ) -> Self {
+        let (run, n_begun) = continued.map_or((run, 0), |r| (others[r].run, others[r].n_begun));
+        Recorder {
+            log: Log::default(),
+            run,
+            n_begun,
+            trajectory: kept_vertices
+                .iter()
+                .map(|&(r, v)| others[r].trajectory[v.0 as usize])
+                .collect(),
+            alive: kept_faces.iter().map(|&(r, f)| others[r].alive[f.0 as usize]).collect(),
+        }
+    }
+
+    fn new_trajectory(&mut self) -> Trajectory {
+        self.n_begun += 1;
+        Trajectory { run: self.run, number: self.n_begun - 1 }
+    }
+
+    fn triangle(&self, mesh: &Mesh, f: Face) -> [Trajectory; 3] {
         mesh.face_vertices(f).map(|v| self.trajectory[v.0 as usize])
     }
 
@@ -111,8 +176,10 @@ impl Recorder {
         normals: &[[f32; 3]],
         isovalue: f64,
     ) {
-        for ((v, &p), &n) in vertices.iter().zip(positions).zip(normals) {
-            self.trajectories[self.trajectory[v.0 as usize] as usize].push((isovalue, p, n));
+        for ((v, &position), &n) in vertices.iter().zip(positions).zip(normals) {
+            let trajectory = self.trajectory[v.0 as usize];
+            let normal = normal::encode(n);
+            self.log.knots.push(Unranked { trajectory, isovalue, position, normal });
         }
     }
 
@@ -129,16 +196,17 @@ impl Recorder {
         for slot in self.trajectory.len()..mesh.vertex_slots() {
             let v = Vertex(slot as u32);
             let live = mesh.has_vertex(v);
-            self.trajectory.push(if live { self.trajectories.len() as u32 } else { u32::MAX });
+            let trajectory = if live { self.new_trajectory() } else { NONE };
+            self.trajectory.push(trajectory);
             if live {
                 let n = mesh.vertex_normal(v).to_array();
-                self.trajectories.push(vec![(isovalue, mesh.position(v).to_array(), n)]);
+                self.knots(&[v], &[mesh.position(v).to_array()], &[n], isovalue);
             }
         }
         for &(from, to) in collapsed {
             let (a, b) = (self.trajectory[from.0 as usize], self.trajectory[to.0 as usize]);
-            if a != u32::MAX && b != u32::MAX {
-                self.collapses.push((a, b, isovalue, direction == Direction::Up));
+            if a != NONE && b != NONE {
+                self.log.collapses.push((a, b, isovalue, direction == Direction::Up));
             }
         }
         self.alive.resize(mesh.face_slots(), None);
@@ -148,86 +216,122 @@ impl Recorder {
             if self.alive[slot].map(|a| a.vertices) == now {
                 continue;
             }
-            if let Some(alive) = self.alive[slot].take() {
-                self.end(alive, isovalue);
-            }
+            self.end_face(f, isovalue);
             self.alive[slot] = now.map(|vertices| Alive {
                 vertices,
                 cap: mesh.is_cap(f),
                 since: isovalue,
-                start: None,
+                start: false,
             });
         }
     }
 
-    fn end(&mut self, alive: Alive, isovalue: f64) {
-        let (low, high) = (alive.since.min(isovalue), alive.since.max(isovalue));
-        if let Some(i) = alive.start {
-            let s = &mut self.start[i];
-            (s.low, s.high) = (s.low.min(low), s.high.max(high));
-        } else {
-            self.ended.push(Ended { vertices: alive.vertices, cap: alive.cap, low, high });
+    /// Ends a triangle, if it is alive.
+    pub(crate) fn end_face(&mut self, f: Face, isovalue: f64) {
+        if let Some(alive) = self.alive[f.0 as usize].take() {
+            let (low, high) = (alive.since.min(isovalue), alive.since.max(isovalue));
+            let Alive { vertices, cap, start, .. } = alive;
+            self.log.ended.push(Ended { vertices, cap, low, high, start });
         }
     }
 
     /// Ends every triangle alive: tracking in this direction is over.
-    pub(crate) fn finish_direction(&mut self, isovalue: f64) {
+    pub(crate) fn finish(mut self, isovalue: f64) -> Log {
         for slot in 0..self.alive.len() {
-            if let Some(alive) = self.alive[slot].take() {
-                self.end(alive, isovalue);
+            self.end_face(Face(slot as u32), isovalue);
+        }
+        self.log
+    }
+
+    /// Adds what was written down before.
+    pub(crate) fn prepend(&mut self, before: Log) {
+        self.log.append(before);
+    }
+
+    /// What was written down, without ending anything: others go on with the triangles alive.
+    pub(crate) fn into_log(self) -> Log {
+        self.log
+    }
+}
+
+impl Log {
+    /// Appends what another recorder has written down.
+    pub(crate) fn append(&mut self, mut other: Log) {
+        self.knots.append(&mut other.knots);
+        self.ended.append(&mut other.ended);
+        self.collapses.append(&mut other.collapses);
+    }
+
+    /// The triangles that show, those that live on both sides of a start as one; ordered by their
+    /// vertices.
+    fn triangles(&mut self) -> Vec<Ended> {
+        let mut ended = std::mem::take(&mut self.ended);
+        ended.sort_by(|a, b| {
+            (a.vertices, b.start).cmp(&(b.vertices, a.start)).then(a.low.total_cmp(&b.low))
+        });
+        let mut triangles: Vec<Ended> = Vec::with_capacity(ended.len());
+        for t in ended {
+            match triangles.last_mut() {
+                Some(last)
+                    if t.start && last.start && last.vertices == t.vertices && last.high == t.low =>
+                {
+                    last.high = t.high;
+                }
+                _ => triangles.push(t),
             }
         }
+        triangles.retain(|t| t.low < t.high);
+        triangles
     }
 
     /// The patch: what was recorded, sorted and without what never shows.
-    pub(crate) fn patch(self) -> Patch {
-        let mut triangles: Vec<Ended> = self.start;
-        triangles.extend(self.ended);
-        triangles.retain(|t| t.low < t.high);
-        let mut isovalues: Vec<f64> = self.trajectories.iter().flatten().map(|k| k.0).collect();
+    pub(crate) fn patch(mut self) -> Patch {
+        let triangles = self.triangles();
+        let mut used: Vec<Trajectory> = triangles.iter().flat_map(|t| t.vertices).collect();
+        used.sort_unstable();
+        used.dedup();
+        let index = |t: Trajectory| used.binary_search(&t).ok().map(|i| i as u32);
+        let mut knots: Vec<(u32, Unranked)> =
+            self.knots.into_iter().filter_map(|k| index(k.trajectory).map(|i| (i, k))).collect();
+        // Independent of the order in which logs were appended.
+        let place = |k: &Unranked| k.position.map(f32::to_bits);
+        knots.sort_unstable_by(|a, b| {
+            let by_isovalue = a.0.cmp(&b.0).then(a.1.isovalue.total_cmp(&b.1.isovalue));
+            by_isovalue.then_with(|| (place(&a.1), a.1.normal).cmp(&(place(&b.1), b.1.normal)))
+        });
+        knots.dedup_by(|b, a| a.0 == b.0 && a.1.isovalue == b.1.isovalue);
+        let mut isovalues: Vec<f64> = knots.iter().map(|k| k.1.isovalue).collect();
         isovalues.sort_by(f64::total_cmp);
         isovalues.dedup();
         let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
-        let mut used = vec![false; self.trajectories.len()];
-        for t in &triangles {
-            for v in t.vertices {
-                used[v as usize] = true;
+        let mut patch = Patch::default();
+        for (i, k) in &knots {
+            while patch.first_knot.len() <= *i as usize {
+                patch.first_knot.push(patch.knots.len() as u32);
             }
+            patch.knots.push(Knot {
+                rank: rank(k.isovalue),
+                position: k.position,
+                normal: k.normal,
+            });
         }
-        let mut index = vec![u32::MAX; self.trajectories.len()];
-        let mut patch = Patch { first_knot: vec![0], ..Patch::default() };
-        for (i, mut knots) in self.trajectories.into_iter().enumerate() {
-            if !used[i] {
-                continue;
-            }
-            index[i] = patch.first_knot.len() as u32 - 1;
-            knots.sort_by(|a, b| a.0.total_cmp(&b.0));
-            knots.dedup_by(|a, b| a.0 == b.0);
-            patch.knots.extend(knots.into_iter().map(|(c, position, n)| Knot {
-                rank: rank(c),
-                position,
-                normal: normal::encode(n),
-            }));
-            patch.first_knot.push(patch.knots.len() as u32);
-        }
+        patch.first_knot.push(patch.knots.len() as u32);
+        let vertex = |t: Trajectory| index(t).expect("a vertex of a triangle");
         patch.triangles = triangles
             .iter()
             .map(|t| Triangle {
-                vertices: t.vertices.map(|v| index[v as usize]),
+                vertices: t.vertices.map(vertex),
                 birth: rank(t.low),
                 death: rank(t.high),
                 cap: t.cap,
             })
             .collect();
-        patch.collapses = self
-            .collapses
-            .iter()
-            .filter(|c| used[c.0 as usize] && used[c.1 as usize])
-            .map(|&(a, b, c, upward)| Collapse {
-                vertex: index[a as usize],
-                target: index[b as usize],
-                rank: rank(c),
-                upward,
+        self.collapses.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+        let collapses = self.collapses.iter();
+        patch.collapses = collapses
+            .filter_map(|&(a, b, c, upward)| {
+                let (vertex, target) = (index(a)?, index(b)?);
+                Some(Collapse { vertex, target, rank: rank(c), upward })
             })
             .collect();
         patch.isovalues = isovalues;

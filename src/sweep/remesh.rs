@@ -8,7 +8,7 @@ use super::refine::{refine, split_long};
 use super::simplify::simplify;
 use crate::error::Result;
 use crate::kernels::Kernels;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Vertex};
 use crate::sweep::Parameters;
 
 /// Rounds of split, collapse, flip and relaxation.
@@ -40,6 +40,41 @@ pub(crate) fn relax(
         mesh.set_position(v, p.into());
     }
     Ok(())
+}
+
+/// Rounds for a patch between pinned vertices.
+const PATCH_ROUNDS: usize = 3;
+
+/// Remeshes what is not pinned. Returns the collapses.
+pub(crate) fn remesh_patch(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    kernels: &mut dyn Kernels,
+    isovalue: f64,
+    parameters: &Parameters,
+) -> Result<Vec<(Vertex, Vertex)>> {
+    let mut collapsed = Vec::new();
+    for _ in 0..PATCH_ROUNDS {
+        let deviations = criteria.deviations(mesh);
+        let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
+        split_long(mesh, criteria, &length, 1.4);
+        extend_sizing(mesh, &mut length);
+        collapsed.extend(simplify(mesh, criteria, &length, 0.75));
+        flip_edges(mesh, criteria, 3);
+        relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
+    }
+    for _ in 0..2 {
+        let deviations = criteria.deviations(mesh);
+        if refine(mesh, criteria, &deviations) == 0 {
+            break;
+        }
+        flip_edges(mesh, criteria, 3);
+        relax(mesh, criteria, kernels, isovalue, parameters, 2)?;
+    }
+    let length = vec![0.0; mesh.vertex_slots()];
+    collapsed.extend(simplify(mesh, criteria, &length, 0.0));
+    flip_edges(mesh, criteria, 2);
+    Ok(collapsed)
 }
 
 /// Remeshes the isosurface of one isovalue. False if that takes more than `most` faces.

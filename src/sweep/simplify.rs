@@ -17,6 +17,9 @@ pub(crate) fn simplify(
     let mut candidates: Vec<(f32, HalfEdge)> = Vec::new();
     for e in mesh.edges() {
         let h = e.halfedge();
+        if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
+            continue;
+        }
         let l = mesh.length(e);
         let wanted = length[mesh.from(h).0 as usize].min(length[mesh.to(h).0 as usize]);
         let is_short = l < short * wanted;

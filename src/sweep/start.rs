@@ -1,19 +1,14 @@
-//! Where a tracked piece gets its mesh from, and what becomes of it: extraction at the start
-//! isovalue, remeshing, tracking to both ends.
-//!
-//! This is the place of local surgery: a piece whose arc begins at an event may one day start from
-//! the meshes of the arcs that ended there instead of from an extraction.
+//! Where a mesh comes from that no other leads to: extraction at an isovalue, and remeshing.
 
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::remesh;
-use super::track::{Tracking, track};
-use super::{Counts, Piece, Sweep, slide};
+use super::surgery::Front;
+use super::{Piece, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
 use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex, intersecting};
-use crate::spectrum::Patch;
 use glam::Vec3;
 
 /// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
@@ -29,86 +24,59 @@ const ATTEMPTS: usize = 4;
 /// times the number of the attempt.
 const PIN_RADIUS: f32 = 1.0;
 
-/// A tracked piece and how far it got.
-pub(super) struct Tracked {
-    pub(super) patch: Patch,
-    pub(super) low: f64,
-    pub(super) high: f64,
-}
-
-/// The exact extractions of the given pieces' components at one isovalue, in their order.
-pub(super) fn components_at(
+/// The exact extraction of the components of some arcs at one isovalue, and the arc of each of its
+/// components.
+pub(super) fn extraction_of_arcs(
     sweep: &Sweep,
     isovalue: f64,
-    pieces: &[Piece],
-) -> Result<Vec<Extraction>> {
+    arcs: &[usize],
+) -> Result<(Extraction, Vec<usize>)> {
     sweep.cancelled()?;
     let extraction = extract(&sweep.exact, isovalue);
-    let arcs: Vec<Option<usize>> = extraction
+    let found: Vec<Option<usize>> = extraction
         .component_crossings()
         .iter()
         .map(|&(low, high)| sweep.topology.arc_of(low, high, isovalue))
+        .map(|arc| arc.filter(|a| arcs.contains(a)))
         .collect();
-    pieces
-        .iter()
-        .map(|piece| {
-            let component = arcs.iter().position(|&a| a == Some(piece.arc)).ok_or_else(|| {
-                Error::Input(format!(
-                    "internal: no component of arc {} at isovalue {isovalue}",
-                    piece.arc
-                ))
-            })?;
-            Ok(extraction.with_components(|c| c as usize == component))
-        })
-        .collect()
+    let kept: Vec<usize> = found.iter().flatten().copied().collect();
+    if let Some(missing) = arcs.iter().find(|a| !kept.contains(a)) {
+        return Err(Error::Input(format!(
+            "internal: no component of arc {missing} at isovalue {isovalue}"
+        )));
+    }
+    Ok((extraction.with_components(|c| found[c as usize].is_some()), kept))
 }
 
-/// The exact extraction of one piece's component.
-pub(super) fn component_at(sweep: &Sweep, piece: &Piece, isovalue: f64) -> Result<Extraction> {
-    Ok(components_at(sweep, isovalue, &[*piece])?.pop().expect("one component per piece"))
-}
-
-/// Remeshes the exact extraction of a piece, or takes the mesh given for it, and tracks it to both ends. `None` where remeshing
-/// makes the mesh pass through itself.
-pub(super) fn track_both_ways(
+/// The mesh that a piece starts from: the one given for it, or its exact extraction remeshed.
+/// `None` where remeshing makes the mesh pass through itself.
+pub(super) fn start_front(
     sweep: &Sweep,
     piece: &Piece,
     isovalue: f64,
     exact: &Extraction,
-    counts: &mut Counts,
-) -> Result<Option<Tracked>> {
-    let mut kernels = sweep.backend.kernels(&sweep.field)?;
-    let kernels = kernels.as_mut();
-    let given = sweep.initial.of(piece, isovalue);
-    let mesh = match given {
+    kernels: &mut dyn Kernels,
+) -> Result<Option<Front>> {
+    let mesh = match sweep.initial.of(piece, isovalue) {
         Some(given) => Some(given.clone()),
-        None => remeshed(sweep, isovalue, slide::mesh(exact)?, kernels)?,
+        None => remeshed(sweep, isovalue, mesh_of(exact)?, kernels)?,
     };
-    let Some(mesh) = mesh else {
-        return Ok(None);
-    };
+    let Some(mesh) = mesh else { return Ok(None) };
     let compacted = mesh.compacted();
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let normals = kernels.normals()?;
-    let mut recorder = Recorder::begin(&mesh, &normals, &compacted.vertices, isovalue);
-    let mut reached = [piece.low, piece.high];
-    for side in [0, 1] {
-        recorder.restart();
-        let mut moving = mesh.clone();
-        let tracking = Tracking {
-            field: &sweep.field,
-            parameters: sweep.parameters,
-            way: &sweep.way(piece, side == 1),
-            cancelled: &|| sweep.cancelled(),
-        };
-        reached[side] = track(&mut moving, kernels, &tracking, isovalue, &mut recorder, counts)?;
-    }
-    if given.is_some() && reached[1] <= isovalue {
-        log::warn!(
-            "the initial mesh cannot be tracked to higher isovalues than {isovalue}, it is extracted there"
-        );
-    }
-    Ok(Some(Tracked { patch: recorder.patch(), low: reached[0], high: reached[1] }))
+    let recorder = Recorder::begin(&mesh, &normals, &compacted.vertices, isovalue, piece.arc);
+    Ok(Some(Front { mesh, recorder, at: isovalue }))
+}
+
+/// The mesh of an extraction.
+fn mesh_of(extraction: &Extraction) -> Result<Mesh> {
+    Mesh::from_triangles(
+        &extraction.positions,
+        &extraction.borders,
+        &extraction.faces,
+        &extraction.caps,
+    )
 }
 
 /// The mesh with good triangles. Where they would pass through each other, which happens at sharp

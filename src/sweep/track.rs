@@ -3,7 +3,8 @@
 use super::caps::lift_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
-use super::recorder::{Direction, Recorder};
+use super::recorder::Direction;
+use super::surgery::Front;
 use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
 use super::simplify::simplify;
@@ -31,7 +32,10 @@ const MIDWAY_SHARE: f32 = 0.02;
 const PIN_ROUNDS: usize = 1;
 
 /// A step is halved at most so many times.
-const MOST_HALVINGS: u32 = 4;
+const MOST_HALVINGS: u32 = 3;
+
+/// A mesh is repaired at most so many times on its way through one arc.
+const MOST_REPAIRS: u32 = 16;
 
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;
@@ -54,14 +58,10 @@ struct Advanced {
 pub(crate) struct Way {
     /// The direction of the isovalue.
     pub(crate) direction: Direction,
-    /// Where the interval ends.
-    pub(crate) end: f64,
-    /// The sampling isovalue that stands for the end: just before it.
+    /// The isovalue to go to.
     pub(crate) last: f64,
     /// Distance of sampling isovalues, if fixed: they are its multiples above the range's low end.
     pub(crate) fixed: Option<(f64, f64)>,
-    /// The mesh may stay as it is over this last stretch of isovalues where tracking fails.
-    pub(crate) hold: f64,
     /// The shortest step worth taking.
     pub(crate) min_step: f64,
 }
@@ -76,7 +76,13 @@ pub(crate) struct Tracking<'a> {
     pub(crate) way: &'a Way,
     /// Fails once the caller wants the sweep to stop.
     pub(crate) cancelled: &'a dyn Fn() -> Result<()>,
+    /// Brings a mesh to the given isovalue by replacing what does not follow; false if it cannot.
+    pub(crate) repair: &'a Repair<'a>,
 }
+
+/// See [`Tracking::repair`].
+pub(crate) type Repair<'a> =
+    dyn Fn(&mut Front, f64, &mut dyn Kernels, &mut Counts) -> Result<bool> + 'a;
 
 /// A sampling step that is tried.
 #[derive(Clone, Copy)]
@@ -89,114 +95,101 @@ struct Step {
     tolerant: bool,
 }
 
-/// Tracks `mesh` from `isovalue` as far as it goes. Returns the isovalue it reached; `way.end` if
-/// it got all the way.
+/// Tracks a mesh as far as it goes, at most to `way.last`; true if it gets there. What is reached
+/// is in `front.at`. Where a step fails a check however short it is, `repair` is asked.
 pub(crate) fn track(
-    mesh: &mut Mesh,
+    front: &mut Front,
     kernels: &mut dyn Kernels,
     tracking: &Tracking,
-    isovalue: f64,
-    recorder: &mut Recorder,
     counts: &mut Counts,
-) -> Result<f64> {
-    let &Tracking { field, parameters, way, cancelled } = tracking;
+) -> Result<bool> {
+    let &Tracking { field, parameters, way, cancelled, repair } = tracking;
     let sign = way.direction.sign();
-    let mut at = isovalue;
-    let mut step = first_step(mesh, field, way, at);
-    let mut compacted = mesh.compacted();
-    loop {
+    let mut step = first_step(&front.mesh, field, way, front.at);
+    let mut compacted = front.mesh.compacted();
+    let mut repairs = 0;
+    while (way.last - front.at) * sign > 0.0 {
         cancelled()?;
-        if (way.last - at) * sign <= 0.0 {
-            return Ok(stop(&compacted, mesh, way, at, recorder, counts));
-        }
-        let mut next = next_isovalue(way, at, step);
-        let far = expected_motion(mesh, &compacted, field, at, next) / MOST_MOTION;
-        if far > 1.0 {
-            next = at + (next - at) / f64::from(far.min(8.0));
-        }
-        let mut halved = 0u32;
-        let mut pins = Vec::new();
-        let mut pinned = 0;
-        let advanced = loop {
-            let tolerant = halved >= TOLERANT_FROM;
-            match advance(
-                mesh,
-                &compacted,
-                kernels,
-                tracking,
-                Step { at, next, tolerant },
-                counts,
-                &mut pins,
-            )? {
-                Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
-                    break Some(a);
-                }
-                _ => {}
+        let at = front.at;
+        let tried = longest_step(&front.mesh, &mut compacted, kernels, tracking, step, at, counts)?;
+        let Some((next, halved, advanced)) = tried.advanced else {
+            repairs += 1;
+            if repairs > MOST_REPAIRS || !repair(front, tried.failed_at, kernels, counts)? {
+                return Ok(false);
             }
-            if !pins.is_empty() && pinned < PIN_ROUNDS {
-                pinned += 1;
-                for &v in &pins {
-                    compacted.connectivity.borders[v as usize] |= PINNED;
-                }
-                pins.clear();
-                continue;
-            }
-            halved += 1;
-            next = at + 0.5 * (next - at);
-            if halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
-                break None;
-            }
-        };
-        let Some(advanced) = advanced else {
-            return Ok(stop(&compacted, mesh, way, at, recorder, counts));
+            compacted = front.mesh.compacted();
+            step = 2.0 * (front.at - at).abs();
+            continue;
         };
         for (&v, &p) in compacted.vertices.iter().zip(&advanced.positions) {
-            mesh.set_position(v, p.into());
+            front.mesh.set_position(v, p.into());
         }
-        let taken = (next - at).abs();
-        let is_last = (way.last - next) * sign <= 0.0;
-        let shown = if is_last { way.end } else { next };
-        recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, shown);
+        let recorder = &mut front.recorder;
+        recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, next);
         counts.steps += 1;
-        at = next;
-        if is_last {
+        front.at = next;
+        if (way.last - next) * sign <= 0.0 {
             break;
         }
-        let collapsed = edit(mesh, field, parameters, at);
-        recorder.edits(mesh, &collapsed, at, way.direction);
-        compacted = mesh.compacted();
+        let collapsed = edit(&mut front.mesh, field, parameters, next);
+        recorder.edits(&front.mesh, &collapsed, next, way.direction);
+        compacted = front.mesh.compacted();
         let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
-        step = taken * f64::from(growth);
+        step = (next - at).abs() * f64::from(growth);
     }
-    recorder.finish_direction(way.end);
-    Ok(way.end)
+    Ok(true)
 }
 
-/// Ends the tracking before its end: where little is left the mesh stays as it is up to the end,
-/// else the rest is left to another piece. Returns the isovalue that is covered.
-fn stop(
-    compacted: &Compacted,
+/// What came of trying to step.
+struct Tried {
+    /// The isovalue reached, how often the step was halved, and the vertices there.
+    advanced: Option<(f64, u32, Advanced)>,
+    /// The last isovalue that was not reached.
+    failed_at: f64,
+}
+
+/// Takes the longest step, halved as often as it takes, that passes the checks.
+fn longest_step(
     mesh: &Mesh,
-    way: &Way,
+    compacted: &mut Compacted,
+    kernels: &mut dyn Kernels,
+    tracking: &Tracking,
+    step: f64,
     at: f64,
-    recorder: &mut Recorder,
     counts: &mut Counts,
-) -> f64 {
-    if (way.end - at).abs() > way.hold {
-        recorder.finish_direction(at);
-        return at;
+) -> Result<Tried> {
+    let &Tracking { field, way, .. } = tracking;
+    let mut next = next_isovalue(way, at, step);
+    let far = expected_motion(mesh, compacted, field, at, next) / MOST_MOTION;
+    if far > 1.0 {
+        next = at + (next - at) / f64::from(far.min(8.0));
     }
-    if at != way.end {
-        let normals: Vec<[f32; 3]> =
-            compacted.vertices.iter().map(|&v| mesh.vertex_normal(v).to_array()).collect();
-        let positions: Vec<[f32; 3]> =
-            compacted.vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
-        recorder.knots(&compacted.vertices, &positions, &normals, way.end);
-        counts.held += 1;
+    let (mut halved, mut pinned) = (0u32, 0);
+    let mut pins = Vec::new();
+    loop {
+        let tolerant = halved >= TOLERANT_FROM;
+        let step = Step { at, next, tolerant };
+        match advance(mesh, compacted, kernels, tracking, step, counts, &mut pins)? {
+            Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
+                return Ok(Tried { advanced: Some((next, halved, a)), failed_at: next });
+            }
+            _ => {}
+        }
+        if !pins.is_empty() && pinned < PIN_ROUNDS {
+            pinned += 1;
+            for v in pins.drain(..) {
+                compacted.connectivity.borders[v as usize] |= PINNED;
+            }
+            continue;
+        }
+        let failed_at = next;
+        halved += 1;
+        next = at + 0.5 * (next - at);
+        if halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
+            return Ok(Tried { advanced: None, failed_at });
+        }
     }
-    recorder.finish_direction(way.end);
-    way.end
 }
 
 /// The sampling isovalue after `at`.
@@ -220,7 +213,7 @@ fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
     let (_, slope, _) = slopes.select_nth_unstable_by(i, f32::total_cmp);
     let unit = f64::from(field.isovalue(at + 1.0) - field.isovalue(at)).max(1e-12);
     let guess = f64::from(0.5 * STEP_LENGTH * *slope) / unit;
-    guess.clamp(4.0 * way.min_step, (way.end - at).abs().max(4.0 * way.min_step))
+    guess.clamp(4.0 * way.min_step, (way.last - at).abs().max(4.0 * way.min_step))
 }
 
 /// Moves every vertex to the isosurface of `next` and relaxes there. `None` if a check fails.

@@ -1,0 +1,222 @@
+//! Surgery: the one way in which a mesh changes its topology or is repaired (ARCHITECTURE.md).
+//!
+//! Around the events, and wherever the mesh does not follow the isosurface from just before to just
+//! after them, a block of cells is chosen. The faces away from the block stay, with their vertices
+//! moved to the isovalue after; the exact extraction at that isovalue fills the block; and the gap
+//! between the two is closed by one strip of triangles per rim. The result must be what the contour
+//! tree says: one component per arc, each with its Euler characteristic. As the inside comes from
+//! the field alone, minima, maxima, saddles of any kind, several at once and plateaus are no
+//! different cases; and with no event at all it is a repair.
+
+mod block;
+mod cut;
+mod patch;
+mod rim;
+mod stitch;
+mod zip;
+
+use glam::Vec3;
+
+use super::recorder::{Direction, Log, Recorder, Run};
+use super::start::extraction_of_arcs;
+use super::{Counts, Sweep};
+use crate::error::Result;
+use crate::extract::Extraction;
+use crate::kernels::Kernels;
+use crate::mesh::{Face, Mesh, Vertex};
+use block::Block;
+use cut::Moved;
+use stitch::{Stitched, stitch};
+
+/// The block is made larger so many times.
+const ATTEMPTS: u32 = 4;
+
+/// Radius of the block around an event and around a vertex that does not follow, voxels, at first
+/// and growing with every attempt.
+const EVENT_RADIUS: (f32, f32) = (0.8, 0.7);
+const BAD_RADIUS: (f32, f32) = (0.3, 0.6);
+
+/// A surgery that leaves less than this share of the extraction to the meshes is none.
+const MOST_REPLACED: f32 = 0.7;
+
+/// A component's mesh at an isovalue, and what was recorded of it.
+#[derive(Debug, Default)]
+pub(super) struct Front {
+    pub(super) mesh: Mesh,
+    pub(super) recorder: Recorder,
+    pub(super) at: f64,
+}
+
+/// What a surgery is to do.
+pub(super) struct Operation<'a> {
+    /// Which way the isovalue goes.
+    pub(super) direction: Direction,
+    /// Where the change shows.
+    pub(super) event: f64,
+    /// The isovalue of the meshes afterwards.
+    pub(super) after: f64,
+    /// Where the events are, voxel frame.
+    pub(super) points: &'a [Vec3],
+    /// The arcs whose components there are afterwards.
+    pub(super) arcs: &'a [usize],
+    /// Whether this repairs the mesh of one arc, away from its events.
+    pub(super) repaired: bool,
+}
+
+/// What a surgery leaves: a mesh for each arc, and what the meshes before it have recorded.
+pub(super) struct Outcome {
+    pub(super) fronts: Vec<(usize, Front)>,
+    pub(super) log: Log,
+}
+
+/// Operates on the meshes of some components. Gives them back if no attempt succeeds.
+pub(super) fn operate(
+    sweep: &Sweep,
+    operation: &Operation,
+    fronts: Vec<Front>,
+    kernels: &mut dyn Kernels,
+    counts: &mut Counts,
+) -> Result<std::result::Result<Outcome, Vec<Front>>> {
+    let extraction = extraction_of_arcs(sweep, operation.after, operation.arcs)?;
+    let moved = fronts
+        .iter()
+        .map(|f| Moved::new(&f.mesh, kernels, f.at, operation.after))
+        .collect::<Result<Vec<Moved>>>()?;
+    for attempt in 0..ATTEMPTS {
+        sweep.cancelled()?;
+        let block = block(sweep, operation, &fronts, &moved, &extraction.0, attempt as f32);
+        let replaced = extraction.0.cells.iter().filter(|&&c| block.has(c)).count();
+        if replaced as f32 > MOST_REPLACED * extraction.0.faces.len() as f32 {
+            log::debug!("surgery at {}: {replaced} of {} faces in the block", operation.event, extraction.0.faces.len());
+            break;
+        }
+        let stitched = match stitch(sweep, &fronts, &moved, &extraction, &block) {
+            Ok(stitched) => stitched,
+            Err(why) => {
+                log::debug!("surgery at {}, attempt {attempt}: {why}", operation.event);
+                continue;
+            }
+        };
+        let Some(patched) = patch::improve_all(sweep, operation, stitched, &block, kernels)? else {
+            log::debug!("surgery at {}, attempt {attempt}: passes through itself", operation.event);
+            continue;
+        };
+        counts.surgeries += 1;
+        return Ok(Ok(record(operation, fronts, patched)));
+    }
+    Ok(Err(fronts))
+}
+
+/// The block of an attempt.
+fn block(
+    sweep: &Sweep,
+    operation: &Operation,
+    fronts: &[Front],
+    moved: &[Moved],
+    extraction: &Extraction,
+    attempt: f32,
+) -> Block {
+    let mut block = Block::new(&sweep.exact);
+    for &p in operation.points {
+        block.add_around(p, EVENT_RADIUS.0 + EVENT_RADIUS.1 * attempt);
+    }
+    let mut covered = Block::new(&sweep.exact);
+    for (front, moved) in fronts.iter().zip(moved) {
+        moved.add_bad(&front.mesh, BAD_RADIUS.0 + BAD_RADIUS.1 * attempt, &mut block);
+        moved.add_covered(&front.mesh, &mut covered);
+    }
+    for &p in &extraction.positions {
+        let p = Vec3::from(p);
+        if !covered.touches(p, p) {
+            block.add_around(p, BAD_RADIUS.0 + BAD_RADIUS.1 * attempt);
+        }
+    }
+    block
+}
+
+/// One component after the surgery, its triangles improved.
+struct Patched {
+    stitched: Stitched,
+    mesh: Mesh,
+    collapsed: Vec<(Vertex, Vertex)>,
+}
+
+/// Records what the surgery changed.
+fn record(
+    operation: &Operation,
+    mut fronts: Vec<Front>,
+    patched: Vec<Patched>,
+) -> Outcome {
+    let mut stays: Vec<Vec<bool>> =
+        fronts.iter().map(|f| vec![false; f.mesh.face_slots()]).collect();
+    for p in &patched {
+        for &(r, f) in &p.stitched.kept_faces {
+            stays[r][f.0 as usize] = true;
+        }
+    }
+    let mut others: Vec<Recorder> =
+        fronts.iter_mut().map(|f| std::mem::take(&mut f.recorder)).collect();
+    for p in &patched {
+        hold_collapsed(&fronts, &mut others, p, operation.event);
+    }
+    let mut after = Vec::new();
+    for p in patched {
+        let mut recorder = Recorder::resume(
+            &others,
+            &p.stitched.kept_vertices,
+            &p.stitched.kept_faces,
+            operation.repaired.then_some(0),
+            Run::Surgery.of_arc(p.stitched.arc),
+        );
+        let mesh = p.mesh;
+        // New vertices are where they will be just after; the event shows them there already.
+        recorder.edits(&mesh, &p.collapsed, operation.event, operation.direction);
+        let vertices: Vec<Vertex> = mesh.vertices().collect();
+        let positions: Vec<[f32; 3]> =
+            vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
+        let normals: Vec<[f32; 3]> =
+            vertices.iter().map(|&v| mesh.vertex_normal(v).to_array()).collect();
+        recorder.knots(&vertices, &positions, &normals, operation.after);
+        after.push((p.stitched.arc, Front { mesh, recorder, at: operation.after }));
+    }
+    let mut log = Log::default();
+    for ((front, mut recorder), stays) in fronts.into_iter().zip(others).zip(&stays) {
+        end_removed(&front.mesh, &mut recorder, stays, operation.event);
+        log.append(recorder.into_log());
+    }
+    Outcome { fronts: after, log }
+}
+
+/// Vertices that stayed and were collapsed by the improvement end at the event.
+fn hold_collapsed(fronts: &[Front], others: &mut [Recorder], p: &Patched, event: f64) {
+    for (slot, &(r, v)) in p.stitched.kept_vertices.iter().enumerate() {
+        if !p.mesh.has_vertex(Vertex(slot as u32)) {
+            let mesh = &fronts[r].mesh;
+            let (position, n) = (mesh.position(v).to_array(), mesh.vertex_normal(v).to_array());
+            others[r].knots(&[v], &[position], &[n], event);
+        }
+    }
+}
+
+/// Ends all faces of a mesh at an isovalue, up to which it stays as it is.
+pub(super) fn end_all(mut front: Front, event: f64) -> Log {
+    let stays = vec![false; front.mesh.face_slots()];
+    end_removed(&front.mesh, &mut front.recorder, &stays, event);
+    front.recorder.into_log()
+}
+
+/// Ends the faces that were taken away. Their vertices stay where they were up to the event, but
+/// for those that other faces go on with.
+fn end_removed(mesh: &Mesh, recorder: &mut Recorder, stays: &[bool], event: f64) {
+    let mut kept = vec![false; mesh.vertex_slots()];
+    for f in mesh.faces().filter(|f| stays[f.0 as usize]) {
+        mesh.face_vertices(f).iter().for_each(|v| kept[v.0 as usize] = true);
+    }
+    let removed: Vec<Vertex> = mesh.vertices().filter(|v| !kept[v.0 as usize]).collect();
+    let positions: Vec<[f32; 3]> = removed.iter().map(|&v| mesh.position(v).to_array()).collect();
+    let normals: Vec<[f32; 3]> =
+        removed.iter().map(|&v| mesh.vertex_normal(v).to_array()).collect();
+    recorder.knots(&removed, &positions, &normals, event);
+    let faces: Vec<Face> = mesh.faces().filter(|f| !stays[f.0 as usize]).collect();
+    faces.into_iter().for_each(|f| recorder.end_face(f, event));
+}

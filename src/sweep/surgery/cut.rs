@@ -1,0 +1,158 @@
+//! Cutting: which faces of the meshes stay, where a block is replaced.
+
+use glam::Vec3;
+
+use super::block::Block;
+use super::rim::{RimVertex, Side};
+use crate::kernels::{Kernels, Status};
+use crate::error::Result;
+use crate::mesh::{Face, Mesh, Vertex, intersecting, normal};
+
+/// A vertex that moves farther than this, in voxels, is not sure to have followed its surface.
+const MOST_MOTION: f32 = 1.0;
+
+/// Distance from the block, voxels, that faces that stay keep.
+const MARGIN: f32 = 0.2;
+
+/// The vertices of one mesh, moved to the isovalue after the surgery.
+pub(super) struct Moved {
+    /// By vertex slot, voxel frame.
+    pub(super) positions: Vec<Vec3>,
+    /// By vertex slot.
+    pub(super) normals: Vec<Vec3>,
+    /// By vertex slot: whether it could not follow the isosurface.
+    pub(super) is_bad: Vec<bool>,
+}
+
+impl Moved {
+    /// Moves a mesh from an isovalue to another and marks what does not follow: vertices that do
+    /// not reach the isosurface or go far, folded faces, and faces that pass through others.
+    pub(super) fn new(
+        mesh: &Mesh,
+        kernels: &mut dyn Kernels,
+        from: f64,
+        to: f64,
+    ) -> Result<Moved> {
+        let n = mesh.vertex_slots();
+        let (mut positions, mut normals) = (vec![Vec3::ZERO; n], vec![Vec3::ZERO; n]);
+        let mut is_bad = vec![false; n];
+        let c = mesh.compacted();
+        kernels.load(&c.connectivity, &c.positions)?;
+        for at in [0.5 * (from + to), to] {
+            kernels.project(at, 2.0)?;
+            for (&v, status) in c.vertices.iter().zip(kernels.status()?) {
+                is_bad[v.0 as usize] |= status == Status::Failed;
+            }
+        }
+        let (moved, unit) = (kernels.positions()?, kernels.normals()?);
+        for (i, &v) in c.vertices.iter().enumerate() {
+            let slot = v.0 as usize;
+            (positions[slot], normals[slot]) = (moved[i].into(), unit[i].into());
+            is_bad[slot] |= positions[slot].distance(mesh.position(v)) > MOST_MOTION;
+        }
+        let mut folded: Vec<Face> = Vec::new();
+        for &f in &c.faces {
+            let t = mesh.face_vertices(f).map(|v| v.0 as usize);
+            let mean: Vec3 = t.iter().map(|&v| normals[v]).sum();
+            if normal(t.map(|v| positions[v])).dot(mean) <= 0.0 {
+                folded.push(f);
+            }
+        }
+        let crossing = intersecting(&moved, &c.connectivity.faces);
+        let crossing = crossing.iter().map(|&f| c.faces[f as usize]);
+        for f in folded.into_iter().chain(crossing) {
+            mesh.face_vertices(f).iter().for_each(|v| is_bad[v.0 as usize] = true);
+        }
+        Ok(Moved { positions, normals, is_bad })
+    }
+
+    /// The corners of a face after the motion.
+    pub(super) fn corners(&self, mesh: &Mesh, f: Face) -> [Vec3; 3] {
+        mesh.face_vertices(f).map(|v| self.positions[v.0 as usize])
+    }
+
+    fn is_good(&self, mesh: &Mesh, f: Face) -> bool {
+        mesh.face_vertices(f).iter().all(|v| !self.is_bad[v.0 as usize])
+    }
+
+    /// Adds to a block the cells around the vertices that did not follow.
+    pub(super) fn add_bad(&self, mesh: &Mesh, radius: f32, block: &mut Block) {
+        for v in mesh.vertices().filter(|v| self.is_bad[v.0 as usize]) {
+            block.add_around(self.positions[v.0 as usize], radius);
+            block.add_around(mesh.position(v), radius);
+        }
+    }
+
+    /// Adds to `covered` the cells near the faces that followed.
+    pub(super) fn add_covered(&self, mesh: &Mesh, covered: &mut Block) {
+        for f in mesh.faces().filter(|&f| self.is_good(mesh, f)) {
+            let t = self.corners(mesh, f);
+            let (low, high) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+            covered.add_box(low - 0.3, high + 0.3);
+        }
+    }
+
+    /// Which faces stay, by slot: those that followed and lie beside the block, such that what is
+    /// taken away has no rim along the border of the volume and no rim meets another.
+    pub(super) fn staying(&self, mesh: &Mesh, block: &Block) -> Vec<bool> {
+        let mut stays = vec![false; mesh.face_slots()];
+        let mut removed: Vec<Face> = Vec::new();
+        for f in mesh.faces() {
+            let stay = self.is_good(mesh, f)
+                && !block.touches_triangle(self.corners(mesh, f), MARGIN);
+            stays[f.0 as usize] = stay;
+            if !stay {
+                removed.push(f);
+            }
+        }
+        while let Some(f) = removed.pop() {
+            for h in mesh.face_halfedges(f) {
+                let g = mesh.face(h.twin());
+                if mesh.is_crease(h.edge()) && stays[g.0 as usize] {
+                    stays[g.0 as usize] = false;
+                    removed.push(g);
+                }
+                let v = mesh.from(h);
+                if n_fans(mesh, v, &stays) > 1 {
+                    for g in mesh.spokes(v).map(|s| mesh.face(s)) {
+                        if std::mem::replace(&mut stays[g.0 as usize], false) {
+                            removed.push(g);
+                        }
+                    }
+                }
+            }
+        }
+        stays
+    }
+
+    /// The vertex as a rim has it.
+    pub(super) fn rim_vertex(&self, mesh: &Mesh, v: Vertex, number: u32, cap: bool) -> RimVertex {
+        RimVertex {
+            vertex: number,
+            position: self.positions[v.0 as usize],
+            normal: self.normals[v.0 as usize],
+            border: mesh.border(v),
+            cap,
+        }
+    }
+}
+
+/// Into how many fans the faces that stay around a vertex fall.
+fn n_fans(mesh: &Mesh, v: Vertex, stays: &[bool]) -> usize {
+    let stay = |h| stays[mesh.face(h).0 as usize];
+    mesh.spokes(v).filter(|&h| stay(h) && !stay(h.twin())).count()
+}
+
+/// The sides of the faces that stay beside those that do not, as (vertex slot, vertex slot, cap).
+pub(super) fn sides(mesh: &Mesh, stays: &[bool]) -> Vec<Side> {
+    let mut sides = Vec::new();
+    for f in mesh.faces().filter(|f| !stays[f.0 as usize]) {
+        for h in mesh.face_halfedges(f).map(|h| h.twin()) {
+            let g = mesh.face(h);
+            if stays[g.0 as usize] {
+                sides.push((mesh.from(h).0, mesh.to(h).0, mesh.is_cap(g)));
+            }
+        }
+    }
+    sides
+}

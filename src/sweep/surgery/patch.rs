@@ -1,0 +1,102 @@
+//! Good triangles for what came in: remeshing between vertices that stay as they are.
+
+use glam::Vec3;
+
+use super::block::Block;
+use super::stitch::Stitched;
+use super::{Operation, Patched, Sweep};
+use crate::error::Result;
+use crate::kernels::Kernels;
+use crate::mesh::{Face, Mesh, Vertex, intersecting};
+use crate::sweep::criteria::Criteria;
+use crate::sweep::remesh::remesh_patch;
+
+/// Remeshing is tried so many times, with more of the extraction pinned each time; then the
+/// extraction is taken as it is.
+const ATTEMPTS: u32 = 2;
+
+/// Radius around faces that pass through others within which vertices are pinned, times the number
+/// of the attempt, voxels.
+const PIN_RADIUS: f32 = 1.0;
+
+/// Improves every component. `None` if one passes through itself whatever is tried.
+pub(super) fn improve_all(
+    sweep: &Sweep,
+    operation: &Operation,
+    stitched: Vec<Stitched>,
+    block: &Block,
+    kernels: &mut dyn Kernels,
+) -> Result<Option<Vec<Patched>>> {
+    let mut all = Vec::new();
+    for s in stitched {
+        let Some(patched) = improve(sweep, operation, s, block, kernels)? else { return Ok(None) };
+        all.push(patched);
+    }
+    Ok(Some(all))
+}
+
+fn improve(
+    sweep: &Sweep,
+    operation: &Operation,
+    stitched: Stitched,
+    block: &Block,
+    kernels: &mut dyn Kernels,
+) -> Result<Option<Patched>> {
+    let n_kept = stitched.kept_vertices.len();
+    let mut start = stitched.mesh.clone();
+    for v in (0..n_kept as u32).map(Vertex) {
+        start.set_pinned(v, !stitched.on_rim[v.0 as usize]);
+    }
+    let criteria = Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
+    for attempt in 0..=ATTEMPTS {
+        sweep.cancelled()?;
+        let mut mesh = start.clone();
+        let mut collapsed = Vec::new();
+        if attempt < ATTEMPTS {
+            let at = operation.after;
+            collapsed = remesh_patch(&mut mesh, &criteria, kernels, at, sweep.parameters)?;
+        }
+        let crossing = crossing_near(&mesh, block);
+        if crossing.is_empty() {
+            let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
+            pinned.into_iter().for_each(|v| mesh.set_pinned(v, false));
+            return Ok(Some(Patched { stitched, mesh, collapsed }));
+        }
+        let radius = PIN_RADIUS * (attempt + 1) as f32;
+        let near: Vec<Vertex> = start
+            .vertices()
+            .filter(|&v| crossing.iter().any(|p| p.distance(start.position(v)) < radius))
+            .collect();
+        near.into_iter().for_each(|v| start.set_pinned(v, true));
+    }
+    Ok(None)
+}
+
+/// Middles of the faces in or beside the block that pass through others.
+fn crossing_near(mesh: &Mesh, block: &Block) -> Vec<Vec3> {
+    let is_near = |f: &Face| {
+        mesh.face_vertices(*f).iter().any(|&v| !mesh.is_pinned(v))
+            || block.touches_triangle(mesh.corners(*f), 1.0)
+    };
+    let faces: Vec<Face> = mesh.faces().filter(is_near).collect();
+    let mut number = vec![u32::MAX; mesh.vertex_slots()];
+    let mut positions = Vec::new();
+    let triangles: Vec<[u32; 3]> = faces
+        .iter()
+        .map(|&f| {
+            mesh.face_vertices(f).map(|v| {
+                let n = &mut number[v.0 as usize];
+                if *n == u32::MAX {
+                    *n = positions.len() as u32;
+                    positions.push(mesh.position(v).to_array());
+                }
+                *n
+            })
+        })
+        .collect();
+    let crossing = intersecting(&positions, &triangles);
+    crossing
+        .iter()
+        .map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0)
+        .collect()
+}
