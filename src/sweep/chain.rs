@@ -18,6 +18,7 @@ use super::{Counts, Piece, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::Extraction;
 use crate::kernels::Kernels;
+use crate::mesh::Mesh;
 
 /// Pieces shorter than this share of the range do not get a mesh of their own.
 const SHORT_SHARE: f64 = 5e-4;
@@ -26,7 +27,10 @@ const SHORT_SHARE: f64 = 5e-4;
 const SMALL_FACES: usize = 300;
 
 /// Share of an arc, at an event, over which surgery leads at most and at least.
-const WINDOW_SHARE: (f64, f64) = (0.01, 0.2);
+const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
+
+/// How far a mesh may move from before an event to it, voxels.
+const WINDOW_MOTION: f64 = 0.15;
 
 /// Distance from an event, voxels, at which the field tells how far sheets are apart.
 const WINDOW_RADIUS: f32 = 0.35;
@@ -187,8 +191,8 @@ impl<'a> Chain<'a> {
         let node = self.node_ahead(arc, direction);
         let goes_on = node.is_some_and(|n| !outputs(&self.graph.nodes[n], direction).is_empty());
         let margin = match node {
-            Some(n) if goes_on => self.window(&self.graph.nodes[n], &piece),
-            _ => 1e-3 * (piece.high - piece.low).min(0.01 * self.range_length()),
+            Some(n) if goes_on => self.window(&self.graph.nodes[n], &piece, &front.mesh),
+            _ => self.margin(&piece),
         };
         let last = end - direction.sign() * margin;
         let arrived = self.track_to(&mut front, arc, direction, last, &mut counts)?;
@@ -201,10 +205,21 @@ impl<'a> Chain<'a> {
         );
         lock(&self.counts).add(&counts);
         self.sweep.advance_progress(0.5 * self.sweep.weight(&piece));
-        if arrived && goes_on {
-            self.arrive(arc, direction, Some(front), scope);
-            return Ok(());
-        }
+        let front = if arrived && goes_on {
+            Some(front)
+        } else {
+            self.end(front, arc, direction, arrived);
+            None
+        };
+        self.arrive(arc, direction, front, scope);
+        Ok(())
+    }
+
+    /// Ends a mesh that goes no farther: at the end of its arc if it has `arrived` just before it,
+    /// else where it is, and the rest of the arc is left over.
+    fn end(&self, front: Front, arc: usize, direction: Direction, arrived: bool) {
+        let piece = self.piece(arc);
+        let end = if direction == Direction::Up { piece.high } else { piece.low };
         if arrived {
             lock(&self.log).append(end_all(front, end));
         } else {
@@ -212,8 +227,11 @@ impl<'a> Chain<'a> {
             lock(&self.log).append(front.recorder.finish(at));
             lock(&self.leftovers).push(Piece { arc, low: at.min(end), high: at.max(end) });
         }
-        self.arrive(arc, direction, None, scope);
-        Ok(())
+    }
+
+    /// How near to the end of a piece a mesh is tracked where nothing follows.
+    fn margin(&self, piece: &Piece) -> f64 {
+        1e-3 * (piece.high - piece.low).min(0.01 * self.range_length())
     }
 
     fn range_length(&self) -> f64 {
@@ -290,7 +308,8 @@ impl<'a> Chain<'a> {
         let node = &self.graph.nodes[node];
         let arcs = outputs(node, direction);
         arrivals.sort_by_key(|a| a.0);
-        let fronts: Vec<Front> = arrivals.into_iter().filter_map(|a| a.1).collect();
+        let (from, fronts): (Vec<usize>, Vec<Front>) =
+            arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front?))).unzip();
         if fronts.is_empty() || arcs.is_empty() {
             return self.start_beyond(arcs, scope);
         }
@@ -299,8 +318,8 @@ impl<'a> Chain<'a> {
             .iter()
             .map(|&e| Vec3::from(self.sweep.topology.events[e as usize].position.map(|x| x as f32)))
             .collect();
-        let window =
-            arcs.iter().map(|&a| self.window(node, &self.piece(a))).fold(f64::INFINITY, f64::min);
+        let windows = arcs.iter().map(|&a| self.window(node, &self.piece(a), &fronts[0].mesh));
+        let window = windows.fold(f64::INFINITY, f64::min);
         let operation = Operation {
             direction,
             event: node.isovalue,
@@ -311,7 +330,7 @@ impl<'a> Chain<'a> {
         };
         let mut counts = Counts::default();
         let mut kernels = self.sweep.backend.kernels(&self.sweep.field)?;
-        match operate(self.sweep, &operation, fronts, kernels.as_mut(), &mut counts)? {
+        match operate(self.sweep, &operation, fronts, kernels.as_mut())? {
             Ok(outcome) => {
                 counts.surgeries += 1;
                 lock(&self.counts).add(&counts);
@@ -325,10 +344,12 @@ impl<'a> Chain<'a> {
             }
             Err(fronts) => {
                 counts.surgeries_failed += 1;
-                lock(&self.counts).add(&counts);
-                for front in fronts {
-                    lock(&self.log).append(end_all(front, node.isovalue));
+                for (arc, mut front) in from.into_iter().zip(fronts) {
+                    let last = node.isovalue - direction.sign() * self.margin(&self.piece(arc));
+                    let arrived = self.track_to(&mut front, arc, direction, last, &mut counts)?;
+                    self.end(front, arc, direction, arrived);
                 }
+                lock(&self.counts).add(&counts);
                 self.start_beyond(arcs, scope)
             }
         }
@@ -350,27 +371,33 @@ impl<'a> Chain<'a> {
     }
 
     /// How far from a node, in isovalues, an arc's mesh is given up or begun: where the sheets that
-    /// meet there are apart again.
-    fn window(&self, node: &Node, piece: &Piece) -> f64 {
-        let sweep = self.sweep;
-        let unit = f64::from(sweep.field.isovalue(node.isovalue + 1.0) - sweep.field.isovalue(node.isovalue));
-        let mut changes: Vec<f64> = node
-            .events
-            .iter()
-            .map(|&e| {
-                let p = Vec3::from(sweep.topology.events[e as usize].position.map(|x| x as f32));
-                let here = sweep.field.isovalue(node.isovalue);
-                let changes = Vec3::AXES.iter().flat_map(|&a| [a, -a]).map(|a| {
-                    let change = sweep.field.value(p + WINDOW_RADIUS * a) - here;
-                    f64::from(change.abs()) / unit.max(1e-300)
-                });
-                changes.fold(0.0, f64::max)
-            })
-            .collect();
+    /// meet there are apart again, but no farther than most of `mesh` may move at once.
+    fn window(&self, node: &Node, piece: &Piece, mesh: &Mesh) -> f64 {
+        let field = &self.sweep.field;
+        let unit = f64::from(field.isovalue(node.isovalue + 1.0) - field.isovalue(node.isovalue));
+        let here = field.isovalue(node.isovalue);
+        let change_around = |&e: &u32| {
+            let position = self.sweep.topology.events[e as usize].position;
+            let p = Vec3::from(position.map(|x| x as f32));
+            let around = Vec3::AXES.iter().flat_map(|&a| [a, -a]);
+            let changes = around.map(|a| (field.value(p + WINDOW_RADIUS * a) - here).abs());
+            f64::from(changes.fold(0.0, f32::max)) / unit.max(1e-300)
+        };
+        let mut changes: Vec<f64> = node.events.iter().map(change_around).collect();
         changes.sort_by(f64::total_cmp);
+        let apart = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
+        let stride = mesh.n_vertices() / 500 + 1;
+        let mut slopes: Vec<f32> = mesh
+            .vertices()
+            .step_by(stride)
+            .map(|v| field.gradient(mesh.position(v)).length())
+            .collect();
+        let i = slopes.len() / 4;
+        let slope = f64::from(*slopes.select_nth_unstable_by(i, f32::total_cmp).1);
         let length = piece.high - piece.low;
-        let typical = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-        typical.clamp(WINDOW_SHARE.0 * length, WINDOW_SHARE.1 * length)
+        apart
+            .min(WINDOW_MOTION * slope / unit.max(1e-300))
+            .clamp(WINDOW_SHARE.0 * length, WINDOW_SHARE.1 * length)
     }
 }
 
@@ -402,7 +429,7 @@ fn repair(
         arcs: &[arc],
         repaired: true,
     };
-    match operate(sweep, &operation, vec![std::mem::take(front)], kernels, counts)? {
+    match operate(sweep, &operation, vec![std::mem::take(front)], kernels)? {
         Ok(mut outcome) => {
             counts.repairs += 1;
             let (_, mut repaired) = outcome.fronts.pop().expect("one front per arc");

@@ -10,6 +10,7 @@
 
 mod block;
 mod cut;
+mod near;
 mod patch;
 mod rim;
 mod stitch;
@@ -19,7 +20,7 @@ use glam::Vec3;
 
 use super::recorder::{Direction, Log, Recorder, Run};
 use super::start::extraction_of_arcs;
-use super::{Counts, Sweep};
+use super::Sweep;
 use crate::error::Result;
 use crate::extract::Extraction;
 use crate::kernels::Kernels;
@@ -75,7 +76,6 @@ pub(super) fn operate(
     operation: &Operation,
     fronts: Vec<Front>,
     kernels: &mut dyn Kernels,
-    counts: &mut Counts,
 ) -> Result<std::result::Result<Outcome, Vec<Front>>> {
     let extraction = extraction_of_arcs(sweep, operation.after, operation.arcs)?;
     let moved = fronts
@@ -101,7 +101,6 @@ pub(super) fn operate(
             log::debug!("surgery at {}, attempt {attempt}: passes through itself", operation.event);
             continue;
         };
-        counts.surgeries += 1;
         return Ok(Ok(record(operation, fronts, patched)));
     }
     Ok(Err(fronts))

@@ -7,8 +7,11 @@ use super::rim::RimVertex;
 /// Cost of a triangle that looks away from the normals at its corners, square voxels.
 const FOLD_COST: f32 = 100.0;
 
+/// A strip that costs more, with two folds at most, is none.
+const MOST_COST: f32 = 3.0 * FOLD_COST;
+
 /// Cosine between a triangle's normal and the mean normal of its corners below which it is folded.
-const FOLDED: f32 = 0.2;
+const FOLDED: f32 = 0.05;
 
 /// Rims whose lengths multiply to more than this are not joined.
 const MOST_PAIRS: usize = 4_000_000;
@@ -61,7 +64,7 @@ pub(super) fn zip(staying: &[RimVertex], incoming: &[RimVertex]) -> Option<Vec<S
     }
     let end = cost[n * (m + 1) + m];
     let flag = usize::from(end[1] < end[0]);
-    (end[flag] < FOLD_COST).then(|| walk_back(&a, &b, &back, flag as u8))
+    (end[flag] < MOST_COST).then(|| walk_back(&a, &b, &back, flag as u8))
 }
 
 /// Both rims in one direction and from two vertices that belong beside each other: at the border
