@@ -27,15 +27,19 @@ use crate::kernels::Kernels;
 use crate::mesh::{Face, Mesh, Vertex};
 use block::Block;
 use cut::Moved;
-use stitch::{Stitched, stitch};
+use stitch::{Stitched, Trouble, stitch};
 
-/// The block is made larger so many times.
-const ATTEMPTS: u32 = 4;
+/// So many blocks are tried.
+const ATTEMPTS: u32 = 8;
 
-/// Radius of the block around an event and around a vertex that does not follow, voxels, at first
-/// and growing with every attempt.
-const EVENT_RADIUS: (f32, f32) = (0.8, 0.7);
-const BAD_RADIUS: (f32, f32) = (0.3, 0.6);
+/// Radius of the block around an event, voxels.
+const EVENT_RADIUS: f32 = 0.8;
+
+/// Radius of the block around a vertex that does not follow, voxels.
+const BAD_RADIUS: f32 = 0.3;
+
+/// By how much, times the number of the attempt, the block grows around trouble, voxels.
+const GROWTH: f32 = 0.4;
 
 /// A surgery that leaves less than this share of the extraction to the meshes is none.
 const MOST_REPLACED: f32 = 0.7;
@@ -82,52 +86,50 @@ pub(super) fn operate(
         .iter()
         .map(|f| Moved::new(&f.mesh, kernels, f.at, operation.after))
         .collect::<Result<Vec<Moved>>>()?;
-    for attempt in 0..ATTEMPTS {
+    let mut block = first_block(sweep, operation, &fronts, &moved, &extraction.0);
+    for attempt in 1..=ATTEMPTS {
         sweep.cancelled()?;
-        let block = block(sweep, operation, &fronts, &moved, &extraction.0, attempt as f32);
+        let n_faces = extraction.0.faces.len();
         let replaced = extraction.0.cells.iter().filter(|&&c| block.has(c)).count();
-        if replaced as f32 > MOST_REPLACED * extraction.0.faces.len() as f32 {
-            log::debug!("surgery at {}: {replaced} of {} faces in the block", operation.event, extraction.0.faces.len());
+        if replaced as f32 > MOST_REPLACED * n_faces as f32 {
+            log::debug!("surgery at {}: {replaced} of {n_faces} faces in the block", operation.event);
             break;
         }
-        let stitched = match stitch(sweep, &fronts, &moved, &extraction, &block) {
-            Ok(stitched) => stitched,
-            Err(why) => {
-                log::debug!("surgery at {}, attempt {attempt}: {why}", operation.event);
-                continue;
-            }
+        let trouble = match stitch(sweep, &fronts, &moved, &extraction, &block) {
+            Ok(stitched) => match patch::improve_all(sweep, operation, stitched, &block, kernels)? {
+                Ok(patched) => return Ok(Ok(record(operation, fronts, patched))),
+                Err(points) => Trouble { why: "passes through itself".into(), points },
+            },
+            Err(trouble) => trouble,
         };
-        let Some(patched) = patch::improve_all(sweep, operation, stitched, &block, kernels)? else {
-            log::debug!("surgery at {}, attempt {attempt}: passes through itself", operation.event);
-            continue;
-        };
-        return Ok(Ok(record(operation, fronts, patched)));
+        log::debug!("surgery at {}, attempt {attempt}: {}", operation.event, trouble.why);
+        let radius = GROWTH * attempt as f32;
+        let seeds = if trouble.points.is_empty() { operation.points } else { &trouble.points };
+        seeds.iter().for_each(|&p| block.add_around(p, radius));
     }
     Ok(Err(fronts))
 }
 
-/// The block of an attempt.
-fn block(
+/// The smallest block: around the events, around what does not follow, and where the extraction has
+/// no mesh beside it.
+fn first_block(
     sweep: &Sweep,
     operation: &Operation,
     fronts: &[Front],
     moved: &[Moved],
     extraction: &Extraction,
-    attempt: f32,
 ) -> Block {
     let mut block = Block::new(&sweep.exact);
-    for &p in operation.points {
-        block.add_around(p, EVENT_RADIUS.0 + EVENT_RADIUS.1 * attempt);
-    }
+    operation.points.iter().for_each(|&p| block.add_around(p, EVENT_RADIUS));
     let mut covered = Block::new(&sweep.exact);
     for (front, moved) in fronts.iter().zip(moved) {
-        moved.add_bad(&front.mesh, BAD_RADIUS.0 + BAD_RADIUS.1 * attempt, &mut block);
+        moved.add_bad(&front.mesh, BAD_RADIUS, &mut block);
         moved.add_covered(&front.mesh, &mut covered);
     }
     for &p in &extraction.positions {
         let p = Vec3::from(p);
         if !covered.touches(p, p) {
-            block.add_around(p, BAD_RADIUS.0 + BAD_RADIUS.1 * attempt);
+            block.add_around(p, BAD_RADIUS);
         }
     }
     block

@@ -19,20 +19,22 @@ const ATTEMPTS: u32 = 2;
 /// of the attempt, voxels.
 const PIN_RADIUS: f32 = 1.0;
 
-/// Improves every component. `None` if one passes through itself whatever is tried.
+/// Improves every component; else says where one passes through itself whatever is tried.
 pub(super) fn improve_all(
     sweep: &Sweep,
     operation: &Operation,
     stitched: Vec<Stitched>,
     block: &Block,
     kernels: &mut dyn Kernels,
-) -> Result<Option<Vec<Patched>>> {
+) -> Result<std::result::Result<Vec<Patched>, Vec<Vec3>>> {
     let mut all = Vec::new();
     for s in stitched {
-        let Some(patched) = improve(sweep, operation, s, block, kernels)? else { return Ok(None) };
-        all.push(patched);
+        match improve(sweep, operation, s, block, kernels)? {
+            Ok(patched) => all.push(patched),
+            Err(points) => return Ok(Err(points)),
+        }
     }
-    Ok(Some(all))
+    Ok(Ok(all))
 }
 
 fn improve(
@@ -41,7 +43,7 @@ fn improve(
     stitched: Stitched,
     block: &Block,
     kernels: &mut dyn Kernels,
-) -> Result<Option<Patched>> {
+) -> Result<std::result::Result<Patched, Vec<Vec3>>> {
     let n_kept = stitched.kept_vertices.len();
     let mut start = stitched.mesh.clone();
     for v in (0..n_kept as u32).map(Vertex) {
@@ -60,7 +62,10 @@ fn improve(
         if crossing.is_empty() {
             let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
             pinned.into_iter().for_each(|v| mesh.set_pinned(v, false));
-            return Ok(Some(Patched { stitched, mesh, collapsed }));
+            return Ok(Ok(Patched { stitched, mesh, collapsed }));
+        }
+        if attempt == ATTEMPTS {
+            return Ok(Err(crossing));
         }
         let radius = PIN_RADIUS * (attempt + 1) as f32;
         let near: Vec<Vertex> = start
@@ -69,7 +74,7 @@ fn improve(
             .collect();
         near.into_iter().for_each(|v| start.set_pinned(v, true));
     }
-    Ok(None)
+    unreachable!("the last attempt returns")
 }
 
 /// Middles of the faces in or beside the block that pass through others.

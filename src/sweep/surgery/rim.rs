@@ -50,26 +50,39 @@ pub(super) fn rims(sides: &[Side]) -> Result<Vec<Vec<Side>>, Vec<u32>> {
     Ok(rims)
 }
 
-/// For every rim of `incoming` the rim of `staying` that runs beside it, if they pair up one to one.
-pub(super) fn pair(staying: &[Vec<RimVertex>], incoming: &[Vec<RimVertex>]) -> Option<Vec<usize>> {
-    if staying.len() != incoming.len() {
-        return None;
+/// For every rim of `incoming` the rim of `staying` that runs beside it, if they pair up one to one;
+/// else the vertices of those that do not.
+pub(super) fn pair(
+    staying: &[Vec<RimVertex>],
+    incoming: &[Vec<RimVertex>],
+) -> Result<Vec<usize>, Vec<Vec3>> {
+    let partner_of = |rim: &[RimVertex], others: &[Vec<RimVertex>]| {
+        let distance = |other: &[RimVertex]| {
+            rim.iter().map(|v| nearest(v, other)).sum::<f32>() / rim.len() as f32
+        };
+        let distances: Vec<f32> = others.iter().map(|other| distance(other)).collect();
+        (0..others.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]))
+    };
+    let of_incoming: Vec<Option<usize>> =
+        incoming.iter().map(|rim| partner_of(rim, staying)).collect();
+    let of_staying: Vec<Option<usize>> =
+        staying.iter().map(|rim| partner_of(rim, incoming)).collect();
+    let is_paired = |i: usize| of_incoming[i].is_some_and(|s| of_staying[s] == Some(i));
+    let mut taken = vec![false; staying.len()];
+    let mut alone: Vec<Vec3> = Vec::new();
+    for (i, rim) in incoming.iter().enumerate() {
+        match of_incoming[i] {
+            Some(s) if is_paired(i) => taken[s] = true,
+            _ => alone.extend(rim.iter().map(|v| v.position)),
+        }
     }
-    let partners: Vec<usize> = incoming
-        .iter()
-        .map(|rim| {
-            let distance = |other: &[RimVertex]| {
-                rim.iter().map(|v| nearest(v, other)).sum::<f32>() / rim.len() as f32
-            };
-            let best = (0..staying.len())
-                .min_by(|&a, &b| distance(&staying[a]).total_cmp(&distance(&staying[b])));
-            best.expect("as many rims stay")
-        })
-        .collect();
-    let mut taken = partners.clone();
-    taken.sort_unstable();
-    taken.dedup();
-    (taken.len() == partners.len()).then_some(partners)
+    for (rim, _) in staying.iter().zip(&taken).filter(|(_, taken)| !**taken) {
+        alone.extend(rim.iter().map(|v| v.position));
+    }
+    if !alone.is_empty() {
+        return Err(alone);
+    }
+    Ok(of_incoming.into_iter().flatten().collect())
 }
 
 /// Distance of a rim vertex from the nearest of another rim that faces the same way; those that do

@@ -6,7 +6,7 @@ use super::block::Block;
 use super::cut::{Moved, sides};
 use super::near::Near;
 use super::rim::{RimVertex, Side, pair, rims};
-use super::zip::zip;
+use super::zip::{StripTriangle, zip};
 use super::{Front, Sweep};
 use crate::extract::{DisjointSets, Extraction};
 use crate::mesh::{Face, Mesh, Vertex, normal};
@@ -31,6 +31,19 @@ pub(super) struct Stitched {
     pub(super) on_rim: Vec<bool>,
 }
 
+/// Why a surgery is not possible with a block, and where it should be larger; everywhere if nowhere.
+pub(super) struct Trouble {
+    pub(super) why: String,
+    /// Voxel frame.
+    pub(super) points: Vec<Vec3>,
+}
+
+impl Trouble {
+    fn everywhere(why: impl Into<String>) -> Trouble {
+        Trouble { why: why.into(), points: Vec::new() }
+    }
+}
+
 /// All vertices and faces of a surgery: those that stay, then those of the extraction.
 struct Parts {
     positions: Vec<[f32; 3]>,
@@ -51,7 +64,7 @@ pub(super) fn stitch(
     moved: &[Moved],
     (extraction, arcs): &(Extraction, Vec<usize>),
     block: &Block,
-) -> Result<Vec<Stitched>, String> {
+) -> Result<Vec<Stitched>, Trouble> {
     let mut parts = Parts {
         positions: Vec::new(),
         borders: Vec::new(),
@@ -65,15 +78,19 @@ pub(super) fn stitch(
     let mut near = Near::new(GAP);
     let staying = parts.add_staying(fronts, moved, block, &mut near)?;
     let incoming = parts.add_extraction(extraction, arcs, block, &near)?;
-    let partners = pair(&staying, &incoming).ok_or_else(|| {
-        format!("{} rims stay, {} come in, not in pairs", staying.len(), incoming.len())
+    let partners = pair(&staying, &incoming).map_err(|points| {
+        let why = format!("{} rims stay, {} come in, not in pairs", staying.len(), incoming.len());
+        Trouble { why, points }
     })?;
+    let mut points = Vec::new();
     for (rim, &partner) in incoming.iter().zip(&partners) {
-        let strip = zip(&staying[partner], rim).ok_or("no strip joins two rims")?;
-        for (t, cap) in strip {
-            parts.faces.push(t);
-            parts.caps.push(cap);
+        match zip(&staying[partner], rim) {
+            Ok(strip) => parts.add_strip(strip),
+            Err(folds) => points.extend(folds),
         }
+    }
+    if !points.is_empty() {
+        return Err(Trouble { why: "no strip joins two rims".into(), points });
     }
     for v in staying.iter().chain(&incoming).flatten() {
         parts.on_rim[v.vertex as usize] = true;
@@ -89,7 +106,7 @@ impl Parts {
         moved: &[Moved],
         block: &Block,
         near: &mut Near,
-    ) -> Result<Vec<Vec<RimVertex>>, String> {
+    ) -> Result<Vec<Vec<RimVertex>>, Trouble> {
         let mut all = Vec::new();
         for (r, (Front { mesh, .. }, moved)) in fronts.iter().zip(moved).enumerate() {
             let stays = moved.staying(mesh, block);
@@ -112,7 +129,10 @@ impl Parts {
                     near.add(moved.corners(mesh, f));
                 }
             }
-            let rims = rims(&sides(mesh, &stays)).map_err(|_| "a rim that stays meets another")?;
+            let rims = rims(&sides(mesh, &stays)).map_err(|pinched| Trouble {
+                why: "a rim that stays meets another".into(),
+                points: pinched.iter().map(|&v| moved.positions[v as usize]).collect(),
+            })?;
             let vertex = |&(v, _, cap): &Side| {
                 moved.rim_vertex(mesh, Vertex(v), number[v as usize], cap)
             };
@@ -130,7 +150,7 @@ impl Parts {
         arcs: &[usize],
         block: &Block,
         near: &Near,
-    ) -> Result<Vec<Vec<RimVertex>>, String> {
+    ) -> Result<Vec<Vec<RimVertex>>, Trouble> {
         let incoming = Incoming::new(extraction, block, near);
         let mut number = vec![u32::MAX; extraction.positions.len()];
         for f in (0..extraction.faces.len()).filter(|&f| incoming.comes_in[f]) {
@@ -148,7 +168,10 @@ impl Parts {
             self.faces.push(face);
             self.caps.push(extraction.caps[f]);
         }
-        let rims = rims(&incoming.sides()).map_err(|_| "a rim of the block meets another")?;
+        let rims = rims(&incoming.sides()).map_err(|pinched| Trouble {
+            why: "a rim of the block meets another".into(),
+            points: pinched.iter().map(|&v| extraction.positions[v as usize].into()).collect(),
+        })?;
         let vertex = |&(v, _, cap): &Side| RimVertex {
             vertex: number[v as usize],
             position: Vec3::from(extraction.positions[v as usize]),
@@ -159,8 +182,15 @@ impl Parts {
         Ok(rims.iter().map(|rim| rim.iter().map(vertex).collect()).collect())
     }
 
+    fn add_strip(&mut self, strip: Vec<StripTriangle>) {
+        for (t, cap) in strip {
+            self.faces.push(t);
+            self.caps.push(cap);
+        }
+    }
+
     /// The components, one per arc, each with the arc's topology.
-    fn components(self, sweep: &Sweep, arcs: &[usize]) -> Result<Vec<Stitched>, String> {
+    fn components(self, sweep: &Sweep, arcs: &[usize]) -> Result<Vec<Stitched>, Trouble> {
         let mut sets = DisjointSets::new(self.positions.len());
         for &[a, b, c] in &self.faces {
             sets.join(a, b);
@@ -171,7 +201,7 @@ impl Parts {
             if let Some(arc) = self.arcs[v as usize] {
                 let entry = &mut arc_of_root[sets.find(v) as usize];
                 if entry.is_some_and(|a| a != arc) {
-                    return Err("components of two arcs are joined".into());
+                    return Err(Trouble::everywhere("components of two arcs are joined"));
                 }
                 *entry = Some(arc);
             }
@@ -181,7 +211,7 @@ impl Parts {
         let of_face: Vec<Option<usize>> =
             self.faces.iter().map(|f| arc_of_root[sets.find(f[0]) as usize].or(only)).collect();
         if of_face.contains(&None) {
-            return Err("a component belongs to no arc".into());
+            return Err(Trouble::everywhere("a component belongs to no arc"));
         }
         arcs.iter().map(|&arc| self.component(sweep, arc, &of_face)).collect()
     }
@@ -191,7 +221,7 @@ impl Parts {
         sweep: &Sweep,
         arc: usize,
         of_face: &[Option<usize>],
-    ) -> Result<Stitched, String> {
+    ) -> Result<Stitched, Trouble> {
         let mut number = vec![u32::MAX; self.positions.len()];
         let mine: Vec<usize> = (0..self.faces.len()).filter(|&f| of_face[f] == Some(arc)).collect();
         for v in mine.iter().flat_map(|&f| self.faces[f]) {
@@ -210,10 +240,11 @@ impl Parts {
         let borders: Vec<u8> = vertices.iter().map(|&v| self.borders[v]).collect();
         let caps: Vec<bool> = mine.iter().map(|&f| self.caps[f]).collect();
         let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps)
-            .map_err(|e| e.to_string())?;
+            .map_err(|e| Trouble::everywhere(e.to_string()))?;
         let euler = sweep.topology.arcs[arc].euler;
         if mesh.euler() != euler {
-            return Err(format!("Euler characteristic {}, expected {euler}", mesh.euler()));
+            let why = format!("Euler characteristic {}, expected {euler}", mesh.euler());
+            return Err(Trouble::everywhere(why));
         }
         Ok(Stitched {
             arc,

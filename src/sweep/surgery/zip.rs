@@ -7,8 +7,13 @@ use super::rim::RimVertex;
 /// Cost of a triangle that looks away from the normals at its corners, square voxels.
 const FOLD_COST: f32 = 100.0;
 
-/// A strip that costs more, with two folds at most, is none.
-const MOST_COST: f32 = 3.0 * FOLD_COST;
+/// Cost of a strip that holds a triangle which may not exist.
+const IMPOSSIBLE: f32 = 1e30;
+
+/// A strip may fold so many times, or once in so many sides if that is more: the isosurface has
+/// creases, and whether the mesh passes through itself is checked afterwards.
+const MOST_FOLDS: usize = 2;
+const SIDES_PER_FOLD: usize = 20;
 
 /// Cosine between a triangle's normal and the mean normal of its corners below which it is folded.
 const FOLDED: f32 = 0.05;
@@ -20,13 +25,12 @@ const MOST_PAIRS: usize = 4_000_000;
 pub(super) type StripTriangle = ([u32; 3], bool);
 
 /// The strip between a rim that stays and one that comes in, both in the direction of their own
-/// faces: of all strips the one with the shortest cross edges and no folds. `None` where there is
-/// none: where a cap would have to become isosurface, or every strip folds.
-pub(super) fn zip(staying: &[RimVertex], incoming: &[RimVertex]) -> Option<Vec<StripTriangle>> {
-    if (staying.len() + 1) * (incoming.len() + 1) > MOST_PAIRS {
-        return None;
-    }
-    let (a, b) = aligned(staying, incoming)?;
+/// faces: of all strips the one with the fewest folds and the shortest cross edges. Where a cap would
+/// have to become isosurface, or every strip folds often, the places where the rims should be others.
+pub(super) fn zip(staying: &[RimVertex], incoming: &[RimVertex]) -> Result<Vec<StripTriangle>, Vec<Vec3>> {
+    let pairs = (staying.len() + 1) * (incoming.len() + 1);
+    let aligned = if pairs > MOST_PAIRS { None } else { aligned(staying, incoming) };
+    let Some((a, b)) = aligned else { return Err(at_border(staying, incoming)) };
     let (n, m) = (a.len(), b.len());
     let mut cost = vec![[f32::INFINITY; 2]; (n + 1) * (m + 1)];
     // Which side was advanced, and the flag before, for the best way to each state.
@@ -64,7 +68,19 @@ pub(super) fn zip(staying: &[RimVertex], incoming: &[RimVertex]) -> Option<Vec<S
     }
     let end = cost[n * (m + 1) + m];
     let flag = usize::from(end[1] < end[0]);
-    (end[flag] < MOST_COST).then(|| walk_back(&a, &b, &back, flag as u8))
+    if end[flag] >= IMPOSSIBLE {
+        return Err(at_border(&a, &b));
+    }
+    let (strip, folds) = walk_back(&a, &b, &back, flag as u8);
+    let most = MOST_FOLDS.max((n + m) / SIDES_PER_FOLD);
+    if folds.len() > 3 * most { Err(folds) } else { Ok(strip) }
+}
+
+/// The vertices of two rims at the border of the volume; all if there are none.
+fn at_border(a: &[RimVertex], b: &[RimVertex]) -> Vec<Vec3> {
+    let all = || a.iter().chain(b);
+    let border: Vec<Vec3> = all().filter(|v| v.border != 0).map(|v| v.position).collect();
+    if border.is_empty() { all().map(|v| v.position).collect() } else { border }
 }
 
 /// Both rims in one direction and from two vertices that belong beside each other: at the border
@@ -110,38 +126,46 @@ fn triangle_cost(t: [&RimVertex; 3], cap: bool) -> f32 {
     if !may_be {
         return f32::INFINITY;
     }
+    let cross = t[0].position.distance_squared(t[2].position);
+    cross + if is_folded(t, cap) { FOLD_COST } else { 0.0 }
+}
+
+/// Whether a triangle looks away from the normals at its corners.
+fn is_folded(t: [&RimVertex; 3], cap: bool) -> bool {
     let [p, q, r] = t.map(|v| v.position);
     let n = (q - p).cross(r - p);
     let mean: Vec3 = t.iter().map(|v| v.normal).sum();
-    let folded = n.dot(mean) < FOLDED * n.length() * mean.length() && !cap;
-    // The first corner and the last are the ends of the new cross edge.
-    let cross = p.distance_squared(r);
-    cross + if folded { FOLD_COST } else { 0.0 }
+    n.dot(mean) < FOLDED * n.length() * mean.length() && !cap
 }
 
-/// The triangles on the best way.
+/// The triangles on the best way, and the corners of those that are folded.
 fn walk_back(
     a: &[RimVertex],
     b: &[RimVertex],
     back: &[[(bool, u8); 2]],
     last: u8,
-) -> Vec<StripTriangle> {
+) -> (Vec<StripTriangle>, Vec<Vec3>) {
     let (n, m) = (a.len(), b.len());
     let (mut i, mut j, mut flag) = (n, m, last);
     let mut strip = Vec::with_capacity(n + m);
+    let mut folds = Vec::new();
     while (i, j) != (0, 0) {
         let (on_a, before) = back[i * (m + 1) + j][flag as usize];
         let cap = flag == 1;
-        if on_a {
+        let corners = if on_a {
             i -= 1;
-            strip.push(([a[(i + 1) % n].vertex, a[i % n].vertex, b[j % m].vertex], cap));
+            [&a[(i + 1) % n], &a[i % n], &b[j % m]]
         } else {
             j -= 1;
-            strip.push(([b[j % m].vertex, b[(j + 1) % m].vertex, a[i % n].vertex], cap));
+            [&b[j % m], &b[(j + 1) % m], &a[i % n]]
+        };
+        strip.push((corners.map(|v| v.vertex), cap));
+        if is_folded(corners, cap) {
+            folds.extend(corners.iter().map(|v| v.position));
         }
         flag = before;
     }
-    strip
+    (strip, folds)
 }
 
 #[cfg(test)]
@@ -197,6 +221,6 @@ mod tests {
         staying.reverse();
         let mut incoming = ring(8, 1.0, 100);
         incoming.iter_mut().for_each(|v| v.cap = true);
-        assert_eq!(zip(&staying, &incoming), None);
+        assert!(zip(&staying, &incoming).is_err());
     }
 }
