@@ -12,7 +12,10 @@ use crate::mesh::{Mesh, Vertex, intersecting};
 use glam::Vec3;
 
 /// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
-const MOST_GROWTH: usize = 4;
+const MOST_GROWTH: f32 = 1.4;
+
+/// Small meshes may grow to so many faces.
+const GROWS_TO: usize = 5_000;
 
 /// One in so many faces of a remeshed mesh may pass through another.
 const INTERSECTING_SHARE: usize = 20_000;
@@ -89,7 +92,7 @@ fn remeshed(
     kernels: &mut dyn Kernels,
 ) -> Result<Option<Mesh>> {
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
-    let most = MOST_GROWTH * exact.n_faces();
+    let most = ((MOST_GROWTH * exact.n_faces() as f32) as usize).max(GROWS_TO);
     for attempt in 0..ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = exact.clone();

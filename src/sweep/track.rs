@@ -12,7 +12,7 @@ use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, PINNED};
-use crate::mesh::{Compacted, Mesh, Vertex, intersecting, normal};
+use crate::mesh::{Compacted, Mesh, Vertex, area, intersecting, normal};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -32,10 +32,13 @@ const MIDWAY_SHARE: f32 = 0.02;
 const PIN_ROUNDS: usize = 1;
 
 /// A step is halved at most so many times.
-const MOST_HALVINGS: u32 = 3;
+const MOST_HALVINGS: u32 = 4;
+
+/// A step that breaks the mesh is halved at most so many times before the mesh is repaired.
+const MOST_BROKEN: u32 = 1;
 
 /// A mesh is repaired at most so many times on its way through one arc.
-const MOST_REPAIRS: u32 = 16;
+const MOST_REPAIRS: u32 = 12;
 
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;
@@ -45,6 +48,12 @@ const FOLDED_SHARE: f32 = 0.001;
 
 /// How many faces are looked at half-way.
 const MIDWAY_FACES: usize = 1500;
+
+/// More faces per square voxel than this are too many: an exact marching cubes has about 2.2.
+const FACES_PER_AREA: f32 = 3.0;
+
+/// Smaller meshes may have as many faces as they need.
+const DENSE_FROM: usize = 5_000;
 
 /// Where a vertex and its normal are at the next sampling isovalue.
 struct Advanced {
@@ -118,7 +127,10 @@ pub(crate) fn track(
                 return Ok(false);
             }
             compacted = front.mesh.compacted();
-            step = 2.0 * (front.at - at).abs();
+            step = (front.at - at).abs();
+            if is_too_dense(&front.mesh) {
+                return Ok(false);
+            }
             continue;
         };
         for (&v, &p) in compacted.vertices.iter().zip(&advanced.positions) {
@@ -133,12 +145,23 @@ pub(crate) fn track(
         }
         let collapsed = edit(&mut front.mesh, field, parameters, next);
         recorder.edits(&front.mesh, &collapsed, next, way.direction);
+        if is_too_dense(&front.mesh) {
+            log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
+            return Ok(false);
+        }
         compacted = front.mesh.compacted();
         let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         step = (next - at).abs() * f64::from(growth);
     }
     Ok(true)
+}
+
+/// Whether the mesh takes more faces than the exact extraction: where the isosurface hugs the
+/// lattice, as it does beside a plateau, finer triangles do not follow it any better.
+fn is_too_dense(mesh: &Mesh) -> bool {
+    let area = || mesh.faces().map(|f| area(mesh.corners(f))).sum::<f32>();
+    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > FACES_PER_AREA * area()
 }
 
 /// What came of trying to step.
@@ -165,17 +188,19 @@ fn longest_step(
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
     }
-    let (mut halved, mut pinned) = (0u32, 0);
+    let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
     let mut pins = Vec::new();
     loop {
         let tolerant = halved >= TOLERANT_FROM;
         let step = Step { at, next, tolerant };
+        let before = counts.refused;
         match advance(mesh, compacted, kernels, tracking, step, counts, &mut pins)? {
             Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
                 return Ok(Tried { advanced: Some((next, halved, a)), failed_at: next });
             }
             _ => {}
         }
+        let is_broken = counts.refused.off_midway == before.off_midway && counts.refused != before;
         if !pins.is_empty() && pinned < PIN_ROUNDS {
             pinned += 1;
             for v in pins.drain(..) {
@@ -185,8 +210,9 @@ fn longest_step(
         }
         let failed_at = next;
         halved += 1;
+        broken += u32::from(is_broken);
         next = at + 0.5 * (next - at);
-        if halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
+        if broken > MOST_BROKEN || halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
             return Ok(Tried { advanced: None, failed_at });
         }
     }
