@@ -368,12 +368,31 @@ impl Mesh {
 
     /// The mesh without empty slots, as kernels and recordings take it.
     pub fn compacted(&self) -> Compacted {
+        self.compacted_of(self.vertices().collect(), self.faces().collect(), |_| true)
+    }
+
+    /// The vertices that are not pinned and those beside them, with the faces between; the latter
+    /// vertices come without their rings.
+    pub fn compacted_free(&self) -> Compacted {
+        let is_free = |v: Vertex| !self.is_pinned(v);
+        let faces: Vec<Face> =
+            self.faces().filter(|&f| self.face_vertices(f).into_iter().any(is_free)).collect();
+        let mut vertices: Vec<Vertex> = faces.iter().flat_map(|&f| self.face_vertices(f)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        self.compacted_of(vertices, faces, is_free)
+    }
+
+    fn compacted_of(
+        &self,
+        vertices: Vec<Vertex>,
+        faces: Vec<Face>,
+        has_ring: impl Fn(Vertex) -> bool,
+    ) -> Compacted {
         let mut index = vec![NONE; self.vertex_slots()];
-        let vertices: Vec<Vertex> = self.vertices().collect();
         for (i, v) in vertices.iter().enumerate() {
             index[v.0 as usize] = i as u32;
         }
-        let faces: Vec<Face> = self.faces().collect();
         let mut connectivity = Connectivity {
             faces: faces
                 .iter()
@@ -385,7 +404,7 @@ impl Mesh {
         };
         connectivity.ring_offsets.push(0);
         for &v in &vertices {
-            for h in self.spokes(v) {
+            for h in self.spokes(v).filter(|_| has_ring(v)) {
                 let crease =
                     if self.is_crease(h.edge()) && !self.is_pinned(v) { CREASE } else { 0 };
                 connectivity.ring.push(index[self.to(h).0 as usize] | crease);

@@ -23,8 +23,11 @@ use crate::mesh::Mesh;
 /// Pieces shorter than this share of the range do not get a mesh of their own.
 const SHORT_SHARE: f64 = 5e-4;
 
-/// Nor do components with fewer faces at the middle of their arc.
+/// Nor do components with fewer faces at the middle of their arc, if the arc is a smaller share of
+/// the range than this; nor the smallest ones.
 const SMALL_FACES: usize = 300;
+const LONG_SHARE: f64 = 0.02;
+const SMALLEST_FACES: usize = 40;
 
 /// Share of an arc, at an event, over which surgery leads at most and at least.
 const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
@@ -150,8 +153,9 @@ impl<'a> Chain<'a> {
     ) -> Result<()> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
-        let short = piece.high - piece.low < SHORT_SHARE * (sweep.range.1 - sweep.range.0);
-        let front = if (short || exact.faces.len() < SMALL_FACES) && !given {
+        let share = (piece.high - piece.low) / self.range_length();
+        let smallest = if share < LONG_SHARE { SMALL_FACES } else { SMALLEST_FACES };
+        let front = if (share < SHORT_SHARE || exact.faces.len() < smallest) && !given {
             None
         } else {
             let mut kernels = sweep.backend.kernels(&sweep.field)?;
@@ -190,12 +194,12 @@ impl<'a> Chain<'a> {
         let end = if direction == Direction::Up { piece.high } else { piece.low };
         let node = self.node_ahead(arc, direction);
         let goes_on = node.is_some_and(|n| !outputs(&self.graph.nodes[n], direction).is_empty());
-        let margin = match node {
+        let window = match node {
             Some(n) if goes_on => self.window(&self.graph.nodes[n], &piece, &front.mesh),
-            _ => self.margin(&piece),
+            _ => 0.0,
         };
-        let last = end - direction.sign() * margin;
-        let arrived = self.track_to(&mut front, arc, direction, last, &mut counts)?;
+        let last = end - direction.sign() * self.margin(&piece);
+        let arrived = self.track_to(&mut front, arc, direction, [last, window], &mut counts)?;
         log::debug!(
             "arc {arc} [{}, {}) {direction:?}: {} of {last}, {} faces, {counts:?}",
             piece.low,
@@ -238,13 +242,13 @@ impl<'a> Chain<'a> {
         self.sweep.range.1 - self.sweep.range.0
     }
 
-    /// Tracks a mesh to an isovalue; true if it gets there.
+    /// Tracks a mesh to an isovalue; true if it gets there, or as near as the window says.
     fn track_to(
         &self,
         front: &mut Front,
         arc: usize,
         direction: Direction,
-        last: f64,
+        [last, window]: [f64; 2],
         counts: &mut Counts,
     ) -> Result<bool> {
         let sweep = self.sweep;
@@ -257,6 +261,7 @@ impl<'a> Chain<'a> {
         let way = Way {
             direction,
             last,
+            window,
             fixed: fixed.map(|step| (sweep.range.0, step)),
             min_step: 1e-5 * range.min(100.0 * (piece.high - piece.low)),
         };
@@ -346,7 +351,7 @@ impl<'a> Chain<'a> {
                 counts.surgeries_failed += 1;
                 for (arc, mut front) in from.into_iter().zip(fronts) {
                     let last = node.isovalue - direction.sign() * self.margin(&self.piece(arc));
-                    let arrived = self.track_to(&mut front, arc, direction, last, &mut counts)?;
+                    let arrived = self.track_to(&mut front, arc, direction, [last, 0.0], &mut counts)?;
                     self.end(front, arc, direction, arrived);
                 }
                 lock(&self.counts).add(&counts);

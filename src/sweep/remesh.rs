@@ -17,7 +17,7 @@ const ROUNDS: usize = 6;
 /// Share of the largest deviation at which the wanted edge length aims.
 pub(crate) const SIZING_GOAL: f32 = 0.45;
 
-/// Relaxes the mesh on the isosurface and takes the new positions.
+/// Relaxes what is not pinned on the isosurface and takes the new positions.
 pub(crate) fn relax(
     mesh: &mut Mesh,
     criteria: &Criteria,
@@ -26,7 +26,7 @@ pub(crate) fn relax(
     parameters: &Parameters,
     iterations: u32,
 ) -> Result<()> {
-    let compacted = mesh.compacted();
+    let compacted = mesh.compacted_free();
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     kernels.relax(
         isovalue,

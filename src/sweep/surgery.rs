@@ -10,6 +10,7 @@
 
 mod block;
 mod cut;
+mod incoming;
 mod near;
 mod patch;
 mod rim;
@@ -27,6 +28,7 @@ use crate::kernels::Kernels;
 use crate::mesh::{Face, Mesh, Vertex};
 use block::Block;
 use cut::Moved;
+use incoming::Adjacency;
 use stitch::{Stitched, Trouble, stitch};
 
 /// So many blocks are tried.
@@ -42,7 +44,7 @@ const BAD_RADIUS: f32 = 0.3;
 const GROWTH: f32 = 0.4;
 
 /// A surgery that leaves less than this share of the extraction to the meshes is none.
-const MOST_REPLACED: f32 = 0.7;
+const MOST_REPLACED: f32 = 0.6;
 
 /// A component's mesh at an isovalue, and what was recorded of it.
 #[derive(Debug, Default)]
@@ -86,6 +88,7 @@ pub(super) fn operate(
         .iter()
         .map(|f| Moved::new(&f.mesh, kernels, f.at, operation.after))
         .collect::<Result<Vec<Moved>>>()?;
+    let adjacency = Adjacency::new(&extraction.0);
     let mut block = first_block(sweep, operation, &fronts, &moved, &extraction.0);
     for attempt in 1..=ATTEMPTS {
         sweep.cancelled()?;
@@ -95,7 +98,7 @@ pub(super) fn operate(
             log::debug!("surgery at {}: {replaced} of {n_faces} faces in the block", operation.event);
             break;
         }
-        let trouble = match stitch(sweep, &fronts, &moved, &extraction, &block) {
+        let trouble = match stitch(sweep, &fronts, &moved, (&extraction.0, &extraction.1, &adjacency), &block) {
             Ok(stitched) => match patch::improve_all(sweep, operation, stitched, &block, kernels)? {
                 Ok(patched) => return Ok(Ok(record(operation, fronts, patched))),
                 Err(points) => Trouble { why: "passes through itself".into(), points },

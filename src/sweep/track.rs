@@ -50,7 +50,7 @@ const FOLDED_SHARE: f32 = 0.001;
 const MIDWAY_FACES: usize = 1500;
 
 /// More faces per square voxel than this are too many: an exact marching cubes has about 2.2.
-const FACES_PER_AREA: f32 = 3.0;
+const FACES_PER_AREA: f32 = 2.6;
 
 /// Smaller meshes may have as many faces as they need.
 const DENSE_FROM: usize = 5_000;
@@ -69,6 +69,8 @@ pub(crate) struct Way {
     pub(crate) direction: Direction,
     /// The isovalue to go to.
     pub(crate) last: f64,
+    /// Within this distance from it, a mesh that cannot go on has arrived.
+    pub(crate) window: f64,
     /// Distance of sampling isovalues, if fixed: they are its multiples above the range's low end.
     pub(crate) fixed: Option<(f64, f64)>,
     /// The shortest step worth taking.
@@ -104,7 +106,7 @@ struct Step {
     tolerant: bool,
 }
 
-/// Tracks a mesh as far as it goes, at most to `way.last`; true if it gets there. What is reached
+/// Tracks a mesh as far as it goes, at most to `way.last`; true if it gets there or near enough. What is reached
 /// is in `front.at`. Where a step fails a check however short it is, `repair` is asked.
 pub(crate) fn track(
     front: &mut Front,
@@ -122,6 +124,9 @@ pub(crate) fn track(
         let at = front.at;
         let tried = longest_step(&front.mesh, &mut compacted, kernels, tracking, step, at, counts)?;
         let Some((next, halved, advanced)) = tried.advanced else {
+            if (way.last - at).abs() <= way.window {
+                return Ok(true);
+            }
             repairs += 1;
             if repairs > MOST_REPAIRS || !repair(front, tried.failed_at, kernels, counts)? {
                 return Ok(false);

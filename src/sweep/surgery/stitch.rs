@@ -4,12 +4,13 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::cut::{Moved, sides};
+use super::incoming::{Adjacency, Incoming};
 use super::near::Near;
 use super::rim::{RimVertex, Side, pair, rims};
 use super::zip::{StripTriangle, zip};
 use super::{Front, Sweep};
 use crate::extract::{DisjointSets, Extraction};
-use crate::mesh::{Face, Mesh, Vertex, normal};
+use crate::mesh::{Face, Mesh, Vertex};
 
 /// Distance, voxels, that the extraction keeps from what stays.
 const GAP: f32 = 0.3;
@@ -62,7 +63,7 @@ pub(super) fn stitch(
     sweep: &Sweep,
     fronts: &[Front],
     moved: &[Moved],
-    (extraction, arcs): &(Extraction, Vec<usize>),
+    (extraction, arcs, adjacency): (&Extraction, &[usize], &Adjacency),
     block: &Block,
 ) -> Result<Vec<Stitched>, Trouble> {
     let mut parts = Parts {
@@ -77,7 +78,7 @@ pub(super) fn stitch(
     };
     let mut near = Near::new(GAP);
     let staying = parts.add_staying(fronts, moved, block, &mut near)?;
-    let incoming = parts.add_extraction(extraction, arcs, block, &near)?;
+    let incoming = parts.add_extraction((extraction, arcs, adjacency), block, &near)?;
     let partners = pair(&staying, &incoming).map_err(|points| {
         let why = format!("{} rims stay, {} come in, not in pairs", staying.len(), incoming.len());
         Trouble { why, points }
@@ -146,12 +147,11 @@ impl Parts {
     /// Adds the extraction inside the block, and around it up to near what stays. Returns its rims.
     fn add_extraction(
         &mut self,
-        extraction: &Extraction,
-        arcs: &[usize],
+        (extraction, arcs, adjacency): (&Extraction, &[usize], &Adjacency),
         block: &Block,
         near: &Near,
     ) -> Result<Vec<Vec<RimVertex>>, Trouble> {
-        let incoming = Incoming::new(extraction, block, near);
+        let incoming = Incoming::new(extraction, adjacency, block, near);
         let mut number = vec![u32::MAX; extraction.positions.len()];
         for f in (0..extraction.faces.len()).filter(|&f| incoming.comes_in[f]) {
             let face = extraction.faces[f].map(|v| {
@@ -175,7 +175,7 @@ impl Parts {
         let vertex = |&(v, _, cap): &Side| RimVertex {
             vertex: number[v as usize],
             position: Vec3::from(extraction.positions[v as usize]),
-            normal: incoming.normals[v as usize],
+            normal: adjacency.normals[v as usize],
             border: extraction.borders[v as usize],
             cap,
         };
@@ -253,121 +253,5 @@ impl Parts {
             kept_faces: mine.iter().filter_map(|&f| self.kept_faces.get(f).copied()).collect(),
             on_rim: vertices.iter().map(|&v| self.on_rim[v]).collect(),
         })
-    }
-}
-
-/// The part of an extraction that comes in.
-struct Incoming<'a> {
-    extraction: &'a Extraction,
-    /// By face.
-    comes_in: Vec<bool>,
-    /// Unit, by vertex.
-    normals: Vec<Vec3>,
-    /// The three faces beside each face, across its sides.
-    beside: Vec<[u32; 3]>,
-    /// The faces around each vertex.
-    around: Vec<Vec<u32>>,
-}
-
-impl<'a> Incoming<'a> {
-    /// The faces in the block, and those around them that do not lie near what stays.
-    fn new(extraction: &'a Extraction, block: &Block, near: &Near) -> Incoming<'a> {
-        let n_vertices = extraction.positions.len();
-        let at = |v: u32| Vec3::from(extraction.positions[v as usize]);
-        let mut normals = vec![Vec3::ZERO; n_vertices];
-        let mut around = vec![Vec::new(); n_vertices];
-        for (f, face) in extraction.faces.iter().enumerate() {
-            let n = normal(face.map(at));
-            for &v in face {
-                normals[v as usize] += n;
-                around[v as usize].push(f as u32);
-            }
-        }
-        normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
-        let across = |f: usize, a: u32, b: u32| {
-            let is_other = |&g: &u32| g as usize != f && extraction.faces[g as usize].contains(&b);
-            around[a as usize].iter().copied().find(is_other).expect("an extraction is closed")
-        };
-        let faces = extraction.faces.iter().enumerate();
-        let beside =
-            faces.map(|(f, t)| [0, 1, 2].map(|i| across(f, t[i], t[(i + 1) % 3]))).collect();
-        let comes_in = vec![false; extraction.faces.len()];
-        let mut incoming = Incoming { extraction, comes_in, normals, beside, around };
-        incoming.spread(block, near);
-        incoming.unpinch();
-        incoming
-    }
-
-    /// Spreads from the block until near what stays.
-    fn spread(&mut self, block: &Block, near: &Near) {
-        let mut is_near: Vec<Option<bool>> = vec![None; self.normals.len()];
-        let mut stack: Vec<u32> = (0..self.comes_in.len() as u32)
-            .filter(|&f| block.has(self.extraction.cells[f as usize]))
-            .collect();
-        while let Some(f) = stack.pop() {
-            if self.comes_in[f as usize] {
-                continue;
-            }
-            let apart = self.extraction.faces[f as usize].iter().all(|&v| {
-                let known = &mut is_near[v as usize];
-                let p = Vec3::from(self.extraction.positions[v as usize]);
-                !*known.get_or_insert_with(|| near.is_near(p, self.normals[v as usize]))
-            });
-            if apart {
-                self.comes_in[f as usize] = true;
-                stack.extend(self.beside[f as usize]);
-            }
-        }
-    }
-
-    /// Takes away what meets the rest at single vertices only, or at the border of the volume along
-    /// an edge.
-    fn unpinch(&mut self) {
-        loop {
-            let mut changed = false;
-            for v in 0..self.around.len() {
-                let open = self.around[v].iter().filter(|&&f| {
-                    self.comes_in[f as usize] && self.starts_rim_at(f as usize, v as u32)
-                });
-                if open.count() > 1 {
-                    for &f in &self.around[v] {
-                        changed |= std::mem::replace(&mut self.comes_in[f as usize], false);
-                    }
-                }
-            }
-            for f in 0..self.comes_in.len() {
-                let meets_cap = self.beside[f].iter().any(|&g| {
-                    !self.comes_in[g as usize]
-                        && self.extraction.caps[g as usize] != self.extraction.caps[f]
-                });
-                if self.comes_in[f] && meets_cap {
-                    self.comes_in[f] = false;
-                    changed = true;
-                }
-            }
-            if !changed {
-                return;
-            }
-        }
-    }
-
-    /// Whether the side of a face that starts at a vertex belongs to a rim.
-    fn starts_rim_at(&self, f: usize, v: u32) -> bool {
-        let i = self.extraction.faces[f].iter().position(|&w| w == v).expect("a corner");
-        !self.comes_in[self.beside[f][i] as usize]
-    }
-
-    /// The sides of the rims.
-    fn sides(&self) -> Vec<Side> {
-        let mut sides = Vec::new();
-        for f in (0..self.comes_in.len()).filter(|&f| self.comes_in[f]) {
-            let t = self.extraction.faces[f];
-            for i in 0..3 {
-                if !self.comes_in[self.beside[f][i] as usize] {
-                    sides.push((t[i], t[(i + 1) % 3], self.extraction.caps[f]));
-                }
-            }
-        }
-        sides
     }
 }
