@@ -20,8 +20,14 @@ use crate::extract::Extraction;
 use crate::kernels::Kernels;
 use crate::mesh::Mesh;
 
-/// Pieces shorter than this share of the range do not get a mesh of their own.
+/// Pieces shorter than this share of the range do not get a mesh of their own, nor those over which
+/// the isosurface moves less than this, in voxels: where events crowd so, a mesh would be operated on
+/// all the time.
 const SHORT_SHARE: f64 = 5e-4;
+const SHORT_MOTION: f64 = 0.05;
+
+/// How many cells are asked for the typical slope of the field.
+const SLOPE_CELLS: usize = 20_000;
 
 /// Nor do components with fewer faces at the middle of their arc, if the arc is a smaller share of
 /// the range than this; nor the smallest ones.
@@ -52,6 +58,8 @@ struct Chain<'a> {
     graph: Graph,
     /// The isovalue the sweep starts from.
     start: f64,
+    /// Pieces shorter than this do not get a mesh.
+    short: f64,
     waiting: Vec<Mutex<Arrivals>>,
     log: Mutex<Log>,
     leftovers: Mutex<Vec<Piece>>,
@@ -74,6 +82,8 @@ pub(super) fn sweep_all(sweep: &Sweep, counts: &mut Counts) -> Result<Swept> {
     let chain = Chain {
         sweep,
         start: sweep.start_isovalue(),
+        short: (SHORT_SHARE * (sweep.range.1 - sweep.range.0))
+            .max(SHORT_MOTION * typical_slope(sweep)),
         waiting: graph.nodes.iter().map(|_| Mutex::default()).collect(),
         graph,
         log: Mutex::default(),
@@ -81,7 +91,12 @@ pub(super) fn sweep_all(sweep: &Sweep, counts: &mut Counts) -> Result<Swept> {
         counts: Mutex::new(*counts),
         failed: Mutex::new(None),
     };
-    log::debug!("{} nodes, start at {}", chain.graph.nodes.len(), chain.start);
+    log::debug!(
+        "{} nodes, start at {}, short below {}",
+        chain.graph.nodes.len(),
+        chain.start,
+        chain.short
+    );
     rayon::scope(|scope| chain.begin(scope));
     if let Some(error) = lock(&chain.failed).take() {
         return Err(error);
@@ -153,9 +168,9 @@ impl<'a> Chain<'a> {
     ) -> Result<()> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
-        let share = (piece.high - piece.low) / self.range_length();
-        let smallest = if share < LONG_SHARE { SMALL_FACES } else { SMALLEST_FACES };
-        let front = if (share < SHORT_SHARE || exact.faces.len() < smallest) && !given {
+        let is_long = piece.high - piece.low >= LONG_SHARE * self.range_length();
+        let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
+        let front = if (self.is_short(piece.arc) || exact.faces.len() < smallest) && !given {
             None
         } else {
             let mut kernels = sweep.backend.kernels(&sweep.field)?;
@@ -315,7 +330,13 @@ impl<'a> Chain<'a> {
         arrivals.sort_by_key(|a| a.0);
         let (from, fronts): (Vec<usize>, Vec<Front>) =
             arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front?))).unzip();
-        if fronts.is_empty() || arcs.is_empty() {
+        let mut counts = Counts::default();
+        if arcs.iter().all(|&a| self.is_short(a)) && !arcs.is_empty() {
+            self.end_before(node, direction, from, fronts, &mut counts)?;
+            lock(&self.counts).add(&counts);
+            return self.start_beyond(arcs, scope);
+        }
+        if fronts.is_empty() {
             return self.start_beyond(arcs, scope);
         }
         let points: Vec<Vec3> = node
@@ -333,7 +354,6 @@ impl<'a> Chain<'a> {
             arcs,
             repaired: false,
         };
-        let mut counts = Counts::default();
         let mut kernels = self.sweep.backend.kernels(&self.sweep.field)?;
         match operate(self.sweep, &operation, fronts, kernels.as_mut())? {
             Ok(outcome) => {
@@ -349,22 +369,41 @@ impl<'a> Chain<'a> {
             }
             Err(fronts) => {
                 counts.surgeries_failed += 1;
-                for (arc, mut front) in from.into_iter().zip(fronts) {
-                    let last = node.isovalue - direction.sign() * self.margin(&self.piece(arc));
-                    let arrived = self.track_to(&mut front, arc, direction, [last, 0.0], &mut counts)?;
-                    self.end(front, arc, direction, arrived);
-                }
+                self.end_before(node, direction, from, fronts, &mut counts)?;
                 lock(&self.counts).add(&counts);
                 self.start_beyond(arcs, scope)
             }
         }
     }
 
+    /// Tracks meshes up to just before a node that they do not get through, and ends them.
+    fn end_before(
+        &self,
+        node: &Node,
+        direction: Direction,
+        arcs: Vec<usize>,
+        fronts: Vec<Front>,
+        counts: &mut Counts,
+    ) -> Result<()> {
+        for (arc, mut front) in arcs.into_iter().zip(fronts) {
+            let last = node.isovalue - direction.sign() * self.margin(&self.piece(arc));
+            let arrived = self.track_to(&mut front, arc, direction, [last, 0.0], counts)?;
+            self.end(front, arc, direction, arrived);
+        }
+        Ok(())
+    }
+
+    /// Whether an arc is too short for a mesh of its own.
+    fn is_short(&self, arc: usize) -> bool {
+        let piece = self.piece(arc);
+        piece.high - piece.low < self.short
+    }
+
     /// Starts arcs in their middle.
     fn start_beyond<'s>(&'s self, arcs: &[usize], scope: &Scope<'s>) -> Result<()> {
         for &arc in arcs {
             let piece = self.piece(arc);
-            if piece.high - piece.low < SHORT_SHARE * self.range_length() {
+            if self.is_short(arc) {
                 lock(&self.leftovers).push(piece);
                 self.arrive(arc, Direction::Up, None, scope);
                 self.arrive(arc, Direction::Down, None, scope);
@@ -404,6 +443,26 @@ impl<'a> Chain<'a> {
             .min(WINDOW_MOTION * slope / unit.max(1e-300))
             .clamp(WINDOW_SHARE.0 * length, WINDOW_SHARE.1 * length)
     }
+}
+
+/// Median change of the field over a cell that is not constant, in isovalues per voxel.
+fn typical_slope(sweep: &Sweep) -> f64 {
+    let volume = sweep.exact.volume();
+    let [nx, ny, nz] = volume.dims();
+    let n = (nx - 1) * (ny - 1) * (nz - 1);
+    let mut slopes: Vec<f64> = (0..n)
+        .step_by(n / SLOPE_CELLS + 1)
+        .filter_map(|i| {
+            let [x, y, z] = [i % (nx - 1), i / (nx - 1) % (ny - 1), i / (nx - 1) / (ny - 1)];
+            let here = volume.sample(x, y, z);
+            let beside =
+                [volume.sample(x + 1, y, z), volume.sample(x, y + 1, z), volume.sample(x, y, z + 1)];
+            let slope = beside.iter().map(|b| (b - here).powi(2)).sum::<f64>().sqrt();
+            (slope > 0.0).then_some(slope)
+        })
+        .collect();
+    slopes.sort_by(f64::total_cmp);
+    slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The arcs that lead to a node.
