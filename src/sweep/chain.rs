@@ -26,13 +26,16 @@ use crate::mesh::Mesh;
 const SHORT_SHARE: f64 = 5e-4;
 const SHORT_MOTION: f64 = 0.05;
 
+/// Smaller meshes are not repaired: the exact extraction shows them as well.
+const REPAIRED_FROM: usize = 500;
+
 /// How many cells are asked for the typical slope of the field.
 const SLOPE_CELLS: usize = 20_000;
 
 /// Nor do components with fewer faces at the middle of their arc, if the arc is a smaller share of
 /// the range than this; nor the smallest ones.
 const SMALL_FACES: usize = 300;
-const LONG_SHARE: f64 = 0.02;
+const LONG_SHARE: f64 = 0.05;
 const SMALLEST_FACES: usize = 40;
 
 /// Share of an arc, at an event, over which surgery leads at most and at least.
@@ -485,6 +488,9 @@ fn repair(
     kernels: &mut dyn Kernels,
     counts: &mut Counts,
 ) -> Result<bool> {
+    if front.mesh.n_faces() < REPAIRED_FROM {
+        return Ok(false);
+    }
     let operation = Operation {
         direction,
         event: front.at,

@@ -31,8 +31,9 @@ use cut::Moved;
 use incoming::Adjacency;
 use stitch::{Stitched, Trouble, stitch};
 
-/// So many blocks are tried.
+/// So many blocks are tried, and so many for a repair.
 const ATTEMPTS: u32 = 8;
+const REPAIR_ATTEMPTS: u32 = 4;
 
 /// Radius of the block around an event, voxels.
 const EVENT_RADIUS: f32 = 0.8;
@@ -90,7 +91,8 @@ pub(super) fn operate(
         .collect::<Result<Vec<Moved>>>()?;
     let adjacency = Adjacency::new(&extraction.0);
     let mut block = first_block(sweep, operation, &fronts, &moved, &extraction.0);
-    for attempt in 1..=ATTEMPTS {
+    let attempts = if operation.repaired { REPAIR_ATTEMPTS } else { ATTEMPTS };
+    for attempt in 1..=attempts {
         sweep.cancelled()?;
         let n_faces = extraction.0.faces.len();
         let replaced = extraction.0.cells.iter().filter(|&&c| block.has(c)).count();

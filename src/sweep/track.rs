@@ -38,7 +38,7 @@ const MOST_HALVINGS: u32 = 4;
 const MOST_BROKEN: u32 = 1;
 
 /// A mesh is repaired at most so many times on its way through one arc.
-const MOST_REPAIRS: u32 = 12;
+const MOST_REPAIRS: u32 = 8;
 
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;

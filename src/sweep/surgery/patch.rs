@@ -49,6 +49,11 @@ fn improve(
     for v in (0..n_kept as u32).map(Vertex) {
         start.set_pinned(v, !stitched.on_rim[v.0 as usize]);
     }
+    // What crosses before it is touched needs another block.
+    let crossing = crossing_near(&start, block);
+    if !crossing.is_empty() {
+        return Ok(Err(crossing));
+    }
     let criteria = Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
     for attempt in 0..=ATTEMPTS {
         sweep.cancelled()?;
