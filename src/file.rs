@@ -94,6 +94,19 @@ pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
+    packed(spectrum, Packing::Deflated)
+}
+
+/// As [`to_bytes`], with every section stored as it is: for a container that packs by itself.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
+pub fn to_unpacked_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
+    packed(spectrum, Packing::Raw)
+}
+
+fn packed(spectrum: &Spectrum, packing: Packing) -> Result<Vec<u8>> {
     spectrum.check()?;
     let info = Info {
         volume: &spectrum.volume,
@@ -118,7 +131,7 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
         (*b"NRML", normals),
         (*b"COLL", tables::write_collapses(&spectrum.collapses)),
     ] {
-        write_section(&mut file, tag, &content, Packing::Deflated);
+        write_section(&mut file, tag, &content, packing);
     }
     Ok(file)
 }

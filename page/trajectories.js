@@ -1,0 +1,162 @@
+// When, where and which way the vertices are. FORMAT.md, sections VERT, POSN and NRML; the twin of
+// src/file/trajectories.rs and src/file/predict.rs. What is a whole number there is one here: all
+// of them are below 2^53.
+
+/** First knots and ranks from section VERT. */
+function ranksOf(section) {
+    const columns = new Columns(section);
+    const n = columns.count();
+    const counts = columns.column(n);
+    const firstKnot = new Uint32Array(n + 1);
+    let nMoving = 0;
+    for (let v = 0; v < n; v++) {
+        firstKnot[v + 1] = firstKnot[v] + counts[v];
+        if (counts[v] > 0) nMoving++;
+    }
+    const firsts = columns.signedColumn(nMoving);
+    const steps = columns.column(firstKnot[n] - nMoving);
+    const ranks = new Uint32Array(firstKnot[n]);
+    let [nextFirst, nextStep, previous] = [0, 0, 0];
+    for (let v = 0; v < n; v++) {
+        for (let i = firstKnot[v]; i < firstKnot[v + 1]; i++) {
+            if (i === firstKnot[v]) ranks[i] = previous += firsts[nextFirst++];
+            else ranks[i] = ranks[i - 1] + 1 + steps[nextStep++];
+        }
+    }
+    return { firstKnot, ranks };
+}
+
+/** The last knot of a vertex not above a rank; the first where all are above. */
+function knotAt(firstKnot, ranks, v, rank) {
+    let low = firstKnot[v];
+    let high = firstKnot[v + 1];
+    while (high - low > 1) {
+        const middle = (low + high) >>> 1;
+        if (ranks[middle] <= rank) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+/**
+ * For each vertex, the lower-numbered vertices of the triangles born with it, in the order of the
+ * triangles and as often as they occur.
+ */
+function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
+    const n = firstKnot.length - 1;
+    const first = new Uint32Array(n + 1);
+    const eachOf = (visit) => {
+        for (let t = 0; t < births.length; t++) {
+            const [a, b, c] = [vertices[3 * t], vertices[3 * t + 1], vertices[3 * t + 2]];
+            const v = Math.max(a, b, c);
+            if (ranks[firstKnot[v]] !== births[t]) continue;
+            const least = Math.min(a, b, c);
+            visit(v, least, a + b + c - v - least);
+        }
+    };
+    eachOf((v) => { first[v + 1] += 2; });
+    for (let v = 0; v < n; v++) first[v + 1] += first[v];
+    const next = first.slice();
+    const neighbours = new Uint32Array(first[n]);
+    eachOf((v, a, b) => {
+        neighbours[next[v]++] = a;
+        neighbours[next[v]++] = b;
+    });
+    return { first, neighbours };
+}
+
+/** Positions and normals from sections POSN and NRML. */
+function placesOf(positionSection, normalSection, trajectories, isovalues, triangles) {
+    const { firstKnot, ranks } = trajectories;
+    const { first, neighbours } = lowerNeighbours(trajectories, triangles);
+    const n = ranks.length;
+    let columns = new Columns(positionSection);
+    const missed = [columns.signedColumn(n), columns.signedColumn(n), columns.signedColumn(n)];
+    columns = new Columns(normalSection);
+    const turned = [columns.signedColumn(n), columns.signedColumn(n)];
+    const positions = new Int32Array(3 * n);
+    const normals = new Int8Array(2 * n);
+    // Places: three numbers of the position, three of the normal on the octahedron.
+    const [place, next, sum] = [new Float64Array(6), new Float64Array(6), new Float64Array(6)];
+
+    const read = (knot, into) => {
+        into[0] = positions[3 * knot];
+        into[1] = positions[3 * knot + 1];
+        into[2] = positions[3 * knot + 2];
+        const [u, v] = [normals[2 * knot], normals[2 * knot + 1]];
+        const z = 127 - Math.abs(u) - Math.abs(v);
+        into[3] = z >= 0 ? u : withSign(127 - Math.abs(v), u);
+        into[4] = z >= 0 ? v : withSign(127 - Math.abs(u), v);
+        into[5] = z;
+    };
+    const readAt = (v, rank, into) => {
+        const knot = knotAt(firstKnot, ranks, v, rank);
+        read(knot, into);
+        if (ranks[knot] >= rank || knot + 1 === firstKnot[v + 1]) return;
+        read(knot + 1, next);
+        const low = 0.5 * isovalues[ranks[knot]];
+        const high = 0.5 * isovalues[ranks[knot + 1]];
+        // Not a number where the isovalues are so small that halving makes them equal.
+        const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
+        for (let i = 0; i < 6; i++) {
+            into[i] += Math.floor((t * (next[i] - into[i]) + 32768) / 65536);
+        }
+    };
+
+    let last = -1;
+    for (let v = 0; v + 1 < firstKnot.length; v++) {
+        for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
+            const rank = ranks[knot];
+            let count = 0;
+            sum.fill(0);
+            if (knot === firstKnot[v]) {
+                for (let i = first[v]; i < first[v + 1]; i++, count++) {
+                    readAt(neighbours[i], rank, place);
+                    for (let j = 0; j < 6; j++) sum[j] += place[j];
+                }
+                if (count === 0 && last >= 0) read(firstKnot[last], sum);
+                for (let j = 0; j < 6; j++) sum[j] = Math.floor(sum[j] / Math.max(count, 1));
+                last = v;
+            } else {
+                const before = ranks[knot - 1];
+                for (let i = first[v]; i < first[v + 1]; i++) {
+                    const u = neighbours[i];
+                    if (ranks[firstKnot[u + 1] - 1] < rank) continue;
+                    readAt(u, rank, place);
+                    for (let j = 0; j < 6; j++) sum[j] += place[j];
+                    readAt(u, before, place);
+                    for (let j = 0; j < 6; j++) sum[j] -= place[j];
+                    count++;
+                }
+                read(knot - 1, place);
+                for (let j = 0; j < 6; j++) {
+                    sum[j] = place[j] + Math.floor(sum[j] / Math.max(count, 1));
+                }
+            }
+            for (let axis = 0; axis < 3; axis++) {
+                const expected = Math.min(Math.max(sum[axis], -2147483648), 2147483647);
+                positions[3 * knot + axis] = expected + missed[axis][knot];
+            }
+            let [x, y, z] = [sum[3], sum[4], sum[5]];
+            const length = Math.max(Math.abs(x) + Math.abs(y) + Math.abs(z), 1);
+            x = Math.floor((254 * x + length) / (2 * length));
+            y = Math.floor((254 * y + length) / (2 * length));
+            const lower = z < 0;
+            normals[2 * knot] = around(
+                (lower ? withSign(127 - Math.abs(y), x) : x) + turned[0][knot]);
+            normals[2 * knot + 1] = around(
+                (lower ? withSign(127 - Math.abs(x), y) : y) + turned[1][knot]);
+        }
+    }
+    return { positions, normals };
+}
+
+/** A size with a sign; zero counts as positive. */
+function withSign(size, sign) {
+    return sign < 0 ? -size : size;
+}
+
+/** A component of a normal modulo 255, from -127 to 127. */
+function around(x) {
+    return x > 127 ? x - 255 : x < -127 ? x + 255 : x;
+}

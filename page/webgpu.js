@@ -1,0 +1,252 @@
+// Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/surface.rs.
+
+const FRAME_BYTES = 272;
+const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
+const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
+const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
+
+/** A number as the sum of two of single precision. */
+function inTwo(x) {
+    const high = Math.fround(x);
+    return [high, x - high];
+}
+
+/** An isovalue on the scale where those of the spectrum cover [0, 1]. */
+function scaledIsovalue({ isovalues }, isovalue) {
+    const [first, last] = [isovalues[0] ?? 0, isovalues.at(-1) ?? 1];
+    const share = (0.5 * isovalue - 0.5 * first) / (0.5 * last - 0.5 * first);
+    return inTwo(Number.isFinite(share) ? share : 0);
+}
+
+/** The tables of the shader: scaled isovalues, first knots, knots of five words. */
+function tablesOf(spectrum, step) {
+    const { firstKnot, ranks, positions, normals } = spectrum;
+    const isovalues = new Float32Array(2 * spectrum.isovalues.length);
+    spectrum.isovalues.forEach((c, i) => isovalues.set(scaledIsovalue(spectrum, c), 2 * i));
+    const knots = new Uint32Array(5 * ranks.length);
+    const numbers = new Float32Array(knots.buffer);
+    const wide = (s) => Math.round((s * 32767) / 127) & 0xffff;
+    for (let i = 0; i < ranks.length; i++) {
+        knots[5 * i] = ranks[i];
+        for (let axis = 0; axis < 3; axis++) numbers[5 * i + 1 + axis] = step * positions[3 * i + axis];
+        knots[5 * i + 4] = wide(normals[2 * i]) | (wide(normals[2 * i + 1]) << 16);
+    }
+    return { isovalues, firstKnot, knots };
+}
+
+/** The bytes of the shader's Frame. */
+function frameOf(spectrum, query, look, projection) {
+    const frame = new ArrayBuffer(FRAME_BYTES);
+    const numbers = new Float32Array(frame);
+    numbers.set(projection.clipFromVoxel, 0);
+    numbers.set(projection.eyeFromVoxel, 16);
+    numbers.set(projection.eyeFromNormal, 32);
+    numbers.set(PLAIN_FRONT, 48);
+    numbers.set(PLAIN_BACK, 52);
+    numbers.set(PLAIN_WIRE, 56);
+    numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
+    const words = new Uint32Array(frame);
+    words[62] = Math.max(query.active.rank, 0);
+    numbers[64] = look.wireframe ? look.pixelRatio : 0;
+    words[65] = projection.mirrored ? 1 : 0;
+    return frame;
+}
+
+class WebGpuRenderer {
+    /** A renderer for a canvas; throws where there is none, or not for so large a spectrum. */
+    static async open(canvas, spectrum, step) {
+        const adapter = await navigator.gpu?.requestAdapter();
+        if (!adapter) throw new Error("no WebGPU adapter");
+        const largest = 20 * Math.max(spectrum.ranks.length, spectrum.births.length);
+        const least = (limit) => Math.max(adapter.limits[limit] < largest ? 0 : largest, 1 << 27);
+        if (adapter.limits.maxStorageBufferBindingSize < largest) {
+            throw new Error("the spectrum is too large for this adapter");
+        }
+        const device = await adapter.requestDevice({
+            requiredLimits: {
+                maxStorageBufferBindingSize: least("maxStorageBufferBindingSize"),
+                maxBufferSize: Math.max(least("maxBufferSize"), 1 << 28),
+            },
+        });
+        const renderer = new WebGpuRenderer(device, canvas, spectrum, step);
+        device.pushErrorScope("validation");
+        await renderer.build();
+        const error = await device.popErrorScope();
+        if (error) throw new Error(error.message);
+        return renderer;
+    }
+
+    constructor(device, canvas, spectrum, step) {
+        this.name = "WebGPU";
+        Object.assign(this, { device, canvas, spectrum, step });
+        this.context = canvas.getContext("webgpu");
+        this.format = navigator.gpu.getPreferredCanvasFormat();
+        this.viewFormat = `${this.format}-srgb`;
+        this.context.configure({
+            device,
+            format: this.format,
+            viewFormats: [this.viewFormat],
+            alphaMode: "opaque",
+        });
+        this.triangles = new Uint32Array(4096);
+    }
+
+    async build() {
+        const { device } = this;
+        const code = document.getElementById("wgsl").textContent;
+        const module = device.createShaderModule({ code });
+        const pipeline = (format) => device.createRenderPipelineAsync({
+            layout: "auto",
+            vertex: { module, entryPoint: "surface_vertex" },
+            fragment: { module, entryPoint: "surface_fragment", targets: [{ format }] },
+            primitive: { topology: "triangle-list" },
+            depthStencil: { format: "depth32float", depthWriteEnabled: true, depthCompare: "less" },
+            multisample: { count: 4 },
+        });
+        this.pipeline = await pipeline(this.viewFormat);
+        const { isovalues, firstKnot, knots } = tablesOf(this.spectrum, this.step);
+        this.frame = device.createBuffer({
+            size: FRAME_BYTES,
+            usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST,
+        });
+        this.tables = [isovalues, firstKnot, knots].map((table) => {
+            const buffer = this.storage(table.byteLength);
+            device.queue.writeBuffer(buffer, 0, table);
+            return buffer;
+        });
+        this.listed = this.storage(this.triangles.byteLength);
+        this.bind();
+    }
+
+    storage(size) {
+        return this.device.createBuffer({
+            size: Math.max(size, 32),
+            usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST,
+        });
+    }
+
+    bind() {
+        const entries = [this.frame, ...this.tables, this.listed]
+            .map((buffer, binding) => ({ binding, resource: { buffer } }));
+        this.group = this.device.createBindGroup({
+            layout: this.pipeline.getBindGroupLayout(0),
+            entries,
+        });
+    }
+
+    /** Takes over the active triangles of a query. */
+    list(query, open) {
+        const { vertices, caps } = this.spectrum;
+        const { active } = query;
+        if (4 * active.length > this.triangles.length) {
+            this.triangles = new Uint32Array(5 * active.length);
+            this.listed.destroy();
+            this.listed = this.storage(this.triangles.byteLength);
+            this.bind();
+        }
+        let n = 0;
+        for (let i = 0; i < active.length; i++) {
+            const t = active.list[i];
+            if (open && caps[t]) continue;
+            this.triangles[4 * n] = vertices[3 * t];
+            this.triangles[4 * n + 1] = vertices[3 * t + 1];
+            this.triangles[4 * n + 2] = vertices[3 * t + 2];
+            n++;
+        }
+        this.nTriangles = n;
+        this.device.queue.writeBuffer(this.listed, 0, this.triangles, 0, 4 * n);
+    }
+
+    /** Draws into the canvas. */
+    draw(query, look, projection) {
+        const { width, height } = this.canvas;
+        const view = this.context.getCurrentTexture().createView({ format: this.viewFormat });
+        this.drawInto(view, width, height, query, look, projection);
+    }
+
+    drawInto(view, width, height, query, look, projection) {
+        const { device } = this;
+        if (this.samples?.width !== width || this.samples?.height !== height) {
+            this.samples?.destroy();
+            this.depth?.destroy();
+            const texture = (format) => device.createTexture({
+                size: [width, height],
+                sampleCount: 4,
+                format,
+                usage: GPUTextureUsage.RENDER_ATTACHMENT,
+            });
+            this.samples = texture(this.viewFormat);
+            this.depth = texture("depth32float");
+        }
+        device.queue.writeBuffer(this.frame, 0, frameOf(this.spectrum, query, look, projection));
+        const encoder = device.createCommandEncoder();
+        const pass = encoder.beginRenderPass({
+            colorAttachments: [{
+                view: this.samples.createView(),
+                resolveTarget: view,
+                clearValue: [...look.background, 1],
+                loadOp: "clear",
+                storeOp: "discard",
+            }],
+            depthStencilAttachment: {
+                view: this.depth.createView(),
+                depthClearValue: 1,
+                depthLoadOp: "clear",
+                depthStoreOp: "discard",
+            },
+        });
+        if (this.nTriangles > 0) {
+            pass.setPipeline(this.pipeline);
+            pass.setBindGroup(0, this.group);
+            pass.draw(3 * this.nTriangles);
+        }
+        pass.end();
+        device.queue.submit([encoder.finish()]);
+    }
+
+    /** Resolves when what was drawn is done. */
+    done() {
+        return this.device.queue.onSubmittedWorkDone();
+    }
+
+    /** Draws and reads back a picture: rows from the top, four bytes per pixel. */
+    async read(query, look, projection) {
+        const { device } = this;
+        const { width, height } = this.canvas;
+        const texture = device.createTexture({
+            size: [width, height],
+            format: this.viewFormat,
+            usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC,
+        });
+        this.drawInto(texture.createView(), width, height, query, look, projection);
+        const bytesPerRow = Math.ceil((4 * width) / 256) * 256;
+        const buffer = device.createBuffer({
+            size: bytesPerRow * height,
+            usage: GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ,
+        });
+        const encoder = device.createCommandEncoder();
+        encoder.copyTextureToBuffer({ texture }, { buffer, bytesPerRow }, [width, height]);
+        device.queue.submit([encoder.finish()]);
+        await buffer.mapAsync(GPUMapMode.READ);
+        const rows = new Uint8Array(buffer.getMappedRange());
+        const pixels = new Uint8ClampedArray(4 * width * height);
+        for (let y = 0; y < height; y++) {
+            pixels.set(rows.subarray(y * bytesPerRow, y * bytesPerRow + 4 * width), 4 * y * width);
+        }
+        if (this.format.startsWith("bgra")) {
+            for (let i = 0; i < pixels.length; i += 4) {
+                [pixels[i], pixels[i + 2]] = [pixels[i + 2], pixels[i]];
+            }
+        }
+        buffer.destroy();
+        texture.destroy();
+        return { width, height, pixels };
+    }
+
+    /** Calls back when the device is gone. */
+    onLost(callback) {
+        this.device.lost.then(({ reason }) => {
+            if (reason !== "destroyed") callback();
+        });
+    }
+}

@@ -1,0 +1,130 @@
+//! A spectrum as one web page: a file that anyone opens, with nothing behind it.
+//!
+//! The page holds the spectrum, the shaders that draw it, plain scripts (`page/*.js`) and styles;
+//! it needs no server and asks the network for nothing, which its content security policy
+//! enforces. The volume is not in it. It draws with the WGSL of [`crate::render`] where there is
+//! WebGPU, with a twin of it in GLSL where there is WebGL2, and shows a still picture where there
+//! is neither.
+//!
+//! # What the page holds of the spectrum
+//!
+//! The bytes of a spectrum file without collapses and with its sections unpacked
+//! ([`crate::file::to_unpacked_bytes`]), as one deflate stream in base64. Positions count steps of
+//! [`Page::step`] voxels instead of quanta: a page is looked at, and coarser numbers are shorter.
+//!
+//! # Invariants
+//!
+//! Whatever comes from outside (title, caption, credit, names in the spectrum) is text in the page,
+//! never markup; equal input gives equal bytes.
+
+mod curves;
+mod data;
+mod knots;
+mod part;
+mod template;
+
+use crate::error::{Error, Result};
+use crate::render::Image;
+use crate::spectrum::Spectrum;
+
+pub use data::DEFAULT_STEP;
+pub use knots::with_fewer_knots;
+pub use part::part;
+
+/// The scripts, in the order in which they stand in the page; one subject each.
+const SCRIPTS: [&str; 14] = [
+    include_str!("../page/base64.js"),
+    include_str!("../page/file.js"),
+    include_str!("../page/connectivity.js"),
+    include_str!("../page/trajectories.js"),
+    include_str!("../page/active.js"),
+    include_str!("../page/mesh.js"),
+    include_str!("../page/camera.js"),
+    include_str!("../page/webgpu.js"),
+    include_str!("../page/webgl2.js"),
+    include_str!("../page/plot.js"),
+    include_str!("../page/download.js"),
+    include_str!("../page/controls.js"),
+    include_str!("../page/embed.js"),
+    include_str!("../page/main.js"),
+];
+
+/// What a page says and how it looks.
+#[derive(Clone, Debug)]
+pub struct Page<'a> {
+    /// Heading and name of the page.
+    pub title: &'a str,
+    /// What is to be seen, below the picture.
+    pub caption: Option<&'a str>,
+    /// Whose work it is, at the bottom.
+    pub credit: Option<&'a str>,
+    /// The isovalue it opens at, one of the range.
+    pub isovalue: f64,
+    /// Positions are rounded to whole multiples of this many voxels.
+    pub step: f64,
+    /// Whether caps are left out at first, so that one looks into the volume at its border.
+    pub open: bool,
+    /// Shown where nothing can be drawn.
+    pub still: Option<&'a Image>,
+}
+
+/// What a page is made of, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// The whole page.
+    pub page: usize,
+    /// The scripts.
+    pub script: usize,
+    /// The spectrum, compressed, before base64.
+    pub data: usize,
+    /// The still picture, before base64.
+    pub still: usize,
+}
+
+/// The page of a spectrum, and what its bytes are.
+///
+/// # Errors
+///
+/// [`Error::Usage`] if the step is not a positive number; [`Error::Range`] if the isovalue lies
+/// outside the spectrum's range; [`Error::Input`] if the spectrum does
+/// not pass [`Spectrum::check`] or reaches too many steps.
+pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
+    if !(page.step > 0.0 && page.step.is_finite()) {
+        return Err(Error::Usage(format!("step of {} voxels, expected more than 0", page.step)));
+    }
+    let (low, high) = spectrum.range;
+    if !(low <= page.isovalue && page.isovalue <= high) {
+        return Err(Error::Range { isovalue: page.isovalue, low, high });
+    }
+    let data = data::compressed(spectrum, page.step)?;
+    let still = match page.still {
+        Some(image) => {
+            let mut bytes = Vec::new();
+            image.encode_png(&mut bytes).map_err(|e| Error::io("still picture", e))?;
+            bytes
+        }
+        None => Vec::new(),
+    };
+    let about = serde_json::json!({
+        "step": page.step,
+        "open": page.open,
+        "isovalue": page.isovalue,
+        "curves": curves::curves(spectrum)?,
+    });
+    let script = script();
+    let text = template::filled(&template::Parts {
+        page,
+        about: &about.to_string(),
+        data: &data::base64(&data),
+        script: &script,
+        still: &data::base64(&still),
+    });
+    let sizes =
+        Sizes { page: text.len(), script: script.len(), data: data.len(), still: still.len() };
+    Ok((text, sizes))
+}
+
+/// All scripts as one, which leaves no name behind.
+pub fn script() -> String {
+    format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat())
+}

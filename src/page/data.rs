@@ -1,0 +1,57 @@
+//! The spectrum as a page holds it: rounded, compressed, in letters.
+
+use std::io::Write as _;
+
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
+
+use crate::error::Result;
+use crate::file::to_unpacked_bytes;
+use crate::spectrum::{QUANTUM, Spectrum};
+
+/// Positions are rounded to multiples of this many voxels unless asked otherwise: a sixth of the
+/// usual tolerance of 0.1 voxel, and a tenth of a pixel where a voxel is six pixels wide.
+pub const DEFAULT_STEP: f64 = 1.0 / 64.0;
+
+/// The raw deflate stream of a spectrum whose positions count steps of `step` voxels.
+pub(super) fn compressed(spectrum: &Spectrum, step: f64) -> Result<Vec<u8>> {
+    let mut stepped = spectrum.clone();
+    stepped.collapses.clear();
+    for knot in &mut stepped.knots {
+        knot.position = knot.position.map(|x| ((f64::from(x) / step).round() * QUANTUM) as f32);
+    }
+    let bytes = to_unpacked_bytes(&stepped)?;
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+    let done = encoder.write_all(&bytes).and_then(|()| encoder.finish());
+    Ok(done.expect("memory takes every byte"))
+}
+
+/// Bytes in base64 (RFC 4648) with padding.
+pub(super) fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(chunk.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for i in 0..4 {
+            let letter = LETTERS[(bits >> (18 - 6 * i)) as usize & 63];
+            text.push(if i <= chunk.len() { char::from(letter) } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_is_that_of_the_rfc() {
+        for (bytes, text) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
+            assert_eq!(base64(bytes.as_bytes()), text);
+        }
+        assert_eq!(base64(&[0xfb, 0xff]), "+/8=");
+    }
+}
