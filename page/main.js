@@ -166,16 +166,19 @@ class Viewer {
         this.isDrawing = true;
         const started = this.firstInput;
         this.firstInput = undefined;
-        if (this.playing) this.tick(now);
-        this.fit();
-        this.update();
-        this.renderer.draw(this.query, this.looked(), this.projection());
-        this.panel?.show();
-        this.rest();
-        await this.renderer?.done();
-        this.latency = performance.now() - started;
-        this.nPictures++;
-        this.isDrawing = false;
+        try {
+            if (this.playing) this.tick(now);
+            this.fit();
+            this.update();
+            this.renderer.draw(this.query, this.looked(), this.projection());
+            this.panel?.show();
+            this.rest();
+            await this.renderer.done();
+            this.latency = performance.now() - started;
+            this.nPictures++;
+        } finally {
+            this.isDrawing = false;
+        }
         if (this.isWaiting) {
             this.isWaiting = false;
             requestAnimationFrame((later) => this.frame(later));

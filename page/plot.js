@@ -53,7 +53,9 @@ class Plot {
         return WIDTH * (Number.isFinite(t) ? t : 0.5);
     }
 
-    curve(name, values, isStepped) {
+    curve(name, exact, isStepped) {
+        // Counts that go into the thousands beside ones and twos: their logarithms.
+        const values = exact.map((x) => (isStepped ? Math.sign(x) * Math.log1p(Math.abs(x)) : x));
         const least = Math.min(0, ...values);
         const most = Math.max(...values, least + 1e-30);
         const y = (value) => 2 + (HEIGHT - 4) * (1 - (value - least) / (most - least));
@@ -100,8 +102,9 @@ function shownIsovalue(isovalue, range) {
     return isovalue.toFixed(Math.max(digits, 0));
 }
 
-/** A measure with four digits. */
+/** A count, or a measure with four digits. */
 function shownNumber(x) {
+    if (Number.isInteger(x)) return x.toLocaleString("en");
     const rounded = Number(x.toPrecision(4));
     return Math.abs(rounded) < 1e7 ? rounded.toLocaleString("en") : String(rounded);
 }

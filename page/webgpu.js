@@ -81,11 +81,11 @@ class WebGpuRenderer {
         Object.assign(this, { device, canvas, spectrum, step });
         this.context = canvas.getContext("webgpu");
         this.format = navigator.gpu.getPreferredCanvasFormat();
-        this.viewFormat = `${this.format}-srgb`;
+        this.pictureFormat = `${this.format}-srgb`;
         this.context.configure({
             device,
             format: this.format,
-            viewFormats: [this.viewFormat],
+            usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_DST,
             alphaMode: "opaque",
         });
         this.triangles = new Uint32Array(4096);
@@ -95,15 +95,18 @@ class WebGpuRenderer {
         const { device } = this;
         const code = document.getElementById("wgsl").textContent;
         const module = device.createShaderModule({ code });
-        const pipeline = (format) => device.createRenderPipelineAsync({
+        this.pipeline = await device.createRenderPipelineAsync({
             layout: "auto",
             vertex: { module, entryPoint: "surface_vertex" },
-            fragment: { module, entryPoint: "surface_fragment", targets: [{ format }] },
+            fragment: {
+                module,
+                entryPoint: "surface_fragment",
+                targets: [{ format: this.pictureFormat }],
+            },
             primitive: { topology: "triangle-list" },
             depthStencil: { format: "depth32float", depthWriteEnabled: true, depthCompare: "less" },
             multisample: { count: 4 },
         });
-        this.pipeline = await pipeline(this.viewFormat);
         const { isovalues, firstKnot, knots } = tablesOf(this.spectrum, this.step);
         this.frame = device.createBuffer({
             size: FRAME_BYTES,
@@ -159,31 +162,42 @@ class WebGpuRenderer {
 
     /** Draws into the canvas. */
     draw(query, look, projection) {
-        const { width, height } = this.canvas;
-        const view = this.context.getCurrentTexture().createView({ format: this.viewFormat });
-        this.drawInto(view, width, height, query, look, projection);
+        const encoder = this.device.createCommandEncoder();
+        this.encode(encoder, query, look, projection);
+        // Copied, not resolved into an sRGB view of the canvas: SwiftShader forgets to convert there.
+        encoder.copyTextureToTexture(
+            { texture: this.picture },
+            { texture: this.context.getCurrentTexture() },
+            [this.canvas.width, this.canvas.height],
+        );
+        this.device.queue.submit([encoder.finish()]);
     }
 
-    drawInto(view, width, height, query, look, projection) {
+    /** Textures of the canvas's size. */
+    resize() {
+        const { width, height } = this.canvas;
+        if (this.picture?.width === width && this.picture?.height === height) return;
+        for (const texture of [this.samples, this.depth, this.picture]) texture?.destroy();
+        const texture = (format, sampleCount, usage) => this.device.createTexture({
+            size: [width, height],
+            sampleCount,
+            format,
+            usage: GPUTextureUsage.RENDER_ATTACHMENT | usage,
+        });
+        this.samples = texture(this.pictureFormat, 4, 0);
+        this.depth = texture("depth32float", 4, 0);
+        this.picture = texture(this.pictureFormat, 1, GPUTextureUsage.COPY_SRC);
+    }
+
+    /** Records the drawing of the picture. */
+    encode(encoder, query, look, projection) {
         const { device } = this;
-        if (this.samples?.width !== width || this.samples?.height !== height) {
-            this.samples?.destroy();
-            this.depth?.destroy();
-            const texture = (format) => device.createTexture({
-                size: [width, height],
-                sampleCount: 4,
-                format,
-                usage: GPUTextureUsage.RENDER_ATTACHMENT,
-            });
-            this.samples = texture(this.viewFormat);
-            this.depth = texture("depth32float");
-        }
+        this.resize();
         device.queue.writeBuffer(this.frame, 0, frameOf(this.spectrum, query, look, projection));
-        const encoder = device.createCommandEncoder();
         const pass = encoder.beginRenderPass({
             colorAttachments: [{
                 view: this.samples.createView(),
-                resolveTarget: view,
+                resolveTarget: this.picture.createView(),
                 clearValue: [...look.background, 1],
                 loadOp: "clear",
                 storeOp: "discard",
@@ -201,7 +215,6 @@ class WebGpuRenderer {
             pass.draw(3 * this.nTriangles);
         }
         pass.end();
-        device.queue.submit([encoder.finish()]);
     }
 
     /** Resolves when what was drawn is done. */
@@ -213,19 +226,14 @@ class WebGpuRenderer {
     async read(query, look, projection) {
         const { device } = this;
         const { width, height } = this.canvas;
-        const texture = device.createTexture({
-            size: [width, height],
-            format: this.viewFormat,
-            usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_SRC,
-        });
-        this.drawInto(texture.createView(), width, height, query, look, projection);
         const bytesPerRow = Math.ceil((4 * width) / 256) * 256;
         const buffer = device.createBuffer({
             size: bytesPerRow * height,
             usage: GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ,
         });
         const encoder = device.createCommandEncoder();
-        encoder.copyTextureToBuffer({ texture }, { buffer, bytesPerRow }, [width, height]);
+        this.encode(encoder, query, look, projection);
+        encoder.copyTextureToBuffer({ texture: this.picture }, { buffer, bytesPerRow }, [width, height]);
         device.queue.submit([encoder.finish()]);
         await buffer.mapAsync(GPUMapMode.READ);
         const rows = new Uint8Array(buffer.getMappedRange());
@@ -239,7 +247,6 @@ class WebGpuRenderer {
             }
         }
         buffer.destroy();
-        texture.destroy();
         return { width, height, pixels };
     }
 

@@ -124,7 +124,20 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     Ok((text, sizes))
 }
 
-/// All scripts as one, which leaves no name behind.
+/// All scripts as one, which leaves no name behind; without the lines that are comments, which who
+/// reads the page has no use for.
 pub fn script() -> String {
-    format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.concat())
+    let mut script = String::from("(() => {\n\"use strict\";\n");
+    let mut is_comment = false;
+    for line in SCRIPTS.iter().flat_map(|script| script.lines()) {
+        let text = line.trim_start();
+        is_comment |= text.starts_with("/**");
+        if !(is_comment || text.starts_with("//") || text.is_empty()) {
+            script.push_str(line);
+            script.push('\n');
+        }
+        is_comment &= !text.ends_with("*/");
+    }
+    script.push_str("})();\n");
+    script
 }

@@ -63,9 +63,7 @@ impl Html {
         let is_html = ["html", "htm"].iter().any(|e| extension.eq_ignore_ascii_case(e));
         if !is_html && self.output != Path::new("-") {
             let shown = self.output.display();
-            return Err(
-                Error::Usage(format!("{shown}: expected a name that ends in .html")).into()
-            );
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")).into());
         }
         let output = Output::open(&self.output)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
