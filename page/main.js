@@ -233,13 +233,13 @@ class Viewer {
     }
 
     async screenshot() {
-        this.fit();
-        this.update();
         return pngOf(await this.pixels());
     }
 
     /** What the picture shows, four bytes per pixel. */
     pixels() {
+        this.fit();
+        this.update();
         return this.renderer.read(this.query, this.looked(), this.projection());
     }
 
@@ -258,6 +258,8 @@ class Viewer {
             isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
+            // Whether a picture is wanted or in work.
+            isPending: Boolean(this.isRequested || this.isDrawing),
         };
     }
 }

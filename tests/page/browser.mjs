@@ -76,11 +76,9 @@ export function state(page) {
 
 /** Waits until the page has drawn what was asked of it. */
 export async function settled(page) {
-    let before;
-    for (let now = await state(page); now.nPictures !== before; now = await state(page)) {
-        before = now.nPictures;
-        await page.waitForTimeout(150);
-    }
+    // Inputs arrive before the next frame.
+    await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
+    await page.waitForFunction(() => !window.isospectrum.getState().isPending);
 }
 
 /** Sets the isovalue and waits for the picture. */
