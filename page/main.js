@@ -312,7 +312,11 @@ function showStill(sentence) {
 async function start() {
     const text = (id) => document.getElementById(id).textContent;
     const about = JSON.parse(text("about"));
-    const spectrum = spectrumOf(await inflated(bytesOfBase64(text("data").trim())));
+    performance.mark("start");
+    const bytes = await inflated(bytesOfBase64(text("data").trim()));
+    performance.mark("inflated");
+    const spectrum = spectrumOf(bytes);
+    performance.mark("decoded");
     document.getElementById("data").remove();
     const viewer = new Viewer(spectrum, about);
     applyAddress(viewer);
@@ -321,6 +325,7 @@ async function start() {
         showStill("This browser has neither WebGPU nor WebGL2, so this picture does not move.");
         return;
     }
+    performance.mark("renderer");
     document.getElementById("still").hidden = true;
     document.getElementById("controls").hidden = false;
     viewer.panel = new Panel(viewer, about.curves);
@@ -335,6 +340,7 @@ async function start() {
         pixels: () => viewer.pixels(),
     };
     await viewer.frame(performance.now());
+    performance.mark("picture");
     document.documentElement.dataset.ready = Math.round(performance.now());
     followMessages(viewer);
 }

@@ -47,7 +47,9 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
     const first = new Uint32Array(n + 1);
     const eachOf = (visit) => {
         for (let t = 0; t < births.length; t++) {
-            const [a, b, c] = [vertices[3 * t], vertices[3 * t + 1], vertices[3 * t + 2]];
+            const a = vertices[3 * t];
+            const b = vertices[3 * t + 1];
+            const c = vertices[3 * t + 2];
             const v = Math.max(a, b, c);
             if (ranks[firstKnot[v]] !== births[t]) continue;
             const least = Math.min(a, b, c);
@@ -65,6 +67,49 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
     return { first, neighbours };
 }
 
+/** Numbers of a place: three of the position, three of the normal on the octahedron. */
+const PLACE = 6;
+
+/** Knots of which some are known: what predicts the next. */
+class KnownKnots {
+    constructor({ firstKnot, ranks }, isovalues) {
+        Object.assign(this, { firstKnot, ranks, isovalues });
+        this.positions = new Int32Array(3 * ranks.length);
+        this.normals = new Int8Array(2 * ranks.length);
+        this.next = new Float64Array(PLACE);
+    }
+
+    /** Writes the place of a knot. */
+    read(knot, into) {
+        const { positions, normals } = this;
+        into[0] = positions[3 * knot];
+        into[1] = positions[3 * knot + 1];
+        into[2] = positions[3 * knot + 2];
+        const u = normals[2 * knot];
+        const v = normals[2 * knot + 1];
+        const z = 127 - Math.abs(u) - Math.abs(v);
+        into[3] = z >= 0 ? u : withSign(127 - Math.abs(v), u);
+        into[4] = z >= 0 ? v : withSign(127 - Math.abs(u), v);
+        into[5] = z;
+    }
+
+    /** Writes the place of a vertex, all of whose knots are known, at a rank. */
+    readAt(v, rank, into) {
+        const { ranks, isovalues, next } = this;
+        const knot = knotAt(this.firstKnot, ranks, v, rank);
+        this.read(knot, into);
+        if (ranks[knot] >= rank || knot + 1 === this.firstKnot[v + 1]) return;
+        this.read(knot + 1, next);
+        const low = 0.5 * isovalues[ranks[knot]];
+        const high = 0.5 * isovalues[ranks[knot + 1]];
+        // Not a number where the isovalues are so small that halving makes them equal.
+        const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
+        for (let i = 0; i < PLACE; i++) {
+            into[i] += Math.floor((t * (next[i] - into[i]) + 32768) / 65536);
+        }
+    }
+}
+
 /** Positions and normals from sections POSN and NRML. */
 function placesOf(positionSection, normalSection, trajectories, isovalues, triangles) {
     const { firstKnot, ranks } = trajectories;
@@ -73,82 +118,65 @@ function placesOf(positionSection, normalSection, trajectories, isovalues, trian
     let columns = new Columns(positionSection);
     const missed = [columns.signedColumn(n), columns.signedColumn(n), columns.signedColumn(n)];
     columns = new Columns(normalSection);
-    const turned = [columns.signedColumn(n), columns.signedColumn(n)];
-    const positions = new Int32Array(3 * n);
-    const normals = new Int8Array(2 * n);
-    // Places: three numbers of the position, three of the normal on the octahedron.
-    const [place, next, sum] = [new Float64Array(6), new Float64Array(6), new Float64Array(6)];
-
-    const read = (knot, into) => {
-        into[0] = positions[3 * knot];
-        into[1] = positions[3 * knot + 1];
-        into[2] = positions[3 * knot + 2];
-        const [u, v] = [normals[2 * knot], normals[2 * knot + 1]];
-        const z = 127 - Math.abs(u) - Math.abs(v);
-        into[3] = z >= 0 ? u : withSign(127 - Math.abs(v), u);
-        into[4] = z >= 0 ? v : withSign(127 - Math.abs(u), v);
-        into[5] = z;
-    };
-    const readAt = (v, rank, into) => {
-        const knot = knotAt(firstKnot, ranks, v, rank);
-        read(knot, into);
-        if (ranks[knot] >= rank || knot + 1 === firstKnot[v + 1]) return;
-        read(knot + 1, next);
-        const low = 0.5 * isovalues[ranks[knot]];
-        const high = 0.5 * isovalues[ranks[knot + 1]];
-        // Not a number where the isovalues are so small that halving makes them equal.
-        const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
-        for (let i = 0; i < 6; i++) {
-            into[i] += Math.floor((t * (next[i] - into[i]) + 32768) / 65536);
-        }
-    };
-
+    const turnedU = columns.signedColumn(n);
+    const turnedV = columns.signedColumn(n);
+    const known = new KnownKnots(trajectories, isovalues);
+    const { positions, normals } = known;
+    const place = new Float64Array(PLACE);
+    const sum = new Float64Array(PLACE);
     let last = -1;
+
+    /** Expects the first knot of a vertex at the mean of its neighbours, else where the last was. */
+    const expectFirst = (v, rank) => {
+        const count = first[v + 1] - first[v];
+        for (let i = first[v]; i < first[v + 1]; i++) {
+            known.readAt(neighbours[i], rank, place);
+            for (let j = 0; j < PLACE; j++) sum[j] += place[j];
+        }
+        if (count === 0 && last >= 0) known.read(firstKnot[last], sum);
+        for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / Math.max(count, 1));
+        last = v;
+    };
+    /** Expects a further knot where the vertex gets when it moves as its neighbours do. */
+    const expectNext = (v, knot, rank) => {
+        let count = 0;
+        for (let i = first[v]; i < first[v + 1]; i++) {
+            const u = neighbours[i];
+            if (ranks[firstKnot[u + 1] - 1] < rank) continue;
+            known.readAt(u, rank, place);
+            for (let j = 0; j < PLACE; j++) sum[j] += place[j];
+            known.readAt(u, ranks[knot - 1], place);
+            for (let j = 0; j < PLACE; j++) sum[j] -= place[j];
+            count++;
+        }
+        known.read(knot - 1, place);
+        for (let j = 0; j < PLACE; j++) sum[j] = place[j] + Math.floor(sum[j] / Math.max(count, 1));
+    };
+    const flat = new Float64Array(2);
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
-            const rank = ranks[knot];
-            let count = 0;
             sum.fill(0);
-            if (knot === firstKnot[v]) {
-                for (let i = first[v]; i < first[v + 1]; i++, count++) {
-                    readAt(neighbours[i], rank, place);
-                    for (let j = 0; j < 6; j++) sum[j] += place[j];
-                }
-                if (count === 0 && last >= 0) read(firstKnot[last], sum);
-                for (let j = 0; j < 6; j++) sum[j] = Math.floor(sum[j] / Math.max(count, 1));
-                last = v;
-            } else {
-                const before = ranks[knot - 1];
-                for (let i = first[v]; i < first[v + 1]; i++) {
-                    const u = neighbours[i];
-                    if (ranks[firstKnot[u + 1] - 1] < rank) continue;
-                    readAt(u, rank, place);
-                    for (let j = 0; j < 6; j++) sum[j] += place[j];
-                    readAt(u, before, place);
-                    for (let j = 0; j < 6; j++) sum[j] -= place[j];
-                    count++;
-                }
-                read(knot - 1, place);
-                for (let j = 0; j < 6; j++) {
-                    sum[j] = place[j] + Math.floor(sum[j] / Math.max(count, 1));
-                }
-            }
+            if (knot === firstKnot[v]) expectFirst(v, ranks[knot]);
+            else expectNext(v, knot, ranks[knot]);
             for (let axis = 0; axis < 3; axis++) {
                 const expected = Math.min(Math.max(sum[axis], -2147483648), 2147483647);
                 positions[3 * knot + axis] = expected + missed[axis][knot];
             }
-            let [x, y, z] = [sum[3], sum[4], sum[5]];
-            const length = Math.max(Math.abs(x) + Math.abs(y) + Math.abs(z), 1);
-            x = Math.floor((254 * x + length) / (2 * length));
-            y = Math.floor((254 * y + length) / (2 * length));
-            const lower = z < 0;
-            normals[2 * knot] = around(
-                (lower ? withSign(127 - Math.abs(y), x) : x) + turned[0][knot]);
-            normals[2 * knot + 1] = around(
-                (lower ? withSign(127 - Math.abs(x), y) : y) + turned[1][knot]);
+            flatten(sum[3], sum[4], sum[5], flat);
+            normals[2 * knot] = around(flat[0] + turnedU[knot]);
+            normals[2 * knot + 1] = around(flat[1] + turnedV[knot]);
         }
     }
     return { positions, normals };
+}
+
+/** Writes the code of the direction of a point near the octahedron. */
+function flatten(x, y, z, into) {
+    const length = Math.max(Math.abs(x) + Math.abs(y) + Math.abs(z), 1);
+    const u = Math.floor((254 * x + length) / (2 * length));
+    const v = Math.floor((254 * y + length) / (2 * length));
+    into[0] = z < 0 ? withSign(127 - Math.abs(v), u) : u;
+    into[1] = z < 0 ? withSign(127 - Math.abs(u), v) : v;
 }
 
 /** A size with a sign; zero counts as positive. */
