@@ -1,5 +1,5 @@
-// Reads a spectrum file whose sections are stored as they are. FORMAT.md describes the bytes; the
-// twin of src/file.rs, without its checks: the page was written by the program itself.
+// Reads the spectrum of the page: sections as src/page/data.rs puts them, of columns as FORMAT.md
+// describes them. Without the checks of src/file.rs: the page was written by the program itself.
 
 /** Takes numbers off the bytes of one section. */
 class Columns {
@@ -57,18 +57,39 @@ class Columns {
     }
 }
 
-/** The content of every section by its tag. */
+/** Every section: a length and that many bytes. */
 function sectionsOf(bytes) {
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-    const sections = {};
-    for (let at = 16; at < bytes.length; ) {
-        const tag = String.fromCharCode(...bytes.subarray(at, at + 4));
-        const stored = Number(view.getBigUint64(at + 8, true));
-        if (view.getUint32(at + 4, true) !== 0) throw new Error(`section ${tag} is packed`);
-        sections[tag] = bytes.subarray(at + 28, at + 28 + stored);
-        at += 28 + stored;
+    const sections = [];
+    for (let at = 0; at < bytes.length; ) {
+        const end = at + 8 + Number(view.getBigUint64(at, true));
+        sections.push(bytes.subarray(at + 8, end));
+        at = end;
     }
     return sections;
+}
+
+/**
+ * The columns of what the predictions of knots miss, three of positions and two of normals. They
+ * are stored in two halves: first those of the first knots of all vertices, then those of all others.
+ */
+function missesOf(sections, firstKnot) {
+    const n = firstKnot.at(-1);
+    const isFirst = new Uint8Array(n + 1);
+    for (let v = 0; v + 1 < firstKnot.length; v++) isFirst[firstKnot[v]] = 1;
+    isFirst[n] = 0;
+    const nFirst = isFirst.reduce((sum, is) => sum + is, 0);
+    return [0, 1, 2, 3, 4].map((i) => {
+        const firsts = new Columns(sections[i]).signedColumn(nFirst);
+        const others = new Columns(sections[5 + i]).signedColumn(n - nFirst);
+        const column = firsts.constructor === others.constructor
+            ? new firsts.constructor(n) : new Float64Array(n);
+        for (let knot = 0, first = 0; knot < n; knot++) {
+            if (isFirst[knot]) column[knot] = firsts[first++];
+            else column[knot] = others[knot - first];
+        }
+        return column;
+    });
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */
@@ -85,16 +106,17 @@ function isovaluesOf(section) {
 }
 
 /**
- * The spectrum in the bytes of a file: its description, isovalues, first knot of each vertex
- * (one more than there are), ranks, positions (3 per knot, whole steps), normals (2 per knot,
- * -127 to 127), and triangles with vertices (3 per triangle), births, deaths and caps.
+ * The spectrum in the bytes: its description, isovalues, first knot of each vertex (one more than
+ * there are), ranks, positions (3 per knot, whole steps), normals (2 per knot, -radius to radius),
+ * and triangles with vertices (3 per triangle), births, deaths and caps.
  */
-function spectrumOf(bytes) {
-    const sections = sectionsOf(bytes);
-    const info = JSON.parse(new TextDecoder().decode(sections.INFO));
-    const isovalues = isovaluesOf(sections.ISOV);
-    const trajectories = ranksOf(sections.VERT);
-    const triangles = trianglesOf(sections.TRIA, trajectories, isovalues.length);
-    const places = placesOf(sections.POSN, sections.NRML, trajectories, isovalues, triangles);
-    return { info, isovalues, ...trajectories, ...triangles, ...places };
+function spectrumOf(bytes, radius) {
+    const [info, isovalueSection, rankSection, triangleSection, ...misses] = sectionsOf(bytes);
+    const isovalues = isovaluesOf(isovalueSection);
+    const trajectories = ranksOf(rankSection);
+    const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
+    const missed = missesOf(misses, trajectories.firstKnot);
+    const places = placesOf(missed, trajectories, isovalues, triangles, radius);
+    const described = JSON.parse(new TextDecoder().decode(info));
+    return { info: described, isovalues, radius, ...trajectories, ...triangles, ...places };
 }

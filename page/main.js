@@ -315,7 +315,7 @@ async function start() {
     performance.mark("start");
     const bytes = await inflated(bytesOfBase64(text("data").trim()));
     performance.mark("inflated");
-    const spectrum = spectrumOf(bytes);
+    const spectrum = spectrumOf(bytes, about.normalRadius);
     performance.mark("decoded");
     document.getElementById("data").remove();
     const viewer = new Viewer(spectrum, about);

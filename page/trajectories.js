@@ -1,5 +1,5 @@
-// When, where and which way the vertices are. FORMAT.md, sections VERT, POSN and NRML; the twin of
-// src/file/trajectories.rs and src/file/predict.rs. What is a whole number there is one here: all
+// When, where and which way the vertices are. FORMAT.md, sections VERT, POSN and NRML, with coarser
+// normals; the twin of src/file/trajectories.rs and src/file/predict.rs. What is a whole number there is one here: all
 // of them are below 2^53.
 
 /** First knots and ranks from section VERT. */
@@ -72,8 +72,8 @@ const PLACE = 6;
 
 /** Knots of which some are known: what predicts the next. */
 class KnownKnots {
-    constructor({ firstKnot, ranks }, isovalues) {
-        Object.assign(this, { firstKnot, ranks, isovalues });
+    constructor({ firstKnot, ranks }, isovalues, radius) {
+        Object.assign(this, { firstKnot, ranks, isovalues, radius });
         this.positions = new Int32Array(3 * ranks.length);
         this.normals = new Int8Array(2 * ranks.length);
         this.next = new Float64Array(PLACE);
@@ -81,15 +81,15 @@ class KnownKnots {
 
     /** Writes the place of a knot. */
     read(knot, into) {
-        const { positions, normals } = this;
+        const { positions, normals, radius } = this;
         into[0] = positions[3 * knot];
         into[1] = positions[3 * knot + 1];
         into[2] = positions[3 * knot + 2];
         const u = normals[2 * knot];
         const v = normals[2 * knot + 1];
-        const z = 127 - Math.abs(u) - Math.abs(v);
-        into[3] = z >= 0 ? u : withSign(127 - Math.abs(v), u);
-        into[4] = z >= 0 ? v : withSign(127 - Math.abs(u), v);
+        const z = radius - Math.abs(u) - Math.abs(v);
+        into[3] = z >= 0 ? u : withSign(radius - Math.abs(v), u);
+        into[4] = z >= 0 ? v : withSign(radius - Math.abs(u), v);
         into[5] = z;
     }
 
@@ -110,17 +110,11 @@ class KnownKnots {
     }
 }
 
-/** Positions and normals from sections POSN and NRML. */
-function placesOf(positionSection, normalSection, trajectories, isovalues, triangles) {
+/** Positions and normals from what their predictions miss: three columns and two. */
+function placesOf(missed, trajectories, isovalues, triangles, radius) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);
-    const n = ranks.length;
-    let columns = new Columns(positionSection);
-    const missed = [columns.signedColumn(n), columns.signedColumn(n), columns.signedColumn(n)];
-    columns = new Columns(normalSection);
-    const turnedU = columns.signedColumn(n);
-    const turnedV = columns.signedColumn(n);
-    const known = new KnownKnots(trajectories, isovalues);
+    const known = new KnownKnots(trajectories, isovalues, radius);
     const { positions, normals } = known;
     const place = new Float64Array(PLACE);
     const sum = new Float64Array(PLACE);
@@ -162,21 +156,21 @@ function placesOf(positionSection, normalSection, trajectories, isovalues, trian
                 const expected = Math.min(Math.max(sum[axis], -2147483648), 2147483647);
                 positions[3 * knot + axis] = expected + missed[axis][knot];
             }
-            flatten(sum[3], sum[4], sum[5], flat);
-            normals[2 * knot] = around(flat[0] + turnedU[knot]);
-            normals[2 * knot + 1] = around(flat[1] + turnedV[knot]);
+            flatten(sum[3], sum[4], sum[5], radius, flat);
+            normals[2 * knot] = around(flat[0] + missed[3][knot], radius);
+            normals[2 * knot + 1] = around(flat[1] + missed[4][knot], radius);
         }
     }
     return { positions, normals };
 }
 
 /** Writes the code of the direction of a point near the octahedron. */
-function flatten(x, y, z, into) {
+function flatten(x, y, z, radius, into) {
     const length = Math.max(Math.abs(x) + Math.abs(y) + Math.abs(z), 1);
-    const u = Math.floor((254 * x + length) / (2 * length));
-    const v = Math.floor((254 * y + length) / (2 * length));
-    into[0] = z < 0 ? withSign(127 - Math.abs(v), u) : u;
-    into[1] = z < 0 ? withSign(127 - Math.abs(u), v) : v;
+    const u = Math.floor((2 * radius * x + length) / (2 * length));
+    const v = Math.floor((2 * radius * y + length) / (2 * length));
+    into[0] = z < 0 ? withSign(radius - Math.abs(v), u) : u;
+    into[1] = z < 0 ? withSign(radius - Math.abs(u), v) : v;
 }
 
 /** A size with a sign; zero counts as positive. */
@@ -184,7 +178,7 @@ function withSign(size, sign) {
     return sign < 0 ? -size : size;
 }
 
-/** A component of a normal modulo 255, from -127 to 127. */
-function around(x) {
-    return x > 127 ? x - 255 : x < -127 ? x + 255 : x;
+/** A component of a normal modulo 2 radius + 1, from -radius to radius. */
+function around(x, radius) {
+    return x > radius ? x - 2 * radius - 1 : x < -radius ? x + 2 * radius + 1 : x;
 }

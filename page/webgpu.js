@@ -25,7 +25,7 @@ function tablesOf(spectrum, step) {
     spectrum.isovalues.forEach((c, i) => isovalues.set(scaledIsovalue(spectrum, c), 2 * i));
     const knots = new Uint32Array(5 * ranks.length);
     const numbers = new Float32Array(knots.buffer);
-    const wide = (s) => Math.round((s * 32767) / 127) & 0xffff;
+    const wide = (s) => Math.round((s * 32767) / spectrum.radius) & 0xffff;
     for (let i = 0; i < ranks.length; i++) {
         knots[5 * i] = ranks[i];
         for (let axis = 0; axis < 3; axis++) numbers[5 * i + 1 + axis] = step * positions[3 * i + axis];

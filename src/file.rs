@@ -9,6 +9,7 @@ mod beside;
 mod column;
 mod connectivity;
 mod front;
+mod parts;
 mod predict;
 mod section;
 mod tables;
@@ -21,6 +22,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use beside::write_beside;
+pub(crate) use column::write_column;
+pub(crate) use parts::{Parts, parts};
 
 use crate::error::{Error, Result};
 use crate::spectrum::{Spectrum, VolumeInfo};
@@ -94,19 +97,6 @@ pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
-    packed(spectrum, Packing::Deflated)
-}
-
-/// As [`to_bytes`], with every section stored as it is: for a container that packs by itself.
-///
-/// # Errors
-///
-/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
-pub fn to_unpacked_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
-    packed(spectrum, Packing::Raw)
-}
-
-fn packed(spectrum: &Spectrum, packing: Packing) -> Result<Vec<u8>> {
     spectrum.check()?;
     let info = Info {
         volume: &spectrum.volume,
@@ -131,7 +121,7 @@ fn packed(spectrum: &Spectrum, packing: Packing) -> Result<Vec<u8>> {
         (*b"NRML", normals),
         (*b"COLL", tables::write_collapses(&spectrum.collapses)),
     ] {
-        write_section(&mut file, tag, &content, packing);
+        write_section(&mut file, tag, &content, Packing::Deflated);
     }
     Ok(file)
 }

@@ -6,11 +6,9 @@
 //! WebGPU, with a twin of it in GLSL where there is WebGL2, and shows a still picture where there
 //! is neither.
 //!
-//! # What the page holds of the spectrum
-//!
-//! The bytes of a spectrum file without collapses and with its sections unpacked
-//! ([`crate::file::to_unpacked_bytes`]), as one deflate stream in base64. Positions count steps of
-//! [`Page::step`] voxels instead of quanta: a page is looked at, and coarser numbers are shorter.
+//! The spectrum lies in the page as its columns in the file do, predicted and deflated (`data`),
+//! but rounded more: positions count steps of [`Page::step`] voxels instead of quanta. A page is
+//! looked at, and coarser numbers are shorter.
 //!
 //! # Invariants
 //!
@@ -107,6 +105,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     };
     let about = serde_json::json!({
         "step": page.step,
+        "normalRadius": data::NORMAL_RADIUS,
         "open": page.open,
         "isovalue": page.isovalue,
         "curves": curves::curves(spectrum)?,
