@@ -145,7 +145,7 @@ class Panel {
     type() {
         const { low, high } = this.viewer;
         const { isovalue, problem } = isovalueOfText(this.typed.value, low, high);
-        this.typed.toggleAttribute("aria-invalid", Boolean(problem));
+        this.typed.setAttribute("aria-invalid", Boolean(problem));
         this.message.textContent = problem ?? "";
         if (!problem) this.viewer.setIsovalue(isovalue);
     }
@@ -160,7 +160,7 @@ class Panel {
         this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${percent} of the range`);
         if (this.shown !== isovalue) {
             this.typed.value = text;
-            this.typed.removeAttribute("aria-invalid");
+            this.typed.setAttribute("aria-invalid", false);
             this.message.textContent = "";
             this.shown = isovalue;
         }

@@ -8,6 +8,9 @@ const REDUCED_PAUSE = 700;
 /** How long nothing may change before measures and address follow, milliseconds. */
 const REST = 250;
 
+/** How many lost devices are replaced. */
+const MOST_LOST = 3;
+
 /** Linear colours behind the surface; those of src/render.rs. */
 const BACKGROUNDS = { light: [1, 1, 1], dark: [0.012, 0.013, 0.016] };
 
@@ -28,38 +31,28 @@ class Viewer {
         this.nPictures = 0;
     }
 
-    /** Opens the best renderer there is; false where there is none. */
-    async openRenderer(wanted) {
-        const kinds = [WebGpuRenderer, WebGl2Renderer];
-        const names = ["webgpu", "webgl2"];
-        for (const [i, kind] of kinds.entries()) {
-            if (names.includes(wanted) && wanted !== names[i]) continue;
-            // A canvas that has had one kind of context gets no other.
-            const canvas = document.getElementById("canvas");
-            const fresh = canvas.cloneNode(false);
-            try {
-                const renderer = await kind.open(fresh, this.spectrum, this.about.step);
-                canvas.replaceWith(fresh);
-                this.canvas = fresh;
-                this.renderer = renderer;
-                renderer.onLost(() => this.recover());
-                this.listed = null;
-                followPointers(fresh, this);
-                new ResizeObserver(() => this.request()).observe(fresh);
-                document.documentElement.dataset.renderer = renderer.name;
-                return true;
-            } catch (error) {
-                console.info(`${names[i]}: ${error.message}`);
-            }
-        }
-        return false;
+    /** Draws with a renderer, which takes the place of what was in the page. */
+    async use(renderer) {
+        await renderer.load(this.spectrum, this.about.step);
+        document.getElementById("canvas").replaceWith(renderer.canvas);
+        this.renderer = renderer;
+        this.canvas = renderer.canvas;
+        this.listed = null;
+        renderer.onLost(() => this.recover());
+        followPointers(this.canvas, this);
+        new ResizeObserver(() => this.request()).observe(this.canvas);
+        document.documentElement.dataset.renderer = renderer.name;
     }
 
     /** The device is gone: another may be there, else the still picture. */
     async recover() {
         this.renderer = null;
-        if (await this.openRenderer(null)) this.request();
-        else showStill("The graphics device was lost; reload the page to see it move again.");
+        this.nLost = (this.nLost ?? 0) + 1;
+        const renderer = this.nLost <= MOST_LOST ? await openRenderer(null, this.about) : null;
+        if (renderer) {
+            await this.use(renderer);
+            this.request();
+        } else showStill("The graphics device was lost; reload the page to see it move again.");
     }
 
     setIsovalue(isovalue) {
@@ -173,7 +166,8 @@ class Viewer {
             this.renderer.draw(this.query, this.looked(), this.projection());
             this.panel?.show();
             this.rest();
-            await this.renderer.done();
+            // The device may be lost meanwhile.
+            await this.renderer?.done();
             this.latency = performance.now() - started;
             this.nPictures++;
         } finally {
@@ -264,6 +258,21 @@ class Viewer {
     }
 }
 
+/** The best renderer there is, or the one that is wanted; null where there is none. */
+async function openRenderer(wanted, about) {
+    const kinds = { webgpu: WebGpuRenderer, webgl2: WebGl2Renderer };
+    for (const [name, kind] of Object.entries(kinds)) {
+        if (wanted in kinds && wanted !== name) continue;
+        try {
+            // A canvas that has had one kind of context gets no other.
+            return await kind.open(document.getElementById("canvas").cloneNode(false), about);
+        } catch (error) {
+            console.info(`${name}: ${error.message}`);
+        }
+    }
+    return null;
+}
+
 /** What the address asks for: #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2 */
 function readAddress() {
     return new URLSearchParams(location.hash.slice(1));
@@ -313,6 +322,8 @@ async function start() {
     const text = (id) => document.getElementById(id).textContent;
     const about = JSON.parse(text("about"));
     performance.mark("start");
+    // The device gets ready while the spectrum is unpacked.
+    const opening = openRenderer(readAddress().get("renderer"), about);
     const bytes = await inflated(bytesOfBase64(text("data").trim()));
     performance.mark("inflated");
     const spectrum = spectrumOf(bytes, about.normalRadius);
@@ -320,11 +331,20 @@ async function start() {
     document.getElementById("data").remove();
     const viewer = new Viewer(spectrum, about);
     applyAddress(viewer);
-    document.getElementById("stage").hidden = false;
-    if (!(await viewer.openRenderer(readAddress().get("renderer")))) {
+    const renderer = await opening;
+    if (!renderer) {
         showStill("This browser has neither WebGPU nor WebGL2, so this picture does not move.");
         return;
     }
+    try {
+        await viewer.use(renderer);
+    } catch (error) {
+        // Too little memory, say: the other way may have it.
+        const other = renderer.name === "WebGPU" ? await openRenderer("webgl2", about) : null;
+        if (!other) throw error;
+        await viewer.use(other);
+    }
+    document.getElementById("stage").hidden = false;
     performance.mark("renderer");
     document.getElementById("still").hidden = true;
     document.getElementById("controls").hidden = false;

@@ -104,8 +104,9 @@ class KnownKnots {
         const high = 0.5 * isovalues[ranks[knot + 1]];
         // Not a number where the isovalues are so small that halving makes them equal.
         const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
+        // A power of two: multiplying by its inverse is exact, too.
         for (let i = 0; i < PLACE; i++) {
-            into[i] += Math.floor((t * (next[i] - into[i]) + 32768) / 65536);
+            into[i] += Math.floor((t * (next[i] - into[i]) + 32768) * (1 / 65536));
         }
     }
 }
@@ -114,6 +115,7 @@ class KnownKnots {
 function placesOf(missed, trajectories, isovalues, triangles, radius) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);
+    const [missedX, missedY, missedZ, missedU, missedV] = missed;
     const known = new KnownKnots(trajectories, isovalues, radius);
     const { positions, normals } = known;
     const place = new Float64Array(PLACE);
@@ -146,27 +148,31 @@ function placesOf(missed, trajectories, isovalues, triangles, radius) {
         known.read(knot - 1, place);
         for (let j = 0; j < PLACE; j++) sum[j] = place[j] + Math.floor(sum[j] / Math.max(count, 1));
     };
-    const flat = new Float64Array(2);
+    const flat = new Int32Array(2);
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
-            sum.fill(0);
+            for (let j = 0; j < PLACE; j++) sum[j] = 0;
             if (knot === firstKnot[v]) expectFirst(v, ranks[knot]);
             else expectNext(v, knot, ranks[knot]);
-            for (let axis = 0; axis < 3; axis++) {
-                const expected = Math.min(Math.max(sum[axis], -2147483648), 2147483647);
-                positions[3 * knot + axis] = expected + missed[axis][knot];
-            }
+            positions[3 * knot] = limited(sum[0]) + missedX[knot];
+            positions[3 * knot + 1] = limited(sum[1]) + missedY[knot];
+            positions[3 * knot + 2] = limited(sum[2]) + missedZ[knot];
             flatten(sum[3], sum[4], sum[5], radius, flat);
-            normals[2 * knot] = around(flat[0] + missed[3][knot], radius);
-            normals[2 * knot + 1] = around(flat[1] + missed[4][knot], radius);
+            normals[2 * knot] = around(flat[0] + missedU[knot], radius);
+            normals[2 * knot + 1] = around(flat[1] + missedV[knot], radius);
         }
     }
     return { positions, normals };
 }
 
+/** What 32-bit signed numbers hold. */
+function limited(x) {
+    return x < -2147483648 ? -2147483648 : x > 2147483647 ? 2147483647 : x;
+}
+
 /** Writes the code of the direction of a point near the octahedron. */
 function flatten(x, y, z, radius, into) {
-    const length = Math.max(Math.abs(x) + Math.abs(y) + Math.abs(z), 1);
+    const length = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
     const u = Math.floor((2 * radius * x + length) / (2 * length));
     const v = Math.floor((2 * radius * y + length) / (2 * length));
     into[0] = z < 0 ? withSign(radius - Math.abs(v), u) : u;

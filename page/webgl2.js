@@ -21,25 +21,26 @@ void main() {
 }`;
 
 class WebGl2Renderer {
-    /** A renderer for a canvas; throws where there is none, or not for so large a spectrum. */
-    static async open(canvas, spectrum, step) {
+    /**
+     * A renderer for a canvas, still without a spectrum; throws where there is none, or not for so
+     * large a spectrum as the page tells of.
+     */
+    static async open(canvas, about) {
         const gl = canvas.getContext("webgl2", { antialias: false, depth: false, alpha: false });
         if (!gl) throw new Error("no WebGL2");
-        const largest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-        if (Math.ceil(spectrum.ranks.length / ROW) > largest) {
+        if (Math.ceil(about.knots / ROW) > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
             throw new Error("the spectrum is too large for this device");
         }
-        return new WebGl2Renderer(gl, canvas, spectrum, step);
+        return new WebGl2Renderer(gl, canvas);
     }
 
-    constructor(gl, canvas, spectrum, step) {
+    constructor(gl, canvas) {
         this.name = "WebGL2";
-        Object.assign(this, { gl, canvas, spectrum });
+        Object.assign(this, { gl, canvas });
         const text = (id) => document.getElementById(id).textContent.trimStart();
         this.program = this.linked(text("vertex-glsl"), text("fragment-glsl"));
         this.copy = this.linked(COPY_VERTEX, COPY_FRAGMENT);
         this.uniforms = new Map();
-        this.upload(tablesOf(spectrum, step));
         this.corners = gl.createBuffer();
         this.vertexArray = gl.createVertexArray();
         gl.bindVertexArray(this.vertexArray);
@@ -48,6 +49,12 @@ class WebGl2Renderer {
         gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
         this.list32 = new Uint32Array(4096);
         this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
+    }
+
+    /** Takes over a spectrum. */
+    async load(spectrum, step) {
+        this.spectrum = spectrum;
+        this.upload(tablesOf(spectrum, step));
     }
 
     linked(vertex, fragment) {

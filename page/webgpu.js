@@ -53,32 +53,31 @@ function frameOf(spectrum, query, look, projection) {
 }
 
 class WebGpuRenderer {
-    /** A renderer for a canvas; throws where there is none, or not for so large a spectrum. */
-    static async open(canvas, spectrum, step) {
+    /**
+     * A renderer for a canvas, still without a spectrum; throws where there is none, or not for so
+     * large a spectrum as the page tells of.
+     */
+    static async open(canvas, about) {
         const adapter = await navigator.gpu?.requestAdapter();
         if (!adapter) throw new Error("no WebGPU adapter");
-        const largest = 20 * Math.max(spectrum.ranks.length, spectrum.births.length);
-        const least = (limit) => Math.max(adapter.limits[limit] < largest ? 0 : largest, 1 << 27);
+        const largest = Math.max(20 * about.knots, 16 * about.triangles, 1 << 27);
         if (adapter.limits.maxStorageBufferBindingSize < largest) {
             throw new Error("the spectrum is too large for this adapter");
         }
         const device = await adapter.requestDevice({
             requiredLimits: {
-                maxStorageBufferBindingSize: least("maxStorageBufferBindingSize"),
-                maxBufferSize: Math.max(least("maxBufferSize"), 1 << 28),
+                maxStorageBufferBindingSize: largest,
+                maxBufferSize: Math.max(largest, 1 << 28),
             },
         });
-        const renderer = new WebGpuRenderer(device, canvas, spectrum, step);
-        device.pushErrorScope("validation");
-        await renderer.build();
-        const error = await device.popErrorScope();
-        if (error) throw new Error(error.message);
+        const renderer = new WebGpuRenderer(device, canvas);
+        await renderer.compile();
         return renderer;
     }
 
-    constructor(device, canvas, spectrum, step) {
+    constructor(device, canvas) {
         this.name = "WebGPU";
-        Object.assign(this, { device, canvas, spectrum, step });
+        Object.assign(this, { device, canvas });
         this.context = canvas.getContext("webgpu");
         this.format = navigator.gpu.getPreferredCanvasFormat();
         this.pictureFormat = `${this.format}-srgb`;
@@ -91,10 +90,11 @@ class WebGpuRenderer {
         this.triangles = new Uint32Array(4096);
     }
 
-    async build() {
+    async compile() {
         const { device } = this;
-        const code = document.getElementById("wgsl").textContent;
-        const module = device.createShaderModule({ code });
+        const module = device.createShaderModule({
+            code: document.getElementById("wgsl").textContent,
+        });
         this.pipeline = await device.createRenderPipelineAsync({
             layout: "auto",
             vertex: { module, entryPoint: "surface_vertex" },
@@ -107,7 +107,14 @@ class WebGpuRenderer {
             depthStencil: { format: "depth32float", depthWriteEnabled: true, depthCompare: "less" },
             multisample: { count: 4 },
         });
-        const { isovalues, firstKnot, knots } = tablesOf(this.spectrum, this.step);
+    }
+
+    /** Takes over a spectrum; throws if the device refuses it. */
+    async load(spectrum, step) {
+        const { device } = this;
+        this.spectrum = spectrum;
+        const { isovalues, firstKnot, knots } = tablesOf(spectrum, step);
+        for (const filter of ["out-of-memory", "validation"]) device.pushErrorScope(filter);
         this.frame = device.createBuffer({
             size: FRAME_BYTES,
             usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST,
@@ -119,6 +126,8 @@ class WebGpuRenderer {
         });
         this.listed = this.storage(this.triangles.byteLength);
         this.bind();
+        const errors = await Promise.all([device.popErrorScope(), device.popErrorScope()]);
+        for (const error of errors) if (error) throw new Error(error.message);
     }
 
     storage(size) {

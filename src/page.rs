@@ -108,6 +108,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "normalRadius": data::NORMAL_RADIUS,
         "open": page.open,
         "isovalue": page.isovalue,
+        "knots": spectrum.knots.len(),
+        "triangles": spectrum.triangles.len(),
         "curves": curves::curves(spectrum)?,
     });
     let script = script();
