@@ -99,7 +99,8 @@ function isovalueOfText(text, low, high) {
     const number = Number(match[1]);
     const isovalue = match[2] ? low * (1 - number / 100) + high * (number / 100) : number;
     if (!(low <= isovalue && isovalue <= high)) {
-        return { problem: `outside the range ${low} to ${high}` };
+        const [least, most] = [low, high].map((c) => Number(c.toPrecision(7)));
+        return { problem: `outside the range ${least} to ${most}` };
     }
     return { isovalue };
 }

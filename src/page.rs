@@ -30,7 +30,7 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 16] = [
     include_str!("../page/base64.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
@@ -44,6 +44,8 @@ const SCRIPTS: [&str; 14] = [
     include_str!("../page/download.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/embed.js"),
+    include_str!("../page/viewer.js"),
+    include_str!("../page/address.js"),
     include_str!("../page/main.js"),
 ];
 

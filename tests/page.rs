@@ -169,6 +169,24 @@ fn bad_requests_are_errors_of_one_line() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn without_an_adapter_there_is_a_page_without_a_still_picture() {
+    let folder = folder_with_spectrum();
+    let output = Command::new(program::path())
+        .args(["html", "s.isp", "-o", "page.html"])
+        .current_dir(folder.path())
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("VK_ICD_FILENAMES", "/nonexistent")
+        .output()
+        .expect("the program runs");
+    let said = program::stderr(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("the page has no still picture: "), "{said}");
+    let page = String::from_utf8(folder.read("page.html")).expect("text");
+    assert!(page.contains("<title>") && !page.contains("<img"));
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();

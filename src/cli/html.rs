@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
-use isospectrum::render::{Image, Renderer, View};
+use isospectrum::render::{Background, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -108,7 +108,14 @@ impl Html {
             }
             Err(error) => return Err(error),
         };
-        let view = View { width: 640, height: 480, open: self.open, ..View::default() };
+        let view = View {
+            width: 640,
+            height: 480,
+            open: self.open,
+            // It lies on a page that may be light or dark.
+            background: Background::Transparent,
+            ..View::default()
+        };
         Renderer::new(&gpu, spectrum)?.draw(isovalue, &view).map(Some)
     }
 

@@ -116,6 +116,16 @@ describe("pictures", () => {
         await close();
     });
 
+    test("title, caption and credit stand in the page", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        assert.equal(await page.title(), "A torus & more");
+        await page.getByRole("heading", { name: "A torus & more" }).waitFor();
+        await page.getByText("What is to be seen.").waitFor();
+        await page.getByText("Nobody.").waitFor();
+        await close();
+    });
+
     test("without WebGPU it is WebGL2", async () => {
         const { page, close } = await watched(browser);
         await page.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
