@@ -107,7 +107,7 @@ function isovalueOfText(text, low, high) {
 
 /** Slider, typed isovalue and buttons. */
 class Panel {
-    constructor(viewer, curves) {
+    constructor(viewer, about) {
         this.viewer = viewer;
         const element = (id) => document.getElementById(id);
         const { low, high } = viewer;
@@ -124,7 +124,7 @@ class Panel {
             if (event.key === "Enter") type();
             if (event.key === "Escape") this.show();
         });
-        this.plot = new Plot(element("plot"), curves, [low, high], (c) => viewer.setIsovalue(c));
+        this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
         this.message = element("message");
         element("low").textContent = shownIsovalue(low, high - low);
         element("high").textContent = shownIsovalue(high, high - low);

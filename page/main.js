@@ -55,7 +55,7 @@ async function start() {
     performance.mark("renderer");
     document.getElementById("still").hidden = true;
     document.getElementById("controls").hidden = false;
-    viewer.panel = new Panel(viewer, about.curves);
+    viewer.panel = new Panel(viewer, about);
     followKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);

@@ -1,5 +1,5 @@
-// The curves above the slider: area, components and Euler characteristic over the isovalue, events
-// as marks, and the present isovalue as a line.
+// The curves above the slider: area, components and Euler characteristic over the isovalue, behind
+// them the histogram of the volume, events as marks, and the present isovalue as a line.
 
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 1000;
@@ -18,10 +18,11 @@ function svgElement(name, attributes) {
 
 class Plot {
     /** Draws the curves into an svg element; `choose` is called with isovalues that are pointed at. */
-    constructor(svg, curves, [low, high], choose) {
+    constructor(svg, { curves, histogram }, [low, high], choose) {
         Object.assign(this, { svg, curves, low, high });
         svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + MARKS}`);
         svg.setAttribute("preserveAspectRatio", "none");
+        if (histogram) this.bars(histogram);
         this.curve("area", curves.area, false);
         this.curve("euler", curves.euler, true);
         this.curve("components", curves.components, true);
@@ -51,6 +52,18 @@ class Plot {
     x(isovalue) {
         const t = (isovalue - this.low) / (this.high - this.low);
         return WIDTH * (Number.isFinite(t) ? t : 0.5);
+    }
+
+    /** The histogram; by logarithms, as most samples are often of one value. */
+    bars(counts) {
+        const most = Math.log1p(Math.max(...counts, 1));
+        const y = (count) => (HEIGHT * (1 - Math.log1p(count) / most)).toFixed(1);
+        const x = (i) => ((WIDTH * i) / counts.length).toFixed(1);
+        const steps = counts.map((count, i) => `V${y(count)}H${x(i + 1)}`);
+        this.svg.append(svgElement("path", {
+            class: "histogram", d: `M0,${HEIGHT}${steps.join("")}V${HEIGHT}Z`,
+        }));
+        document.getElementById("histogram-name").hidden = false;
     }
 
     curve(name, exact, isStepped) {

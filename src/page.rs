@@ -25,6 +25,7 @@ use crate::error::{Error, Result};
 use crate::render::Image;
 use crate::spectrum::Spectrum;
 
+pub use curves::histogram;
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
@@ -64,6 +65,9 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
+    /// How many samples of the volume lie in each of as many equal parts of the range, to be seen
+    /// behind the curves.
+    pub histogram: Option<&'a [u64]>,
     /// Shown where nothing can be drawn.
     pub still: Option<&'a Image>,
 }
@@ -112,6 +116,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "isovalue": page.isovalue,
         "knots": spectrum.knots.len(),
         "triangles": spectrum.triangles.len(),
+        "histogram": page.histogram,
         "curves": curves::curves(spectrum)?,
     });
     let script = script();

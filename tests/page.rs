@@ -43,7 +43,16 @@ fn spectrum() -> Spectrum {
 fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
     let isovalue = spectrum.range.0;
     let step = DEFAULT_STEP;
-    Page { title, caption: None, credit: None, isovalue, step, open: false, still: None }
+    Page {
+        title,
+        caption: None,
+        credit: None,
+        isovalue,
+        step,
+        open: false,
+        histogram: None,
+        still: None,
+    }
 }
 
 fn folder_with_spectrum() -> Folder {
@@ -155,12 +164,18 @@ fn fewer_knots_stay_within_the_distance() {
 #[test]
 fn bad_requests_are_errors_of_one_line() {
     let folder = folder_with_spectrum();
+    folder.write("v_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
     for (arguments, code, says) in [
         (&["html", "s.isp", "-o", "page.txt"][..], 2, "expected a name that ends in .html"),
         (&["html", "s.isp", "-o", "p.html", "--range", "-5:9000"], 4, "outside the range"),
         (&["html", "s.isp", "-o", "p.html", "--range", "60%:40%"], 2, "lower isovalue first"),
         (&["html", "s.isp", "-o", "p.html", "--isovalue", "9000"], 4, "outside the range"),
         (&["html", "s.isp", "-o", "p.html", "--step", "1e-9"], 2, "expected more"),
+        (
+            &["html", "s.isp", "-o", "p.html", "--volume", "v_2x2x2_uint8.raw"],
+            3,
+            "expected [24, 24, 24]",
+        ),
         (&["html", "none.isp", "-o", "p.html"], 3, "none.isp"),
         (&["html", "s.isp", "-o", "none/p.html"], 3, "none/p.html"),
     ] {

@@ -7,6 +7,7 @@ use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::{ReadOptions, read_volume};
 use isospectrum::{Error, Result};
 
 use super::compute::{not_negative, positive};
@@ -52,6 +53,10 @@ pub(super) struct Html {
     /// Leave out the triangles that close the mesh at the border of the volume, until asked for
     #[arg(long)]
     open: bool,
+    /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
+    /// goes into the page, its samples do not
+    #[arg(long, value_name = "VOLUME")]
+    volume: Option<PathBuf>,
     /// Adapter for the still picture, by a part of its name
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -69,6 +74,7 @@ impl Html {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let spectrum = self.published(spectrum)?;
         let isovalue = self.isovalue.in_range(spectrum.range);
+        let histogram = self.histogram(&spectrum)?;
         let still = self.still(&spectrum, isovalue)?;
         let page = Page {
             title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
@@ -77,6 +83,7 @@ impl Html {
             isovalue,
             step: self.step,
             open: self.open,
+            histogram: histogram.as_deref(),
             still: still.as_ref(),
         };
         let (text, sizes) = page::html(&spectrum, &page)?;
@@ -96,6 +103,20 @@ impl Html {
         } else {
             spectrum
         })
+    }
+
+    /// The histogram of the volume, if there is one.
+    fn histogram(&self, spectrum: &Spectrum) -> Result<Option<Vec<u64>>> {
+        let Some(path) = &self.volume else { return Ok(None) };
+        let volume = read_volume(path, &ReadOptions::default())?;
+        let (found, expected) = (volume.dims(), spectrum.volume.dims);
+        if found != expected {
+            return Err(Error::Input(format!(
+                "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
+                path.display()
+            )));
+        }
+        Ok(Some(page::histogram(volume.samples(), spectrum.range)))
     }
 
     /// The picture for those who can see no other, if there is an adapter to draw it.

@@ -5,9 +5,26 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::spectrum::{EventKind, Query, Spectrum, SurfaceMesh};
+use crate::volume::Samples;
 
 /// Isovalues at which the curves are known.
 const N_ISOVALUES: usize = 129;
+
+/// Bins of the histogram; with 256, 8-bit samples have one each.
+const N_BINS: usize = 256;
+
+/// How many samples lie in each of [`N_BINS`] equal parts of a range; those outside do not count.
+pub fn histogram(samples: &Samples, (low, high): (f64, f64)) -> Vec<u64> {
+    let mut bins = vec![0; N_BINS];
+    for sample in (0..samples.len()).map(|i| samples.get(i)) {
+        // Halved first, so that even the widest range does not overflow.
+        let share = (0.5 * sample - 0.5 * low) / (0.5 * high - 0.5 * low);
+        if (0.0..=1.0).contains(&share) {
+            bins[((share * N_BINS as f64) as usize).min(N_BINS - 1)] += 1;
+        }
+    }
+    bins
+}
 
 /// Curves over evenly spaced isovalues from one end of the range to the other.
 #[derive(Serialize)]
@@ -97,6 +114,14 @@ fn area(mesh: &SurfaceMesh) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn samples_outside_the_range_are_in_no_bin() {
+        let samples = Samples::U8(vec![0, 9, 10, 10, 15, 20, 21]);
+        let bins = histogram(&samples, (10.0, 20.0));
+        assert_eq!((bins[0], bins[N_BINS / 2], bins[N_BINS - 1]), (2, 1, 1));
+        assert_eq!(bins.iter().sum::<u64>(), 4);
+    }
 
     #[test]
     fn two_tetrahedra_are_two_components_of_euler_characteristic_four() {

@@ -104,6 +104,7 @@ mod tests {
             isovalue: 0.0,
             step: 1.0,
             open: false,
+            histogram: None,
             still: None,
         };
         let text = filled(&Parts {
