@@ -11,6 +11,7 @@ mod compute;
 mod convert;
 mod demo;
 mod extract;
+mod html;
 mod info;
 mod interrupt;
 mod isovalue;
@@ -55,6 +56,7 @@ enum Command {
     Analyze(analyze::Analyze),
     Verify(verify::Verify),
     Render(render::Render),
+    Html(html::Html),
     Convert(convert::Convert),
     Demo(demo::Demo),
     Completions(completions::Completions),
@@ -71,6 +73,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(),
+        Command::Html(command) => command.run(),
         Command::Convert(command) => command.run(),
         Command::Demo(command) => command.run(arguments.quiet),
         Command::Completions(command) => command.run(),

@@ -9,6 +9,7 @@ mod beside;
 mod column;
 mod connectivity;
 mod front;
+mod parts;
 mod predict;
 mod section;
 mod tables;
@@ -21,6 +22,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use beside::write_beside;
+pub(crate) use column::write_column;
+pub(crate) use parts::{Parts, parts};
 
 use crate::error::{Error, Result};
 use crate::spectrum::{Spectrum, VolumeInfo};

@@ -27,6 +27,7 @@ pub mod file;
 pub mod gpu;
 pub mod kernels;
 pub mod mesh;
+pub mod page;
 pub mod render;
 pub mod spectrum;
 pub mod sweep;

@@ -13,7 +13,7 @@
 use crate::error::{Error, Result};
 
 /// Appends the column of `values` to `bytes`.
-pub(super) fn write_column(bytes: &mut Vec<u8>, values: &[u64]) {
+pub(crate) fn write_column(bytes: &mut Vec<u8>, values: &[u64]) {
     let all = values.iter().fold(0, |all, v| all | v);
     let width = (64 - all.leading_zeros()).div_ceil(8).max(1);
     bytes.push(width as u8);

@@ -27,11 +27,13 @@ pub(super) struct Predictor<'a> {
     neighbours: Vec<u32>,
     positions: Vec<[i32; 3]>,
     normals: Vec<[i8; 2]>,
+    /// Largest component of the codes of normals.
+    radius: i64,
     /// The vertex that had knots last.
     last_vertex: Option<u32>,
 }
 
-/// Where a vertex is, quanta, and its normal on the octahedron of radius 127.
+/// Where a vertex is, quanta, and its normal on the octahedron of the codes' radius.
 #[derive(Clone, Copy, Debug, Default)]
 struct Place {
     position: [i64; 3],
@@ -40,7 +42,13 @@ struct Place {
 
 impl<'a> Predictor<'a> {
     /// A predictor that knows no knot yet. The triangles must lie within the trajectories.
-    pub(super) fn new(ranks: &'a Ranks, isovalues: &'a [f64], triangles: &[Triangle]) -> Self {
+    /// Codes of normals go from -`radius` to `radius`.
+    pub(super) fn new(
+        ranks: &'a Ranks,
+        isovalues: &'a [f64],
+        triangles: &[Triangle],
+        radius: i8,
+    ) -> Self {
         let (first_neighbour, neighbours) = lower_neighbours(ranks, triangles);
         Predictor {
             ranks,
@@ -49,6 +57,7 @@ impl<'a> Predictor<'a> {
             neighbours,
             positions: Vec::with_capacity(ranks.ranks.len()),
             normals: Vec::with_capacity(ranks.ranks.len()),
+            radius: radius.into(),
             last_vertex: None,
         }
     }
@@ -87,7 +96,7 @@ impl<'a> Predictor<'a> {
         };
         (
             place.position.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32),
-            flat(place.normal),
+            flat(place.normal, self.radius),
         )
     }
 
@@ -95,7 +104,7 @@ impl<'a> Predictor<'a> {
     fn place(&self, knot: usize) -> Place {
         Place {
             position: self.positions[knot].map(i64::from),
-            normal: on_octahedron(self.normals[knot]),
+            normal: on_octahedron(self.normals[knot], self.radius),
         }
     }
 
@@ -163,19 +172,19 @@ fn mean(places: impl Iterator<Item = Place>) -> Place {
     combine(sum, Place::default(), |sum, _| sum.div_euclid(n.max(1)))
 }
 
-/// The point of the octahedron |x| + |y| + |z| = 127 of an 8-bit code.
-fn on_octahedron(code: [i8; 2]) -> [i64; 3] {
-    let [u, v] = code.map(|s| i64::from(s).max(-127));
-    let z = 127 - u.abs() - v.abs();
-    if z >= 0 { [u, v, z] } else { [towards(127 - v.abs(), u), towards(127 - u.abs(), v), z] }
+/// The point of the octahedron |x| + |y| + |z| = `radius` of a code.
+fn on_octahedron(code: [i8; 2], radius: i64) -> [i64; 3] {
+    let [u, v] = code.map(|s| i64::from(s).max(-radius));
+    let z = radius - u.abs() - v.abs();
+    if z >= 0 { [u, v, z] } else { [towards(radius - v.abs(), u), towards(radius - u.abs(), v), z] }
 }
 
 /// The code of the direction of an octahedron's point, which need not lie on it.
-fn flat([x, y, z]: [i64; 3]) -> [i8; 2] {
+fn flat([x, y, z]: [i64; 3], radius: i64) -> [i8; 2] {
     let length = (x.abs() + y.abs() + z.abs()).max(1);
-    let [x, y] = [x, y].map(|s| (254 * s + length).div_euclid(2 * length));
+    let [x, y] = [x, y].map(|s| (2 * radius * s + length).div_euclid(2 * length));
     let [u, v] =
-        if z >= 0 { [x, y] } else { [towards(127 - y.abs(), x), towards(127 - x.abs(), y)] };
+        if z >= 0 { [x, y] } else { [towards(radius - y.abs(), x), towards(radius - x.abs(), y)] };
     [u as i8, v as i8]
 }
 

@@ -11,6 +11,9 @@ use crate::spectrum::{
     Knot, Spectrum, Triangle, from_fixed, narrow_normal, to_fixed, widen_normal,
 };
 
+/// Largest component of a code of a normal in a file.
+const RADIUS: i8 = 127;
+
 /// The ranks of all trajectories: what of them is known before positions are.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ranks {
@@ -105,7 +108,21 @@ pub(super) fn read_ranks(bytes: &[u8], n_isovalues: usize) -> Result<Ranks> {
 
 /// Writes sections `POSN` and `NRML`.
 pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks) -> (Vec<u8>, Vec<u8>) {
-    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles);
+    let (positions, normals) = residuals(spectrum, ranks, RADIUS);
+    let (mut position_bytes, mut normal_bytes) = (Vec::new(), Vec::new());
+    positions.iter().for_each(|column| write_column(&mut position_bytes, column));
+    normals.iter().for_each(|column| write_column(&mut normal_bytes, column));
+    (position_bytes, normal_bytes)
+}
+
+/// The columns of `POSN` and `NRML`, zigzag coded: what the predictions miss. Codes of normals go
+/// from -`radius` to `radius`.
+pub(super) fn residuals(
+    spectrum: &Spectrum,
+    ranks: &Ranks,
+    radius: i8,
+) -> ([Vec<u64>; 3], [Vec<u64>; 2]) {
+    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles, radius);
     let n = spectrum.knots.len();
     let mut positions: [Vec<u64>; 3] = std::array::from_fn(|_| Vec::with_capacity(n));
     let mut normals: [Vec<u64>; 2] = std::array::from_fn(|_| Vec::with_capacity(n));
@@ -113,20 +130,18 @@ pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks) -> (Vec<u8>, Ve
         for knot in spectrum.trajectory(v) {
             let (position, normal) = predictor.predict(v);
             let stored = knot.position.map(to_fixed);
-            let code = knot.normal.map(narrow_normal);
+            let code = knot.normal.map(|s| narrow_normal(s, radius));
             for a in 0..3 {
                 positions[a].push(zigzag(i64::from(stored[a]) - i64::from(position[a])));
             }
             for a in 0..2 {
-                normals[a].push(zigzag(around(i64::from(code[a]) - i64::from(normal[a]))));
+                let miss = i64::from(code[a]) - i64::from(normal[a]);
+                normals[a].push(zigzag(around(miss, radius)));
             }
             predictor.push(stored, code);
         }
     }
-    let (mut position_bytes, mut normal_bytes) = (Vec::new(), Vec::new());
-    positions.iter().for_each(|column| write_column(&mut position_bytes, column));
-    normals.iter().for_each(|column| write_column(&mut normal_bytes, column));
-    (position_bytes, normal_bytes)
+    (positions, normals)
 }
 
 /// Reads sections `POSN` and `NRML`.
@@ -144,7 +159,7 @@ pub(super) fn read_geometry(
     let mut columns = Columns::new(normal_bytes);
     let normals = [columns.column(n, 8)?, columns.column(n, 8)?];
     columns.end()?;
-    let mut predictor = Predictor::new(ranks, isovalues, triangles);
+    let mut predictor = Predictor::new(ranks, isovalues, triangles, RADIUS);
     let mut knots = Vec::with_capacity(n);
     for v in 0..ranks.n_vertices() {
         for &rank in ranks.of(v).expect("the vertex exists") {
@@ -164,7 +179,7 @@ pub(super) fn read_geometry(
             }
             let mut code = [0i8; 2];
             for a in 0..2 {
-                code[a] = around(i64::from(normal[a]) + normals[a].get_signed(i)?) as i8;
+                code[a] = around(i64::from(normal[a]) + normals[a].get_signed(i)?, RADIUS) as i8;
             }
             predictor.push(stored, code);
             knots.push(Knot {
@@ -177,7 +192,8 @@ pub(super) fn read_geometry(
     Ok(knots)
 }
 
-/// A difference of two components of a normal modulo 255, in -127 to 127.
-fn around(difference: i64) -> i64 {
-    (difference + 127).rem_euclid(255) - 127
+/// A difference of two components of a normal modulo 2 `radius` + 1, in -`radius` to `radius`.
+fn around(difference: i64, radius: i8) -> i64 {
+    let radius = i64::from(radius);
+    (difference + radius).rem_euclid(2 * radius + 1) - radius
 }

@@ -20,7 +20,7 @@ impl Spectrum {
             *knot = Knot {
                 rank: knot.rank,
                 position: knot.position.map(|x| from_fixed(to_fixed(x))),
-                normal: knot.normal.map(|s| widen_normal(narrow_normal(s))),
+                normal: knot.normal.map(|s| widen_normal(narrow_normal(s, 127))),
             };
         }
         self
@@ -38,9 +38,11 @@ pub(crate) fn from_fixed(x: i32) -> f32 {
     (f64::from(x) * QUANTUM) as f32
 }
 
-/// The nearest 8-bit code to a component of a 16-bit octahedral code.
-pub(crate) fn narrow_normal(s: i16) -> i8 {
-    (f64::from(s) * 127.0 / 32767.0).round().max(-127.0) as i8
+/// The nearest code from -`radius` to `radius` to a component of a 16-bit octahedral code; files
+/// have 127.
+pub(crate) fn narrow_normal(s: i16, radius: i8) -> i8 {
+    let radius = f64::from(radius);
+    (f64::from(s) * radius / 32767.0).round().max(-radius) as i8
 }
 
 /// The nearest 16-bit code to a component of an 8-bit octahedral code.
@@ -56,9 +58,9 @@ mod tests {
     #[test]
     fn every_8_bit_component_survives_the_way_through_16_bits() {
         for s in -127..=127i8 {
-            assert_eq!(narrow_normal(widen_normal(s)), s);
+            assert_eq!(narrow_normal(widen_normal(s), 127), s);
         }
-        assert_eq!(narrow_normal(i16::MIN), -127);
+        assert_eq!(narrow_normal(i16::MIN, 127), -127);
     }
 
     #[test]
@@ -81,7 +83,7 @@ mod tests {
             let (s, c) = (i as f32 * 2.4).sin_cos();
             let r = (1.0 - z * z).sqrt();
             let n = [r * c, r * s, z];
-            let m = normal::decode(normal::encode(n).map(|s| widen_normal(narrow_normal(s))));
+            let m = normal::decode(normal::encode(n).map(|s| widen_normal(narrow_normal(s, 127))));
             let cosine: f32 = (0..3).map(|a| n[a] * m[a]).sum();
             assert!(cosine > (0.0167f32 + 1e-3).cos(), "{n:?} became {m:?}");
         }

@@ -1,0 +1,119 @@
+// The triangles alive at a rank, kept up to date as the rank moves.
+//
+// Triangles come by birth, so those born between two ranks follow one another; those that die
+// between two ranks follow one another in a second list. A small move looks at these alone. A jump
+// asks a tree that holds, for blocks of triangles, blocks of blocks and so on, the last death.
+
+const BLOCK = 32;
+
+class ActiveSet {
+    constructor({ births, deaths, isovalues }) {
+        const n = births.length;
+        this.births = births;
+        this.deaths = deaths;
+        this.bornBefore = startsOf(births, isovalues.length);
+        this.diedBefore = startsOf(deaths, isovalues.length);
+        this.byDeath = new Uint32Array(n);
+        const next = this.diedBefore.slice();
+        for (let t = 0; t < n; t++) this.byDeath[next[deaths[t]]++] = t;
+        // Last deaths, level by level.
+        this.levels = [deaths];
+        while (this.levels.at(-1).length > 1) {
+            const below = this.levels.at(-1);
+            const level = new Uint32Array(Math.ceil(below.length / BLOCK));
+            for (let i = 0; i < below.length; i++) {
+                const block = Math.floor(i / BLOCK);
+                level[block] = Math.max(level[block], below[i]);
+            }
+            this.levels.push(level);
+        }
+        this.rank = -1;
+        // The active triangles in any order, and for each triangle its place among them or -1.
+        this.list = new Uint32Array(1024);
+        this.length = 0;
+        this.place = new Int32Array(n).fill(-1);
+    }
+
+    /** Moves to a rank; the triangles alive there are list[0..length). Whether any changed. */
+    moveTo(rank) {
+        const old = this.rank;
+        if (rank === old) return false;
+        this.rank = rank;
+        const [low, high] = [Math.min(old, rank), Math.max(old, rank)];
+        const isNew = old < 0;
+        const [firstBorn, endBorn] = isNew ? [0, 0] : [this.bornBefore[low + 1], this.bornBefore[high + 1]];
+        const [firstDead, endDead] = isNew ? [0, 0] : [this.diedBefore[low + 1], this.diedBefore[high + 1]];
+        const nChanges = endBorn - firstBorn + endDead - firstDead;
+        if (isNew || nChanges > this.length) {
+            this.rebuild();
+            return true;
+        }
+        for (let t = firstBorn; t < endBorn; t++) this.update(t);
+        for (let i = firstDead; i < endDead; i++) this.update(this.byDeath[i]);
+        return nChanges > 0;
+    }
+
+    /** Enters a triangle into the list or takes it out, whichever is right. */
+    update(t) {
+        const isAlive = this.births[t] <= this.rank && this.rank < this.deaths[t];
+        const at = this.place[t];
+        if (isAlive === (at >= 0)) return;
+        if (isAlive) {
+            this.push(t);
+            return;
+        }
+        const last = this.list[--this.length];
+        this.list[at] = last;
+        this.place[last] = at;
+        this.place[t] = -1;
+    }
+
+    push(t) {
+        if (this.length === this.list.length) {
+            const list = new Uint32Array(2 * this.length);
+            list.set(this.list);
+            this.list = list;
+        }
+        this.place[t] = this.length;
+        this.list[this.length++] = t;
+    }
+
+    rebuild() {
+        for (let i = 0; i < this.length; i++) this.place[this.list[i]] = -1;
+        this.length = 0;
+        const end = this.bornBefore[this.rank + 1];
+        if (end > 0) this.collect(this.levels.length - 1, 0, end);
+    }
+
+    /** Pushes what is alive in entry i of a level, of the first `end` triangles. */
+    collect(level, i, end) {
+        if (this.levels[level][i] <= this.rank) return;
+        if (level === 0) {
+            this.push(i);
+            return;
+        }
+        const width = BLOCK ** (level - 1);
+        const last = Math.min((i + 1) * BLOCK, this.levels[level - 1].length);
+        for (let j = i * BLOCK; j < last && j * width < end; j++) this.collect(level - 1, j, end);
+    }
+}
+
+/** For each rank, and the one after the last, how many of the ranks given are below. */
+function startsOf(ranks, n) {
+    const starts = new Uint32Array(n + 2);
+    for (let i = 0; i < ranks.length; i++) starts[ranks[i] + 1]++;
+    for (let i = 0; i <= n; i++) starts[i + 1] += starts[i];
+    return starts;
+}
+
+/** The largest rank whose isovalue is not above `isovalue`, or 0. */
+function rankAt(isovalues, isovalue) {
+    let low = 0;
+    let high = isovalues.length;
+    while (high - low > 1) {
+        const middle = (low + high) >>> 1;
+        if (isovalues[middle] <= isovalue) low = middle;
+        else high = middle;
+    }
+    return low;
+}

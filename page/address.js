@@ -1,0 +1,39 @@
+// The part of the page's address after the hash, which leads back to what is seen:
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2
+
+/** What the address asks for. */
+function readAddress() {
+    return new URLSearchParams(location.hash.slice(1));
+}
+
+function applyAddress(viewer) {
+    const asked = readAddress();
+    const { isovalue } = isovalueOfText(asked.get("isovalue") ?? "", viewer.low, viewer.high);
+    if (isovalue !== undefined) viewer.setIsovalue(isovalue);
+    const numbers = (asked.get("view") ?? "").split(",").map(Number);
+    if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
+        const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
+        viewer.setView({
+            azimuth,
+            elevation: Math.min(Math.max(elevation, -90), 90),
+            distance: Math.min(Math.max(distance, NEAREST), FARTHEST),
+            target: [x, y, z],
+        });
+    }
+}
+
+/** Keeps the address such that it leads back to what is seen. */
+function writeAddress(viewer) {
+    const { azimuth, elevation, distance, target } = viewer.view;
+    const rounded = [azimuth, elevation, distance, ...target].map((x) => Number(x.toPrecision(6)));
+    const view = (target.some((x) => x !== 0) ? rounded : rounded.slice(0, 3)).join(",");
+    const asked = readAddress();
+    asked.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
+    asked.set("view", view);
+    viewer.address = `#${asked.toString().replaceAll("%2C", ",")}`;
+    try {
+        history.replaceState(null, "", viewer.address);
+    } catch {
+        // A frame without an address of its own.
+    }
+}

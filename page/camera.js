@@ -1,0 +1,132 @@
+// Where the picture is taken from, and the matrices that follow; the twin of src/render/camera.rs,
+// with a point to look at. Matrices are arrays of columns one after the other.
+
+const FIELD_OF_VIEW = (30 * Math.PI) / 180;
+const FILL = 0.94;
+const BORDER = 0.1;
+
+/** Degrees about the world's z axis and above its x-y plane; 1 is where the volume just fits. */
+const FIRST_VIEW = { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] };
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) =>
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+/** Right, up and towards the eye; unit vectors of the world. */
+function axesOf({ azimuth, elevation }) {
+    const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
+    const back = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
+    const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
+    return [cross(up, back), up, back];
+}
+
+/** A point or direction of the voxel frame along the world's axes. */
+function alongWorld(direction, p) {
+    return [0, 1, 2].map((i) => direction[0][i] * p[0] + direction[1][i] * p[1] + direction[2][i] * p[2]);
+}
+
+/** The corners of the volume's box along the world's axes, and the middle. */
+function boxOf({ dims, placement: { spacing, direction } }) {
+    const least = Math.min(...spacing);
+    const corner = (i) => alongWorld(direction, [0, 1, 2].map((axis) => {
+        const side = (i >> axis) & 1;
+        return (spacing[axis] / least) * (side * (dims[axis] - 1 + 2 * BORDER) - BORDER);
+    }));
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map(corner);
+    const middle = [0, 1, 2].map((i) => 0.5 * (corners[0][i] + corners[7][i]));
+    return { corners: corners.map((c) => c.map((x, i) => x - middle[i])), middle };
+}
+
+/**
+ * The matrices of a picture, and how far the eye is from the point it looks at. `view.target` is
+ * the offset of that point from the middle of the volume, voxels along the world's axes.
+ */
+function projectionOf(volume, view, width, height) {
+    const { direction } = volume.placement;
+    const { corners, middle } = boxOf(volume);
+    const axes = axesOf(view);
+    const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
+    const tanX = (tanY * width) / height;
+    const turned = corners.map((c) => axes.map((axis) => dot(axis, c)));
+    const fit = Math.max(...turned.map(([x, y, z]) =>
+        z + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY))));
+    const distance = view.distance * fit;
+    const radius = Math.max(...turned.map((p) => Math.hypot(...p))) + Math.hypot(...view.target);
+    const far = distance + radius;
+    const near = Math.max(distance - radius, 1e-3 * far);
+
+    const eye = middle.map((x, i) => x + view.target[i]);
+    // Columns: where each voxel axis goes, and the origin.
+    const eyeFromVoxel = [];
+    for (const column of direction) eyeFromVoxel.push(...axes.map((axis) => dot(axis, column)), 0);
+    eyeFromVoxel.push(...axes.map((axis) => -dot(axis, eye)), 1);
+    eyeFromVoxel[14] -= distance;
+    const perspective = [
+        1 / tanX, 0, 0, 0,
+        0, 1 / tanY, 0, 0,
+        0, 0, far / (near - far), -1,
+        0, 0, (near * far) / (near - far), 0,
+    ];
+    // The inverse transpose of three columns are their cross products over the determinant.
+    const columns = [0, 4, 8].map((at) => eyeFromVoxel.slice(at, at + 3));
+    const scale = 1 / dot(columns[0], cross(columns[1], columns[2]));
+    const eyeFromNormal = [[1, 2], [2, 0], [0, 1]].flatMap(([i, j]) =>
+        [...cross(columns[i], columns[j]).map((x) => scale * x), 0]);
+    eyeFromNormal.push(0, 0, 0, 1);
+    return {
+        clipFromVoxel: product(perspective, eyeFromVoxel),
+        eyeFromVoxel,
+        eyeFromNormal,
+        mirrored: determinant(direction) < 0,
+        axes,
+        eye,
+        distance,
+    };
+}
+
+/** The product of two 4x4 matrices. */
+function product(a, b) {
+    const c = new Array(16).fill(0);
+    for (let column = 0; column < 4; column++) {
+        for (let row = 0; row < 4; row++) {
+            for (let k = 0; k < 4; k++) c[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+        }
+    }
+    return c;
+}
+
+/**
+ * The point of the mesh under a point of the picture (-1 to 1, right and up), as a target of the
+ * view; none beside the mesh.
+ */
+function pointUnder(query, open, volume, projection, [x, y]) {
+    const { clipFromVoxel: m } = projection;
+    const { vertices, caps } = query.spectrum;
+    const corners = [0, 1, 2].map(() => [0, 0, 0]);
+    let [nearest, found] = [Infinity, null];
+    for (let i = 0; i < query.active.length; i++) {
+        const t = query.active.list[i];
+        if (open && caps[t]) continue;
+        const seen = corners.map((p, k) => {
+            query.vertex(vertices[3 * t + k], p);
+            const at = (row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row];
+            const w = at(3);
+            return [at(0) / w - x, at(1) / w - y, w];
+        });
+        if (seen.some((p) => p[2] <= 0)) continue;
+        const shares = [[1, 2], [2, 0], [0, 1]].map(([j, k]) =>
+            seen[j][0] * seen[k][1] - seen[j][1] * seen[k][0]);
+        const total = shares[0] + shares[1] + shares[2];
+        if (total === 0 || shares.some((s) => s / total < 0)) continue;
+        // In space, shares are weighted by the distance.
+        const weights = shares.map((s, k) => s / total / seen[k][2]);
+        const depth = 1 / (weights[0] + weights[1] + weights[2]);
+        if (depth >= nearest) continue;
+        nearest = depth;
+        found = [0, 1, 2].map((axis) =>
+            depth * weights.reduce((sum, weight, k) => sum + weight * corners[k][axis], 0));
+    }
+    if (!found) return null;
+    const { middle } = boxOf(volume);
+    return alongWorld(volume.placement.direction, found).map((a, i) => a - middle[i]);
+}

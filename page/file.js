@@ -1,0 +1,122 @@
+// Reads the spectrum of the page: sections as src/page/data.rs puts them, of columns as FORMAT.md
+// describes them. Without the checks of src/file.rs: the page was written by the program itself.
+
+/** Takes numbers off the bytes of one section. */
+class Columns {
+    constructor(bytes) {
+        this.bytes = bytes;
+        this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+        this.at = 0;
+    }
+
+    /** A count: a u64 that is small enough for a number. */
+    count() {
+        const count = Number(this.view.getBigUint64(this.at, true));
+        this.at += 8;
+        return count;
+    }
+
+    /** A column of n numbers: Uint32Array where four bytes hold each of them, else Float64Array. */
+    column(n) {
+        const width = this.bytes[this.at++];
+        const { bytes, at } = this;
+        this.at += width * n;
+        const numbers = width <= 4 ? new Uint32Array(n) : new Float64Array(n);
+        for (let plane = 0, unit = 1; plane < width; plane++, unit *= 256) {
+            const start = at + plane * n;
+            for (let i = 0; i < n; i++) numbers[i] += unit * bytes[start + i];
+        }
+        return numbers;
+    }
+
+    /** As column, of zigzag-coded numbers; Int32Array or Float64Array. */
+    signedColumn(n) {
+        const numbers = this.column(n);
+        if (numbers instanceof Uint32Array) {
+            const signed = new Int32Array(numbers.buffer);
+            for (let i = 0; i < n; i++) signed[i] = (numbers[i] >>> 1) ^ -(numbers[i] & 1);
+            return signed;
+        }
+        for (let i = 0; i < n; i++) {
+            const x = numbers[i];
+            numbers[i] = x % 2 ? -(x + 1) / 2 : x / 2;
+        }
+        return numbers;
+    }
+
+    /** A column of n numbers of all 64 bits. */
+    column64(n) {
+        const width = this.bytes[this.at++];
+        const numbers = new BigUint64Array(n);
+        const planes = new Uint8Array(numbers.buffer);
+        for (let plane = 0; plane < width; plane++) {
+            for (let i = 0; i < n; i++) planes[8 * i + plane] = this.bytes[this.at + plane * n + i];
+        }
+        this.at += width * n;
+        return numbers;
+    }
+}
+
+/** Every section: a length and that many bytes. */
+function sectionsOf(bytes) {
+    const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+    const sections = [];
+    for (let at = 0; at < bytes.length; ) {
+        const end = at + 8 + Number(view.getBigUint64(at, true));
+        sections.push(bytes.subarray(at + 8, end));
+        at = end;
+    }
+    return sections;
+}
+
+/**
+ * The columns of what the predictions of knots miss, three of positions and two of normals. They
+ * are stored in two halves: first those of the first knots of all vertices, then those of all others.
+ */
+function missesOf(sections, firstKnot) {
+    const n = firstKnot.at(-1);
+    const isFirst = new Uint8Array(n + 1);
+    for (let v = 0; v + 1 < firstKnot.length; v++) isFirst[firstKnot[v]] = 1;
+    isFirst[n] = 0;
+    const nFirst = isFirst.reduce((sum, is) => sum + is, 0);
+    return [0, 1, 2, 3, 4].map((i) => {
+        const firsts = new Columns(sections[i]).signedColumn(nFirst);
+        const others = new Columns(sections[5 + i]).signedColumn(n - nFirst);
+        const column = firsts.constructor === others.constructor
+            ? new firsts.constructor(n) : new Float64Array(n);
+        for (let knot = 0, first = 0; knot < n; knot++) {
+            if (isFirst[knot]) column[knot] = firsts[first++];
+            else column[knot] = others[knot - first];
+        }
+        return column;
+    });
+}
+
+/** The table of isovalues: sorted keys, each given by its distance from the one before. */
+function isovaluesOf(section) {
+    const columns = new Columns(section);
+    const keys = columns.column64(columns.count());
+    const sign = 1n << 63n;
+    let key = 0n;
+    for (let i = 0; i < keys.length; i++) {
+        key = BigInt.asUintN(64, key + keys[i]);
+        keys[i] = key & sign ? key & ~sign : BigInt.asUintN(64, ~key);
+    }
+    return new Float64Array(keys.buffer);
+}
+
+/**
+ * The spectrum in the bytes: its description, isovalues, first knot of each vertex (one more than
+ * there are), ranks, positions (3 per knot, whole steps), normals (2 per knot, -radius to radius),
+ * and triangles with vertices (3 per triangle), births, deaths and caps.
+ */
+function spectrumOf(bytes, radius) {
+    const [info, isovalueSection, rankSection, triangleSection, ...misses] = sectionsOf(bytes);
+    const isovalues = isovaluesOf(isovalueSection);
+    const trajectories = ranksOf(rankSection);
+    const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
+    const missed = missesOf(misses, trajectories.firstKnot);
+    const places = placesOf(missed, trajectories, isovalues, triangles, radius);
+    const described = JSON.parse(new TextDecoder().decode(info));
+    return { info: described, isovalues, radius, ...trajectories, ...triangles, ...places };
+}

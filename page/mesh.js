@@ -1,0 +1,167 @@
+// The mesh at one isovalue as numbers: for downloads, measures, and what the pointer points at.
+// The twin of src/spectrum/query.rs.
+
+/** The unit vector of an octahedral code with components from -radius to radius. */
+function decodedNormal(u, v, radius) {
+    let [x, y] = [u / radius, v / radius];
+    const z = 1 - Math.abs(x) - Math.abs(y);
+    if (z < 0) [x, y] = [withSign(1 - Math.abs(y), x), withSign(1 - Math.abs(x), y)];
+    const length = Math.hypot(x, y, z);
+    return [x / length, y / length, z / length];
+}
+
+/** Answers what the mesh at an isovalue is. Positions are in voxels. */
+class Query {
+    constructor(spectrum, step) {
+        this.spectrum = spectrum;
+        this.step = step;
+        this.active = new ActiveSet(spectrum);
+        // Of each vertex: the mesh that used it last, and its index there.
+        this.mark = new Uint32Array(spectrum.firstKnot.length);
+        this.index = new Uint32Array(spectrum.firstKnot.length);
+        this.nMeshes = 0;
+    }
+
+    /** Moves the active set; whether it changed. */
+    moveTo(isovalue) {
+        this.isovalue = isovalue;
+        const rank = rankAt(this.spectrum.isovalues, isovalue);
+        return this.active.moveTo(this.spectrum.isovalues.length > 0 ? rank : -1);
+    }
+
+    /**
+     * Writes position and, where wanted, normal of a vertex at the present isovalue to arrays, from
+     * index `at` on.
+     */
+    vertex(v, position, normal, at = 0) {
+        const { firstKnot, ranks, isovalues, positions, normals, radius } = this.spectrum;
+        const a = knotAt(firstKnot, ranks, v, this.active.rank);
+        const b = Math.min(a + 1, firstKnot[v + 1] - 1);
+        const low = 0.5 * isovalues[ranks[a]];
+        let t = (0.5 * this.isovalue - low) / (0.5 * isovalues[ranks[b]] - low);
+        t = Math.min(Math.max(Number.isFinite(t) ? t : 0, 0), 1);
+        for (let i = 0; i < 3; i++) {
+            position[at + i] = this.step * ((1 - t) * positions[3 * a + i] + t * positions[3 * b + i]);
+        }
+        if (!normal) return;
+        const [p, q] = [a, b].map((k) => decodedNormal(normals[2 * k], normals[2 * k + 1], radius));
+        const n = p.map((x, i) => (1 - t) * x + t * q[i]);
+        const length = Math.hypot(...n);
+        for (let i = 0; i < 3; i++) normal[at + i] = length > 1e-6 ? n[i] / length : p[i];
+    }
+
+    /**
+     * The whole mesh: positions and, where wanted, normals (3 per vertex, Float32Array), triangles
+     * (3 vertices each, Uint32Array) in the order of the file, caps (Uint8Array). With `open`,
+     * without caps.
+     */
+    mesh(open, withNormals) {
+        const { vertices, caps } = this.spectrum;
+        const { mark, index } = this;
+        const kept = this.active.list.slice(0, this.active.length)
+            .filter((t) => !(open && caps[t]))
+            .sort();
+        this.nMeshes++;
+        const used = [];
+        const triangles = new Uint32Array(3 * kept.length);
+        for (let t = 0; t < kept.length; t++) {
+            for (let k = 0; k < 3; k++) {
+                const v = vertices[3 * kept[t] + k];
+                if (mark[v] !== this.nMeshes) {
+                    mark[v] = this.nMeshes;
+                    index[v] = used.length;
+                    used.push(v);
+                }
+                triangles[3 * t + k] = index[v];
+            }
+        }
+        const positions = new Float32Array(3 * used.length);
+        const normals = new Float32Array(withNormals ? 3 * used.length : 0);
+        used.forEach((v, i) => this.vertex(v, positions, withNormals ? normals : null, 3 * i));
+        return { positions, normals, triangles, caps: Uint8Array.from(kept, (t) => caps[t]) };
+    }
+}
+
+/** Moves a mesh from voxels to the world of its volume; the twin of place_in_world in src/export.rs. */
+function placeInWorld(mesh, { origin, spacing, direction }) {
+    const unit = Math.min(...spacing);
+    turn(mesh.positions, direction, unit, origin);
+    turn(mesh.normals, direction, 1, [0, 0, 0]);
+    for (let at = 0; at < mesh.normals.length; at += 3) {
+        const n = mesh.normals.subarray(at, at + 3);
+        const length = Math.hypot(n[0], n[1], n[2]);
+        if (length > 0) n.forEach((x, i) => { n[i] = x / length; });
+    }
+    if (determinant(direction) < 0) {
+        for (let at = 0; at < mesh.triangles.length; at += 3) {
+            const b = mesh.triangles[at + 1];
+            mesh.triangles[at + 1] = mesh.triangles[at + 2];
+            mesh.triangles[at + 2] = b;
+        }
+    }
+    return mesh;
+}
+
+/** Turns vectors in place: origin + direction * (scale * vector). */
+function turn(vectors, [a, b, c], scale, origin) {
+    for (let at = 0; at < vectors.length; at += 3) {
+        const x = scale * vectors[at];
+        const y = scale * vectors[at + 1];
+        const z = scale * vectors[at + 2];
+        for (let i = 0; i < 3; i++) {
+            vectors[at + i] = origin[i] + (a[i] * x + b[i] * y + c[i] * z);
+        }
+    }
+}
+
+/** The determinant of three rows. */
+function determinant([a, b, c]) {
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/**
+ * Components, Euler characteristic and area of a mesh of the world; caps count for the first two,
+ * which close it, and not for the area.
+ */
+function measured({ positions, triangles, caps }) {
+    const n = positions.length / 3;
+    const parent = new Uint32Array(n);
+    for (let v = 0; v < n; v++) parent[v] = v;
+    const root = (v) => {
+        while (parent[v] !== v) {
+            parent[v] = parent[parent[v]];
+            v = parent[v];
+        }
+        return v;
+    };
+    let components = n;
+    const join = (a, b) => {
+        const p = root(a);
+        const q = root(b);
+        if (p === q) return;
+        parent[p] = q;
+        components--;
+    };
+    let area = 0;
+    for (let t = 0; t < caps.length; t++) {
+        const a = triangles[3 * t];
+        const b = triangles[3 * t + 1];
+        const c = triangles[3 * t + 2];
+        join(a, b);
+        join(b, c);
+        if (!caps[t]) area += triangleArea(positions, 3 * a, 3 * b, 3 * c);
+    }
+    return { components, euler: n - caps.length / 2, area };
+}
+
+/** The area of a triangle whose corners are at three places of a list of positions. */
+function triangleArea(p, a, b, c) {
+    const ux = p[b] - p[a];
+    const uy = p[b + 1] - p[a + 1];
+    const uz = p[b + 2] - p[a + 2];
+    const vx = p[c] - p[a];
+    const vy = p[c + 1] - p[a + 1];
+    const vz = p[c + 2] - p[a + 2];
+    return 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+}

@@ -1,0 +1,68 @@
+#version 300 es
+// The fragment stage of shaders/surface.wgsl, for a plain surface. Same names, same order.
+precision highp float;
+
+/// Linear colours of the two sides.
+uniform vec3 front;
+uniform vec3 back;
+/// Linear colour of the wireframe and how much it covers.
+uniform vec4 wire;
+uniform float wire_width;
+uniform bool mirrored;
+
+in vec3 position;
+in vec3 normal;
+in vec3 barycentric;
+
+out vec4 color;
+
+float saturate(float x) {
+    return clamp(x, 0.0, 1.0);
+}
+
+vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
+    vec3 key = normalize(vec3(-0.45, 0.65, 0.70));
+    vec3 fill = normalize(vec3(0.85, 0.05, 0.45));
+    float above = 0.5 + 0.5 * n.y;
+    vec3 ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
+    float wrap = 0.2;
+    float from_key = saturate((dot(n, key) + wrap) / (1.0 + wrap));
+    float from_fill = saturate(dot(n, fill));
+    vec3 diffuse = ambient
+        + 0.88 * from_key * from_key * vec3(1.0, 0.985, 0.955)
+        + 0.20 * from_fill * vec3(0.86, 0.93, 1.0);
+    vec3 middle = normalize(key + towards_eye);
+    float highlight = 0.14 * pow(saturate(dot(n, middle)), 48.0);
+    float grazing = 1.0 - saturate(dot(n, towards_eye));
+    float rim = 0.10 * pow(grazing, 4.0) * (0.4 + 0.6 * above);
+    return clamp(albedo * diffuse + highlight + rim, 0.0, 1.0);
+}
+
+vec3 altitudes_in_pixels() {
+    vec3 dx = dFdx(barycentric);
+    vec3 dy = dFdy(barycentric);
+    return inversesqrt(max(dx * dx + dy * dy, vec3(1e-12)));
+}
+
+float wire_coverage(vec3 altitudes) {
+    vec3 distances = barycentric * altitudes;
+    float nearest = min(distances.x, min(distances.y, distances.z));
+    float half_width = 0.5 * wire_width;
+    float coverage = saturate(half_width + 0.5 - nearest);
+    float smallest = min(altitudes.x, min(altitudes.y, altitudes.z));
+    return coverage * smoothstep(0.5, 6.0, smallest / max(wire_width, 1.0));
+}
+
+void main() {
+    // Derivatives come first: they need the neighbouring fragments to run the same way.
+    vec3 altitudes = altitudes_in_pixels();
+    // Counter-clockwise where y points up is counter-clockwise in WebGPU as well.
+    bool is_front = gl_FrontFacing != mirrored;
+    vec3 albedo = is_front ? front : back;
+    vec3 n = normalize(is_front ? normal : -normal);
+    vec3 lit = light(albedo, n, normalize(-position));
+    if (wire_width > 0.0) {
+        lit = mix(lit, wire.rgb, wire.a * wire_coverage(altitudes));
+    }
+    color = vec4(lit, 1.0);
+}

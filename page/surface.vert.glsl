@@ -1,0 +1,98 @@
+#version 300 es
+// The vertex stage of shaders/surface.wgsl where there are no storage buffers: its tables are
+// textures, a row of 2048 texels after the other. Same names, same order; only what the page draws.
+precision highp float;
+precision highp int;
+precision highp usampler2D;
+precision highp sampler2D;
+
+uniform mat4 clip_from_voxel;
+uniform mat4 eye_from_voxel;
+uniform mat4 eye_from_normal;
+/// The isovalue as the sum of two numbers.
+uniform vec2 isovalue;
+uniform uint rank;
+uniform sampler2D isovalues;
+uniform usampler2D first_knot;
+/// Rank and position of each knot, the latter as the bits of numbers.
+uniform usampler2D knots;
+uniform usampler2D knot_normals;
+
+/// The vertex whose corner this is.
+layout(location = 0) in uint vertex;
+
+out vec3 position;
+out vec3 normal;
+out vec3 barycentric;
+
+ivec2 texel(uint index) {
+    return ivec2(int(index & 2047u), int(index >> 11));
+}
+
+uint first_knot_of(uint v) {
+    return texelFetch(first_knot, texel(v), 0).r;
+}
+
+uint rank_of(uint knot) {
+    return texelFetch(knots, texel(knot), 0).r;
+}
+
+vec2 isovalue_of(uint r) {
+    return texelFetch(isovalues, texel(r), 0).rg;
+}
+
+/// a - b of numbers that are sums of two.
+float difference(vec2 a, vec2 b) {
+    return (a.x - b.x) + (a.y - b.y);
+}
+
+/// The unit vector of an octahedral code.
+vec3 decode(uint code) {
+    ivec2 s = ivec2(int(code << 16) >> 16, int(code) >> 16);
+    vec2 e = clamp(vec2(s) / 32767.0, -1.0, 1.0);
+    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    if (n.z < 0.0) {
+        vec2 towards = vec2(e.x >= 0.0 ? 1.0 : -1.0, e.y >= 0.0 ? 1.0 : -1.0);
+        n = vec3((1.0 - abs(e.yx)) * towards, n.z);
+    }
+    return normalize(n);
+}
+
+void main() {
+    // The last knot not above the isovalue, by bisection of [low, end).
+    uint end = first_knot_of(vertex + 1u);
+    uint low = first_knot_of(vertex);
+    uint high = end;
+    while (high - low > 1u) {
+        uint middle = low + (high - low) / 2u;
+        if (rank_of(middle) <= rank) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    uint next = min(low + 1u, end - 1u);
+    uvec4 before = texelFetch(knots, texel(low), 0);
+    uvec4 after = texelFetch(knots, texel(next), 0);
+    vec2 start = isovalue_of(before.r);
+    float length_of_step = difference(isovalue_of(after.r), start);
+    float t = 0.0;
+    if (length_of_step > 0.0) {
+        t = clamp(difference(isovalue, start) / length_of_step, 0.0, 1.0);
+    }
+    vec3 voxel = mix(uintBitsToFloat(before.gba), uintBitsToFloat(after.gba), t);
+    vec3 first = decode(texelFetch(knot_normals, texel(low), 0).r);
+    vec3 n = mix(first, decode(texelFetch(knot_normals, texel(next), 0).r), t);
+    // Opposite normals have no direction between them.
+    if (dot(n, n) < 1e-12) {
+        n = first;
+    }
+
+    gl_Position = clip_from_voxel * vec4(voxel, 1.0);
+    // Depth from -w to w here, from 0 to w there.
+    gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
+    position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
+    normal = normalize((eye_from_normal * vec4(n, 0.0)).xyz);
+    int corner = gl_VertexID % 3;
+    barycentric = vec3(float(corner == 0), float(corner == 1), float(corner == 2));
+}

@@ -1,0 +1,260 @@
+// What is seen and what draws it: isovalue, view, look, sweep. Every change only says what is wanted; a
+// picture is drawn when there is something new to show, and shows the latest of it.
+
+/** The sweep that "Play" shows takes this long from end to end, seconds. */
+const SWEEP_SECONDS = 12;
+/** Where motion is unwelcome, a sweep goes in so many steps, each so long, milliseconds. */
+const REDUCED_STEPS = 24;
+const REDUCED_PAUSE = 700;
+/** How long nothing may change before measures and address follow, milliseconds. */
+const REST = 250;
+
+/** How many lost devices are replaced. */
+const MOST_LOST = 3;
+
+/** Linear colours behind the surface; those of src/render.rs. */
+const BACKGROUNDS = { light: [1, 1, 1], dark: [0.012, 0.013, 0.016] };
+
+class Viewer {
+    constructor(spectrum, about) {
+        this.spectrum = spectrum;
+        this.about = about;
+        [this.low, this.high] = spectrum.info.range;
+        this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
+        this.query = new Query(spectrum, about.step);
+        this.view = { ...FIRST_VIEW };
+        this.look = { wireframe: false, open: about.open };
+        this.playing = false;
+        this.darkness = window.matchMedia("(prefers-color-scheme: dark)");
+        this.stillness = window.matchMedia("(prefers-reduced-motion: reduce)");
+        this.darkness.addEventListener("change", () => this.request());
+        // Pictures drawn, and what the last one took from input to done, for tests and the curious.
+        this.nPictures = 0;
+    }
+
+    /** Draws with a renderer, which takes the place of what was in the page. */
+    async use(renderer) {
+        await renderer.load(this.spectrum, this.about.step);
+        document.getElementById("canvas").replaceWith(renderer.canvas);
+        this.renderer = renderer;
+        this.canvas = renderer.canvas;
+        this.listed = null;
+        renderer.onLost(() => this.recover());
+        followPointers(this.canvas, this);
+        new ResizeObserver(() => this.request()).observe(this.canvas);
+        document.documentElement.dataset.renderer = renderer.name;
+    }
+
+    /** The device is gone: another may be there, else the still picture. */
+    async recover() {
+        this.renderer = null;
+        this.nLost = (this.nLost ?? 0) + 1;
+        const renderer = this.nLost <= MOST_LOST ? await openRenderer(null, this.about) : null;
+        if (renderer) {
+            await this.use(renderer);
+            this.request();
+        } else showStill("The graphics device was lost; reload the page to see it move again.");
+    }
+
+    setIsovalue(isovalue) {
+        this.isovalue = Math.min(Math.max(isovalue, this.low), this.high);
+        this.request();
+    }
+
+    /** Steps by a share of the range. */
+    stepIsovalue(share) {
+        this.setIsovalue(this.isovalue + share * (this.high - this.low));
+    }
+
+    setLook(look) {
+        Object.assign(this.look, look);
+        this.request();
+    }
+
+    setView(view) {
+        Object.assign(this.view, view);
+        this.request();
+    }
+
+    rotate(azimuth, elevation) {
+        this.setView({
+            azimuth: (((this.view.azimuth + azimuth) % 360) + 360) % 360,
+            elevation: Math.min(Math.max(this.view.elevation + elevation, -90), 90),
+        });
+    }
+
+    /** Moves the volume by CSS pixels to the right and down. */
+    move(dx, dy) {
+        const { axes, distance } = this.projection();
+        const voxels = (2 * Math.tan(0.5 * FIELD_OF_VIEW) * distance) / this.canvas.clientHeight;
+        const { target } = this.view;
+        this.setView({
+            target: target.map((x, i) => x + voxels * (dy * axes[1][i] - dx * axes[0][i])),
+        });
+    }
+
+    /** Multiplies the distance. */
+    zoom(factor) {
+        const distance = Math.min(Math.max(this.view.distance * factor, NEAREST), FARTHEST);
+        this.setView({ distance });
+    }
+
+    /** Looks at the point of the mesh under a point of the picture; else at the middle. */
+    recentre(point) {
+        this.update();
+        const { volume } = this.spectrum.info;
+        const target = pointUnder(this.query, this.look.open, volume, this.projection(), point);
+        this.setView({ target: target ?? [0, 0, 0] });
+    }
+
+    reset() {
+        this.play(false);
+        this.setView({ ...FIRST_VIEW });
+    }
+
+    projection() {
+        const { width, height } = this.canvas;
+        return projectionOf(this.spectrum.info.volume, this.view, width, height);
+    }
+
+    /** Starts or stops the sweep through all isovalues, to and fro. */
+    play(playing) {
+        if (playing === this.playing) return;
+        this.playing = playing;
+        this.direction = this.isovalue < this.high ? 1 : -1;
+        this.lastTick = performance.now();
+        this.request();
+    }
+
+    tick(now) {
+        const elapsed = now - this.lastTick;
+        const isStill = this.stillness.matches;
+        if (!isStill || elapsed >= REDUCED_PAUSE) {
+            // After a pause (a hidden page) the sweep goes on where it was.
+            const share = isStill ? 1 / REDUCED_STEPS : Math.min(elapsed, 100) / 1000 / SWEEP_SECONDS;
+            this.lastTick = now;
+            let next = this.isovalue + this.direction * share * (this.high - this.low);
+            if (next >= this.high || next <= this.low) this.direction = -this.direction;
+            next = Math.min(Math.max(next, this.low), this.high);
+            this.isovalue = next;
+        }
+        this.request();
+    }
+
+    /** Asks for a picture of what is wanted by then; any number of calls make one. */
+    request() {
+        this.firstInput ??= performance.now();
+        if (this.isRequested) return;
+        this.isRequested = true;
+        requestAnimationFrame((now) => this.frame(now));
+    }
+
+    async frame(now) {
+        // While a picture is in work, inputs only change what the next one shows.
+        if (this.isDrawing) {
+            this.isWaiting = true;
+            return;
+        }
+        this.isRequested = false;
+        if (!this.renderer) return;
+        this.isDrawing = true;
+        const started = this.firstInput;
+        this.firstInput = undefined;
+        try {
+            if (this.playing) this.tick(now);
+            this.fit();
+            this.update();
+            this.renderer.draw(this.query, this.looked(), this.projection());
+            this.panel?.show();
+            this.rest();
+            // The device may be lost meanwhile.
+            await this.renderer?.done();
+            this.latency = performance.now() - started;
+            this.nPictures++;
+        } finally {
+            this.isDrawing = false;
+        }
+        if (this.isWaiting) {
+            this.isWaiting = false;
+            requestAnimationFrame((later) => this.frame(later));
+        }
+    }
+
+    /** Gives the canvas as many pixels as it covers. */
+    fit() {
+        const { clientWidth, clientHeight } = this.canvas;
+        // More than two pixels per CSS pixel are not seen, but paid for.
+        this.pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
+        const size = [clientWidth, clientHeight].map((x) => Math.max(Math.round(x * this.pixelRatio), 1));
+        if (this.canvas.width !== size[0]) this.canvas.width = size[0];
+        if (this.canvas.height !== size[1]) this.canvas.height = size[1];
+    }
+
+    /** Brings the list of active triangles to the isovalue. */
+    update() {
+        const changed = this.query.moveTo(this.isovalue);
+        if (!changed && this.listed === this.look.open) return;
+        this.renderer.list(this.query, this.look.open);
+        this.listed = this.look.open;
+    }
+
+    looked() {
+        const background = BACKGROUNDS[this.darkness.matches ? "dark" : "light"];
+        return { ...this.look, background, pixelRatio: this.pixelRatio ?? 1 };
+    }
+
+    /** Soon after the last change: what takes longer than a picture. */
+    rest() {
+        this.panel?.showMeasures({
+            triangles: this.renderer.nTriangles, components: null, euler: null, area: null,
+        });
+        clearTimeout(this.resting);
+        this.resting = setTimeout(() => {
+            this.panel?.showMeasures(measured(this.worldMesh(false, false)));
+            writeAddress(this);
+        }, REST);
+    }
+
+    /** The mesh at the present isovalue, in the world. */
+    worldMesh(open, withNormals) {
+        this.update();
+        return placeInWorld(this.query.mesh(open, withNormals), this.spectrum.info.volume.placement);
+    }
+
+    saveMesh(format) {
+        const [encode, type] = FORMATS[format];
+        const blob = new Blob([encode(this.worldMesh(this.look.open, true))], { type });
+        save(blob, fileName(document.title, this.shownIsovalue(), format));
+    }
+
+    async screenshot() {
+        return pngOf(await this.pixels());
+    }
+
+    /** What the picture shows, four bytes per pixel. */
+    pixels() {
+        this.fit();
+        this.update();
+        return this.renderer.read(this.query, this.looked(), this.projection());
+    }
+
+    async saveScreenshot() {
+        save(await this.screenshot(), fileName(document.title, this.shownIsovalue(), "png"));
+        this.request();
+    }
+
+    shownIsovalue() {
+        return shownIsovalue(this.isovalue, this.high - this.low);
+    }
+
+    state() {
+        const { isovalue, low, high, view, look, renderer, playing, nPictures, latency } = this;
+        return {
+            isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency,
+            renderer: renderer?.name ?? null,
+            nTriangles: renderer?.nTriangles ?? 0,
+            // Whether a picture is wanted or in work.
+            isPending: Boolean(this.isRequested || this.isDrawing),
+        };
+    }
+}

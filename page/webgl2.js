@@ -1,0 +1,261 @@
+// Draws on WebGL2 with page/surface.*.glsl where there is no WebGPU: the same tables in textures,
+// the same picture. It is drawn in linear light into a multisampled sRGB target, as on WebGPU, and
+// copied to the canvas, which knows no sRGB.
+
+/** Texels per row of a table. */
+const ROW = 2048;
+
+const COPY_VERTEX = `#version 300 es
+void main() {
+    vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1));
+    gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);
+}`;
+
+const COPY_FRAGMENT = `#version 300 es
+precision highp float;
+uniform highp sampler2D picture;
+out vec4 color;
+void main() {
+    vec3 c = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
+    color = vec4(mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c)), 1.0);
+}`;
+
+class WebGl2Renderer {
+    /**
+     * A renderer for a canvas, still without a spectrum; throws where there is none, or not for so
+     * large a spectrum as the page tells of.
+     */
+    static async open(canvas, about) {
+        const gl = canvas.getContext("webgl2", { antialias: false, depth: false, alpha: false });
+        if (!gl) throw new Error("no WebGL2");
+        if (Math.ceil(about.knots / ROW) > gl.getParameter(gl.MAX_TEXTURE_SIZE)) {
+            throw new Error("the spectrum is too large for this device");
+        }
+        return new WebGl2Renderer(gl, canvas);
+    }
+
+    constructor(gl, canvas) {
+        this.name = "WebGL2";
+        Object.assign(this, { gl, canvas });
+        const text = (id) => document.getElementById(id).textContent.trimStart();
+        this.program = this.linked(text("vertex-glsl"), text("fragment-glsl"));
+        this.copy = this.linked(COPY_VERTEX, COPY_FRAGMENT);
+        this.uniforms = new Map();
+        this.corners = gl.createBuffer();
+        this.vertexArray = gl.createVertexArray();
+        gl.bindVertexArray(this.vertexArray);
+        gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
+        gl.enableVertexAttribArray(0);
+        gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
+        this.list32 = new Uint32Array(4096);
+        this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
+    }
+
+    /** Takes over a spectrum. */
+    async load(spectrum, step) {
+        this.spectrum = spectrum;
+        this.upload(tablesOf(spectrum, step));
+    }
+
+    linked(vertex, fragment) {
+        const { gl } = this;
+        const program = gl.createProgram();
+        for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+            const shader = gl.createShader(kind);
+            gl.shaderSource(shader, source);
+            gl.compileShader(shader);
+            gl.attachShader(program, shader);
+        }
+        gl.linkProgram(program);
+        if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
+            const logs = gl.getAttachedShaders(program).map((s) => gl.getShaderInfoLog(s));
+            throw new Error([gl.getProgramInfoLog(program), ...logs].join(" "));
+        }
+        return program;
+    }
+
+    upload({ isovalues, firstKnot, knots }) {
+        const { gl } = this;
+        const n = knots.length / 5;
+        const places = new Uint32Array(4 * n);
+        const normals = new Uint32Array(n);
+        for (let i = 0; i < n; i++) {
+            for (let j = 0; j < 4; j++) places[4 * i + j] = knots[5 * i + j];
+            normals[i] = knots[5 * i + 4];
+        }
+        const integer = gl.RED_INTEGER;
+        const tables = [
+            ["isovalues", isovalues, 2, gl.RG32F, gl.RG, gl.FLOAT],
+            ["first_knot", firstKnot, 1, gl.R32UI, integer, gl.UNSIGNED_INT],
+            ["knots", places, 4, gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT],
+            ["knot_normals", normals, 1, gl.R32UI, integer, gl.UNSIGNED_INT],
+        ];
+        this.tables = tables.map(([name, table, width, internal, format, type]) => {
+            const texture = gl.createTexture();
+            gl.bindTexture(gl.TEXTURE_2D, texture);
+            for (const key of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
+                gl.texParameteri(gl.TEXTURE_2D, key, gl.NEAREST);
+            }
+            const nRows = Math.max(Math.ceil(table.length / width / ROW), 1);
+            gl.texStorage2D(gl.TEXTURE_2D, 1, internal, ROW, nRows);
+            // Whole rows, then what is left of the last one.
+            const nWhole = Math.floor(table.length / width / ROW);
+            const rest = table.length / width - nWhole * ROW;
+            if (nWhole > 0) {
+                gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, ROW, nWhole, format, type, table, 0);
+            }
+            if (rest > 0) {
+                const from = nWhole * ROW * width;
+                gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, nWhole, rest, 1, format, type, table, from);
+            }
+            return [name, texture];
+        });
+    }
+
+    uniform(name) {
+        if (!this.uniforms.has(name)) {
+            this.uniforms.set(name, this.gl.getUniformLocation(this.program, name));
+        }
+        return this.uniforms.get(name);
+    }
+
+    /** Takes over the active triangles of a query. */
+    list(query, open) {
+        const { gl } = this;
+        const { vertices, caps } = this.spectrum;
+        const { active } = query;
+        if (3 * active.length > this.list32.length) this.list32 = new Uint32Array(4 * active.length);
+        let n = 0;
+        for (let i = 0; i < active.length; i++) {
+            const t = active.list[i];
+            if (open && caps[t]) continue;
+            this.list32[3 * n] = vertices[3 * t];
+            this.list32[3 * n + 1] = vertices[3 * t + 1];
+            this.list32[3 * n + 2] = vertices[3 * t + 2];
+            n++;
+        }
+        this.nTriangles = n;
+        gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
+        gl.bufferData(gl.ARRAY_BUFFER, this.list32.subarray(0, 3 * n), gl.DYNAMIC_DRAW);
+    }
+
+    /** Draws into the canvas. */
+    draw(query, look, projection) {
+        const { gl } = this;
+        const { width, height } = this.canvas;
+        this.resize(width, height);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
+        gl.viewport(0, 0, width, height);
+        gl.clearBufferfv(gl.COLOR, 0, [...look.background, 1]);
+        gl.clearBufferfv(gl.DEPTH, 0, [1]);
+        gl.enable(gl.DEPTH_TEST);
+        gl.depthFunc(gl.LESS);
+        gl.useProgram(this.program);
+        this.setUniforms(query, look, projection);
+        gl.bindVertexArray(this.vertexArray);
+        gl.drawArrays(gl.TRIANGLES, 0, 3 * this.nTriangles);
+
+        gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.samples);
+        gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.resolved);
+        gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+        gl.viewport(0, 0, width, height);
+        gl.disable(gl.DEPTH_TEST);
+        gl.useProgram(this.copy);
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D, this.picture);
+        gl.uniform1i(gl.getUniformLocation(this.copy, "picture"), 0);
+        gl.bindVertexArray(null);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+
+    setUniforms(query, look, projection) {
+        const { gl } = this;
+        gl.uniformMatrix4fv(this.uniform("clip_from_voxel"), false, projection.clipFromVoxel);
+        gl.uniformMatrix4fv(this.uniform("eye_from_voxel"), false, projection.eyeFromVoxel);
+        gl.uniformMatrix4fv(this.uniform("eye_from_normal"), false, projection.eyeFromNormal);
+        gl.uniform2fv(this.uniform("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
+        gl.uniform1ui(this.uniform("rank"), Math.max(query.active.rank, 0));
+        gl.uniform3fv(this.uniform("front"), PLAIN_FRONT.slice(0, 3));
+        gl.uniform3fv(this.uniform("back"), PLAIN_BACK.slice(0, 3));
+        gl.uniform4fv(this.uniform("wire"), PLAIN_WIRE);
+        gl.uniform1f(this.uniform("wire_width"), look.wireframe ? look.pixelRatio : 0);
+        gl.uniform1i(this.uniform("mirrored"), projection.mirrored ? 1 : 0);
+        this.tables.forEach(([name, texture], unit) => {
+            gl.activeTexture(gl.TEXTURE0 + unit);
+            gl.bindTexture(gl.TEXTURE_2D, texture);
+            gl.uniform1i(this.uniform(name), unit);
+        });
+    }
+
+    /** Targets of the canvas's size. */
+    resize(width, height) {
+        if (this.size?.[0] === width && this.size?.[1] === height) return;
+        const { gl } = this;
+        for (const buffer of this.buffers ?? []) gl.deleteRenderbuffer(buffer);
+        for (const target of [this.samples, this.resolved]) gl.deleteFramebuffer(target ?? null);
+        gl.deleteTexture(this.picture ?? null);
+        this.samples = gl.createFramebuffer();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
+        this.buffers = [
+            [gl.SRGB8_ALPHA8, gl.COLOR_ATTACHMENT0],
+            [gl.DEPTH_COMPONENT32F, gl.DEPTH_ATTACHMENT],
+        ].map(([format, attachment]) => {
+            const buffer = gl.createRenderbuffer();
+            gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+            gl.renderbufferStorageMultisample(gl.RENDERBUFFER, this.nSamples, format, width, height);
+            gl.framebufferRenderbuffer(gl.FRAMEBUFFER, attachment, gl.RENDERBUFFER, buffer);
+            return buffer;
+        });
+        this.picture = gl.createTexture();
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D, this.picture);
+        gl.texStorage2D(gl.TEXTURE_2D, 1, gl.SRGB8_ALPHA8, width, height);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        this.resolved = gl.createFramebuffer();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.resolved);
+        gl.framebufferTexture2D(
+            gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.picture, 0);
+        this.size = [width, height];
+    }
+
+    /** Resolves when what was drawn is done. */
+    done() {
+        const { gl } = this;
+        const sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        gl.flush();
+        return new Promise((resolve) => {
+            const look = () => {
+                const state = gl.clientWaitSync(sync, 0, 0);
+                if (state === gl.TIMEOUT_EXPIRED) {
+                    setTimeout(look, 1);
+                    return;
+                }
+                gl.deleteSync(sync);
+                resolve();
+            };
+            look();
+        });
+    }
+
+    /** Draws and reads back a picture: rows from the top, four bytes per pixel. */
+    async read(query, look, projection) {
+        this.draw(query, look, projection);
+        const { gl } = this;
+        const { width, height } = this.canvas;
+        const rows = new Uint8Array(4 * width * height);
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, rows);
+        const pixels = new Uint8ClampedArray(rows.length);
+        for (let y = 0; y < height; y++) {
+            const from = 4 * (height - 1 - y) * width;
+            pixels.set(rows.subarray(from, from + 4 * width), 4 * y * width);
+        }
+        return { width, height, pixels };
+    }
+
+    /** Calls back when the context is gone. */
+    onLost(callback) {
+        this.canvas.addEventListener("webglcontextlost", callback);
+    }
+}

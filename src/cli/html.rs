@@ -1,0 +1,163 @@
+//! `html`: a spectrum as one web page that anyone can open.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use isospectrum::gpu::Gpu;
+use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
+use isospectrum::render::{Background, Image, Renderer, View};
+use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::{ReadOptions, read_volume};
+use isospectrum::{Error, Result};
+
+use super::compute::{not_negative, positive};
+use super::isovalue::{Isovalue, IsovalueRange};
+use super::output::Output;
+use super::{report, spectrum_file};
+
+/// Pages of more bytes than this are warned of: they load slowly and are hard to send.
+const LARGE: usize = 25_000_000;
+
+/// Write a spectrum as one web page with a slider for the isovalue
+///
+/// The page is a single file without a server, it asks the network for nothing and does not hold
+/// the volume.
+#[derive(Args, Debug)]
+pub(super) struct Html {
+    /// Spectrum (.isp)
+    spectrum: PathBuf,
+    /// Page to write (.html); - is stdout
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Isovalue it opens at: a number, or a percentage of the range
+    #[arg(short = 'c', long, value_name = "C", default_value = "50%", allow_hyphen_values = true)]
+    isovalue: Isovalue,
+    /// Heading of the page; else the name of the volume
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
+    /// What is to be seen, below the picture
+    #[arg(long, value_name = "TEXT")]
+    caption: Option<String>,
+    /// Whose work it is, at the bottom
+    #[arg(long, value_name = "TEXT")]
+    credit: Option<String>,
+    /// Publish these isovalues only; each a number or a percentage of the range
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    range: Option<IsovalueRange>,
+    /// Leave out knots within this distance of the trajectory that remains, voxels
+    #[arg(long, value_name = "VOXELS", default_value_t = 0.0, value_parser = not_negative)]
+    tolerance: f64,
+    /// Round positions to whole multiples of this, voxels
+    #[arg(long, value_name = "VOXELS", default_value_t = DEFAULT_STEP, value_parser = positive)]
+    step: f64,
+    /// Leave out the triangles that close the mesh at the border of the volume, until asked for
+    #[arg(long)]
+    open: bool,
+    /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
+    /// goes into the page, its samples do not
+    #[arg(long, value_name = "VOLUME")]
+    volume: Option<PathBuf>,
+    /// Adapter for the still picture, by a part of its name
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl Html {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let extension = self.output.extension().and_then(|e| e.to_str()).unwrap_or("");
+        let is_html = ["html", "htm"].iter().any(|e| extension.eq_ignore_ascii_case(e));
+        if !is_html && self.output != Path::new("-") {
+            let shown = self.output.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")).into());
+        }
+        let output = Output::open(&self.output)?;
+        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let spectrum = self.published(spectrum)?;
+        let isovalue = self.isovalue.in_range(spectrum.range);
+        let histogram = self.histogram(&spectrum)?;
+        let still = self.still(&spectrum, isovalue)?;
+        let page = Page {
+            title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
+            caption: self.caption.as_deref(),
+            credit: self.credit.as_deref(),
+            isovalue,
+            step: self.step,
+            open: self.open,
+            histogram: histogram.as_deref(),
+            still: still.as_ref(),
+        };
+        let (text, sizes) = page::html(&spectrum, &page)?;
+        output.write_bytes(text.as_bytes())?;
+        self.tell(&spectrum, sizes);
+        Ok(())
+    }
+
+    /// What of a spectrum goes into the page.
+    fn published(&self, spectrum: Spectrum) -> Result<Spectrum> {
+        let spectrum = match self.range {
+            Some(range) => page::part(&spectrum, range.in_range(spectrum.range)?)?,
+            None => spectrum,
+        };
+        Ok(if self.tolerance > 0.0 {
+            page::with_fewer_knots(&spectrum, self.tolerance)
+        } else {
+            spectrum
+        })
+    }
+
+    /// The histogram of the volume, if there is one.
+    fn histogram(&self, spectrum: &Spectrum) -> Result<Option<Vec<u64>>> {
+        let Some(path) = &self.volume else { return Ok(None) };
+        let volume = read_volume(path, &ReadOptions::default())?;
+        let (found, expected) = (volume.dims(), spectrum.volume.dims);
+        if found != expected {
+            return Err(Error::Input(format!(
+                "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
+                path.display()
+            )));
+        }
+        Ok(Some(page::histogram(volume.samples(), spectrum.range)))
+    }
+
+    /// The picture for those who can see no other, if there is an adapter to draw it.
+    fn still(&self, spectrum: &Spectrum, isovalue: f64) -> Result<Option<Image>> {
+        let gpu = match Gpu::new(self.adapter.as_deref()) {
+            Ok(gpu) => gpu,
+            Err(Error::Gpu(why)) => {
+                log::info!("the page has no still picture: {why}");
+                return Ok(None);
+            }
+            Err(error) => return Err(error),
+        };
+        let view = View {
+            width: 640,
+            height: 480,
+            open: self.open,
+            // It lies on a page that may be light or dark.
+            background: Background::Transparent,
+            ..View::default()
+        };
+        Renderer::new(&gpu, spectrum)?.draw(isovalue, &view).map(Some)
+    }
+
+    fn tell(&self, spectrum: &Spectrum, sizes: Sizes) {
+        let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
+        log::info!(
+            "{}: {}, of which script {}, still picture {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
+            self.output.display(),
+            report::bytes(sizes.page as u64),
+            report::bytes(sizes.script as u64),
+            report::bytes(sizes.still as u64),
+            report::bytes(sizes.data as u64),
+            per(spectrum.triangles.len()),
+            per(spectrum.knots.len()),
+        );
+        if sizes.page > LARGE {
+            log::warn!(
+                "the page is large ({}): it loads slowly and is hard to send; \
+                 --range, --tolerance and --step make it smaller",
+                report::bytes(sizes.page as u64)
+            );
+        }
+    }
+}

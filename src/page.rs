@@ -1,0 +1,151 @@
+//! A spectrum as one web page: a file that anyone opens, with nothing behind it.
+//!
+//! The page holds the spectrum, the shaders that draw it, plain scripts (`page/*.js`) and styles;
+//! it needs no server and asks the network for nothing, which its content security policy
+//! enforces. The volume is not in it. It draws with the WGSL of [`crate::render`] where there is
+//! WebGPU, with a twin of it in GLSL where there is WebGL2, and shows a still picture where there
+//! is neither.
+//!
+//! The spectrum lies in the page as its columns in the file do, predicted and deflated (`data`),
+//! but rounded more: positions count steps of [`Page::step`] voxels instead of quanta. A page is
+//! looked at, and coarser numbers are shorter.
+//!
+//! # Invariants
+//!
+//! Whatever comes from outside (title, caption, credit, names in the spectrum) is text in the page,
+//! never markup; equal input gives equal bytes.
+
+mod curves;
+mod data;
+mod knots;
+mod part;
+mod template;
+
+use crate::error::{Error, Result};
+use crate::render::Image;
+use crate::spectrum::Spectrum;
+
+pub use curves::histogram;
+pub use data::DEFAULT_STEP;
+pub use knots::with_fewer_knots;
+pub use part::part;
+
+/// The scripts, in the order in which they stand in the page; one subject each.
+const SCRIPTS: [&str; 16] = [
+    include_str!("../page/base64.js"),
+    include_str!("../page/file.js"),
+    include_str!("../page/connectivity.js"),
+    include_str!("../page/trajectories.js"),
+    include_str!("../page/active.js"),
+    include_str!("../page/mesh.js"),
+    include_str!("../page/camera.js"),
+    include_str!("../page/webgpu.js"),
+    include_str!("../page/webgl2.js"),
+    include_str!("../page/plot.js"),
+    include_str!("../page/download.js"),
+    include_str!("../page/controls.js"),
+    include_str!("../page/embed.js"),
+    include_str!("../page/viewer.js"),
+    include_str!("../page/address.js"),
+    include_str!("../page/main.js"),
+];
+
+/// What a page says and how it looks.
+#[derive(Clone, Debug)]
+pub struct Page<'a> {
+    /// Heading and name of the page.
+    pub title: &'a str,
+    /// What is to be seen, below the picture.
+    pub caption: Option<&'a str>,
+    /// Whose work it is, at the bottom.
+    pub credit: Option<&'a str>,
+    /// The isovalue it opens at, one of the range.
+    pub isovalue: f64,
+    /// Positions are rounded to whole multiples of this many voxels.
+    pub step: f64,
+    /// Whether caps are left out at first, so that one looks into the volume at its border.
+    pub open: bool,
+    /// How many samples of the volume lie in each of as many equal parts of the range, to be seen
+    /// behind the curves.
+    pub histogram: Option<&'a [u64]>,
+    /// Shown where nothing can be drawn.
+    pub still: Option<&'a Image>,
+}
+
+/// What a page is made of, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// The whole page.
+    pub page: usize,
+    /// The scripts.
+    pub script: usize,
+    /// The spectrum, compressed, before base64.
+    pub data: usize,
+    /// The still picture, before base64.
+    pub still: usize,
+}
+
+/// The page of a spectrum, and what its bytes are.
+///
+/// # Errors
+///
+/// [`Error::Usage`] if the step is not a positive number; [`Error::Range`] if the isovalue lies
+/// outside the spectrum's range; [`Error::Input`] if the spectrum does
+/// not pass [`Spectrum::check`] or reaches too many steps.
+pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
+    if !(page.step > 0.0 && page.step.is_finite()) {
+        return Err(Error::Usage(format!("step of {} voxels, expected more than 0", page.step)));
+    }
+    let (low, high) = spectrum.range;
+    if !(low <= page.isovalue && page.isovalue <= high) {
+        return Err(Error::Range { isovalue: page.isovalue, low, high });
+    }
+    let data = data::compressed(spectrum, page.step)?;
+    let still = match page.still {
+        Some(image) => {
+            let mut bytes = Vec::new();
+            image.encode_png(&mut bytes).map_err(|e| Error::io("still picture", e))?;
+            bytes
+        }
+        None => Vec::new(),
+    };
+    let about = serde_json::json!({
+        "step": page.step,
+        "normalRadius": data::NORMAL_RADIUS,
+        "open": page.open,
+        "isovalue": page.isovalue,
+        "knots": spectrum.knots.len(),
+        "triangles": spectrum.triangles.len(),
+        "histogram": page.histogram,
+        "curves": curves::curves(spectrum)?,
+    });
+    let script = script();
+    let text = template::filled(&template::Parts {
+        page,
+        about: &about.to_string(),
+        data: &data::base64(&data),
+        script: &script,
+        still: &data::base64(&still),
+    });
+    let sizes =
+        Sizes { page: text.len(), script: script.len(), data: data.len(), still: still.len() };
+    Ok((text, sizes))
+}
+
+/// All scripts as one, which leaves no name behind; without the lines that are comments, which who
+/// reads the page has no use for.
+pub fn script() -> String {
+    let mut script = String::from("(() => {\n\"use strict\";\n");
+    let mut is_comment = false;
+    for line in SCRIPTS.iter().flat_map(|script| script.lines()) {
+        let text = line.trim_start();
+        is_comment |= text.starts_with("/**");
+        if !(is_comment || text.starts_with("//") || text.is_empty()) {
+            script.push_str(line);
+            script.push('\n');
+        }
+        is_comment &= !text.ends_with("*/");
+    }
+    script.push_str("})();\n");
+    script
+}

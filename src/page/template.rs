@@ -1,0 +1,130 @@
+//! Puts text into the page's template.
+
+use super::Page;
+
+const TEMPLATE: &str = include_str!("../../page/page.html");
+const STYLE: &str = include_str!("../../page/page.css");
+const WGSL: &str = include_str!("../../shaders/surface.wgsl");
+const VERTEX_GLSL: &str = include_str!("../../page/surface.vert.glsl");
+const FRAGMENT_GLSL: &str = include_str!("../../page/surface.frag.glsl");
+
+/// What fills the template.
+pub(super) struct Parts<'a> {
+    pub(super) page: &'a Page<'a>,
+    /// JSON.
+    pub(super) about: &'a str,
+    /// Base64.
+    pub(super) data: &'a str,
+    pub(super) script: &'a str,
+    /// Base64 of a PNG; empty where there is none.
+    pub(super) still: &'a str,
+}
+
+/// The page.
+pub(super) fn filled(parts: &Parts) -> String {
+    let Page { title, caption, credit, .. } = *parts.page;
+    let element = |name: &str, text: Option<&str>| match text {
+        Some(text) => format!("<p class=\"{name}\">{}</p>", escaped(text)),
+        None => String::new(),
+    };
+    let still = match parts.still {
+        "" => String::new(),
+        png => format!(
+            "<img alt=\"Still picture of {}\" src=\"data:image/png;base64,{png}\">",
+            escaped(title)
+        ),
+    };
+    fill(TEMPLATE, |name| match name {
+        "title" => escaped(title),
+        "caption" => element("caption", caption),
+        "credit" => element("credit", credit),
+        "version" => env!("CARGO_PKG_VERSION").into(),
+        "still" => still.clone(),
+        "style" => STYLE.into(),
+        "wgsl" => WGSL.into(),
+        "vertex" => VERTEX_GLSL.into(),
+        "fragment" => FRAGMENT_GLSL.into(),
+        // In JSON a '<' stands in strings only, where it has another spelling that ends no script.
+        "about" => parts.about.replace('<', "\\u003c"),
+        "data" => parts.data.into(),
+        "script" => parts.script.into(),
+        _ => unreachable!("a test looks at every name in the template"),
+    })
+}
+
+/// The template with every `{{name}}` replaced by its value, in one pass: what is put in is not
+/// looked at again.
+fn fill(template: &str, value: impl Fn(&str) -> String) -> String {
+    let mut filled = String::new();
+    let mut rest = template;
+    while let Some((before, name, after)) = placeholder(rest) {
+        filled.push_str(before);
+        filled.push_str(&value(name));
+        rest = after;
+    }
+    filled.push_str(rest);
+    filled
+}
+
+/// What stands before the next placeholder, its name, and what comes after.
+fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
+    let (before, rest) = text.split_once("{{")?;
+    let (name, after) = rest.split_once("}}")?;
+    Some((before, name, after))
+}
+
+/// Text as it stands in elements and quoted attributes.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            // Control characters are no text in HTML.
+            c if c.is_control() && !c.is_whitespace() => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_in_the_template_is_filled_and_values_are_not_looked_at_again() {
+        let page = Page {
+            title: "{{caption}} <b>&'\"",
+            caption: Some("</script>"),
+            credit: None,
+            isovalue: 0.0,
+            step: 1.0,
+            open: false,
+            histogram: None,
+            still: None,
+        };
+        let text = filled(&Parts {
+            page: &page,
+            about: "{\"a\":\"</script>\"}",
+            data: "AAAA",
+            script: "",
+            still: "",
+        });
+        assert!(text.contains("<h1>{{caption}} &lt;b&gt;&amp;&#39;&quot;</h1>"), "the title");
+        assert!(text.contains("<p class=\"caption\">&lt;/script&gt;</p>"), "the caption");
+        assert!(text.contains("{\"a\":\"\\u003c/script>\"}"), "the JSON");
+    }
+
+    #[test]
+    fn nothing_that_is_put_into_a_script_element_ends_it() {
+        for text in [WGSL, VERTEX_GLSL, FRAGMENT_GLSL, &super::super::script()] {
+            let text = text.to_ascii_lowercase();
+            assert!(!text.contains("</script") && !text.contains("<!--"));
+        }
+        assert!(!STYLE.to_ascii_lowercase().contains("</style"));
+    }
+}

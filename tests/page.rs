@@ -1,0 +1,298 @@
+//! The page that `html` writes: its bytes, and the page itself in a browser (`tests/page/`).
+//!
+//! The browser test needs node, Chromium and playwright-core, and an adapter for the native
+//! pictures; it fails where one of them is missing and says what to install.
+
+mod program;
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+
+use isospectrum::Error;
+use isospectrum::export::read_ply;
+use isospectrum::file;
+use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
+use isospectrum::spectrum::{Query, Spectrum};
+use isospectrum::verify::mesh_topology;
+use program::Folder;
+
+/// Most bytes of scripts in a page.
+const LARGEST_SCRIPT: usize = 100_000;
+
+/// Where in the range pictures and meshes are compared, as shares: closed by caps, on both sides of
+/// the isovalue where the hole of the torus opens, and near the end.
+const SHARES: [f64; 4] = [0.5, 0.6, 0.75, 0.9];
+
+/// Width and height of the pictures that are compared.
+const SIZE: [u32; 2] = [640, 480];
+
+fn spectrum_bytes() -> &'static [u8] {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    BYTES.get_or_init(|| {
+        let folder = Folder::new();
+        folder.run(&["compute", "--phantom", "torus:24", "--backend", "cpu", "-o", "s.isp"]);
+        folder.read("s.isp")
+    })
+}
+
+fn spectrum() -> Spectrum {
+    file::from_bytes(spectrum_bytes()).expect("just written")
+}
+
+fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
+    let isovalue = spectrum.range.0;
+    let step = DEFAULT_STEP;
+    Page {
+        title,
+        caption: None,
+        credit: None,
+        isovalue,
+        step,
+        open: false,
+        histogram: None,
+        still: None,
+    }
+}
+
+fn folder_with_spectrum() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.isp", spectrum_bytes());
+    folder
+}
+
+#[test]
+fn sizes_are_told_and_equal_input_gives_equal_bytes() {
+    let spectrum = spectrum();
+    let (text, sizes) = html(&spectrum, &page(&spectrum, "torus")).expect("a page");
+    assert_eq!(sizes.page, text.len());
+    assert_eq!(sizes.script, script().len());
+    let (_, rest) = text.split_once("id=\"data\">").expect("data");
+    let letters = rest.split_once("</script>").expect("an end").0.len();
+    assert_eq!(letters, 4 * sizes.data.div_ceil(3));
+    assert_eq!(sizes.still, 0);
+    let again = html(&spectrum, &page(&spectrum, "torus")).expect("a page").0;
+    assert!(text == again);
+    let coarse = Page { step: 0.25, ..page(&spectrum, "torus") };
+    assert!(html(&spectrum, &coarse).expect("a page").1.data < sizes.data);
+}
+
+#[test]
+fn texts_are_text_and_nothing_is_asked_of_the_network() {
+    let spectrum = spectrum();
+    let evil = "</title></script><img src=x onerror=alert(1)> & \"quotes\" {{data}}";
+    let with_texts = Page { caption: Some(evil), credit: Some(evil), ..page(&spectrum, evil) };
+    let (text, _) = html(&spectrum, &with_texts).expect("a page");
+    assert!(!text.contains("<img src=x"));
+    let escaped = "&lt;/title&gt;&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt; &amp; \
+                   &quot;quotes&quot; {{data}}";
+    for place in [
+        format!("<title>{escaped}</title>"),
+        format!("<h1>{escaped}</h1>"),
+        format!("<p class=\"caption\">{escaped}</p>"),
+        format!("<p class=\"credit\">{escaped}</p>"),
+    ] {
+        assert!(text.contains(&place), "{place}");
+    }
+    assert!(text.contains("content=\"default-src 'none';"), "the policy forbids requests");
+    // The one address is the name of SVG's elements.
+    let addresses = text.matches("://").count();
+    assert_eq!(addresses, text.matches("\"http://www.w3.org/2000/svg\"").count());
+    for way in ["fetch(", "XMLHttpRequest", "WebSocket", "EventSource", "import(", "sendBeacon"] {
+        assert!(!text.contains(way), "{way}");
+    }
+}
+
+#[test]
+fn the_script_is_small() {
+    let n = script().len();
+    assert!(n < LARGEST_SCRIPT, "{n} bytes");
+    assert!(
+        script().lines().all(|line| !line.trim_start().starts_with("//")),
+        "comments stay here"
+    );
+}
+
+#[test]
+fn a_part_has_the_isosurfaces_of_the_whole_in_its_range_and_no_others() {
+    let whole = spectrum();
+    let (low, high) = whole.range;
+    let at = |share: f64| low * (1.0 - share) + high * share;
+    let some = part(&whole, (at(0.3), at(0.7))).expect("a part");
+    assert_eq!(some.range, (at(0.3), at(0.7)));
+    assert!(some.knots.len() < whole.knots.len());
+    assert!(some.events.iter().all(|e| at(0.3) <= e.isovalue && e.isovalue <= at(0.7)));
+    let (mut query, mut expected) = (Query::new(&some), Query::new(&whole));
+    for share in [0.3, 0.31, 0.45, 0.5, 0.613, 0.7] {
+        let mesh = query.mesh_at(at(share)).expect("inside");
+        let wanted = expected.mesh_at(at(share)).expect("inside");
+        assert_eq!(mesh.triangles.len(), wanted.triangles.len(), "{share}");
+        assert_eq!(mesh.caps, wanted.caps);
+        for (a, b) in mesh.triangles.iter().flatten().zip(wanted.triangles.iter().flatten()) {
+            let (p, q) = (mesh.positions[*a as usize], wanted.positions[*b as usize]);
+            // Cutting a step of a trajectory rounds its end to single precision, below 2e-6 voxels
+            // at coordinates of 24.
+            assert!((0..3).all(|i| (p[i] - q[i]).abs() < 4e-6), "{p:?}, expected {q:?}");
+        }
+    }
+    assert!(matches!(query.mesh_at(at(0.2)), Err(Error::Range { .. })));
+    assert!(matches!(part(&whole, (low - 1.0, high)), Err(Error::Range { .. })));
+    assert!(matches!(part(&whole, (high, low)), Err(Error::Usage(_))));
+    let all = part(&whole, whole.range).expect("the whole");
+    assert_eq!(all.triangles.len(), whole.triangles.len());
+}
+
+#[test]
+fn fewer_knots_stay_within_the_distance() {
+    const DISTANCE: f64 = 0.02;
+    let whole = spectrum();
+    let fewer = with_fewer_knots(&whole, DISTANCE);
+    fewer.check().expect("lifetimes are still covered");
+    assert!(fewer.knots.len() < whole.knots.len());
+    for v in 0..whole.n_vertices() as u32 {
+        for knot in whole.trajectory(v) {
+            let (p, _) = fewer.vertex_at(v, knot.rank, whole.isovalues[knot.rank as usize]);
+            let squares = (0..3).map(|i| f64::from(p[i] - knot.position[i]).powi(2));
+            // Single precision.
+            assert!(squares.sum::<f64>().sqrt() <= DISTANCE + 1e-5);
+        }
+    }
+    let same = with_fewer_knots(&whole, 0.0);
+    assert!(same.knots.len() <= whole.knots.len());
+}
+
+#[test]
+fn bad_requests_are_errors_of_one_line() {
+    let folder = folder_with_spectrum();
+    folder.write("v_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
+    for (arguments, code, says) in [
+        (&["html", "s.isp", "-o", "page.txt"][..], 2, "expected a name that ends in .html"),
+        (&["html", "s.isp", "-o", "p.html", "--range", "-5:9000"], 4, "outside the range"),
+        (&["html", "s.isp", "-o", "p.html", "--range", "60%:40%"], 2, "lower isovalue first"),
+        (&["html", "s.isp", "-o", "p.html", "--isovalue", "9000"], 4, "outside the range"),
+        (&["html", "s.isp", "-o", "p.html", "--step", "1e-9"], 2, "expected more"),
+        (
+            &["html", "s.isp", "-o", "p.html", "--volume", "v_2x2x2_uint8.raw"],
+            3,
+            "expected [24, 24, 24]",
+        ),
+        (&["html", "none.isp", "-o", "p.html"], 3, "none.isp"),
+        (&["html", "s.isp", "-o", "none/p.html"], 3, "none/p.html"),
+    ] {
+        let line = folder.fails(arguments, code);
+        assert!(line.contains(says), "{line}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_an_adapter_there_is_a_page_without_a_still_picture() {
+    let folder = folder_with_spectrum();
+    let output = Command::new(program::path())
+        .args(["html", "s.isp", "-o", "page.html"])
+        .current_dir(folder.path())
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("VK_ICD_FILENAMES", "/nonexistent")
+        .output()
+        .expect("the program runs");
+    let said = program::stderr(&output);
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("the page has no still picture: "), "{said}");
+    let page = String::from_utf8(folder.read("page.html")).expect("text");
+    assert!(page.contains("<title>") && !page.contains("<img"));
+}
+
+/// Everything `tests/page/` compares the page with, in a folder.
+fn folder_for_the_browser() -> Folder {
+    let folder = folder_with_spectrum();
+    folder.run(&[
+        "html",
+        "s.isp",
+        "-o",
+        "page.html",
+        "--title",
+        "A torus & more",
+        "--caption",
+        "What is to be seen.",
+        "--credit",
+        "Nobody.",
+    ]);
+    folder.run(&["convert", "s.isp", "s.thesis"]);
+    let spectrum = spectrum();
+    let (low, high) = spectrum.range;
+    let isovalues = SHARES.map(|share| low * (1.0 - share) + high * share);
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    for (i, isovalue) in isovalues.iter().map(f64::to_string).enumerate() {
+        let picture = format!("native-{i}.png");
+        folder.run(&["render", "s.isp", "-c", &isovalue, "-o", &picture, "--size", &size]);
+        let mesh = format!("extracted-{i}.ply");
+        folder.run(&["extract", "s.isp", "--isovalue", &isovalue, "-o", &mesh]);
+    }
+    // The event that is furthest from all others can be pointed at.
+    let alone = |&c: &f64| {
+        let others = spectrum.events.iter().map(|e| (e.isovalue - c).abs()).filter(|&d| d > 0.0);
+        others.fold(f64::INFINITY, f64::min)
+    };
+    let event =
+        spectrum.events.iter().map(|e| e.isovalue).max_by(|a, b| alone(a).total_cmp(&alone(b)));
+    let spacing = spectrum.volume.placement.spacing;
+    let expected = serde_json::json!({
+        "range": [low, high],
+        "isovalues": isovalues,
+        "width": SIZE[0],
+        "height": SIZE[1],
+        "step": DEFAULT_STEP,
+        "unit": spacing.into_iter().fold(f64::INFINITY, f64::min),
+        "event": event.expect("a torus has events"),
+    });
+    folder.write("expected.json", expected.to_string().as_bytes());
+    folder
+}
+
+/// Runs the tests of `tests/page/` with node.
+fn run_browser_tests(folder: &Folder) {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page");
+    assert!(
+        tests.join("node_modules/playwright-core").is_dir(),
+        "the page is tested with playwright-core: npm ci --prefix tests/page (scripts/setup does it)"
+    );
+    let mut files: Vec<_> = std::fs::read_dir(&tests)
+        .expect("readable")
+        .map(|entry| entry.expect("readable").path())
+        .filter(|path| path.to_string_lossy().ends_with(".test.mjs"))
+        .collect();
+    files.sort();
+    assert!(!files.is_empty());
+    let output = Command::new("node")
+        .arg("--test")
+        // One browser at a time: they share the processor.
+        .arg("--test-concurrency=1")
+        .args(&files)
+        .current_dir(&tests)
+        .env("ISOSPECTRUM_PAGE", folder.path())
+        .output()
+        .unwrap_or_else(|error| {
+            panic!(
+                "node: {error}; the page is tested with node: apt-get install nodejs npm chromium"
+            )
+        });
+    let said = String::from_utf8_lossy(&output.stdout);
+    let complained = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}\n{complained}");
+    println!("{said}");
+}
+
+#[test]
+fn the_page_works_in_a_browser() {
+    let folder = folder_for_the_browser();
+    run_browser_tests(&folder);
+    // The meshes it saved, with the checks that the program's own meshes pass.
+    for i in 0..SHARES.len() {
+        let read = |name: String| read_ply(folder.path().join(name)).expect("readable");
+        let mesh = read(format!("downloaded-{i}.ply"));
+        let wanted = read(format!("extracted-{i}.ply"));
+        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+        assert!(found.is_closed_manifold(), "{found:?}");
+        assert_eq!(found, mesh_topology(wanted.positions.len(), &wanted.triangles));
+    }
+}

@@ -1,0 +1,93 @@
+// The spectrum in the page, decoded by the page's own scripts, against the same spectrum as
+// `isospectrum convert` wrote it.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { test } from "node:test";
+import { inflateRawSync } from "node:zlib";
+import { expected, folder } from "./browser.mjs";
+
+/** Half a step of 1/63 in both components, stretched at most by 3 on the way to the sphere; and what
+ * the file rounded before, a half of 1/127. In radians. */
+const LARGEST_TURN = 3 * Math.SQRT2 * (0.5 / 63 + 0.5 / 127);
+
+/** The page's way from bytes to a spectrum. */
+function decoder() {
+    const scripts = ["file", "connectivity", "trajectories", "active", "mesh"];
+    const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
+    return new Function(`${text.join("\n")}\nreturn { spectrumOf, decodedNormal, ActiveSet };`)();
+}
+
+function embedded() {
+    const page = readFileSync(join(folder, "page.html"), "utf8");
+    const content = (id) => new RegExp(`id="${id}">([^<]*)</script>`).exec(page)[1];
+    const about = JSON.parse(content("about"));
+    const bytes = new Uint8Array(inflateRawSync(Buffer.from(content("data"), "base64")));
+    return { about, spectrum: decoder().spectrumOf(bytes, about.normalRadius) };
+}
+
+/** The layout of the thesis: FORMAT.md. */
+function thesis() {
+    const bytes = readFileSync(join(folder, "s.thesis"));
+    let at = 0;
+    const u32 = () => bytes.readUInt32LE((at += 4) - 4);
+    const f32 = () => bytes.readFloatLE((at += 4) - 4);
+    const knots = [];
+    const counts = Array.from({ length: u32() }, () => {
+        const count = u32();
+        for (let i = 0; i < count; i++) knots.push(Array.from({ length: 7 }, f32));
+        return count;
+    });
+    const triangles = Array.from({ length: u32() }, () => [f32(), f32(), u32(), u32(), u32()]);
+    return { counts, knots, triangles };
+}
+
+test("the page holds every knot and every triangle, rounded to its step", () => {
+    const { about, spectrum } = embedded();
+    const { decodedNormal } = decoder();
+    const { counts, knots, triangles } = thesis();
+    assert.equal(about.step, expected.step);
+    const { firstKnot, ranks, isovalues, positions, normals, radius } = spectrum;
+    assert.deepEqual(Array.from(firstKnot).slice(1).map((end, v) => end - firstKnot[v]), counts);
+    const f32 = Math.fround;
+    knots.forEach(([x, y, z, nx, ny, nz, isovalue], knot) => {
+        assert.equal(f32(isovalues[ranks[knot]]), isovalue);
+        [x, y, z].forEach((place, axis) => {
+            const miss = Math.abs(about.step * positions[3 * knot + axis] - place);
+            // The step is a power of two, so rounding is all.
+            assert.ok(miss <= about.step / 2, `knot ${knot} is off by ${miss}`);
+        });
+        const [u, v, w] = decodedNormal(normals[2 * knot], normals[2 * knot + 1], radius);
+        const chord = Math.hypot(u - nx, v - ny, w - nz);
+        assert.ok(chord <= LARGEST_TURN, `normal ${knot} is off by ${chord}`);
+    });
+    assert.equal(spectrum.births.length, triangles.length);
+    triangles.forEach(([birth, death, ...vertices], t) => {
+        assert.deepEqual(Array.from(spectrum.vertices.subarray(3 * t, 3 * t + 3)), vertices);
+        assert.equal(f32(isovalues[spectrum.births[t]]), birth);
+        assert.equal(f32(isovalues[spectrum.deaths[t]]), death);
+    });
+});
+
+test("active triangles are those whose lifetime contains the rank, after moves of any size", () => {
+    const { spectrum } = embedded();
+    const { births, deaths, isovalues } = spectrum;
+    const active = new (decoder().ActiveSet)(spectrum);
+    const n = isovalues.length;
+    // Small steps up and down, jumps, and both ends.
+    let rank = Math.floor(n / 2);
+    const steps = [1, 2, -1, -3, 5, 0, 40, -25];
+    const visited = [0, n - 1, Math.floor(n / 3)];
+    for (let i = 0; i < 200; i++) {
+        rank = Math.min(Math.max(rank + steps[i % steps.length], 0), n - 1);
+        visited.push(i % 50 === 49 ? (i * 7919) % n : rank);
+    }
+    for (const at of visited) {
+        active.moveTo(at);
+        const listed = Array.from(active.list.subarray(0, active.length)).sort((a, b) => a - b);
+        const wanted = [];
+        births.forEach((birth, t) => { if (birth <= at && at < deaths[t]) wanted.push(t); });
+        assert.deepEqual(listed, wanted, `rank ${at}`);
+    }
+});

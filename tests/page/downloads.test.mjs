@@ -1,0 +1,68 @@
+// Meshes made in the page, against what `isospectrum extract` wrote. The files stay in the folder,
+// where tests/page.rs reads them with the program's own checks.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { expected, folder, launch, open, show, watched } from "./browser.mjs";
+import { assertClosedManifold, parseGlb, parsePly, parseStl } from "./meshes.mjs";
+
+/** Half a step of rounding in each of the two knots, and single precision. */
+const REACH = 0.5 * expected.step * 1.001;
+
+async function downloaded(page, format, name) {
+    const arriving = page.waitForEvent("download");
+    await page.locator(`[data-format=${format}]`).click();
+    const download = await arriving;
+    assert.ok(download.suggestedFilename().endsWith(`.${format}`));
+    const path = join(folder, name);
+    await download.saveAs(path);
+    return readFileSync(path);
+}
+
+describe("downloads", () => {
+    let browser;
+    before(async () => { browser = await launch(); });
+    after(() => browser.close());
+
+    test("PLY, STL and GLB are the mesh that extract writes", async () => {
+        const { page, close } = await watched(browser, { acceptDownloads: true });
+        await open(page, { renderer: "webgl2" });
+        for (const [i, isovalue] of expected.isovalues.entries()) {
+            await show(page, isovalue);
+            const wanted = parsePly(readFileSync(join(folder, `extracted-${i}.ply`)));
+            const ply = parsePly(await downloaded(page, "ply", `downloaded-${i}.ply`));
+            assertClosedManifold(ply);
+            assert.deepEqual(ply.triangles, wanted.triangles);
+            assert.equal(ply.positions.length, wanted.positions.length);
+            ply.positions.forEach((x, at) => {
+                const miss = Math.abs(x - wanted.positions[at]);
+                assert.ok(miss <= REACH * expected.unit, `coordinate ${at} is off by ${miss}`);
+            });
+            const glb = parseGlb(await downloaded(page, "glb", `downloaded-${i}.glb`));
+            assert.deepEqual(glb.triangles, ply.triangles);
+            assert.deepEqual(glb.positions, ply.positions);
+            assert.deepEqual(glb.normals, ply.normals);
+            const stl = parseStl(await downloaded(page, "stl", `downloaded-${i}.stl`));
+            assert.equal(stl.length, 3 * ply.triangles.length);
+            ply.triangles.forEach((v, corner) => {
+                for (let axis = 0; axis < 3; axis++) {
+                    assert.equal(stl[3 * corner + axis], ply.positions[3 * v + axis]);
+                }
+            });
+        }
+        await close();
+    });
+
+    test("without caps the mesh is open", async () => {
+        const { page, close } = await watched(browser, { acceptDownloads: true });
+        await open(page, { renderer: "webgl2", isovalue: String(expected.isovalues[0]) });
+        await page.getByLabel("Close at border").uncheck();
+        const ply = parsePly(await downloaded(page, "ply", "open.ply"));
+        const whole = parsePly(readFileSync(join(folder, "extracted-0.ply")));
+        assert.ok(ply.triangles.length > 0 && ply.triangles.length < whole.triangles.length);
+        assert.throws(() => assertClosedManifold(ply));
+        await close();
+    });
+});

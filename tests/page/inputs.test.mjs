@@ -1,0 +1,242 @@
+// What a reader does to the page, through the browser's own events.
+
+import assert from "node:assert/strict";
+import { after, before, describe, test } from "node:test";
+import { expected, launch, open, settled, state, watched } from "./browser.mjs";
+
+const [low, high] = expected.range;
+const at = (share) => low + share * (high - low);
+
+/** Asserts that the isovalue is this to a ten-thousandth of the range. */
+async function assertIsovalue(page, isovalue, what) {
+    await settled(page);
+    const found = (await state(page)).isovalue;
+    assert.ok(Math.abs(found - isovalue) <= 1.01e-4 * (high - low), `${what}: ${found}, expected ${isovalue}`);
+}
+
+describe("inputs", () => {
+    let browser;
+    before(async () => { browser = await launch(); });
+    after(() => browser.close());
+
+    test("the slider follows the mouse and the keys and says its value", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { isovalue: String(at(0.5)) });
+        const slider = page.locator("#slider");
+        const box = await slider.boundingBox();
+        await page.mouse.click(box.x + 8 + 0.25 * (box.width - 16), box.y + box.height / 2);
+        await settled(page);
+        const { isovalue } = await state(page);
+        assert.ok(Math.abs(isovalue - at(0.25)) < 0.01 * (high - low), `${isovalue}`);
+        await slider.focus();
+        await page.keyboard.press("ArrowRight");
+        await assertIsovalue(page, isovalue + (high - low) / 200, "a step");
+        await page.keyboard.press("Shift+ArrowLeft");
+        await assertIsovalue(page, isovalue + (high - low) * (1 / 200 - 1 / 4000), "a fine step");
+        await page.keyboard.press("Home");
+        await assertIsovalue(page, low, "Home");
+        await page.keyboard.press("End");
+        await assertIsovalue(page, high, "End");
+        const text = await slider.getAttribute("aria-valuetext");
+        assert.match(text, /^isovalue [-\d.e]+, 100 % of the range$/);
+        await close();
+    });
+
+    test("typed isovalues are numbers or percentages, others are refused with a reason", async () => {
+        const { page, close } = await watched(browser);
+        await open(page);
+        const typed = page.locator("#isovalue");
+        await typed.fill("25%");
+        await typed.press("Enter");
+        await assertIsovalue(page, at(0.25), "25%");
+        const digits = String(at(0.6));
+        await typed.fill(digits);
+        await typed.press("Enter");
+        await settled(page);
+        assert.equal((await state(page)).isovalue, Number(digits), "all digits count");
+        for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/]]) {
+            await typed.fill(wrong);
+            await typed.press("Enter");
+            assert.match(await page.locator("#message").textContent(), reason);
+            assert.equal(await typed.getAttribute("aria-invalid"), "true");
+            assert.equal((await state(page)).isovalue, Number(digits));
+        }
+        await typed.press("Escape");
+        // Keys typed into the field are text.
+        await typed.fill("");
+        await typed.pressSequentially("w");
+        assert.equal((await state(page)).wireframe, false);
+        await close();
+    });
+
+    test("late inputs are dropped, not played back", async () => {
+        const { page, close } = await watched(browser);
+        await open(page);
+        await settled(page);
+        const before = (await state(page)).nPictures;
+        // Eighty inputs in eight bursts, faster than any picture.
+        const n = await page.evaluate(async () => {
+            const slider = document.getElementById("slider");
+            for (let i = 0; i < 80; i++) {
+                slider.value = 2000 + 50 * i;
+                slider.dispatchEvent(new Event("input"));
+                if (i % 10 === 9) await new Promise((resolve) => setTimeout(resolve, 4));
+            }
+            return Number(slider.value);
+        });
+        await assertIsovalue(page, at(n / 10000), "the last input");
+        const drawn = (await state(page)).nPictures - before;
+        assert.ok(drawn >= 1 && drawn <= 12, `${drawn} pictures for 80 inputs`);
+        await close();
+    });
+
+    test("the mouse rotates, moves, zooms, flips and recentres", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { isovalue: String(at(0.5)) });
+        const box = await page.locator("canvas").boundingBox();
+        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        const drag = async (button) => {
+            await page.mouse.move(x, y);
+            await page.mouse.down({ button });
+            await page.mouse.move(x + 50, y + 20, { steps: 4 });
+            await page.mouse.up({ button });
+            await settled(page);
+            return (await state(page)).view;
+        };
+        const rotated = await drag("left");
+        assert.deepEqual([rotated.azimuth, rotated.elevation].map(Math.round), [15, 30]);
+        assert.deepEqual(rotated.target, [0, 0, 0]);
+        const moved = await drag("middle");
+        assert.ok(Math.hypot(...moved.target) > 1);
+        const again = await drag("right");
+        assert.ok(Math.hypot(...again.target) > 1.5 * Math.hypot(...moved.target));
+        await page.mouse.move(x, y);
+        await page.mouse.wheel(0, -100);
+        await assertIsovalue(page, at(0.5) + (high - low) / 200, "the wheel");
+        await page.keyboard.down("Control");
+        await page.mouse.wheel(0, 200);
+        await page.keyboard.up("Control");
+        await settled(page);
+        assert.ok(Math.abs((await state(page)).view.distance - Math.exp(0.5)) < 1e-9);
+        await page.keyboard.press("r");
+        await settled(page);
+        assert.deepEqual((await state(page)).view, { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] });
+        // Where the middle row of the picture first shows something, and a little further in.
+        const column = await page.evaluate(async () => {
+            const { width, height, pixels } = await window.isospectrum.pixels();
+            const row = 4 * width * Math.floor(height / 2);
+            let i = 0;
+            while (pixels[row + 4 * i] > 250) i++;
+            return (i + 12) / width;
+        });
+        await page.mouse.dblclick(box.x + column * box.width, y);
+        await settled(page);
+        assert.ok(Math.hypot(...(await state(page)).view.target) > 0.5, "a point of the surface");
+        await page.mouse.dblclick(box.x + 5, box.y + 5);
+        await settled(page);
+        assert.deepEqual((await state(page)).view.target, [0, 0, 0], "beside the surface");
+        await close();
+    });
+
+    test("one finger rotates, two move and pinch", async () => {
+        const { page, context, close } = await watched(browser, {
+            viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2,
+        });
+        await open(page);
+        const { view } = await state(page);
+        const session = await context.newCDPSession(page);
+        const box = await page.locator("canvas").boundingBox();
+        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        const touch = (type, points) => session.send("Input.dispatchTouchEvent", {
+            type, touchPoints: points.map(([dx, dy], id) => ({ x: x + dx, y: y + dy, id })),
+        });
+        await touch("touchStart", [[0, 0]]);
+        await touch("touchMove", [[20, 10]]);
+        await touch("touchMove", [[40, 20]]);
+        await touch("touchEnd", []);
+        await settled(page);
+        const rotated = (await state(page)).view;
+        assert.ok(Math.abs(rotated.azimuth - (view.azimuth - 16)) < 1, `${rotated.azimuth}`);
+        assert.ok(rotated.elevation > view.elevation);
+        await touch("touchStart", [[-30, 0], [30, 0]]);
+        await touch("touchMove", [[-60, 30], [60, 30]]);
+        await touch("touchMove", [[-60, 40], [60, 40]]);
+        await touch("touchEnd", []);
+        await settled(page);
+        const pinched = (await state(page)).view;
+        assert.ok(Math.abs(pinched.distance - 0.5) < 0.02, `${pinched.distance}`);
+        assert.ok(Math.hypot(...pinched.target) > 0.5);
+        assert.equal(pinched.azimuth, rotated.azimuth);
+        const width = await page.evaluate(() => document.documentElement.scrollWidth);
+        assert.ok(width <= 390, `the page is ${width} wide`);
+        await close();
+    });
+
+    test("keys play, help and show triangles", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { isovalue: String(at(0.1)) });
+        await page.locator("canvas").focus();
+        await page.keyboard.press(" ");
+        await page.waitForFunction((c) => window.isospectrum.getState().isovalue > c, at(0.15));
+        await page.keyboard.press(" ");
+        assert.equal((await state(page)).playing, false);
+        await settled(page);
+        await page.keyboard.press("w");
+        assert.equal((await state(page)).wireframe, true);
+        await page.keyboard.press("h");
+        assert.ok(await page.locator("#help").isVisible());
+        await page.keyboard.press("h");
+        assert.ok(await page.locator("#help").isHidden());
+        const download = page.waitForEvent("download");
+        await page.keyboard.press("s");
+        assert.match((await download).suggestedFilename(), /\.png$/);
+        await close();
+    });
+
+    test("where motion is unwelcome a sweep goes in steps", async () => {
+        const { page, close } = await watched(browser, { reducedMotion: "reduce" });
+        await open(page, { isovalue: String(low) });
+        await page.locator("#play").click();
+        await page.waitForFunction((c) => window.isospectrum.getState().isovalue > c, at(0.06));
+        const steps = ((await state(page)).isovalue - low) / (high - low) * 24;
+        assert.ok(Math.abs(steps - Math.round(steps)) < 1e-6, `${steps} steps`);
+        await close();
+    });
+
+    test("an address restores what is seen", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { isovalue: String(at(0.3)), view: "120,-10,0.8,1,2,3" });
+        await settled(page);
+        const { isovalue, view } = await state(page);
+        assert.equal(isovalue, at(0.3));
+        assert.deepEqual(view, { azimuth: 120, elevation: -10, distance: 0.8, target: [1, 2, 3] });
+        await page.keyboard.press("ArrowRight");
+        await page.waitForTimeout(600);
+        const url = page.url();
+        assert.match(url, /#isovalue=[-\d.e]+&view=120,-10,0.8,1,2,3$/);
+        const shown = await state(page);
+        await page.goto("about:blank");
+        await page.goto(url);
+        await page.waitForFunction(() => document.documentElement.dataset.ready);
+        const again = await state(page);
+        assert.ok(Math.abs(again.isovalue - shown.isovalue) < 1e-6 * (high - low));
+        assert.deepEqual(again.view, shown.view);
+        await page.evaluate((c) => { location.hash = `#isovalue=${c}`; }, at(0.7));
+        await assertIsovalue(page, at(0.7), "a changed address");
+        await close();
+    });
+
+    test("a click on the curves goes there, near an event to the event", async () => {
+        const { page, close } = await watched(browser);
+        await open(page);
+        const box = await page.locator("#plot").boundingBox();
+        const point = (isovalue) => box.x + (box.width * (isovalue - low)) / (high - low);
+        await page.mouse.click(point(at(0.4)), box.y + 10);
+        await settled(page);
+        assert.ok(Math.abs((await state(page)).isovalue - at(0.4)) < 0.01 * (high - low));
+        await page.mouse.click(point(expected.event) + 2, box.y + box.height - 3);
+        await settled(page);
+        assert.equal((await state(page)).isovalue, expected.event);
+        await close();
+    });
+});

@@ -1,0 +1,103 @@
+// Reads mesh files and checks meshes.
+
+import assert from "node:assert/strict";
+
+const viewOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+
+/** Positions, normals and triangles of a binary PLY as the program and the page write it. */
+export function parsePly(bytes) {
+    const mark = "end_header\n";
+    const head = bytes.toString("latin1", 0, bytes.indexOf(mark));
+    const count = (name) => Number(new RegExp(`element ${name} (\\d+)`).exec(head)[1]);
+    const [n, m] = [count("vertex"), count("face")];
+    const view = viewOf(bytes);
+    const start = bytes.indexOf(mark) + mark.length;
+    assert.equal(bytes.length, start + 24 * n + 13 * m);
+    const [positions, normals, triangles] = [[], [], []];
+    for (let v = 0; v < n; v++) {
+        for (let i = 0; i < 6; i++) {
+            (i < 3 ? positions : normals).push(view.getFloat32(start + 24 * v + 4 * i, true));
+        }
+    }
+    for (let t = 0; t < m; t++) {
+        const at = start + 24 * n + 13 * t;
+        assert.equal(view.getUint8(at), 3);
+        for (let k = 0; k < 3; k++) triangles.push(view.getInt32(at + 1 + 4 * k, true));
+    }
+    return { positions, normals, triangles };
+}
+
+/** Corner positions of a binary STL, nine numbers per triangle. */
+export function parseStl(bytes) {
+    const view = viewOf(bytes);
+    const n = view.getUint32(80, true);
+    assert.equal(bytes.length, 84 + 50 * n);
+    const corners = [];
+    for (let t = 0; t < n; t++) {
+        for (let i = 0; i < 9; i++) corners.push(view.getFloat32(96 + 50 * t + 4 * i, true));
+    }
+    return corners;
+}
+
+/** The one mesh of a GLB. */
+export function parseGlb(bytes) {
+    const view = viewOf(bytes);
+    assert.equal(bytes.toString("latin1", 0, 4), "glTF");
+    assert.equal(view.getUint32(8, true), bytes.length);
+    const length = view.getUint32(12, true);
+    assert.equal(length % 4, 0);
+    const json = JSON.parse(bytes.toString("utf8", 20, 20 + length));
+    const binary = 20 + length + 8;
+    assert.equal(bytes.toString("latin1", binary - 4, binary), "BIN\0");
+    assert.equal(view.getUint32(binary - 8, true), bytes.length - binary);
+    const numbers = (index, width, read) => {
+        const { bufferView, count } = json.accessors[index];
+        const { byteOffset } = json.bufferViews[bufferView];
+        return Array.from({ length: width * count }, (_, i) => read(binary + byteOffset + 4 * i));
+    };
+    const { attributes, indices } = json.meshes[0].primitives[0];
+    const float = (at) => view.getFloat32(at, true);
+    return {
+        positions: numbers(attributes.POSITION, 3, float),
+        normals: numbers(attributes.NORMAL, 3, float),
+        triangles: numbers(indices, 1, (at) => view.getUint32(at, true)),
+    };
+}
+
+/**
+ * Asserts that every directed edge occurs once and its opposite too, and that the triangles at each
+ * vertex are one fan.
+ */
+export function assertClosedManifold({ positions, triangles }) {
+    const n = positions.length / 3;
+    const next = new Map();
+    const degree = new Map();
+    for (let i = 0; i < triangles.length; i += 3) {
+        for (let k = 0; k < 3; k++) {
+            const [a, b, c] = [0, 1, 2].map((j) => triangles[i + ((j + k) % 3)]);
+            assert.ok(a !== b && a >= 0 && a < n, `triangle ${i / 3}`);
+            const key = a * n + b;
+            assert.ok(!next.has(key), `edge ${a} ${b} occurs twice`);
+            next.set(key, c);
+            degree.set(a, (degree.get(a) ?? 0) + 1);
+        }
+    }
+    for (const key of next.keys()) {
+        const [a, b] = [Math.floor(key / n), key % n];
+        assert.ok(next.has(b * n + a), `edge ${a} ${b} has no opposite`);
+    }
+    const seen = new Set();
+    for (const key of next.keys()) {
+        const a = Math.floor(key / n);
+        if (seen.has(a)) continue;
+        seen.add(a);
+        const first = key % n;
+        let [b, count] = [first, 0];
+        do {
+            b = next.get(a * n + b);
+            count++;
+        } while (b !== first && count <= degree.get(a));
+        assert.equal(count, degree.get(a), `the triangles at ${a} are not one fan`);
+    }
+    assert.equal(seen.size, n, "every vertex is used");
+}

@@ -1,0 +1,149 @@
+// What the page draws, against what `isospectrum render` draws and from one way to another.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { address, expected, folder, launch, open, settled, show, state, watched } from "./browser.mjs";
+import { coverage, decodePng, difference, readPng } from "./pixels.mjs";
+
+/** Pixels count as different where a channel is off by more than this: a tenth of the way to white. */
+const FAR = 25;
+
+/**
+ * The page against native pictures. Positions in the page are rounded by half a step of 1/64 voxel
+ * at most, a tenth of a pixel here, so an outline may cross one more of the four samples of a pixel;
+ * elsewhere drivers round alike to a step or two. Outlines of the torus and its caps pass through
+ * some 1,500 of the 307,200 pixels: no more than those may be far off.
+ */
+const TO_NATIVE = { mean: 0.2, share: 0.005 };
+
+/**
+ * WebGPU against WebGL2: the same numbers by two shaders, but WebGL draws upside down, so the four
+ * samples of a pixel lie mirrored, which outlines show.
+ */
+const TO_EACH_OTHER = { mean: 0.2, share: 0.005 };
+
+/** The canvas on the screen against what was read back. */
+const TO_SCREEN = { mean: 0, share: 0 };
+
+function assertAlike(a, b, bound, what) {
+    const found = difference(a, b, FAR);
+    const said = `${what}: mean ${found.mean.toFixed(4)}, share ${found.share.toFixed(5)}`;
+    console.log(said);
+    assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
+}
+
+/** The picture the page reads back. */
+async function pixels(page) {
+    const { width, height, text } = await page.evaluate(async () => {
+        const picture = await window.isospectrum.pixels();
+        let letters = "";
+        for (const byte of picture.pixels) letters += String.fromCharCode(byte);
+        return { ...picture, pixels: null, text: btoa(letters) };
+    });
+    return { width, height, pixels: Buffer.from(text, "base64") };
+}
+
+describe("pictures", () => {
+    let browser;
+    before(async () => { browser = await launch(); });
+    after(() => browser.close());
+
+    test("WebGPU, WebGL2 and native pictures agree at every isovalue", async () => {
+        const drawn = {};
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(browser);
+            await open(page, { renderer });
+            assert.equal((await state(page)).renderer.toLowerCase(), renderer);
+            // Whole pixels, so that the screen shows what was drawn.
+            const { width, height } = expected;
+            const style = `position: fixed; left: 0; top: 0; width: ${width}px; height: ${height}px; z-index: 1`;
+            await page.locator("#stage").evaluate((stage, text) => { stage.style.cssText = text; }, style);
+            drawn[renderer] = [];
+            for (const [i, isovalue] of expected.isovalues.entries()) {
+                await show(page, isovalue);
+                const picture = await pixels(page);
+                const covered = coverage(picture);
+                assert.ok(covered > 0.01 && covered < 0.9, `${renderer}, ${isovalue}: covers ${covered}`);
+                const native = readPng(join(folder, `native-${i}.png`));
+                assertAlike(picture, native, TO_NATIVE, `${renderer} to native, ${isovalue}`);
+                const screen = decodePng(await page.locator("canvas").screenshot());
+                assertAlike(picture, screen, TO_SCREEN, `${renderer} to screen, ${isovalue}`);
+                drawn[renderer].push(picture);
+            }
+            await close();
+        }
+        for (const [i, isovalue] of expected.isovalues.entries()) {
+            const what = `WebGPU to WebGL2, ${isovalue}`;
+            assertAlike(drawn.webgpu[i], drawn.webgl2[i], TO_EACH_OTHER, what);
+        }
+    });
+
+    test("caps, triangles and darkness show", async () => {
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(browser);
+            await open(page, { renderer, isovalue: String(expected.isovalues[0]) });
+            const closed = await pixels(page);
+            const { nTriangles } = await state(page);
+            await page.getByLabel("Close at border").uncheck();
+            await settled(page);
+            assert.ok((await state(page)).nTriangles < nTriangles, "caps are gone");
+            assert.ok(difference(closed, await pixels(page), FAR).share > 0.001);
+            await page.getByLabel("Close at border").check();
+            await page.keyboard.press("w");
+            await settled(page);
+            const wired = await pixels(page);
+            assert.ok(difference(closed, wired, FAR).share > 0.01, "edges are seen");
+            await page.keyboard.press("w");
+            await page.emulateMedia({ colorScheme: "dark" });
+            await settled(page);
+            const dark = await pixels(page);
+            assert.ok(coverage(dark) === 1 && dark.pixels[0] < 60, "the background is dark");
+            await close();
+        }
+    });
+
+    test("without WebGPU and WebGL2 there is a still picture with a sentence", async () => {
+        const { page, close } = await watched(browser);
+        await page.addInitScript(() => {
+            Object.defineProperty(navigator, "gpu", { value: undefined });
+            HTMLCanvasElement.prototype.getContext = () => null;
+        });
+        await page.goto(address({}));
+        await page.getByText("neither WebGPU nor WebGL2").waitFor();
+        assert.ok(await page.locator("#still img").evaluate((img) => img.naturalWidth > 0));
+        assert.ok(await page.locator("canvas").isHidden());
+        await close();
+    });
+
+    test("title, caption and credit stand in the page", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        assert.equal(await page.title(), "A torus & more");
+        await page.getByRole("heading", { name: "A torus & more" }).waitFor();
+        await page.getByText("What is to be seen.").waitFor();
+        await page.getByText("Nobody.").waitFor();
+        await close();
+    });
+
+    test("without WebGPU it is WebGL2", async () => {
+        const { page, close } = await watched(browser);
+        await page.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
+        await open(page);
+        assert.equal((await state(page)).renderer, "WebGL2");
+        await close();
+    });
+
+    test("a lost WebGL2 context comes back", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        await page.evaluate(() => {
+            document.querySelector("canvas").getContext("webgl2").getExtension("WEBGL_lose_context").loseContext();
+        });
+        await page.waitForFunction(() => !document.querySelector("canvas").getContext("webgl2")?.isContextLost());
+        await settled(page);
+        await show(page, expected.isovalues[1]);
+        assert.ok(coverage(await pixels(page)) > 0.01);
+        await close();
+    });
+});
