@@ -102,10 +102,11 @@ fn remeshed(
         let c = mesh.compacted();
         let crossing = intersecting(&c.positions, &c.connectivity.faces);
         log::debug!(
-            "remeshed {} faces at {isovalue} to {}, {} intersecting",
+            "remeshed {} faces at {isovalue} to {}, {} intersecting, {} of them caps",
             exact.n_faces(),
             mesh.n_faces(),
-            crossing.len()
+            crossing.len(),
+            crossing.iter().filter(|&&f| mesh.is_cap(c.faces[f as usize])).count()
         );
         if crossing.len() <= mesh.n_faces() / INTERSECTING_SHARE {
             return Ok(Some(mesh));

@@ -12,7 +12,7 @@ use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, PINNED};
-use crate::mesh::{Compacted, Mesh, Vertex, area, intersecting, normal};
+use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting, normal};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -275,7 +275,7 @@ fn advance(
     let mut positions = kernels.positions()?;
     lift_caps(mesh, field, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
-    let folded = folds(&compacted.connectivity.faces, &positions, &normals);
+    let folded = folds(mesh, compacted, &positions, &normals);
     if folded as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {
         counts.refused.folded += 1;
         return Ok(None);
@@ -324,14 +324,19 @@ fn expected_motion(mesh: &Mesh, compacted: &Compacted, field: &Field, at: f64, n
     *motion.select_nth_unstable_by(i, f32::total_cmp).1
 }
 
-/// How many faces look away from the mean normal of their vertices.
-fn folds(faces: &[[u32; 3]], positions: &[[f32; 3]], normals: &[[f32; 3]]) -> usize {
-    let turned = |t: &&[u32; 3]| {
+/// How many faces of the isosurface proper look away from the mean normal of their vertices.
+fn folds(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    positions: &[[f32; 3]],
+    normals: &[[f32; 3]],
+) -> usize {
+    let turned = |(face, t): &(&Face, &[u32; 3])| {
         let n = normal(t.map(|v| positions[v as usize].into()));
         let mean: Vec3 = t.iter().map(|&v| Vec3::from(normals[v as usize])).sum();
-        n.dot(mean) <= 0.0
+        !mesh.is_cap(**face) && n.dot(mean) <= 0.0
     };
-    faces.iter().filter(turned).count()
+    compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).count()
 }
 
 /// Whether the mesh half-way between two sampling isovalues follows its isosurface.

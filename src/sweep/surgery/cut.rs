@@ -54,7 +54,7 @@ impl Moved {
         for &f in &c.faces {
             let t = mesh.face_vertices(f).map(|v| v.0 as usize);
             let mean: Vec3 = t.iter().map(|&v| normals[v]).sum();
-            if normal(t.map(|v| positions[v])).dot(mean) <= 0.0 {
+            if !mesh.is_cap(f) && normal(t.map(|v| positions[v])).dot(mean) <= 0.0 {
                 folded.push(f);
             }
         }
