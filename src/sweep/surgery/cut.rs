@@ -6,7 +6,7 @@ use super::block::Block;
 use super::rim::{RimVertex, Side};
 use crate::kernels::{Kernels, Status};
 use crate::error::Result;
-use crate::mesh::{Face, Mesh, Vertex, intersecting, normal};
+use crate::mesh::{Face, Mesh, Vertex, intersecting_but, normal};
 
 /// A vertex that moves farther than this, in voxels, is not sure to have followed its surface.
 const MOST_MOTION: f32 = 1.0;
@@ -58,7 +58,7 @@ impl Moved {
                 folded.push(f);
             }
         }
-        let crossing = intersecting(&moved, &c.connectivity.faces);
+        let crossing = intersecting_but(&moved, &c.connectivity.faces, |f| mesh.is_cap(c.faces[f]));
         let crossing = crossing.iter().map(|&f| c.faces[f as usize]);
         for f in folded.into_iter().chain(crossing) {
             mesh.face_vertices(f).iter().for_each(|v| is_bad[v.0 as usize] = true);

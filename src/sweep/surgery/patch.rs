@@ -7,7 +7,7 @@ use super::stitch::Stitched;
 use super::{Operation, Patched, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
-use crate::mesh::{Face, Mesh, Vertex, intersecting};
+use crate::mesh::{Face, Mesh, Vertex, intersecting_but};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::remesh::remesh_patch;
 
@@ -104,7 +104,7 @@ fn crossing_near(mesh: &Mesh, block: &Block) -> Vec<Vec3> {
             })
         })
         .collect();
-    let crossing = intersecting(&positions, &triangles);
+    let crossing = intersecting_but(&positions, &triangles, |f| mesh.is_cap(faces[f]));
     crossing
         .iter()
         .map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0)
