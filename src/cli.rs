@@ -21,6 +21,11 @@ mod report;
 mod spectrum_file;
 pub(crate) mod usage;
 mod verify;
+#[cfg(feature = "viewer")]
+mod view;
+#[cfg(not(feature = "viewer"))]
+#[path = "cli/view_missing.rs"]
+mod view;
 mod volume_arguments;
 
 use std::io;
@@ -55,6 +60,7 @@ enum Command {
     Analyze(analyze::Analyze),
     Verify(verify::Verify),
     Render(render::Render),
+    View(view::View),
     Convert(convert::Convert),
     Demo(demo::Demo),
     Completions(completions::Completions),
@@ -71,6 +77,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(),
+        Command::View(command) => command.run(),
         Command::Convert(command) => command.run(),
         Command::Demo(command) => command.run(arguments.quiet),
         Command::Completions(command) => command.run(),

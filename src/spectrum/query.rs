@@ -26,7 +26,7 @@ impl<'a> Query<'a> {
     pub fn new(spectrum: &'a Spectrum) -> Self {
         Query {
             spectrum,
-            active: ActiveSet::new(spectrum),
+            active: ActiveSet::new(&spectrum.triangles),
             marks: vec![(0, 0); spectrum.n_vertices()],
             stamp: 0,
         }
@@ -61,7 +61,7 @@ impl<'a> Query<'a> {
         mesh.caps.clear();
         let Some(rank) = spectrum.rank_at(isovalue) else { return Ok(()) };
         self.next_stamp();
-        for &i in self.active.move_to(spectrum, rank) {
+        for &i in self.active.move_to(&spectrum.triangles, rank) {
             let triangle = spectrum.triangles[i as usize];
             mesh.triangles.push(triangle.vertices.map(|v| {
                 let (stamp, index) = &mut self.marks[v as usize];
