@@ -35,6 +35,9 @@ pub struct Painter {
     resident: bool,
     /// Most triangles drawn at once.
     triangles_per_pass: usize,
+    /// Whether triangles are drawn in the order of their index, so that equal pictures have equal
+    /// bytes even where triangles are equally far.
+    in_order: bool,
     layers: Vec<Layer>,
     target: Option<Target>,
 }
@@ -61,6 +64,7 @@ impl Painter {
                 knots: table("surface.knots"),
                 resident: tables::largest_table(spectrum) <= bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
+                in_order: false,
                 layers: vec![Layer::new(&device, spectrum)],
                 target: None,
                 device,
@@ -72,6 +76,13 @@ impl Painter {
             caught(&device, || painter.upload_tables(&tables::all(spectrum)))?;
         }
         Ok(painter)
+    }
+
+    /// Draws triangles in the order of their index from now on: the bytes of a picture then depend on
+    /// what is seen alone, never on the pictures before.
+    pub fn in_order(mut self) -> Self {
+        self.in_order = true;
+        self
     }
 
     /// Draws the isosurfaces of `isovalues` into the painter's own texture, the first one first.
@@ -94,7 +105,7 @@ impl Painter {
             self.layers.push(layer);
         }
         for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
-            layer.list(spectrum, isovalue, view);
+            layer.list(spectrum, isovalue, view, self.in_order);
             if view.opacity < 1.0 {
                 layer.sort_by_depth(spectrum, isovalue, projection.eye_from_voxel);
             }

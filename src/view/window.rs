@@ -373,7 +373,12 @@ impl eframe::App for Window {
             return;
         }
         let is_dark = self.view.background == Background::Dark;
-        context.set_theme(if is_dark { Theme::Dark } else { Theme::Light });
+        let theme = if is_dark { Theme::Dark } else { Theme::Light };
+        if context.theme() != theme {
+            // It holds from the next frame on.
+            context.set_theme(theme);
+            context.request_repaint();
+        }
         self.receive(&context);
         if self.message.as_ref().is_some_and(|(_, until)| context.input(|i| i.time) > *until) {
             self.message = None;
