@@ -18,6 +18,8 @@ pub struct Query<'a> {
     /// that query's mesh.
     marks: Vec<(u32, u32)>,
     stamp: u32,
+    /// The vertices of the last mesh, by their index in it.
+    vertices: Vec<u32>,
 }
 
 impl<'a> Query<'a> {
@@ -29,6 +31,7 @@ impl<'a> Query<'a> {
             active: ActiveSet::new(&spectrum.triangles),
             marks: vec![(0, 0); spectrum.n_vertices()],
             stamp: 0,
+            vertices: Vec::new(),
         }
     }
 
@@ -61,20 +64,29 @@ impl<'a> Query<'a> {
         mesh.caps.clear();
         let Some(rank) = spectrum.rank_at(isovalue) else { return Ok(()) };
         self.next_stamp();
-        for &i in self.active.move_to(&spectrum.triangles, rank) {
-            let triangle = spectrum.triangles[i as usize];
+        self.vertices.clear();
+        let active = self.active.move_to(&spectrum.triangles, rank);
+        mesh.triangles.reserve(active.len());
+        mesh.caps.reserve(active.len());
+        for &i in active {
+            let triangle = &spectrum.triangles[i as usize];
             mesh.triangles.push(triangle.vertices.map(|v| {
                 let (stamp, index) = &mut self.marks[v as usize];
                 if *stamp != self.stamp {
-                    *stamp = self.stamp;
-                    *index = mesh.positions.len() as u32;
-                    let (position, normal) = spectrum.vertex_at(v, rank, isovalue);
-                    mesh.positions.push(position);
-                    mesh.normals.push(normal);
+                    (*stamp, *index) = (self.stamp, self.vertices.len() as u32);
+                    self.vertices.push(v);
                 }
                 *index
             }));
             mesh.caps.push(triangle.cap);
+        }
+        // In a loop of their own, so that the processor waits for many trajectories at once.
+        mesh.positions.reserve(self.vertices.len());
+        mesh.normals.reserve(self.vertices.len());
+        for &v in &self.vertices {
+            let (position, normal) = spectrum.vertex_at(v, rank, isovalue);
+            mesh.positions.push(position);
+            mesh.normals.push(normal);
         }
         Ok(())
     }
