@@ -96,6 +96,11 @@ struct Window<'a> {
 
 impl<'a> Window<'a> {
     fn open(server: &'a Server, folder: &'a Folder, arguments: &[&str]) -> Self {
+        Self::open_titled(server, folder, arguments, "isovalue")
+    }
+
+    /// Opens a window and waits until its title has a word.
+    fn open_titled(server: &'a Server, folder: &'a Folder, arguments: &[&str], word: &str) -> Self {
         let process = Command::new(program::path())
             .args(["-q", "view", "--size", "1000x700"])
             .args(arguments)
@@ -109,7 +114,7 @@ impl<'a> Window<'a> {
             if let Some(status) = window.process.try_wait().expect("a state") {
                 panic!("the window ended: {status}");
             }
-            let found = server.xdotool("search --name isovalue");
+            let found = server.xdotool(&format!("search --name {word}"));
             found.lines().next().map(str::to_owned)
         });
         // What a window manager does with a new window; there is none.
@@ -156,6 +161,12 @@ impl<'a> Window<'a> {
         self.point((from.0 + to.0) / 2, (from.1 + to.1) / 2);
         self.point(to.0, to.1);
         self.input(&format!("mouseup {button}"));
+    }
+
+    /// Clicks on a point, from the top left of the window.
+    fn click(&self, x: i32, y: i32) {
+        self.point(x, y);
+        self.input("click 1");
     }
 
     /// Types into the field of the isovalue.
@@ -351,6 +362,65 @@ fn wheel_and_keys_step_through_isovalues() {
     window.type_isovalue("2");
     window.type_isovalue("p50");
     window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
+}
+
+#[test]
+fn what_the_panel_offers_is_done() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2"]);
+    window.point(400, 250);
+    let whole = window.picture();
+    let (_, n_triangles) = window.seen();
+
+    // Half of the ball is gone, and one looks into it: everything stays where it is.
+    window.click(746, 136);
+    let clipped = window.picture();
+    assert!(clipped.difference(&whole) > 0.05, "the plane cuts");
+    assert!(clipped.covered() < whole.covered(), "and leaves less");
+    window.click(746, 136);
+    assert!(window.picture() == whole, "without the plane all is as before");
+
+    // The second surface is that of -0.2, a larger ball around the first.
+    window.click(746, 191);
+    wait_for("two surfaces", || (window.seen().1 > n_triangles).then_some(()));
+    let both = window.picture();
+    assert!(both.covered() > 1.1 * whole.covered(), "the larger ball is seen");
+    // To the middle of the slider of opacity; one looks through the one at the other.
+    window.drag(1, (833, 81), (790, 81));
+    assert!(window.picture().difference(&both) > 0.05, "one looks through");
+    window.drag(1, (790, 81), (850, 81));
+    assert!(window.picture().difference(&both) < TIES, "opaque again");
+    window.click(746, 191);
+    wait_for("one surface", || (window.seen().1 == n_triangles).then_some(()));
+
+    window.click(746, 104);
+    let dark = window.picture();
+    assert!(dark.pixels[0].iter().all(|&c| c < 64), "dark: {:?}", dark.pixels[0]);
+    window.click(746, 104);
+
+    window.click(872, 223);
+    wait_for("the mesh", || folder.names().contains(&"s-0.2.ply".to_owned()).then_some(()));
+    folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
+    assert!(folder.read("s-0.2.ply") == folder.read("m.ply"), "the mesh is what extract writes");
+
+    window.click(766, 269);
+    let last = folder.path().join("s-sweep").join("s-00100.png");
+    wait_for("the last picture of the sweep", || last.exists().then_some(()));
+    window.wait_for_isovalue(|c| c == 0.2);
+    let frames = std::fs::read_dir(folder.path().join("s-sweep")).expect("a folder").count();
+    assert_eq!(frames, 100);
+}
+
+#[test]
+fn a_computation_can_be_cancelled() {
+    let server = Server::start();
+    let folder = Folder::new();
+    let window = Window::open_titled(&server, &folder, &["--phantom", "noise:64"], "working");
+    window.click(400, 80);
+    wait_for("nothing", || (window.title() == "isospectrum").then_some(()));
+    window.input("key h");
+    assert_eq!(window.title(), "isospectrum");
 }
 
 #[test]
