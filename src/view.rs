@@ -7,7 +7,7 @@
 //! list of the living ones. Nothing depends on the size of the volume, or looks at all triangles.
 //!
 //! What takes longer than a frame runs in a thread of its own and ends when its scene goes: reading
-//! and computing ([`loading`]), the curves over the isovalue ([`curves`]).
+//! and computing, the curves over the isovalue.
 
 mod actions;
 mod curves;

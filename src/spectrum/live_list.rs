@@ -65,10 +65,13 @@ impl LiveList {
         let dead = self.deaths.partition_point(|&(death, ..)| death <= rank);
         let passed = born.abs_diff(self.born) + dead.abs_diff(self.dead);
         match self.rank {
-            Some(old) if passed <= self.triangles.len() && old < rank => {
-                self.go_up(born, dead, rank)
+            Some(old) if passed <= self.triangles.len() => {
+                if old < rank {
+                    self.go_up(born, dead, rank);
+                } else {
+                    self.go_down(born, dead, rank);
+                }
             }
-            Some(_) if passed <= self.triangles.len() => self.go_down(born, dead, rank),
             _ => self.jump(rank),
         }
         (self.born, self.dead, self.rank) = (born, dead, Some(rank));
