@@ -3,7 +3,7 @@
 
 For each isovalue of a walk in small moves and of random jumps, both answer right after each other, so
 that whatever else the machine does slows both: the spectrum by its list of living triangles and by its
-mesh with normals, VTK by vtkFlyingEdges3D with normals on one thread. Printed are medians of the ratios
+mesh with normals, VTK by vtkFlyingEdges3D with normals, one thread each. Printed are medians of the ratios
 of such pairs; below 1 the spectrum is faster.
 
     python3 -m venv /tmp/peers && /tmp/peers/bin/pip install vtk numpy
@@ -16,6 +16,7 @@ phantom of that name is.
 
 import argparse
 import json
+import os
 import random
 import re
 import statistics
@@ -66,7 +67,11 @@ class Spectrum:
 
     def __init__(self, program, path):
         self.process = subprocess.Popen(
-            [program, path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [program, path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "RAYON_NUM_THREADS": "1"},
         )
         self.facts = json.loads(self.process.stdout.readline())
 

@@ -5,9 +5,15 @@
 //! interpolated. The cost is that of the active triangles: marks left by earlier queries are told
 //! apart by a stamp, so nothing of the spectrum's size is ever cleared.
 
+use rayon::prelude::*;
+
 use super::active_set::ActiveSet;
 use super::{Knot, Spectrum, SurfaceMesh, normal};
 use crate::error::{Error, Result};
+
+/// Vertices that one thread interpolates at a time: about a millisecond, which starting another one
+/// does not come near to.
+const VERTICES_PER_TASK: usize = 1 << 13;
 
 /// Answers queries on one spectrum, fastest where successive isovalues are close.
 #[derive(Clone, Debug)]
@@ -80,13 +86,21 @@ impl<'a> Query<'a> {
             }));
             mesh.caps.push(triangle.cap);
         }
-        // In a loop of their own, so that the processor waits for many trajectories at once.
-        mesh.positions.reserve(self.vertices.len());
-        mesh.normals.reserve(self.vertices.len());
-        for &v in &self.vertices {
-            let (position, normal) = spectrum.vertex_at(v, rank, isovalue);
-            mesh.positions.push(position);
-            mesh.normals.push(normal);
+        mesh.positions.resize(self.vertices.len(), [0.0; 3]);
+        mesh.normals.resize(self.vertices.len(), [0.0; 3]);
+        // After the triangles, so that the processor waits for many trajectories at once.
+        let interpolate = |((vertices, positions), normals): ((&[u32], &mut [_]), &mut [_])| {
+            for ((&v, position), normal) in vertices.iter().zip(positions).zip(normals) {
+                (*position, *normal) = spectrum.vertex_at(v, rank, isovalue);
+            }
+        };
+        if self.vertices.len() <= VERTICES_PER_TASK {
+            interpolate(((&self.vertices, &mut mesh.positions), &mut mesh.normals));
+        } else {
+            (self.vertices.par_chunks(VERTICES_PER_TASK))
+                .zip(mesh.positions.par_chunks_mut(VERTICES_PER_TASK))
+                .zip(mesh.normals.par_chunks_mut(VERTICES_PER_TASK))
+                .for_each(interpolate);
         }
         Ok(())
     }
