@@ -93,7 +93,11 @@ struct Axis {
 impl Axis {
     fn x_of(&self, isovalue: f64) -> f32 {
         let (low, high) = self.range;
-        self.rect.left() + self.rect.width() * ((isovalue - low) / (high - low)) as f32
+        // Halved first, so that the widest range does not overflow.
+        let share = (0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low);
+        // A range of one isovalue has no length.
+        let share = if share.is_finite() { share } else { 0.5 };
+        self.rect.left() + self.rect.width() * share as f32
     }
 
     fn isovalue_at(&self, x: f32) -> f64 {

@@ -58,7 +58,7 @@ pub(super) fn shown(x: f64) -> String {
 
 /// The step of an isovalue over a range: 1, 2 or 5 times a power of ten, about 200 of them.
 pub(super) fn step((low, high): (f64, f64)) -> f64 {
-    let raw = (high - low) / 200.0;
+    let raw = high / 200.0 - low / 200.0;
     let decade = 10f64.powf(raw.log10().floor());
     let nearest = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade);
     let step = nearest.into_iter().min_by(|a, b| {
@@ -82,7 +82,8 @@ pub(super) fn stepped(isovalue: f64, n: f64, step: f64, (low, high): (f64, f64))
     let target = from + n;
     // Dividing by the inverse of a power of ten gives the nearest short decimal.
     let value = if step < 1.0 { target / (1.0 / step) } else { target * step };
-    value.clamp(low, high)
+    // A range of one isovalue has no steps.
+    if value.is_finite() { value.clamp(low, high) } else { isovalue }
 }
 
 #[cfg(test)]
@@ -114,6 +115,7 @@ mod tests {
         assert_eq!(stepped(37.0, -1.0, 0.1, (0.0, 255.0)), 36.9);
         assert_eq!(stepped(254.5, 3.0, 1.0, (0.0, 255.0)), 255.0);
         assert_eq!(stepped(0.3, 1.0, 0.1, (0.0, 1.0)), 0.4);
+        assert_eq!(stepped(3.0, 1.0, step((3.0, 3.0)), (3.0, 3.0)), 3.0);
     }
 
     #[test]

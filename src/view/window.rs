@@ -192,7 +192,10 @@ impl Window {
                     let text = sweep.finish(scene);
                     self.say(context, text);
                 }
-                Err(error) => self.say(context, error.to_string()),
+                Err(error) => {
+                    sweep.finish(scene);
+                    self.say(context, error.to_string());
+                }
             }
             context.request_repaint();
         } else if let Some(direction) = &mut self.playing {
