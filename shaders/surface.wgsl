@@ -65,6 +65,7 @@ const PLAIN: u32 = 0u;
 const RAMP: u32 = 1u;
 const BALANCE: u32 = 2u;
 const NAMES: u32 = 3u;
+const NORMALS: u32 = 4u;
 
 struct Corner {
     @builtin(position) clip: vec4<f32>,
@@ -175,6 +176,18 @@ fn name_color(name: u32) -> vec3<f32> {
     return from_oklch(lightness[turn] * (1.0 - 0.13 * round), 0.125, radians(hues[turn]));
 }
 
+/// The linear colour of a direction of the eye frame: its components in the voxel frame, whose axes
+/// are the columns of the matrix, from -1 (dark) to 1 (light) as red, green and blue.
+fn normal_color(eye_normal: vec3<f32>) -> vec3<f32> {
+    let axes = mat3x3(
+        normalize(frame.eye_from_voxel[0].xyz),
+        normalize(frame.eye_from_voxel[1].xyz),
+        normalize(frame.eye_from_voxel[2].xyz),
+    );
+    let components = 0.5 + 0.5 * (normalize(eye_normal) * axes);
+    return components * components;
+}
+
 /// Linear sRGB of a colour in OKLCh (Ottosson 2020, "A perceptual color space for image
 /// processing"); hue in radians. Colours outside sRGB are cut off.
 fn from_oklch(lightness: f32, chroma: f32, hue: f32) -> vec3<f32> {
@@ -196,13 +209,22 @@ fn surface_fragment(
     in: Corner,
     @builtin(front_facing) counter_clockwise: bool,
 ) -> @location(0) vec4<f32> {
+    return vec4(shade(in, counter_clockwise), 1.0);
+}
+
+/// The linear colour of a fragment.
+fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     // Derivatives come first: they need the neighbouring fragments to run the same way.
     let altitudes = altitudes_in_pixels(in.barycentric);
     let front = counter_clockwise != (frame.mirrored == 1u);
 
-    var albedo = in.color;
+    var color = in.color;
+    if (frame.palette == NORMALS) {
+        color = normal_color(in.normal);
+    }
+    var albedo = color;
     if (!front) {
-        albedo = select(mix(0.5 * in.color, frame.back.rgb, 0.25), frame.back.rgb, frame.palette == PLAIN);
+        albedo = select(mix(0.5 * color, frame.back.rgb, 0.25), frame.back.rgb, frame.palette == PLAIN);
     }
     let towards_eye = normalize(-in.position);
     var normal = normalize(select(-in.normal, in.normal, front));
@@ -210,7 +232,7 @@ fn surface_fragment(
     if (frame.wire_width > 0.0) {
         lit = mix(lit, frame.wire.rgb, frame.wire.a * wire_coverage(in.barycentric, altitudes));
     }
-    return vec4(lit, 1.0);
+    return lit;
 }
 
 /// Two soft lights fixed to the camera, light from all around that is brighter from above, a small

@@ -22,6 +22,11 @@ mod report;
 mod spectrum_file;
 pub(crate) mod usage;
 mod verify;
+#[cfg(feature = "viewer")]
+mod view;
+#[cfg(not(feature = "viewer"))]
+#[path = "cli/view_missing.rs"]
+mod view;
 mod volume_arguments;
 
 use std::io;
@@ -57,6 +62,7 @@ enum Command {
     Verify(verify::Verify),
     Render(render::Render),
     Html(html::Html),
+    View(view::View),
     Convert(convert::Convert),
     Demo(demo::Demo),
     Completions(completions::Completions),
@@ -74,6 +80,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Verify(command) => command.run(arguments.quiet),
         Command::Render(command) => command.run(),
         Command::Html(command) => command.run(),
+        Command::View(command) => command.run(),
         Command::Convert(command) => command.run(),
         Command::Demo(command) => command.run(arguments.quiet),
         Command::Completions(command) => command.run(),

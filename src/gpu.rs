@@ -36,6 +36,8 @@ const BACKENDS: wgpu::Backends =
 /// A device and its queue. Shared by threads.
 #[derive(Debug)]
 pub struct Gpu {
+    instance: wgpu::Instance,
+    adapter: wgpu::Adapter,
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
@@ -82,7 +84,7 @@ impl Gpu {
                 note(&keep, format!("device lost: {text}"));
             }
         });
-        Ok(Gpu { device, queue, info, failure, staging: Mutex::default() })
+        Ok(Gpu { instance, adapter, device, queue, info, failure, staging: Mutex::default() })
     }
 
     /// The adapter's name and its back end: `llvmpipe (vulkan)`.
@@ -98,6 +100,16 @@ impl Gpu {
     /// What the adapter says of itself.
     pub fn info(&self) -> &wgpu::AdapterInfo {
         &self.info
+    }
+
+    /// The instance, which a window makes its surface with.
+    pub fn instance(&self) -> &wgpu::Instance {
+        &self.instance
+    }
+
+    /// The adapter.
+    pub fn adapter(&self) -> &wgpu::Adapter {
+        &self.adapter
     }
 
     /// The device.

@@ -14,10 +14,12 @@
 //! | `relax.wgsl` | [`relax`] | one iteration of tangential relaxation |
 //! | `deviation.wgsl` | [`deviation`] | distances of barycentres |
 //! | `reduce.wgsl` | sums in [`cpu`] | largest force, number of failures |
+//! | `compact.wgsl` | [`compact`] | the triangles alive at a rank |
 //!
 //! [`Backend`] chooses where they run.
 
 pub mod backend;
+pub mod compact;
 pub mod cpu;
 pub mod deviation;
 pub mod field;

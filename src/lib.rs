@@ -33,6 +33,8 @@ pub mod spectrum;
 pub mod sweep;
 pub mod topology;
 pub mod verify;
+#[cfg(feature = "viewer")]
+pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};

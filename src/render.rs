@@ -25,7 +25,9 @@
 mod attribute;
 mod camera;
 mod image;
+mod layer;
 mod layout;
+mod painter;
 mod pipeline;
 mod surface;
 mod table;
@@ -35,7 +37,11 @@ mod target;
 pub use attribute::Color;
 pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
+pub use painter::Painter;
 pub use surface::{RESIDENT_BYTES, Renderer};
+pub use tables::Memory;
+#[cfg(feature = "viewer")]
+pub(crate) use target::SHOWN_FORMAT;
 
 use crate::error::{Error, Result};
 
@@ -44,6 +50,8 @@ use crate::error::{Error, Result};
 pub struct View {
     /// Where it is taken from.
     pub camera: Camera,
+    /// The point in the middle of the picture, voxel frame; without it the middle of the volume.
+    pub look_at: Option<[f64; 3]>,
     /// Pixels per row.
     pub width: u32,
     /// Rows.
@@ -59,12 +67,34 @@ pub struct View {
     pub background: Background,
     /// Whether caps are left out, so that one looks into the volume at its border.
     pub open: bool,
+    /// A plane beyond which nothing is drawn.
+    pub clip: Option<Clip>,
+    /// How much of what lies behind the surface hides, 0 to 1. Below 1 the triangles are sorted by
+    /// depth for every picture.
+    pub opacity: f32,
+}
+
+/// A plane in the voxel frame: points with normal . p <= offset are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clip {
+    /// Towards what is left out; not zero.
+    pub normal: [f64; 3],
+    /// Where the plane lies along the normal.
+    pub offset: f64,
+}
+
+impl Clip {
+    /// Towards what is drawn.
+    fn kept(&self) -> glam::DVec3 {
+        -glam::DVec3::from_array(self.normal)
+    }
 }
 
 impl Default for View {
     fn default() -> Self {
         View {
             camera: Camera::default(),
+            look_at: None,
             width: 1280,
             height: 960,
             color: Color::None,
@@ -72,11 +102,18 @@ impl Default for View {
             wireframe: None,
             background: Background::White,
             open: false,
+            clip: None,
+            opacity: 1.0,
         }
     }
 }
 
 impl View {
+    /// Whether it takes more than the plain pipeline.
+    fn is_cut(&self) -> bool {
+        self.clip.is_some() || self.opacity < 1.0
+    }
+
     /// Whether the numbers make sense for a device whose pictures are at most `largest` pixels wide
     /// and high.
     fn check(&self, largest: u32) -> Result<()> {
@@ -99,6 +136,17 @@ impl View {
             return Err(Error::Usage(format!(
                 "largest curvature {largest}, expected a positive number"
             )));
+        }
+        if !(0.0..=1.0).contains(&self.opacity) {
+            return Err(Error::Usage(format!("opacity {}, expected 0 to 1", self.opacity)));
+        }
+        let numbers = self
+            .look_at
+            .into_iter()
+            .flatten()
+            .chain(self.clip.into_iter().flat_map(|c| c.normal.into_iter().chain([c.offset])));
+        if let Some(wrong) = numbers.into_iter().find(|x| !x.is_finite()) {
+            return Err(Error::Usage(format!("view with {wrong}, expected finite numbers")));
         }
         self.camera.check()
     }

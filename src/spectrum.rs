@@ -14,12 +14,15 @@ mod active_set;
 mod builder;
 mod check;
 pub mod interval_tree;
+mod live_list;
 pub mod normal;
 mod quantise;
 mod query;
 
+pub use active_set::ActiveSet;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
+pub use live_list::LiveList;
 pub use quantise::QUANTUM;
 pub(crate) use quantise::{from_fixed, narrow_normal, to_fixed, widen_normal};
 pub use query::Query;

@@ -4,6 +4,7 @@
 use bytemuck::Zeroable;
 use isospectrum::gpu::layout::{Grid, Outcome, Parameters};
 use isospectrum::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
+use isospectrum::kernels::compact::{Draw, Moment};
 use isospectrum::kernels::gpu::REDUCE_WORKGROUPS;
 use isospectrum::kernels::shader::{self, ALL, Shader};
 use isospectrum::kernels::{CREASE, Status, ray, relax, step};
@@ -123,6 +124,11 @@ fn structs_lie_alike_on_host_and_device() {
         );
     }
     assert_layout!(&parse(shader::REDUCE), Outcome { largest_force, n_failed });
+    assert_layout!(&parse(shader::COMPACT), Moment { rank });
+    assert_layout!(
+        &parse(shader::COMPACT),
+        Draw { n_corners, n_instances, first_corner, first_instance }
+    );
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
 use serde::Serialize;
 
@@ -43,6 +44,7 @@ pub(super) struct Facts<'a> {
     n_isovalues: usize,
     n_collapses: usize,
     bytes: u64,
+    gpu_memory: Memory,
     n_events: usize,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
@@ -67,6 +69,7 @@ impl<'a> Facts<'a> {
             n_isovalues: spectrum.isovalues.len(),
             n_collapses: spectrum.collapses.len(),
             bytes: n_bytes,
+            gpu_memory: Memory::of(spectrum),
             n_events: events.len(),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
@@ -89,10 +92,22 @@ impl<'a> Facts<'a> {
             ("tolerance", format!("{} voxel", report::number(self.tolerance))),
             ("triangles", self.n_triangles.to_string()),
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
+            ("memory on a GPU", memory_line(&self.gpu_memory)),
             ("events", self.n_events.to_string()),
             ("size", report::bytes(self.bytes)),
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
         ])
     }
+}
+
+/// Trajectories, and the list of living triangles where it is longest.
+fn memory_line(memory: &Memory) -> String {
+    let Memory { trajectories, triangles, most_triangles } = *memory;
+    format!(
+        "{}: {} of trajectories, {} for at most {most_triangles} triangles at an isovalue",
+        report::bytes(trajectories + triangles),
+        report::bytes(trajectories),
+        report::bytes(triangles)
+    )
 }

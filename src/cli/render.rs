@@ -34,7 +34,7 @@ pub(super) struct Render {
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
-    /// What the colours show: none, quality, lifetime, curvature or component
+    /// What the colours show: none, quality, lifetime, curvature, component or normal
     #[arg(long, value_name = "WHAT", default_value = "none")]
     color: Color,
     /// Leave out the triangles that close the mesh at the border of the volume
@@ -91,9 +91,9 @@ impl<'a> Pictures<'a> {
 
 /// `1024x768`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Size {
-    width: u32,
-    height: u32,
+pub(super) struct Size {
+    pub(super) width: u32,
+    pub(super) height: u32,
 }
 
 impl FromStr for Size {

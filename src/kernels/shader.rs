@@ -51,5 +51,9 @@ pub const DEVIATION: Shader = Shader {
 pub const REDUCE: Shader =
     Shader { name: "reduce", parts: &[DISPATCH, include_str!("../../shaders/reduce.wgsl")] };
 
+/// The triangles alive at a rank.
+pub const COMPACT: Shader =
+    Shader { name: "compact", parts: &[DISPATCH, include_str!("../../shaders/compact.wgsl")] };
+
 /// All of them.
-pub const ALL: [Shader; 5] = [NORMALS, PROJECT, RELAX, DEVIATION, REDUCE];
+pub const ALL: [Shader; 6] = [NORMALS, PROJECT, RELAX, DEVIATION, REDUCE, COMPACT];

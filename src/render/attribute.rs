@@ -31,12 +31,21 @@ pub enum Color {
     Curvature,
     /// Connected component of the closed mesh, the largest first.
     Component,
+    /// Direction of the normal along the volume's axes: x red, y green, z blue, lighter towards
+    /// larger coordinates.
+    Normal,
 }
 
 impl Color {
     /// Every colour, in the order of the documentation.
-    pub const ALL: [Color; 5] =
-        [Color::None, Color::Quality, Color::Lifetime, Color::Curvature, Color::Component];
+    pub const ALL: [Color; 6] = [
+        Color::None,
+        Color::Quality,
+        Color::Lifetime,
+        Color::Curvature,
+        Color::Component,
+        Color::Normal,
+    ];
 
     /// The name as flags spell it.
     pub fn name(self) -> &'static str {
@@ -46,6 +55,7 @@ impl Color {
             Color::Lifetime => "lifetime",
             Color::Curvature => "curvature",
             Color::Component => "component",
+            Color::Normal => "normal",
         }
     }
 
@@ -56,6 +66,7 @@ impl Color {
             Color::Quality | Color::Lifetime => Palette::Ramp,
             Color::Curvature => Palette::Balance,
             Color::Component => Palette::Names,
+            Color::Normal => Palette::Normals,
         }
     }
 }
@@ -99,7 +110,7 @@ pub(super) fn attributes(
     let corners = |i: &u32| triangle(i).vertices.map(|v| spectrum.vertex_at(v, rank, isovalue));
     let positions = |i: &u32| corners(i).map(|(p, _)| vector(p));
     match color {
-        Color::None => Attributes { values: vec![0.0; active.len()], ends: None },
+        Color::None | Color::Normal => Attributes { values: vec![0.0; active.len()], ends: None },
         Color::Quality => Attributes {
             values: active.par_iter().map(|i| radius_ratio(positions(i)) as f32).collect(),
             ends: Some((0.0, 1.0)),

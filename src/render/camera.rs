@@ -28,7 +28,8 @@ pub const BORDER: f64 = 0.1;
 
 /// The direction and distance from which the volume is seen.
 ///
-/// The camera looks at the middle of the volume's box; up is the world's +z.
+/// The camera looks at the middle of the volume's box, or where
+/// [`View::look_at`](super::View::look_at) says; up is the world's +z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Degrees counter-clockwise about the world's z axis, from +x: 0 looks from +x, 90 from +y.
@@ -104,8 +105,15 @@ impl Camera {
         )
     }
 
-    /// The matrices of a picture of `width` by `height` pixels.
-    pub(crate) fn projection(&self, volume: &VolumeInfo, width: u32, height: u32) -> Projection {
+    /// The matrices of a picture of `width` by `height` pixels with the point `look_at` (voxel
+    /// frame; without it the middle of the volume) in its middle.
+    pub(crate) fn projection(
+        &self,
+        volume: &VolumeInfo,
+        look_at: Option<[f64; 3]>,
+        width: u32,
+        height: u32,
+    ) -> Projection {
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
         let corners = corners(volume);
         let middle = world * (0.5 * (corners[0] + corners[7]));
@@ -121,14 +129,16 @@ impl Camera {
             .fold(0.0, f64::max);
         let distance = self.distance * fit;
 
-        let radius = turned.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let aim = look_at.map_or(middle, |p| world * DVec3::from_array(p));
+        let away = aim.distance(middle);
+        let radius = away + turned.iter().map(|p| p.length()).fold(0.0, f64::max);
         let far = distance + radius;
         // A thousandth of the far plane keeps depth precise when the eye is inside the box.
         let near = (distance - radius).max(1e-3 * far);
         let aspect = f64::from(width) / f64::from(height);
         let eye_from_voxel = DMat4::from_translation(DVec3::new(0.0, 0.0, -distance))
             * turn
-            * DMat4::from_translation(-middle)
+            * DMat4::from_translation(-aim)
             * DMat4::from_mat3(world);
         let clip_from_eye = perspective(FIELD_OF_VIEW.to_radians(), aspect, near, far);
         Projection {
@@ -136,6 +146,7 @@ impl Camera {
             eye_from_voxel,
             eye_from_normal: DMat3::from_mat4(eye_from_voxel).inverse().transpose(),
             mirrored: world.determinant() < 0.0,
+            distance,
         }
     }
 }
@@ -163,6 +174,9 @@ pub(crate) struct Projection {
     pub(crate) eye_from_normal: DMat3,
     /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
     pub(crate) mirrored: bool,
+    /// From the eye to the middle of the picture, voxels.
+    #[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "only a hand moves by it"))]
+    pub(crate) distance: f64,
 }
 
 #[cfg(test)]
@@ -193,7 +207,7 @@ mod tests {
             for camera in ["35,22", "0,90", "-120,-90", "250,-10"] {
                 for (width, height) in [(640, 480), (100, 400), (4000, 40)] {
                     let camera: Camera = camera.parse().expect("a camera");
-                    let projection = camera.projection(&volume, width, height);
+                    let projection = camera.projection(&volume, None, width, height);
                     let reach = corners(&volume)
                         .map(|c| projection.clip_from_voxel.project_point3(c))
                         .iter()
@@ -210,8 +224,8 @@ mod tests {
     #[test]
     fn the_world_z_axis_points_up_and_azimuth_turns_counter_clockwise() {
         let volume = volume([11, 11, 11], Placement::default());
-        let projection =
-            Camera { azimuth: 90.0, elevation: 0.0, distance: 1.0 }.projection(&volume, 100, 100);
+        let projection = Camera { azimuth: 90.0, elevation: 0.0, distance: 1.0 }
+            .projection(&volume, None, 100, 100);
         let at = |p: [f64; 3]| projection.clip_from_voxel.project_point3(DVec3::from_array(p));
         assert!(at([5.0, 5.0, 9.0]).y > 0.1);
         // Seen from +y, +x lies to the left.

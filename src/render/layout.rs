@@ -49,6 +49,16 @@ pub(super) struct ActiveTriangle {
     pub(super) measure: f32,
 }
 
+/// What only some pictures need; fields as in `shaders/cut.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Cut {
+    pub(super) plane: [f32; 4],
+    pub(super) opacity: f32,
+    pub(super) unused: f32,
+    pub(super) unused_too: [f32; 2],
+}
+
 /// How the shader turns an attribute into a colour; the constants of the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
@@ -61,6 +71,8 @@ pub(super) enum Palette {
     Balance = 2,
     /// Colours without an order for numbers from 0.
     Names = 3,
+    /// The normal's own direction.
+    Normals = 4,
 }
 
 /// A number as the sum of two of single precision: 48 bits.
@@ -76,10 +88,11 @@ mod tests {
     use super::*;
 
     const SHADER: &str = include_str!("../../shaders/surface.wgsl");
+    const CUT: &str =
+        concat!(include_str!("../../shaders/surface.wgsl"), include_str!("../../shaders/cut.wgsl"));
 
-    fn parse() -> naga::Module {
-        naga::front::wgsl::parse_str(SHADER)
-            .unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)))
+    fn parse(text: &str) -> naga::Module {
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)))
     }
 
     /// Name and offset of each field of a structure of the shader, and the structure's size.
@@ -97,13 +110,15 @@ mod tests {
     }
 
     #[test]
-    fn the_shader_is_valid() {
-        naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::empty(),
-        )
-        .validate(&parse())
-        .unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
+    fn the_shaders_are_valid() {
+        for text in [SHADER, CUT] {
+            naga::valid::Validator::new(
+                naga::valid::ValidationFlags::all(),
+                naga::valid::Capabilities::empty(),
+            )
+            .validate(&parse(text))
+            .unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+        }
     }
 
     #[test]
@@ -113,7 +128,7 @@ mod tests {
                 (vec![$((stringify!($field).to_string(), offset_of!($type, $field))),*], size_of::<$type>())
             };
         }
-        let module = parse();
+        let module = parse(CUT);
         assert_eq!(
             fields(&module, "Frame"),
             layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
@@ -121,6 +136,7 @@ mod tests {
         );
         assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z normal));
         assert_eq!(fields(&module, "ActiveTriangle"), layout!(ActiveTriangle: vertices measure));
+        assert_eq!(fields(&module, "Cut"), layout!(Cut: plane opacity unused unused_too));
     }
 
     #[test]
@@ -130,6 +146,7 @@ mod tests {
             ("RAMP", Palette::Ramp),
             ("BALANCE", Palette::Balance),
             ("NAMES", Palette::Names),
+            ("NORMALS", Palette::Normals),
         ] {
             let line = format!("const {name}: u32 = {}u;", palette as u32);
             assert!(SHADER.contains(&line), "the shader lacks '{line}'");

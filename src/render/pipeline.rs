@@ -1,13 +1,16 @@
 //! Compiling the shader for a device, and catching what the device says.
 
+use super::View;
 use super::target::{COLOR_FORMAT, DEPTH_FORMAT};
 use crate::error::{Error, Result};
 
 /// Samples per pixel.
 const N_SAMPLES: u32 = 4;
 
-/// The shader.
+/// The shader, alone and with what cuts and what one looks through needs.
 const SHADER: &str = include_str!("../../shaders/surface.wgsl");
+const CUT: &str =
+    concat!(include_str!("../../shaders/surface.wgsl"), include_str!("../../shaders/cut.wgsl"));
 
 /// Samples per pixel that every device of this kind can draw and average.
 pub(super) fn samples_of(device: &wgpu::Device) -> u32 {
@@ -18,18 +21,56 @@ pub(super) fn samples_of(device: &wgpu::Device) -> u32 {
     if can(COLOR_FORMAT) && can(DEPTH_FORMAT) { N_SAMPLES } else { 1 }
 }
 
-/// Compiles `shaders/surface.wgsl` for pictures of `n_samples` samples per pixel.
-pub(super) fn pipeline(device: &wgpu::Device, n_samples: u32) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("surface"),
-        source: wgpu::ShaderSource::Wgsl(SHADER.into()),
-    });
+/// The shader compiled for each kind of picture.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    whole: wgpu::RenderPipeline,
+    clipped: wgpu::RenderPipeline,
+    translucent: wgpu::RenderPipeline,
+}
+
+impl Pipelines {
+    /// Compiles `shaders/surface.wgsl` for pictures of `n_samples` samples per pixel.
+    pub(super) fn new(device: &wgpu::Device, n_samples: u32) -> Self {
+        let module = |label, text: &'static str| {
+            device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(label),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            })
+        };
+        let whole = module("surface", SHADER);
+        let cut = module("cut", CUT);
+        Pipelines {
+            whole: pipeline(device, n_samples, &whole, "surface_fragment", false),
+            clipped: pipeline(device, n_samples, &cut, "cut_fragment", false),
+            translucent: pipeline(device, n_samples, &cut, "cut_fragment", true),
+        }
+    }
+
+    /// The one that draws a view.
+    pub(super) fn of(&self, view: &View) -> &wgpu::RenderPipeline {
+        match (view.is_cut(), view.opacity < 1.0) {
+            (false, _) => &self.whole,
+            (true, false) => &self.clipped,
+            (true, true) => &self.translucent,
+        }
+    }
+}
+
+/// A pipeline of a shader; one that is `translucent` blends and leaves the depth as it is.
+fn pipeline(
+    device: &wgpu::Device,
+    n_samples: u32,
+    module: &wgpu::ShaderModule,
+    fragment: &str,
+    translucent: bool,
+) -> wgpu::RenderPipeline {
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("surface"),
         // The layout follows from the shader.
         layout: None,
         vertex: wgpu::VertexState {
-            module: &module,
+            module,
             entry_point: Some("surface_vertex"),
             compilation_options: Default::default(),
             buffers: &[],
@@ -37,17 +78,20 @@ pub(super) fn pipeline(device: &wgpu::Device, n_samples: u32) -> wgpu::RenderPip
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
+            depth_write_enabled: Some(!translucent),
             depth_compare: Some(wgpu::CompareFunction::Less),
             stencil: Default::default(),
             bias: Default::default(),
         }),
         multisample: wgpu::MultisampleState { count: n_samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("surface_fragment"),
+            module,
+            entry_point: Some(fragment),
             compilation_options: Default::default(),
-            targets: &[Some(COLOR_FORMAT.into())],
+            targets: &[Some(wgpu::ColorTargetState {
+                blend: translucent.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+                ..COLOR_FORMAT.into()
+            })],
         }),
         multiview_mask: None,
         cache: None,

@@ -1,5 +1,7 @@
 //! The spectrum as the shader reads it: all of it, or the part one isovalue needs.
 
+use serde::Serialize;
+
 use super::layout::{ActiveTriangle, Knot, in_two};
 use crate::spectrum::Spectrum;
 
@@ -20,6 +22,41 @@ pub(super) fn largest_table(spectrum: &Spectrum) -> u64 {
     bytes(spectrum.knots.len(), size_of::<Knot>())
         .max(bytes(spectrum.first_knot.len(), size_of::<u32>()))
         .max(bytes(spectrum.isovalues.len(), size_of::<[f32; 2]>()))
+}
+
+/// What drawing a spectrum takes on the device, beside the picture itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// Bytes of the trajectories: isovalues, knots, and where each vertex's begin.
+    pub trajectories: u64,
+    /// Bytes of the list of living triangles, with their vertices, where it is longest.
+    pub triangles: u64,
+    /// Triangles of that list.
+    pub most_triangles: u64,
+}
+
+impl Memory {
+    /// What a spectrum takes.
+    pub fn of(spectrum: &Spectrum) -> Self {
+        let mut changes = vec![0i64; spectrum.isovalues.len() + 1];
+        for triangle in &spectrum.triangles {
+            changes[triangle.birth as usize] += 1;
+            changes[triangle.death as usize] -= 1;
+        }
+        let mut alive = 0;
+        let most = changes.iter().fold(0, |most: i64, change| {
+            alive += change;
+            most.max(alive)
+        });
+        let bytes = |n: usize, size: usize| n as u64 * size as u64;
+        Memory {
+            trajectories: bytes(spectrum.knots.len(), size_of::<Knot>())
+                + bytes(spectrum.first_knot.len(), size_of::<u32>())
+                + bytes(spectrum.isovalues.len(), size_of::<[f32; 2]>()),
+            triangles: most as u64 * size_of::<ActiveTriangle>() as u64,
+            most_triangles: most as u64,
+        }
+    }
 }
 
 /// Bytes of knots that one active triangle needs at most: two of each of its vertices.

@@ -8,6 +8,8 @@ use crate::error::{Error, Result};
 
 /// Colours are stored in sRGB; the device converts, and averages samples in linear light.
 pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// The bytes of the colours without conversion.
+pub(crate) const SHOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Depth.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -33,7 +35,7 @@ pub(super) struct Target {
 impl Target {
     /// Textures for pictures of `width` by `height` pixels with `n_samples` samples each.
     pub(super) fn new(device: &wgpu::Device, width: u32, height: u32, n_samples: u32) -> Self {
-        let texture = |label, format, sample_count, usage| {
+        let texture = |label, format, sample_count, usage, view_formats| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -42,20 +44,26 @@ impl Target {
                 dimension: wgpu::TextureDimension::D2,
                 format,
                 usage,
-                view_formats: &[],
+                view_formats,
             })
         };
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
-        let picture =
-            texture("surface.picture", COLOR_FORMAT, 1, drawn | wgpu::TextureUsages::COPY_SRC);
+        // A window shows the bytes as they are: it takes the texture for linear.
+        let picture = texture(
+            "surface.picture",
+            COLOR_FORMAT,
+            1,
+            drawn | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING,
+            &[SHOWN_FORMAT],
+        );
         let (samples, resolved) = if n_samples > 1 {
-            let samples = texture("surface.samples", COLOR_FORMAT, n_samples, drawn);
+            let samples = texture("surface.samples", COLOR_FORMAT, n_samples, drawn, &[]);
             (view(&samples), Some(view(&picture)))
         } else {
             (view(&picture), None)
         };
-        let depth = view(&texture("surface.depth", DEPTH_FORMAT, n_samples, drawn));
+        let depth = view(&texture("surface.depth", DEPTH_FORMAT, n_samples, drawn, &[]));
         let bytes_per_row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let staging = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("surface.staging"),
@@ -64,6 +72,11 @@ impl Target {
             mapped_at_creation: false,
         });
         Target { width, height, samples, resolved, depth, picture, staging, bytes_per_row }
+    }
+
+    /// The texture that holds the picture.
+    pub(super) fn texture(&self) -> &wgpu::Texture {
+        &self.picture
     }
 
     /// Records the copy of the finished picture into the staging buffer.

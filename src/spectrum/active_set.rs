@@ -5,12 +5,12 @@
 //! Either way the result is the list of active triangles by index, so what a query returns depends
 //! on the isovalue alone, never on the queries before it.
 
+use super::Triangle;
 use super::interval_tree::IntervalTree;
-use super::{Spectrum, Triangle};
 
 /// The active triangles of a spectrum.
 #[derive(Clone, Debug)]
-pub(super) struct ActiveSet {
+pub struct ActiveSet {
     tree: IntervalTree,
     /// (birth, triangle), increasing.
     births: Vec<(u32, u32)>,
@@ -25,13 +25,12 @@ pub(super) struct ActiveSet {
 }
 
 impl ActiveSet {
-    /// The set of `spectrum`, still empty.
-    pub(super) fn new(spectrum: &Spectrum) -> Self {
-        let lifetimes: Vec<(u32, u32)> =
-            spectrum.triangles.iter().map(|t| (t.birth, t.death)).collect();
+    /// The set of `triangles`, still empty.
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let lifetimes: Vec<(u32, u32)> = triangles.iter().map(|t| (t.birth, t.death)).collect();
         let sorted = |rank_of: fn(&Triangle) -> u32| {
             let mut list: Vec<(u32, u32)> =
-                spectrum.triangles.iter().zip(0..).map(|(t, i)| (rank_of(t), i)).collect();
+                triangles.iter().zip(0..).map(|(t, i)| (rank_of(t), i)).collect();
             list.sort_unstable();
             list
         };
@@ -43,13 +42,13 @@ impl ActiveSet {
             triangles: Vec::new(),
             appearing: Vec::new(),
             merged: Vec::new(),
-            bits: vec![0; spectrum.triangles.len().div_ceil(64)],
+            bits: vec![0; triangles.len().div_ceil(64)],
         }
     }
 
     /// Moves to `rank` and returns the indices of the triangles alive there, increasing.
-    /// `spectrum` must be the one the set was made for.
-    pub(super) fn move_to(&mut self, spectrum: &Spectrum, rank: u32) -> &[u32] {
+    /// `triangles` must be those the set was made for.
+    pub fn move_to(&mut self, triangles: &[Triangle], rank: u32) -> &[u32] {
         let between = |list: &[(u32, u32)], low: u32, high: u32| {
             list.partition_point(|&(r, _)| r <= low)..list.partition_point(|&(r, _)| r <= high)
         };
@@ -60,7 +59,7 @@ impl ActiveSet {
             None => &self.births[..],
         };
         let alive = |i: u32| {
-            let t = &spectrum.triangles[i as usize];
+            let t = &triangles[i as usize];
             t.birth <= rank && rank < t.death
         };
         if self.rank.is_some() && changes.len() <= self.triangles.len() / 4 {

@@ -5,9 +5,15 @@
 //! interpolated. The cost is that of the active triangles: marks left by earlier queries are told
 //! apart by a stamp, so nothing of the spectrum's size is ever cleared.
 
+use rayon::prelude::*;
+
 use super::active_set::ActiveSet;
 use super::{Knot, Spectrum, SurfaceMesh, normal};
 use crate::error::{Error, Result};
+
+/// Vertices that one thread interpolates at a time: about a millisecond, which starting another one
+/// does not come near to.
+const VERTICES_PER_TASK: usize = 1 << 13;
 
 /// Answers queries on one spectrum, fastest where successive isovalues are close.
 #[derive(Clone, Debug)]
@@ -18,6 +24,8 @@ pub struct Query<'a> {
     /// that query's mesh.
     marks: Vec<(u32, u32)>,
     stamp: u32,
+    /// The vertices of the last mesh, by their index in it.
+    vertices: Vec<u32>,
 }
 
 impl<'a> Query<'a> {
@@ -26,9 +34,10 @@ impl<'a> Query<'a> {
     pub fn new(spectrum: &'a Spectrum) -> Self {
         Query {
             spectrum,
-            active: ActiveSet::new(spectrum),
+            active: ActiveSet::new(&spectrum.triangles),
             marks: vec![(0, 0); spectrum.n_vertices()],
             stamp: 0,
+            vertices: Vec::new(),
         }
     }
 
@@ -61,20 +70,37 @@ impl<'a> Query<'a> {
         mesh.caps.clear();
         let Some(rank) = spectrum.rank_at(isovalue) else { return Ok(()) };
         self.next_stamp();
-        for &i in self.active.move_to(spectrum, rank) {
-            let triangle = spectrum.triangles[i as usize];
+        self.vertices.clear();
+        let active = self.active.move_to(&spectrum.triangles, rank);
+        mesh.triangles.reserve(active.len());
+        mesh.caps.reserve(active.len());
+        for &i in active {
+            let triangle = &spectrum.triangles[i as usize];
             mesh.triangles.push(triangle.vertices.map(|v| {
                 let (stamp, index) = &mut self.marks[v as usize];
                 if *stamp != self.stamp {
-                    *stamp = self.stamp;
-                    *index = mesh.positions.len() as u32;
-                    let (position, normal) = spectrum.vertex_at(v, rank, isovalue);
-                    mesh.positions.push(position);
-                    mesh.normals.push(normal);
+                    (*stamp, *index) = (self.stamp, self.vertices.len() as u32);
+                    self.vertices.push(v);
                 }
                 *index
             }));
             mesh.caps.push(triangle.cap);
+        }
+        mesh.positions.resize(self.vertices.len(), [0.0; 3]);
+        mesh.normals.resize(self.vertices.len(), [0.0; 3]);
+        // After the triangles, so that the processor waits for many trajectories at once.
+        let interpolate = |((vertices, positions), normals): ((&[u32], &mut [_]), &mut [_])| {
+            for ((&v, position), normal) in vertices.iter().zip(positions).zip(normals) {
+                (*position, *normal) = spectrum.vertex_at(v, rank, isovalue);
+            }
+        };
+        if self.vertices.len() <= VERTICES_PER_TASK {
+            interpolate(((&self.vertices, &mut mesh.positions), &mut mesh.normals));
+        } else {
+            (self.vertices.par_chunks(VERTICES_PER_TASK))
+                .zip(mesh.positions.par_chunks_mut(VERTICES_PER_TASK))
+                .zip(mesh.normals.par_chunks_mut(VERTICES_PER_TASK))
+                .for_each(interpolate);
         }
         Ok(())
     }

@@ -1,8 +1,11 @@
-//! Caps stay outside the volume.
+//! Caps stay outside the volume, and beside each other.
 //!
 //! A cap closes the mesh in the layer around the volume, at a distance from the border that falls
 //! to zero where the field falls to the isovalue. Rounded to the border itself, a cap could not be
-//! told from the isosurface proper; so its vertices keep a small distance.
+//! told from the isosurface proper; so its vertices keep a small distance. And the curve in which
+//! the isosurface meets the border moves along the border, while the field in the layer rises only
+//! across it: without more, the curve would run over the cap's vertices. They are smoothed along the
+//! border, which nobody sees, and put back onto the isosurface across it.
 
 use glam::Vec3;
 
@@ -12,26 +15,71 @@ use crate::mesh::{Mesh, Vertex};
 /// Least distance of a cap's own vertices from the border, voxels.
 const LIFT: f32 = 0.002;
 
-/// Lifts the vertices that belong to caps only off the border of the volume.
-pub(crate) fn lift_caps(
+/// How often a cap's vertices move to the middle of their neighbours.
+const ROUNDS: usize = 12;
+
+/// The vertices that belong to caps only, smoothed along the border and lifted off it. `positions`
+/// are those of `vertices`, voxel frame; a neighbour that is not among them counts where `mesh` has
+/// it.
+pub(crate) fn smooth_caps(
     mesh: &Mesh,
     field: &Field,
+    isovalue: f64,
     vertices: &[Vertex],
     positions: &mut [[f32; 3]],
 ) {
     let dims = field.volume().dims();
     let top = Vec3::new((dims[0] - 1) as f32, (dims[1] - 1) as f32, (dims[2] - 1) as f32)
         * field.cell_size();
-    for (&v, p) in vertices.iter().zip(positions) {
-        if mesh.border(v) != 0 || !mesh.is_cap(mesh.face(mesh.outgoing(v))) {
-            continue;
-        }
-        for a in 0..3 {
-            if (-LIFT..LIFT).contains(&p[a]) {
-                p[a] = -LIFT;
-            } else if (-LIFT..LIFT).contains(&(p[a] - top[a])) {
-                p[a] = top[a] + LIFT;
+    let is_cap = |v: Vertex| {
+        mesh.border(v) == 0 && !mesh.is_pinned(v) && mesh.is_cap(mesh.face(mesh.outgoing(v)))
+    };
+    let caps: Vec<usize> = (0..vertices.len()).filter(|&i| is_cap(vertices[i])).collect();
+    if caps.is_empty() {
+        return;
+    }
+    let at = |v: Vertex, positions: &[[f32; 3]]| {
+        vertices.binary_search(&v).map_or(mesh.position(v), |i| positions[i].into())
+    };
+    let rings: Vec<Vec<Vertex>> = caps.iter().map(|&i| mesh.one_ring(vertices[i]).collect()).collect();
+    for _ in 0..ROUNDS {
+        let moved: Vec<Vec3> = rings
+            .iter()
+            .map(|r| r.iter().map(|&w| at(w, positions)).sum::<Vec3>() / r.len() as f32)
+            .collect();
+        for (&i, &middle) in caps.iter().zip(&moved) {
+            let p = Vec3::from(positions[i]);
+            let outside = p.cmplt(Vec3::ZERO) | p.cmpgt(top);
+            // Beyond an edge of the volume there is no one direction along the border.
+            if outside.bitmask().count_ones() == 1 {
+                positions[i] = Vec3::select(outside, p, middle.clamp(Vec3::ZERO, top)).to_array();
             }
         }
     }
+    let isovalue = field.isovalue(isovalue);
+    for &i in &caps {
+        positions[i] = lifted(field, isovalue, top, positions[i].into()).to_array();
+    }
+}
+
+/// A cap's vertex, put onto the isosurface across the border, at least [`LIFT`] off it.
+fn lifted(field: &Field, isovalue: f32, top: Vec3, mut p: Vec3) -> Vec3 {
+    let outside = p.cmplt(Vec3::ZERO) | p.cmpgt(top);
+    let value = field.value(p.clamp(Vec3::ZERO, top));
+    let share = (value - isovalue) / (value - field.outside());
+    let is_beside_face = outside.bitmask().count_ones() == 1;
+    for a in 0..3 {
+        let [below, above] = [-p[a], p[a] - top[a]];
+        // Where it lies outside along one axis the field rises along that axis only.
+        let height = |h: f32| {
+            let onto = is_beside_face && h > 0.0;
+            if onto { (share * field.cell_size()[a]).max(LIFT) } else { h.max(LIFT) }
+        };
+        if below > -LIFT && (below > 0.0 || !is_beside_face) {
+            p[a] = -height(below);
+        } else if above > -LIFT && (above > 0.0 || !is_beside_face) {
+            p[a] = top[a] + height(above);
+        }
+    }
+    p
 }

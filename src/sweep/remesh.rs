@@ -1,7 +1,7 @@
 //! Remeshing at one isovalue: from any closed mesh of the isosurface to good triangles of the right
 //! size, by the operators of the sweep.
 
-use super::caps::lift_caps;
+use super::caps::smooth_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::refine::{refine, split_long};
@@ -35,7 +35,7 @@ pub(crate) fn relax(
         iterations,
     )?;
     let mut positions = kernels.positions()?;
-    lift_caps(mesh, criteria.field, &compacted.vertices, &mut positions);
+    smooth_caps(mesh, criteria.field, isovalue, &compacted.vertices, &mut positions);
     for (&v, p) in compacted.vertices.iter().zip(positions) {
         mesh.set_position(v, p.into());
     }

@@ -1,6 +1,6 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::caps::lift_caps;
+use super::caps::smooth_caps;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
@@ -273,7 +273,7 @@ fn advance(
         parameters.relax_iterations,
     )?;
     let mut positions = kernels.positions()?;
-    lift_caps(mesh, field, &compacted.vertices, &mut positions);
+    smooth_caps(mesh, field, next, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
     let folded = folds(mesh, compacted, &positions, &normals);
     if folded as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {

@@ -143,3 +143,28 @@ fn relaxation_looks_at_the_force_after_the_same_iterations() {
     let odd = [&mut a, &mut b].map(|k| k.relax(-9.0, 0.6, 0.0, 3).expect("relaxes"));
     assert_eq!(odd.map(|d| d.iterations), [3, 3]);
 }
+
+#[test]
+fn the_living_triangles_agree() {
+    use crate::PIPELINES;
+    use isospectrum::kernels::compact::{Compaction, Draw, alive};
+    let mut random = Random(5);
+    // More than one workgroup, and no multiple of one; lifetimes up to a fifth of the ranks.
+    let lifetimes: Vec<[u32; 2]> = (0..10_007)
+        .map(|_| {
+            let birth = (f64::from(random.next()) * 1000.0) as u32;
+            [birth, birth + 1 + (f64::from(random.next()) * 200.0) as u32]
+        })
+        .collect();
+    let gpu = PIPELINES.gpu();
+    let compaction = Compaction::new(gpu, &lifetimes).expect("compiles");
+    for rank in [0, 1, 500, 999, 1300] {
+        let expected = alive(&lifetimes, rank);
+        let draw = compaction.run(gpu, rank).expect("runs");
+        let n_corners = 3 * expected.len() as u32;
+        assert_eq!(draw, Draw { n_corners, n_instances: 1, ..Draw::default() });
+        let mut found = compaction.alive(gpu).expect("reads");
+        found.sort_unstable();
+        assert_eq!(found, expected, "rank {rank}");
+    }
+}

@@ -1,0 +1,129 @@
+//! The triangles alive at an isovalue, by each of the ways there are, and what drawing needs of them:
+//! `cargo bench --bench active_set`; the ids are `<spectrum>/<way>/<move>`.
+//!
+//! - `tree`: the interval tree, asked anew each time; the list sorted as pictures need it;
+//! - `sorted`: a sorted list that filters itself and merges in what is born ([`ActiveSet`]);
+//! - `cursors`: a list of which only what changes is touched ([`LiveList`]);
+//! - `device`: all triangles looked at on the device, an indirect draw's arguments come out.
+//!
+//! Moves are of a thousandth of the range, a hundredth, and to anywhere. Spectra are lifetimes alone:
+//! about 10,000 triangles alive of 10 thousand, 1 and 10 million, and a million alive of 10 million.
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use isospectrum::gpu::Gpu;
+use isospectrum::kernels::compact::Compaction;
+use isospectrum::spectrum::interval_tree::IntervalTree;
+use isospectrum::spectrum::{ActiveSet, LiveList, Triangle};
+
+/// Ranks of each spectrum.
+const N_RANKS: u32 = 1 << 20;
+
+/// Numbers that look random and are the same everywhere.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, n: u32) -> u32 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (((self.0 >> 33) * u64::from(n)) >> 31) as u32
+    }
+}
+
+/// `n` triangles of which about `alive` live at any rank, lifetimes from half to one and a half of
+/// the mean.
+fn spectrum(n: usize, alive: usize) -> Vec<Triangle> {
+    let mut numbers = Numbers(7);
+    let mean = (u64::from(N_RANKS) * alive as u64 / n as u64).max(2) as u32;
+    (0..n)
+        .map(|_| {
+            let length = mean / 2 + numbers.below(mean) + 1;
+            let birth = numbers.below(N_RANKS + length);
+            // Those that begin before the first rank or outlive the last are cut off.
+            let death = birth.max(1);
+            Triangle {
+                vertices: [0, 1, 2],
+                birth: birth.saturating_sub(length),
+                death: death.min(N_RANKS),
+                cap: false,
+            }
+        })
+        .filter(|t| t.birth < t.death)
+        .collect()
+}
+
+/// The ranks of a walk: steps up and down by `step` about the middle, or anywhere.
+fn walk(step: Option<u32>) -> impl FnMut() -> u32 {
+    let mut numbers = Numbers(3);
+    let mut rank = N_RANKS / 2;
+    let mut up = true;
+    move || {
+        match step {
+            None => rank = numbers.below(N_RANKS),
+            Some(step) => {
+                up = if rank > N_RANKS / 4 * 3 { false } else { up || rank < N_RANKS / 4 };
+                rank = if up { rank + step } else { rank - step };
+            }
+        }
+        rank
+    }
+}
+
+const MOVES: [(&str, Option<u32>); 3] =
+    [("thousandth", Some(N_RANKS / 1000)), ("hundredth", Some(N_RANKS / 100)), ("jump", None)];
+
+fn active_set(criterion: &mut Criterion) {
+    let gpu = Gpu::new(None).unwrap_or_else(|e| panic!("the benches need an adapter: {e}"));
+    println!("device: {}", gpu.name());
+    for (name, n, alive) in [
+        ("10k", 10_000, 10_000),
+        ("1M_10k_alive", 1_000_000, 10_000),
+        ("10M_10k_alive", 10_000_000, 10_000),
+        ("10M_1M_alive", 10_000_000, 1_000_000),
+    ] {
+        let triangles = spectrum(n, alive);
+        let lifetimes: Vec<(u32, u32)> = triangles.iter().map(|t| (t.birth, t.death)).collect();
+        let tree = IntervalTree::new(&lifetimes);
+        let mut sorted = ActiveSet::new(&triangles);
+        let mut cursors = LiveList::new(&triangles);
+        let pairs: Vec<[u32; 2]> = lifetimes.iter().map(|&(birth, death)| [birth, death]).collect();
+        let device = Compaction::new(&gpu, &pairs).expect("the lifetimes fit the device");
+        println!("{name}: {} alive in the middle", cursors.move_to(N_RANKS / 2).len());
+
+        let mut group = criterion.benchmark_group(name);
+        group.sample_size(10).measurement_time(std::time::Duration::from_secs(2));
+        group.warm_up_time(std::time::Duration::from_millis(500));
+        for (distance, step) in MOVES {
+            let mut rank = walk(step);
+            let mut list = Vec::new();
+            group.bench_function(BenchmarkId::new("tree", distance), |b| {
+                b.iter(|| {
+                    list.clear();
+                    tree.stab(rank(), |i| list.push(i));
+                    list.sort_unstable();
+                    list.len()
+                });
+            });
+            let mut rank = walk(step);
+            group.bench_function(BenchmarkId::new("sorted", distance), |b| {
+                b.iter(|| sorted.move_to(&triangles, rank()).len());
+            });
+            let mut rank = walk(step);
+            group.bench_function(BenchmarkId::new("cursors", distance), |b| {
+                b.iter(|| cursors.move_to(rank()).len());
+            });
+            // Each move looks at all triangles, so how far it goes is no matter.
+            if step.is_none() {
+                let mut rank = walk(step);
+                group.bench_function(BenchmarkId::new("device", distance), |b| {
+                    b.iter(|| black_box(device.run(&gpu, rank()).expect("runs")));
+                });
+            }
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, active_set);
+criterion_main!(benches);

@@ -1,0 +1,112 @@
+//! `view`: the window.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use isospectrum::render::{Background, Camera, Color, View as Look};
+use isospectrum::sweep::Parameters;
+use isospectrum::view::{Content, Opening, run};
+use isospectrum::volume::{ReadOptions, phantom, read_volume};
+
+use super::compute::positive;
+use super::isovalue::Isovalue;
+use super::render::Size;
+use super::spectrum_file::{self, Format};
+
+/// Open a window on a spectrum, or on a volume whose spectrum it computes
+#[derive(Args, Debug)]
+pub(super) struct View {
+    /// Spectrum (.isp) or volume (.nrrd, .npy, .raw); others can be dropped on the window
+    file: Option<PathBuf>,
+    /// A built-in volume in place of a file, e.g. hydrogen:64
+    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with = "file")]
+    phantom: Option<String>,
+    /// The spectrum's volume: shows the histogram of its samples, and p99 can be typed
+    #[arg(long, value_name = "FILE", requires = "file")]
+    volume: Option<PathBuf>,
+    /// First isovalue: a number, or a percentage of the range such as 50%
+    #[arg(short = 'c', long, value_name = "C", default_value = "50%", allow_hyphen_values = true)]
+    isovalue: Isovalue,
+    /// Width and height of the window, points
+    #[arg(long, value_name = "WxH", default_value = "1280x800")]
+    size: Size,
+    /// Azimuth and elevation in degrees, and the distance (1 just shows everything)
+    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
+    camera: Option<Camera>,
+    /// Draw the edges of the triangles
+    #[arg(long)]
+    wireframe: bool,
+    /// What the colours show: none, quality, lifetime, curvature, component or normal
+    #[arg(long, value_name = "WHAT", default_value = "none")]
+    color: Color,
+    /// Leave out the triangles that close the mesh at the border of the volume
+    #[arg(long)]
+    open: bool,
+    /// Light on dark
+    #[arg(long)]
+    dark: bool,
+    /// Tolerance of spectra that are computed, voxels
+    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
+    error: Option<f64>,
+    /// Distance between sampling isovalues of spectra that are computed
+    #[arg(long, value_name = "STEP", value_parser = positive, allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// Folder for pictures and meshes
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    folder: PathBuf,
+    /// Adapter to use, by a part of its name
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl View {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let defaults = Parameters::default();
+        let volume = self.volume.as_deref().map(read).transpose()?;
+        let content = self.content()?;
+        let isovalue = match &content {
+            Content::Spectrum(_, spectrum) => Some(self.isovalue.in_range(spectrum.range)),
+            _ => None,
+        };
+        run(Opening {
+            content,
+            volume,
+            isovalue,
+            view: Look {
+                width: self.size.width,
+                height: self.size.height,
+                camera: self.camera.unwrap_or_default(),
+                wireframe: self.wireframe.then_some(1.0),
+                color: self.color,
+                open: self.open,
+                background: if self.dark { Background::Dark } else { Background::White },
+                ..Look::default()
+            },
+            parameters: Parameters {
+                error: self.error.unwrap_or(defaults.error),
+                step: self.step,
+                ..defaults
+            },
+            adapter: self.adapter.clone(),
+            folder: self.folder.clone(),
+        })?;
+        Ok(())
+    }
+
+    fn content(&self) -> isospectrum::Result<Content> {
+        let Some(path) = &self.file else {
+            let volume = self.phantom.as_deref().map(phantom).transpose()?;
+            return Ok(volume.map_or(Content::Nothing, |volume| Content::Volume(volume.into())));
+        };
+        if Format::of_name(path).is_err() {
+            return Ok(Content::Volume(read(path)?.into()));
+        }
+        let (spectrum, _) = spectrum_file::read(path)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Content::Spectrum(name, spectrum.into()))
+    }
+}
+
+fn read(path: &Path) -> isospectrum::Result<isospectrum::volume::Volume> {
+    read_volume(path, &ReadOptions::default())
+}

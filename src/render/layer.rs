@@ -1,0 +1,131 @@
+//! One isosurface of a picture: its active triangles, as the shader reads them.
+
+use glam::{DMat4, Vec3};
+use rayon::prelude::*;
+
+use super::View;
+use super::attribute::{Attributes, Color, attributes};
+use super::layout::{ActiveTriangle, Cut, Frame};
+use super::table::Table;
+use crate::spectrum::{LiveList, Spectrum};
+
+/// An isosurface and its buffers. The tables of trajectories are shared by all layers.
+#[derive(Debug)]
+pub(super) struct Layer {
+    alive: LiveList,
+    pub(super) frame: wgpu::Buffer,
+    pub(super) cut: wgpu::Buffer,
+    pub(super) table: Table,
+    pub(super) listed: Listed,
+}
+
+/// The active triangles of the last picture, and what they depend on.
+#[derive(Debug, Default)]
+pub(super) struct Listed {
+    key: Option<(u64, Color, Option<u64>, bool)>,
+    pub(super) triangles: Vec<ActiveTriangle>,
+    /// What the two ends of the colours stand for.
+    pub(super) color_ends: Option<(f64, f64)>,
+    /// Where the device has them, all in one piece: what its tables call the rank.
+    pub(super) uploaded: Option<u32>,
+    /// Middles of the triangles, voxel frame; only where they are sorted by depth.
+    middles: Vec<Vec3>,
+}
+
+impl Layer {
+    /// A layer without triangles.
+    pub(super) fn new(device: &wgpu::Device, spectrum: &Spectrum) -> Self {
+        let uniform = |label, size| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Layer {
+            alive: LiveList::new(&spectrum.triangles),
+            frame: uniform("surface.frame", size_of::<Frame>() as u64),
+            cut: uniform("surface.cut", size_of::<Cut>() as u64),
+            table: Table::new(device, "surface.triangles"),
+            listed: Listed::default(),
+        }
+    }
+
+    /// Lists the active triangles with their attributes, unless the last picture had the same;
+    /// `in_order` of their index, or as the moves of the isovalue have left them.
+    pub(super) fn list(&mut self, spectrum: &Spectrum, isovalue: f64, view: &View, in_order: bool) {
+        let key =
+            (isovalue.to_bits(), view.color, view.largest_curvature.map(f64::to_bits), view.open);
+        if self.listed.key == Some(key) {
+            return;
+        }
+        let rank = spectrum.rank_at(isovalue);
+        let mut sorted = Vec::new();
+        let mut active = rank.map_or(&[][..], |rank| self.alive.move_to(rank));
+        if in_order {
+            sorted.extend_from_slice(active);
+            sorted.sort_unstable();
+            active = &sorted;
+        }
+        // Caps are left out last, so that they do not change what the others show.
+        let Attributes { values, ends } = attributes(
+            spectrum,
+            active,
+            (isovalue, rank.unwrap_or(0)),
+            view.color,
+            view.largest_curvature,
+        );
+        let mut triangles = std::mem::take(&mut self.listed.triangles);
+        triangles.clear();
+        triangles.extend(
+            active
+                .iter()
+                .zip(values)
+                .map(|(&i, measure)| (spectrum.triangles[i as usize], measure))
+                .filter(|(triangle, _)| !(view.open && triangle.cap))
+                .map(|(triangle, measure)| ActiveTriangle { vertices: triangle.vertices, measure }),
+        );
+        self.listed = Listed {
+            key: Some(key),
+            triangles,
+            color_ends: ends,
+            uploaded: None,
+            middles: Vec::new(),
+        };
+    }
+
+    /// Sorts the triangles from the farthest to the nearest, for surfaces that one looks through.
+    /// Equally far ones keep their order.
+    pub(super) fn sort_by_depth(
+        &mut self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        eye_from_voxel: DMat4,
+    ) {
+        let Some(rank) = spectrum.rank_at(isovalue) else { return };
+        let Listed { triangles, middles, uploaded, .. } = &mut self.listed;
+        if middles.len() != triangles.len() {
+            *middles = triangles
+                .par_iter()
+                .map(|t| {
+                    let sum: Vec3 = (t.vertices.iter())
+                        .map(|&v| Vec3::from(spectrum.vertex_at(v, rank, isovalue).0))
+                        .sum();
+                    sum / 3.0
+                })
+                .collect();
+        }
+        let towards_eye = eye_from_voxel.row(2).truncate().as_vec3();
+        let depth = |i: usize| middles[i].dot(towards_eye);
+        let mut order: Vec<(f32, u32)> =
+            (0..triangles.len()).map(|i| (depth(i), i as u32)).collect();
+        if order.is_sorted_by(|a, b| a.0 <= b.0) {
+            return;
+        }
+        order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        *triangles = order.iter().map(|&(_, i)| triangles[i as usize]).collect();
+        *middles = order.iter().map(|&(_, i)| middles[i as usize]).collect();
+        *uploaded = None;
+    }
+}

@@ -1,0 +1,368 @@
+//! The device side of `shaders/surface.wgsl`: tables, pipelines, passes.
+//!
+//! # Large spectra
+//!
+//! A spectrum whose tables fit the budget (and the device's largest binding) is uploaded once, and
+//! a new isovalue costs the list of active triangles. Of a larger one each picture uploads only
+//! the vertices of the active triangles, each with the knots on either side of the isovalue.
+//! Either way the triangles go through the device in pieces of bounded size, so no picture fails
+//! for the size of its mesh. The pictures are equal.
+
+use super::layer::{Layer, Listed};
+use super::layout::{ActiveTriangle, Cut, Frame, Palette};
+use super::pipeline::{Pipelines, caught, samples_of};
+use super::table::Table;
+use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
+use super::target::Target;
+use super::{Background, Image, View};
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::render::camera::Projection;
+use crate::spectrum::Spectrum;
+
+/// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
+/// between them. Every call takes the spectrum that it was made for.
+#[derive(Debug)]
+pub struct Painter {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipelines: Pipelines,
+    n_samples: u32,
+    isovalues: Table,
+    first_knot: Table,
+    knots: Table,
+    /// Whether the tables hold the whole spectrum.
+    resident: bool,
+    /// Most triangles drawn at once.
+    triangles_per_pass: usize,
+    /// Whether triangles are drawn in the order of their index, so that equal pictures have equal
+    /// bytes even where triangles are equally far.
+    in_order: bool,
+    layers: Vec<Layer>,
+    target: Option<Target>,
+}
+
+impl Painter {
+    /// Compiles the pipeline and uploads what is kept, with no table on the device larger than
+    /// `bytes` (at least one triangle's is allowed). The spectrum must pass [`Spectrum::check`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Gpu`] if the device refuses or is lost.
+    pub fn new(gpu: &Gpu, spectrum: &Spectrum, bytes: u64) -> Result<Self> {
+        let device = gpu.device().clone();
+        let queue = gpu.queue().clone();
+        let bytes = bytes.min(device.limits().max_storage_buffer_binding_size);
+        let n_samples = samples_of(&device);
+        let mut painter = caught(&device.clone(), || {
+            let table = |label| Table::new(&device, label);
+            Painter {
+                pipelines: Pipelines::new(&device, n_samples),
+                n_samples,
+                isovalues: table("surface.isovalues"),
+                first_knot: table("surface.first_knot"),
+                knots: table("surface.knots"),
+                resident: tables::largest_table(spectrum) <= bytes,
+                triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
+                in_order: false,
+                layers: vec![Layer::new(&device, spectrum)],
+                target: None,
+                device,
+                queue,
+            }
+        })?;
+        if painter.resident {
+            let device = painter.device.clone();
+            caught(&device, || painter.upload_tables(&tables::all(spectrum)))?;
+        }
+        Ok(painter)
+    }
+
+    /// Draws triangles in the order of their index from now on: the bytes of a picture then depend on
+    /// what is seen alone, never on the pictures before.
+    pub fn in_order(mut self) -> Self {
+        self.in_order = true;
+        self
+    }
+
+    /// Draws the isosurfaces of `isovalues` into the painter's own texture, the first one first.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
+    /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
+    pub fn paint(&mut self, spectrum: &Spectrum, isovalues: &[f64], view: &View) -> Result<()> {
+        let (low, high) = spectrum.range;
+        if let Some(&isovalue) = isovalues.iter().find(|&&c| !(low <= c && c <= high)) {
+            return Err(Error::Range { isovalue, low, high });
+        }
+        view.check(self.device.limits().max_texture_dimension_2d)?;
+        let projection =
+            view.camera.projection(&spectrum.volume, view.look_at, view.width, view.height);
+        let device = self.device.clone();
+        while self.layers.len() < isovalues.len() {
+            let layer = caught(&device, || Layer::new(&device, spectrum))?;
+            self.layers.push(layer);
+        }
+        for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
+            layer.list(spectrum, isovalue, view, self.in_order);
+            if view.opacity < 1.0 {
+                layer.sort_by_depth(spectrum, isovalue, projection.eye_from_voxel);
+            }
+        }
+        let n_samples = self.n_samples;
+        let kept = self.target.take().filter(|t| (t.width, t.height) == (view.width, view.height));
+        let target = match kept {
+            Some(target) => target,
+            None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
+        };
+        let frames: Vec<Frame> = (isovalues.iter().enumerate())
+            .map(|(layer, &isovalue)| frame(spectrum, isovalue, layer, view, &projection))
+            .collect();
+        let drawn = caught(&device, || self.passes(spectrum, &target, &frames, view, &projection));
+        // What was refused must not be taken for uploaded by the next picture.
+        drawn.inspect_err(|_| self.forget())?;
+        self.target = Some(target);
+        Ok(())
+    }
+
+    /// Waits for the last picture and takes it; none before the first.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Gpu`] if the device is lost.
+    pub fn read(&mut self) -> Result<Option<Image>> {
+        let Some(target) = &self.target else { return Ok(None) };
+        let read = caught(&self.device, || {
+            let mut encoder = self
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read") });
+            target.copy(&mut encoder);
+            self.queue.submit([encoder.finish()]);
+            target.read(&self.device)
+        });
+        let image = read.flatten().inspect_err(|_| self.forget())?;
+        Ok(Some(image))
+    }
+
+    /// The texture that holds the last picture, sRGB; it can be viewed as linear too.
+    pub fn texture(&self) -> Option<&wgpu::Texture> {
+        self.target.as_ref().map(Target::texture)
+    }
+
+    /// What the two ends of the colours of the last picture stand for, in the unit of its
+    /// [`Color`](super::Color); none where the colours have no scale.
+    pub fn color_ends(&self) -> Option<(f64, f64)> {
+        self.layers[0].listed.color_ends
+    }
+
+    /// Number of triangles of each surface in the last picture.
+    pub fn n_triangles(&self, surface: usize) -> usize {
+        self.layers.get(surface).map_or(0, |layer| layer.listed.triangles.len())
+    }
+
+    /// Vertices of the triangles of each surface in the last picture.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn triangles(&self, surface: usize) -> impl Iterator<Item = [u32; 3]> + '_ {
+        let listed = self.layers.get(surface).map(|layer| &layer.listed.triangles[..]);
+        listed.unwrap_or_default().iter().map(|t| t.vertices)
+    }
+
+    fn forget(&mut self) {
+        self.layers.iter_mut().for_each(|layer| layer.listed = Listed::default());
+    }
+
+    /// Draws the layers, piece by piece.
+    fn passes(
+        &mut self,
+        spectrum: &Spectrum,
+        target: &Target,
+        frames: &[Frame],
+        view: &View,
+        projection: &Projection,
+    ) {
+        let cut = cut(view, projection);
+        let keeps_tables = self.resident || frames.len() == 1;
+        let mut clear = Some(view.background);
+        for (i, frame) in frames.iter().enumerate() {
+            let mut frame = *frame;
+            let rank = frame.rank;
+            let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
+            let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
+            for pass in 0..n_passes {
+                let first = pass * self.triangles_per_pass;
+                let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
+                frame.rank = match self.layers[i].listed.uploaded {
+                    Some(rank) => rank,
+                    None => self.upload_piece(spectrum, i, piece, rank),
+                };
+                if keeps_tables && n_passes == 1 {
+                    self.layers[i].listed.uploaded = Some(frame.rank);
+                }
+                let layer = &self.layers[i];
+                self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
+                if let Some(cut) = &cut {
+                    self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
+                }
+                self.pass(target, i, piece.len(), clear.take(), view);
+            }
+            self.layers[i].listed.triangles = triangles;
+        }
+        if frames.is_empty() {
+            self.pass(target, 0, 0, clear, view);
+        }
+    }
+
+    /// Submits one pass over the uploaded triangles of a layer; `clear` where it is the picture's
+    /// first.
+    fn pass(
+        &self,
+        target: &Target,
+        layer: usize,
+        n_triangles: usize,
+        clear: Option<Background>,
+        view: &View,
+    ) {
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("surface") });
+        let (color, depth) = match clear {
+            Some(background) => {
+                let [r, g, b, a] = background.linear();
+                (wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }), wgpu::LoadOp::Clear(1.0))
+            }
+            None => (wgpu::LoadOp::Load, wgpu::LoadOp::Load),
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("surface"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &target.samples,
+                depth_slice: None,
+                resolve_target: target.resolved.as_ref(),
+                ops: wgpu::Operations { load: color, store: wgpu::StoreOp::Store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &target.depth,
+                depth_ops: Some(wgpu::Operations { load: depth, store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        if n_triangles > 0 {
+            let pipeline = self.pipelines.of(view);
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &self.bind_group(pipeline, layer, view), &[]);
+            pass.draw(0..3 * n_triangles as u32, 0..1);
+        }
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// The bindings, in the shader's order.
+    fn bind_group(
+        &self,
+        pipeline: &wgpu::RenderPipeline,
+        layer: usize,
+        view: &View,
+    ) -> wgpu::BindGroup {
+        let layer = &self.layers[layer];
+        let mut buffers = vec![
+            layer.frame.as_entire_binding(),
+            self.isovalues.binding(),
+            self.first_knot.binding(),
+            self.knots.binding(),
+            layer.table.binding(),
+        ];
+        if view.is_cut() {
+            buffers.push(layer.cut.as_entire_binding());
+        }
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(buffers)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("surface"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        })
+    }
+
+    /// Uploads the triangles of one pass and, if the device does not keep them, their vertices.
+    /// Returns what the uploaded tables call the rank `rank`.
+    fn upload_piece(
+        &mut self,
+        spectrum: &Spectrum,
+        layer: usize,
+        triangles: &[ActiveTriangle],
+        rank: u32,
+    ) -> u32 {
+        let table = &mut self.layers[layer].table;
+        if self.resident {
+            table.write(&self.device, &self.queue, triangles);
+            return rank;
+        }
+        let mut triangles = triangles.to_vec();
+        let (tables, rank) = tables::selected(spectrum, &mut triangles, rank);
+        table.write(&self.device, &self.queue, &triangles);
+        self.upload_tables(&tables);
+        rank
+    }
+
+    fn upload_tables(&mut self, tables: &Tables) {
+        self.isovalues.write(&self.device, &self.queue, &tables.isovalues);
+        self.first_knot.write(&self.device, &self.queue, &tables.first_knot);
+        self.knots.write(&self.device, &self.queue, &tables.knots);
+    }
+}
+
+/// Linear colours of the two sides of the first surface of a picture; of the second they change
+/// places.
+const SIDES: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 1.0]];
+
+/// What is the same for every corner of a surface.
+fn frame(
+    spectrum: &Spectrum,
+    isovalue: f64,
+    layer: usize,
+    view: &View,
+    projection: &Projection,
+) -> Frame {
+    let palette = view.color.palette();
+    // The lines of a coloured mesh are darker, to be seen on every colour.
+    let wire = if palette == Palette::Plain {
+        [0.010, 0.022, 0.045, 0.80]
+    } else {
+        [0.008, 0.008, 0.010, 0.72]
+    };
+    Frame {
+        clip_from_voxel: projection.clip_from_voxel.as_mat4().to_cols_array_2d(),
+        eye_from_voxel: projection.eye_from_voxel.as_mat4().to_cols_array_2d(),
+        eye_from_normal: glam::Mat4::from_mat3(projection.eye_from_normal.as_mat3())
+            .to_cols_array_2d(),
+        front: SIDES[layer % 2],
+        back: SIDES[(layer + 1) % 2],
+        wire,
+        isovalue: tables::scaled(spectrum, isovalue),
+        rank: spectrum.rank_at(isovalue).unwrap_or(0),
+        palette: palette as u32,
+        wire_width: view.wireframe.unwrap_or(0.0),
+        mirrored: u32::from(projection.mirrored),
+        unused: [0.0; 2],
+    }
+}
+
+/// The clip plane in the eye frame and the opacity, where the view has any.
+fn cut(view: &View, projection: &Projection) -> Option<Cut> {
+    let plane = match view.clip {
+        // Planes turn with the inverse transpose.
+        Some(clip) => {
+            projection.eye_from_voxel.inverse().transpose() * clip.kept().extend(clip.offset)
+        }
+        None => glam::DVec4::W,
+    };
+    view.is_cut().then(|| Cut {
+        plane: plane.as_vec4().to_array(),
+        opacity: view.opacity,
+        ..Cut::default()
+    })
+}

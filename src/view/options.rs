@@ -1,0 +1,162 @@
+//! The panel beside the picture: how the surface looks, and what can be saved.
+
+use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui};
+use glam::DVec3;
+
+use super::scene::Scene;
+use super::typed;
+use crate::render::{Background, Clip, Color, View};
+
+/// What a button asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Command {
+    /// Save the picture.
+    Picture,
+    /// Save the mesh, by the extension of its format.
+    Mesh(&'static str),
+    /// Save so many pictures of a sweep.
+    Sweep(u32),
+}
+
+/// What the panel remembers beside the view.
+#[derive(Clone, Debug)]
+pub(super) struct Options {
+    clip_axis: usize,
+    clip_share: f64,
+    clip_is_turned: bool,
+    clip: bool,
+    /// Pictures of a sweep.
+    n_frames: u32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { clip_axis: 0, clip_share: 0.5, clip_is_turned: false, clip: false, n_frames: 100 }
+    }
+}
+
+/// Draws the panel.
+pub(super) fn show(
+    ui: &mut Ui,
+    scene: &mut Scene,
+    view: &mut View,
+    options: &mut Options,
+) -> Option<Command> {
+    looks(ui, view);
+    ui.separator();
+    plane(ui, scene, view, options);
+    ui.separator();
+    second(ui, scene);
+    ui.separator();
+    let command = saves(ui, options);
+    ui.separator();
+    facts(ui, scene);
+    command
+}
+
+fn looks(ui: &mut Ui, view: &mut View) {
+    ComboBox::from_label("colour").selected_text(label(view.color)).show_ui(ui, |ui| {
+        for color in Color::ALL {
+            ui.selectable_value(&mut view.color, color, label(color));
+        }
+    });
+    let mut wireframe = view.wireframe.is_some();
+    if ui.checkbox(&mut wireframe, "edges (W)").changed() {
+        view.wireframe = wireframe.then_some(1.0);
+    }
+    let mut caps = !view.open;
+    if ui.checkbox(&mut caps, "caps at the border").changed() {
+        view.open = !caps;
+    }
+    ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
+    let mut is_dark = view.background == Background::Dark;
+    if ui.checkbox(&mut is_dark, "dark").changed() {
+        view.background = if is_dark { Background::Dark } else { Background::White };
+    }
+}
+
+fn label(color: Color) -> &'static str {
+    match color {
+        Color::None => "plain",
+        Color::Quality => "quality (radius ratio)",
+        other => other.name(),
+    }
+}
+
+/// The clip plane: across an axis of the volume, at a share of it.
+fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut options.clip, "clip across");
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            ui.selectable_value(&mut options.clip_axis, axis, name);
+        }
+        ui.checkbox(&mut options.clip_is_turned, "other side");
+    });
+    ui.add_enabled(options.clip, Slider::new(&mut options.clip_share, 0.0..=1.0).text("at"));
+    view.clip = options.clip.then(|| {
+        let volume = &scene.spectrum.volume;
+        let spacing = DVec3::from_array(volume.placement.spacing);
+        let last = volume.dims[options.clip_axis] as f64 - 1.0;
+        let size = last * spacing[options.clip_axis] / spacing.min_element();
+        let sign = if options.clip_is_turned { -1.0 } else { 1.0 };
+        let mut normal = [0.0; 3];
+        normal[options.clip_axis] = sign;
+        Clip { normal, offset: sign * options.clip_share * size }
+    });
+}
+
+/// The second surface: the opposite of the isovalue at first, for fields of both signs.
+fn second(ui: &mut Ui, scene: &mut Scene) {
+    let (low, high) = scene.spectrum.range;
+    ui.horizontal(|ui| {
+        let mut has_second = scene.second.is_some();
+        if ui.checkbox(&mut has_second, "second isovalue").changed() {
+            scene.second = has_second.then(|| (-scene.isovalue).clamp(low, high));
+        }
+        if let Some(second) = &mut scene.second {
+            let speed = (high - low) / 500.0;
+            ui.add(DragValue::new(second).range(low..=high).speed(speed));
+        }
+    });
+}
+
+fn saves(ui: &mut Ui, options: &mut Options) -> Option<Command> {
+    let mut command = None;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("save");
+        if ui.button("picture (S)").clicked() {
+            command = Some(Command::Picture);
+        }
+        for extension in ["ply", "stl", "obj", "glb"] {
+            if ui.button(extension).clicked() {
+                command = Some(Command::Mesh(extension));
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        if ui.button("sweep").clicked() {
+            command = Some(Command::Sweep(options.n_frames));
+        }
+        ui.add(DragValue::new(&mut options.n_frames).range(2..=10_000).suffix(" pictures"));
+    });
+    command
+}
+
+fn facts(ui: &mut Ui, scene: &Scene) {
+    let (low, high) = scene.spectrum.range;
+    let milliseconds = 1e3 * scene.cost().as_secs_f64();
+    for line in [
+        format!("{} triangles", scene.n_triangles()),
+        format!("{milliseconds:.1} ms for the last picture"),
+        format!("range {} to {}", typed::shown(low), typed::shown(high)),
+        format!("{} events", scene.events.len()),
+    ] {
+        ui.label(RichText::new(line).small());
+    }
+    if let Some((low, high)) = scene.painter.color_ends() {
+        ui.label(
+            RichText::new(format!("colours {} to {}", typed::shown(low), typed::shown(high)))
+                .small(),
+        );
+    }
+}

@@ -1,0 +1,170 @@
+//! The slider: the isovalue under the curves of the contour spectrum, with the events to click.
+
+use eframe::egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
+
+use super::curves::Point;
+use super::scene::Scene;
+use super::typed;
+
+/// Height of the curves, points.
+const HEIGHT: f32 = 96.0;
+
+/// How near to an event a click goes to it, points.
+const SNAP: f32 = 5.0;
+
+/// One curve.
+struct Curve {
+    name: &'static str,
+    color: Color32,
+    of: fn(&Point) -> f64,
+}
+
+/// Colours are told apart with any colour vision (Okabe and Ito 2008).
+const CURVES: [Curve; 4] = [
+    Curve {
+        name: "components",
+        color: Color32::from_rgb(0xE6, 0x9F, 0x00),
+        of: |p| f64::from(p.n_components),
+    },
+    Curve {
+        name: "Euler characteristic",
+        color: Color32::from_rgb(0x56, 0xB4, 0xE9),
+        of: |p| p.euler as f64,
+    },
+    Curve { name: "area", color: Color32::from_rgb(0x00, 0x9E, 0x73), of: |p| p.area },
+    Curve { name: "volume", color: Color32::from_rgb(0xCC, 0x79, 0xA7), of: |p| p.volume },
+];
+
+/// Which curves are drawn.
+pub(super) type Shown = [bool; CURVES.len()];
+
+/// Draws the slider; the isovalue that was chosen on it.
+pub(super) fn show(ui: &mut Ui, scene: &Scene, shown: &mut Shown) -> Option<f64> {
+    let points = scene.curves.points();
+    legend(ui, &points, scene.isovalue, shown);
+    let size = Vec2::new(ui.available_width(), HEIGHT);
+    let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
+    let rect = response.rect.shrink2(Vec2::new(6.0, 2.0));
+    let axis = Axis { rect, range: scene.spectrum.range };
+    let visuals = ui.visuals();
+    painter.rect_filled(response.rect, 3.0, visuals.extreme_bg_color);
+
+    painter.extend(bars(scene, &axis, visuals.weak_text_color().gamma_multiply(0.35)));
+    for (curve, _) in CURVES.iter().zip(*shown).filter(|(_, shown)| *shown) {
+        painter.add(Shape::line(line(curve, &points, &axis), Stroke::new(1.5, curve.color)));
+    }
+    for x in marks(scene, &axis) {
+        painter.vline(
+            x,
+            rect.bottom() - 9.0..=rect.bottom(),
+            Stroke::new(1.0, visuals.text_color()),
+        );
+    }
+    for (isovalue, width) in
+        scene.second.map(|c| (c, 1.0)).into_iter().chain([(scene.isovalue, 2.0)])
+    {
+        let x = axis.x_of(isovalue);
+        let stroke = Stroke::new(width, visuals.selection.stroke.color);
+        painter.vline(x, rect.y_range(), stroke);
+        painter.circle_filled(pos2(x, rect.top() + 3.0), 2.0 + 1.5 * width, stroke.color);
+    }
+
+    let hover = response.hover_pos().map(|p| axis.isovalue_at(p.x));
+    if let Some(isovalue) = hover {
+        let isovalue = nearest_event(scene, &axis, isovalue).unwrap_or(isovalue);
+        let text = typed::shown(isovalue);
+        let font = FontId::proportional(11.0);
+        painter.text(rect.left_top(), Align2::LEFT_TOP, text, font, visuals.text_color());
+    }
+    let pointer = response.interact_pointer_pos()?;
+    let isovalue = axis.isovalue_at(pointer.x);
+    if response.clicked() {
+        return Some(nearest_event(scene, &axis, isovalue).unwrap_or(isovalue));
+    }
+    response.dragged().then_some(isovalue)
+}
+
+/// Isovalues from left to right.
+struct Axis {
+    rect: Rect,
+    range: (f64, f64),
+}
+
+impl Axis {
+    fn x_of(&self, isovalue: f64) -> f32 {
+        let (low, high) = self.range;
+        // Halved first, so that the widest range does not overflow.
+        let share = (0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low);
+        // A range of one isovalue has no length.
+        let share = if share.is_finite() { share } else { 0.5 };
+        self.rect.left() + self.rect.width() * share as f32
+    }
+
+    fn isovalue_at(&self, x: f32) -> f64 {
+        let (low, high) = self.range;
+        let share = f64::from((x - self.rect.left()) / self.rect.width()).clamp(0.0, 1.0);
+        low * (1.0 - share) + high * share
+    }
+}
+
+/// The names of the curves, to be switched on and off, with their values at the isovalue.
+fn legend(ui: &mut Ui, points: &[Point], isovalue: f64, shown: &mut Shown) {
+    let next = points.partition_point(|p| p.isovalue < isovalue);
+    let here =
+        [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| points.get(i));
+    let here =
+        here.min_by(|a, b| (a.isovalue - isovalue).abs().total_cmp(&(b.isovalue - isovalue).abs()));
+    ui.horizontal_wrapped(|ui| {
+        for (curve, shown) in CURVES.iter().zip(shown) {
+            let value =
+                here.map_or_else(String::new, |p| format!(" {}", typed::shown((curve.of)(p))));
+            ui.visuals_mut().override_text_color = Some(curve.color);
+            ui.checkbox(shown, format!("{}{value}", curve.name));
+        }
+    });
+}
+
+/// A curve over its own range, which always has 0 in it.
+fn line(curve: &Curve, points: &[Point], axis: &Axis) -> Vec<Pos2> {
+    let values = points.iter().map(curve.of);
+    let (low, high) = values.clone().fold((0.0f64, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
+    let length = if high > low { high - low } else { 1.0 };
+    let height = |v: f64| axis.rect.bottom() - axis.rect.height() * ((v - low) / length) as f32;
+    points.iter().zip(values).map(|(p, v)| pos2(axis.x_of(p.isovalue), height(v))).collect()
+}
+
+/// The histogram of the samples, its heights by their logarithms.
+fn bars(scene: &Scene, axis: &Axis, color: Color32) -> Vec<Shape> {
+    let Some(samples) = &scene.samples else { return Vec::new() };
+    let width = 3.0;
+    let parts = samples.parts((axis.rect.width() / width) as usize, axis.range);
+    let height = |count: u64| (1.0 + count as f32).ln();
+    let largest = parts.iter().copied().map(height).fold(1.0, f32::max);
+    (parts.iter().enumerate())
+        .filter(|&(_, &count)| count > 0)
+        .map(|(i, &count)| {
+            let left = axis.rect.left() + i as f32 * width;
+            let top = axis.rect.bottom() - axis.rect.height() * height(count) / largest;
+            let bar = Rect::from_min_max(pos2(left, top), pos2(left + width, axis.rect.bottom()));
+            Shape::rect_filled(bar, 0.0, color)
+        })
+        .collect()
+}
+
+/// Where the events are, one mark for each pixel that has any.
+fn marks(scene: &Scene, axis: &Axis) -> Vec<f32> {
+    let mut marks: Vec<f32> = scene.events.iter().map(|&c| axis.x_of(c).round()).collect();
+    marks.dedup();
+    marks
+}
+
+/// The event within reach of an isovalue.
+fn nearest_event(scene: &Scene, axis: &Axis, isovalue: f64) -> Option<f64> {
+    let next = scene.events.partition_point(|&c| c < isovalue);
+    let beside = [next.checked_sub(1), Some(next)].into_iter().flatten();
+    let away = |c: f64| (axis.x_of(c) - axis.x_of(isovalue)).abs();
+    beside
+        .filter_map(|i| scene.events.get(i).copied())
+        .filter(|&c| away(c) <= SNAP)
+        .min_by(|a, b| away(*a).total_cmp(&away(*b)))
+}

@@ -1,0 +1,80 @@
+//! How often each value occurs among the samples of a volume.
+
+use crate::volume::Volume;
+
+/// Bins over the range: two for each value of 16 bits would not change a picture, and a percentile
+/// is within a 65,536th of the range.
+const N_BINS: usize = 1 << 16;
+
+/// A histogram of samples.
+#[derive(Clone, Debug)]
+pub(super) struct Histogram {
+    range: (f64, f64),
+    counts: Vec<u64>,
+    total: u64,
+}
+
+impl Histogram {
+    /// The histogram of a volume's samples.
+    pub(super) fn of(volume: &Volume) -> Self {
+        let samples = volume.samples();
+        Self::of_values((0..samples.len()).map(|i| samples.get(i)), volume.range())
+    }
+
+    /// The histogram of values in a range.
+    pub(super) fn of_values(values: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
+        let (low, high) = range;
+        let mut counts = vec![0; N_BINS];
+        let mut total = 0;
+        for value in values {
+            let share = (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low);
+            counts[((share * N_BINS as f64) as usize).min(N_BINS - 1)] += 1;
+            total += 1;
+        }
+        Histogram { range, counts, total }
+    }
+
+    /// The value below which `percent` of the samples lie, to within a bin.
+    pub(super) fn percentile(&self, percent: f64) -> f64 {
+        let (low, high) = self.range;
+        let wanted = percent / 100.0 * self.total as f64;
+        let mut below = 0.0;
+        for (i, &count) in self.counts.iter().enumerate() {
+            let next = below + count as f64;
+            if count > 0 && next >= wanted {
+                // Equal samples lie at the start of their bin.
+                return low + (high - low) * (i as f64 / N_BINS as f64);
+            }
+            below = next;
+        }
+        high
+    }
+
+    /// Counts in `n` equal parts of `low` to `high`.
+    pub(super) fn parts(&self, n: usize, (low, high): (f64, f64)) -> Vec<u64> {
+        let (first, last) = self.range;
+        let mut parts = vec![0; n];
+        for (i, &count) in self.counts.iter().enumerate() {
+            let value = first + (last - first) * ((i as f64 + 0.5) / N_BINS as f64);
+            let share = (value - low) / (high - low);
+            if count > 0 && (0.0..1.0).contains(&share) {
+                parts[(share * n as f64) as usize] += count;
+            }
+        }
+        parts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sample_is_counted_once() {
+        let h = Histogram::of_values([0.0, 1.0, 1.0, 3.0, 4.0].into_iter(), (0.0, 4.0));
+        assert_eq!(h.parts(4, (0.0, 4.0)), [1, 2, 0, 2]);
+        assert_eq!(h.percentile(0.0), 0.0);
+        assert_eq!(h.percentile(50.0), 1.0);
+        assert_eq!(h.parts(1, (2.0, 4.0)), [2]);
+    }
+}

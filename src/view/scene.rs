@@ -1,0 +1,175 @@
+//! What is seen: a spectrum, its painter, the isovalues, and the texture that the window shows.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use eframe::{egui, egui_wgpu, wgpu};
+use glam::{DVec2, DVec3};
+
+use super::curves::Curves;
+use super::hand;
+use super::loading::Loaded;
+use super::samples::Histogram;
+use super::typed;
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::render::{Image, Painter, SHOWN_FORMAT, View};
+use crate::spectrum::Spectrum;
+
+/// A spectrum on the screen.
+pub(super) struct Scene {
+    pub(super) name: String,
+    pub(super) spectrum: Arc<Spectrum>,
+    pub(super) samples: Option<Histogram>,
+    pub(super) curves: Curves,
+    /// Isovalues of events, increasing, each once.
+    pub(super) events: Vec<f64>,
+    pub(super) isovalue: f64,
+    /// The isovalue of the second surface.
+    pub(super) second: Option<f64>,
+    pub(super) painter: Painter,
+    painted: Option<(Vec<f64>, View)>,
+    texture: Option<Shown>,
+    /// Nanoseconds the device took for the last picture.
+    cost: Arc<AtomicU64>,
+}
+
+/// The painter's texture as the window knows it.
+struct Shown {
+    id: egui::TextureId,
+    size: (u32, u32),
+}
+
+impl Scene {
+    /// Uploads a spectrum.
+    pub(super) fn new(gpu: &Gpu, loaded: Loaded, window: &egui::Context) -> Result<Self> {
+        let Loaded { name, spectrum, samples } = loaded;
+        let spectrum = Arc::new(spectrum);
+        let painter = Painter::new(gpu, &spectrum, u64::MAX)?;
+        let mut events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+        events.sort_by(f64::total_cmp);
+        events.dedup();
+        let (low, high) = spectrum.range;
+        Ok(Scene {
+            name,
+            curves: Curves::start(&spectrum, window),
+            events,
+            isovalue: 0.5 * low + 0.5 * high,
+            second: None,
+            painter,
+            samples,
+            spectrum,
+            painted: None,
+            texture: None,
+            cost: Arc::default(),
+        })
+    }
+
+    /// The isovalues shown.
+    pub(super) fn isovalues(&self) -> Vec<f64> {
+        std::iter::once(self.isovalue).chain(self.second).collect()
+    }
+
+    /// How far one notch or key goes.
+    pub(super) fn step(&self) -> f64 {
+        typed::step(self.spectrum.range)
+    }
+
+    /// Steps through the isovalues.
+    pub(super) fn step_by(&mut self, notches: f64, is_fine: bool) {
+        let step = if is_fine { 0.1 * self.step() } else { self.step() };
+        self.isovalue = typed::stepped(self.isovalue, notches, step, self.spectrum.range);
+    }
+
+    /// Triangles drawn.
+    pub(super) fn n_triangles(&self) -> usize {
+        (0..self.isovalues().len()).map(|i| self.painter.n_triangles(i)).sum()
+    }
+
+    /// How long the device took for the last picture, from its submission on.
+    pub(super) fn cost(&self) -> Duration {
+        Duration::from_nanos(self.cost.load(Ordering::Relaxed))
+    }
+
+    /// Paints, if anything has changed, and returns the texture. Its size is that of the view.
+    pub(super) fn paint(
+        &mut self,
+        window: &egui_wgpu::RenderState,
+        view: &View,
+    ) -> Result<egui::TextureId> {
+        let wanted = (self.isovalues(), view.clone());
+        if self.painted.as_ref() != Some(&wanted) {
+            let started = Instant::now();
+            self.painted = None;
+            self.painter.paint(&self.spectrum, &wanted.0, view)?;
+            let cost = self.cost.clone();
+            window.queue.on_submitted_work_done(move || {
+                cost.store(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
+            });
+            self.painted = Some(wanted);
+        }
+        Ok(self.shown(window, (view.width, view.height)))
+    }
+
+    /// Paints and takes the picture.
+    pub(super) fn picture(&mut self, view: &View) -> Result<Image> {
+        self.painted = None;
+        self.painter.paint(&self.spectrum, &self.isovalues(), view)?;
+        self.painter.read()?.ok_or_else(|| Error::Gpu("nothing was drawn".into()))
+    }
+
+    /// The painter's texture, known to the window; a picture of another size is another texture.
+    fn shown(&mut self, window: &egui_wgpu::RenderState, size: (u32, u32)) -> egui::TextureId {
+        if let Some(shown) = self.texture.as_ref().filter(|shown| shown.size == size) {
+            return shown.id;
+        }
+        let Some(texture) = self.painter.texture() else { return egui::TextureId::default() };
+        let bytes = texture.create_view(&wgpu::TextureViewDescriptor {
+            format: Some(SHOWN_FORMAT),
+            usage: Some(wgpu::TextureUsages::TEXTURE_BINDING),
+            ..Default::default()
+        });
+        let nearest = wgpu::FilterMode::Nearest;
+        let mut renderer = window.renderer.write();
+        let id = match &self.texture {
+            Some(Shown { id, .. }) => {
+                renderer.update_egui_texture_from_wgpu_texture(
+                    &window.device,
+                    &bytes,
+                    nearest,
+                    *id,
+                );
+                *id
+            }
+            None => renderer.register_native_texture(&window.device, &bytes, nearest),
+        };
+        self.texture = Some(Shown { id, size });
+        id
+    }
+
+    /// The point of the surface under a pixel, voxel frame.
+    pub(super) fn point_under(&self, view: &View, pixel: DVec2) -> Option<DVec3> {
+        let spectrum = &self.spectrum;
+        let triangles = self.isovalues().into_iter().enumerate().flat_map(|(i, isovalue)| {
+            let rank = spectrum.rank_at(isovalue).unwrap_or(0);
+            self.painter.triangles(i).map(move |vertices| {
+                vertices.map(|v| {
+                    let (position, _) = spectrum.vertex_at(v, rank, isovalue);
+                    DVec3::from_array(position.map(f64::from))
+                })
+            })
+        });
+        let is_kept = |p: DVec3| {
+            view.clip.is_none_or(|clip| DVec3::from_array(clip.normal).dot(p) <= clip.offset)
+        };
+        hand::first_hit(hand::ray(view, &spectrum.volume, pixel), triangles, is_kept)
+    }
+
+    /// Takes the texture back from the window.
+    pub(super) fn close(&mut self, window: &egui_wgpu::RenderState) {
+        if let Some(Shown { id, .. }) = self.texture.take() {
+            window.renderer.write().free_texture(&id);
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Isovalues as people type them: `37.2`, `50%` of the range, `p99` of the samples.
+
+use super::samples::Histogram;
+
+/// The isovalue that `text` means.
+///
+/// # Errors
+///
+/// A line that says what was expected.
+pub(super) fn isovalue(
+    text: &str,
+    (low, high): (f64, f64),
+    samples: Option<&Histogram>,
+) -> Result<f64, String> {
+    let text = text.trim();
+    let expected =
+        || format!("'{text}', expected a number, 50% of the range, or p99 of the samples");
+    let number = |digits: &str| {
+        digits.trim().parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(expected)
+    };
+    let isovalue = if let Some(digits) = text.strip_suffix('%') {
+        let share = number(digits)? / 100.0;
+        // Weighted, so that 0% and 100% are the ends exactly.
+        low * (1.0 - share) + high * share
+    } else if let Some(digits) = text.strip_prefix(['p', 'P']) {
+        let percent = number(digits)?;
+        if !(0.0..=100.0).contains(&percent) {
+            return Err(format!("'{text}', expected p0 to p100"));
+        }
+        let samples =
+            samples.ok_or_else(|| format!("'{text}' needs the samples: open with --volume"))?;
+        samples.percentile(percent).clamp(low, high)
+    } else {
+        number(text)?
+    };
+    if low <= isovalue && isovalue <= high {
+        Ok(isovalue)
+    } else {
+        Err(format!("{isovalue} lies outside {low} to {high}"))
+    }
+}
+
+/// A number with as many digits as one wants to read.
+pub(super) fn shown(x: f64) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !(1e-4..1e9).contains(&x.abs()) {
+        return format!("{x:.5e}");
+    }
+    let digits = (6 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
+    let text = format!("{x:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// The step of an isovalue over a range: 1, 2 or 5 times a power of ten, about 200 of them.
+pub(super) fn step((low, high): (f64, f64)) -> f64 {
+    let raw = high / 200.0 - low / 200.0;
+    let decade = 10f64.powf(raw.log10().floor());
+    let nearest = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade);
+    let step = nearest.into_iter().min_by(|a, b| {
+        let off = |x: f64| (x / raw).ln().abs();
+        off(*a).total_cmp(&off(*b))
+    });
+    step.filter(|s| s.is_finite() && *s > 0.0).unwrap_or(f64::MIN_POSITIVE)
+}
+
+/// `n` steps on from `isovalue`, on multiples of the step, within the range.
+pub(super) fn stepped(isovalue: f64, n: f64, step: f64, (low, high): (f64, f64)) -> f64 {
+    let on = isovalue / step;
+    // A value beside a multiple, by rounding, is that multiple.
+    let from = if (on - on.round()).abs() < 1e-6 {
+        on.round()
+    } else if n > 0.0 {
+        on.floor()
+    } else {
+        on.ceil()
+    };
+    let target = from + n;
+    // Dividing by the inverse of a power of ten gives the nearest short decimal.
+    let value = if step < 1.0 { target / (1.0 / step) } else { target * step };
+    // A range of one isovalue has no steps.
+    if value.is_finite() { value.clamp(low, high) } else { isovalue }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_shares_and_percentiles() {
+        let samples = Histogram::of_values((0..=100).map(f64::from), (0.0, 100.0));
+        let at = |text: &str| isovalue(text, (0.0, 80.0), Some(&samples));
+        assert_eq!(at("37.2"), Ok(37.2));
+        assert_eq!(at(" 50 % "), Ok(40.0));
+        // A bin is 100 / 65,536 wide.
+        let p25 = at("p25").expect("a percentile");
+        assert!((p25 - 25.0).abs() < 0.002, "{p25}");
+        assert_eq!(at("p100"), Ok(80.0));
+        for wrong in ["", "x", "p", "p101", "81", "-1", "nan", "101%"] {
+            assert!(at(wrong).is_err(), "{wrong}");
+        }
+        assert!(isovalue("p50", (0.0, 1.0), None).expect_err("no samples").contains("--volume"));
+    }
+
+    #[test]
+    fn steps_are_round_numbers_and_stay_in_the_range() {
+        assert_eq!(step((0.0, 255.0)), 1.0);
+        // Powers of ten are rounded once.
+        assert!((step((-0.07, 0.07)) - 0.0005).abs() < 1e-18);
+        assert_eq!(stepped(37.2, 1.0, 1.0, (0.0, 255.0)), 38.0);
+        assert_eq!(stepped(37.2, -1.0, 1.0, (0.0, 255.0)), 37.0);
+        assert_eq!(stepped(37.0, -1.0, 0.1, (0.0, 255.0)), 36.9);
+        assert_eq!(stepped(254.5, 3.0, 1.0, (0.0, 255.0)), 255.0);
+        assert_eq!(stepped(0.3, 1.0, 0.1, (0.0, 1.0)), 0.4);
+        assert_eq!(stepped(3.0, 1.0, step((3.0, 3.0)), (3.0, 3.0)), 3.0);
+    }
+
+    #[test]
+    fn shown_numbers_are_short() {
+        for (x, text) in [(0.0, "0"), (37.2, "37.2"), (-1.5, "-1.5"), (1.0 / 3.0, "0.3333333")] {
+            assert_eq!(shown(x), text);
+        }
+    }
+}
