@@ -16,7 +16,7 @@ use crate::mesh::{Mesh, Vertex};
 const LIFT: f32 = 0.002;
 
 /// How often a cap's vertices move to the middle of their neighbours.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 16;
 
 /// The vertices that belong to caps only, smoothed along the border and lifted off it. `positions`
 /// are those of `vertices`, voxel frame; a neighbour that is not among them counts where `mesh` has
@@ -37,6 +37,10 @@ pub(crate) fn smooth_caps(
     let caps: Vec<usize> = (0..vertices.len()).filter(|&i| is_cap(vertices[i])).collect();
     if caps.is_empty() {
         return;
+    }
+    // Projected, those that the curve has run over lie inside the volume: they start from before.
+    for &i in &caps {
+        positions[i] = mesh.position(vertices[i]).to_array();
     }
     let at = |v: Vertex, positions: &[[f32; 3]]| {
         vertices.binary_search(&v).map_or(mesh.position(v), |i| positions[i].into())
