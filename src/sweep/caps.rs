@@ -18,6 +18,11 @@ const LIFT: f32 = 0.002;
 /// How often a cap's vertices move to the middle of their neighbours.
 const ROUNDS: usize = 16;
 
+/// Whether a vertex belongs to caps only.
+pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
+    mesh.border(v) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(v)))
+}
+
 /// The vertices that belong to caps only, smoothed along the border and lifted off it. `positions`
 /// are those of `vertices`, voxel frame; a neighbour that is not among them counts where `mesh` has
 /// it.
@@ -31,10 +36,8 @@ pub(crate) fn smooth_caps(
     let dims = field.volume().dims();
     let top = Vec3::new((dims[0] - 1) as f32, (dims[1] - 1) as f32, (dims[2] - 1) as f32)
         * field.cell_size();
-    let is_cap = |v: Vertex| {
-        mesh.border(v) == 0 && !mesh.is_pinned(v) && mesh.is_cap(mesh.face(mesh.outgoing(v)))
-    };
-    let caps: Vec<usize> = (0..vertices.len()).filter(|&i| is_cap(vertices[i])).collect();
+    let moves = |v: Vertex| is_of_cap(mesh, v) && !mesh.is_pinned(v);
+    let caps: Vec<usize> = (0..vertices.len()).filter(|&i| moves(vertices[i])).collect();
     if caps.is_empty() {
         return;
     }

@@ -137,13 +137,14 @@ impl<'a> Criteria<'a> {
         gap
     }
 
-    /// Deviation of every face by slot; zero where the slot is empty or all of the face is pinned.
+    /// Deviation of every face by slot; zero where the slot is empty, all of the face is pinned, or it
+    /// is a cap, which nothing has to follow.
     pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
         let faces = (0..mesh.face_slots() as u32).map(Face);
         let moves = |f| mesh.face_vertices(f).iter().any(|&v| !mesh.is_pinned(v));
         faces
             .map(|f| {
-                let is_free = mesh.has_face(f) && moves(f);
+                let is_free = mesh.has_face(f) && !mesh.is_cap(f) && moves(f);
                 if is_free { self.deviation(mesh.corners(f)) } else { 0.0 }
             })
             .collect()
@@ -169,8 +170,11 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
         let square = (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)) / 3.0;
         let wanted = square * (goal / deviations[f.0 as usize].max(1e-6)).clamp(0.2, 4.0);
         for v in mesh.face_vertices(f) {
-            inverse_square[v.0 as usize] += 1.0 / wanted.max(1e-12);
-            count[v.0 as usize] += 1;
+            // Along the border the isosurface proper decides.
+            if !mesh.is_cap(f) || mesh.border(v) == 0 {
+                inverse_square[v.0 as usize] += 1.0 / wanted.max(1e-12);
+                count[v.0 as usize] += 1;
+            }
         }
     }
     let mut length: Vec<f32> = inverse_square
@@ -182,7 +186,8 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
             },
         )
         .collect();
-    for v in mesh.vertices().filter(|&v| !mesh.is_pinned(v)) {
+    let is_proper = |v: Vertex| mesh.border(v) != 0 || !mesh.is_cap(mesh.face(mesh.outgoing(v)));
+    for v in mesh.vertices().filter(|&v| !mesh.is_pinned(v) && is_proper(v)) {
         let gap = criteria.gap(mesh, v);
         let l = &mut length[v.0 as usize];
         *l = l.min((EDGES_PER_GAP * gap).max(MIN_GAP_EDGE));

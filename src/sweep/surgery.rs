@@ -87,7 +87,7 @@ pub(super) fn operate(
     let extraction = extraction_of_arcs(sweep, operation.after, operation.arcs)?;
     let moved = fronts
         .iter()
-        .map(|f| Moved::new(&f.mesh, kernels, f.at, operation.after))
+        .map(|f| Moved::new(&f.mesh, &sweep.field, kernels, f.at, operation.after))
         .collect::<Result<Vec<Moved>>>()?;
     let adjacency = Adjacency::new(&extraction.0);
     let mut block = first_block(sweep, operation, &fronts, &moved, &extraction.0);

@@ -1,6 +1,6 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::caps::smooth_caps;
+use super::caps::{is_of_cap, smooth_caps};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
@@ -11,7 +11,7 @@ use super::simplify::simplify;
 use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
-use crate::kernels::{Kernels, PINNED};
+use crate::kernels::{Kernels, PINNED, Status};
 use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting_but, normal};
 use glam::Vec3;
 
@@ -296,6 +296,13 @@ fn advance(
     if crossing > crossing_allowed {
         counts.refused.intersecting += 1;
         return Ok(None);
+    }
+    if failed > 0 {
+        // Caps are put where they belong by other means.
+        let status = kernels.status()?;
+        let is_proper = |&v: &Vertex| !is_of_cap(mesh, v);
+        let of_proper = compacted.vertices.iter().zip(&status).filter(|(v, _)| is_proper(v));
+        failed = of_proper.filter(|(_, s)| **s == Status::Failed).count() as u32;
     }
     let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
     if failed as usize > failed_allowed {

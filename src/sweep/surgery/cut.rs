@@ -4,9 +4,11 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::rim::{RimVertex, Side};
-use crate::kernels::{Kernels, Status};
 use crate::error::Result;
+use crate::kernels::field::Field;
+use crate::kernels::{Kernels, Status};
 use crate::mesh::{Face, Mesh, Vertex, intersecting_but, normal};
+use crate::sweep::caps::{is_of_cap, smooth_caps};
 
 /// A vertex that moves farther than this, in voxels, is not sure to have followed its surface.
 const MOST_MOTION: f32 = 1.0;
@@ -29,6 +31,7 @@ impl Moved {
     /// not reach the isosurface or go far, folded faces, and faces that pass through others.
     pub(super) fn new(
         mesh: &Mesh,
+        field: &Field,
         kernels: &mut dyn Kernels,
         from: f64,
         to: f64,
@@ -41,10 +44,11 @@ impl Moved {
         for at in [0.5 * (from + to), to] {
             kernels.project(at, 2.0)?;
             for (&v, status) in c.vertices.iter().zip(kernels.status()?) {
-                is_bad[v.0 as usize] |= status == Status::Failed;
+                is_bad[v.0 as usize] |= status == Status::Failed && !is_of_cap(mesh, v);
             }
         }
-        let (moved, unit) = (kernels.positions()?, kernels.normals()?);
+        let (mut moved, unit) = (kernels.positions()?, kernels.normals()?);
+        smooth_caps(mesh, field, to, &c.vertices, &mut moved);
         for (i, &v) in c.vertices.iter().enumerate() {
             let slot = v.0 as usize;
             (positions[slot], normals[slot]) = (moved[i].into(), unit[i].into());
