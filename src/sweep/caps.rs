@@ -48,7 +48,8 @@ pub(crate) fn smooth_caps(
     let at = |v: Vertex, positions: &[[f32; 3]]| {
         vertices.binary_search(&v).map_or(mesh.position(v), |i| positions[i].into())
     };
-    let rings: Vec<Vec<Vertex>> = caps.iter().map(|&i| mesh.one_ring(vertices[i]).collect()).collect();
+    let rings: Vec<Vec<Vertex>> =
+        caps.iter().map(|&i| mesh.one_ring(vertices[i]).collect()).collect();
     for _ in 0..ROUNDS {
         let moved: Vec<Vec3> = rings
             .iter()

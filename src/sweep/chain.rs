@@ -283,9 +283,8 @@ impl<'a> Chain<'a> {
             fixed: fixed.map(|step| (sweep.range.0, step)),
             min_step: 1e-5 * range.min(100.0 * (piece.high - piece.low)),
         };
-        let repair: &Repair = &|front, to, kernels, counts| {
-            repair(sweep, arc, direction, front, to, kernels, counts)
-        };
+        let repair: &Repair =
+            &|front, to, kernels, counts| repair(sweep, arc, direction, front, to, kernels, counts);
         let tracking = Tracking {
             field: &sweep.field,
             parameters: sweep.parameters,
@@ -458,8 +457,11 @@ fn typical_slope(sweep: &Sweep) -> f64 {
         .filter_map(|i| {
             let [x, y, z] = [i % (nx - 1), i / (nx - 1) % (ny - 1), i / (nx - 1) / (ny - 1)];
             let here = volume.sample(x, y, z);
-            let beside =
-                [volume.sample(x + 1, y, z), volume.sample(x, y + 1, z), volume.sample(x, y, z + 1)];
+            let beside = [
+                volume.sample(x + 1, y, z),
+                volume.sample(x, y + 1, z),
+                volume.sample(x, y, z + 1),
+            ];
             let slope = beside.iter().map(|b| (b - here).powi(2)).sum::<f64>().sqrt();
             (slope > 0.0).then_some(slope)
         })

@@ -60,7 +60,11 @@ impl Graph {
                     nodes.push(Node { isovalue, below, above, events });
                 }
                 let n = &mut nodes[*node];
-                if side == 0 { n.above.push(a) } else { n.below.push(a) }
+                if side == 0 {
+                    n.above.push(a)
+                } else {
+                    n.below.push(a)
+                }
                 ends[a][side] = Some(*node);
             }
         }

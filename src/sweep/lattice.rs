@@ -65,21 +65,11 @@ struct Slab {
 struct Shown {
     by_arc: Vec<Vec<(f64, f64)>>,
     merged: Vec<(f64, f64)>,
-    /// Whether every component shows in the merged intervals.
-    is_all: bool,
-}
-
-/// The exact extraction of every component over the whole range, as one patch.
-pub(super) fn patch_of_all(sweep: &Sweep) -> Result<Patch> {
-    patch_of(sweep, &Shown { by_arc: Vec::new(), merged: vec![sweep.range], is_all: true })
 }
 
 /// The exact extraction over all the given stretches, as one patch.
 pub(super) fn patch(sweep: &Sweep, stretches: &[Piece]) -> Result<Patch> {
-    patch_of(sweep, &Shown::new(sweep.topology.arcs.len(), stretches))
-}
-
-fn patch_of(sweep: &Sweep, shown: &Shown) -> Result<Patch> {
+    let shown = &Shown::new(sweep.topology.arcs.len(), stretches);
     let body_saddles = body_saddles(sweep);
     let n_layers = sweep.exact.dims()[2] - 1;
     let slabs: Vec<Result<Slab>> = (0..n_layers.div_ceil(LAYERS))
@@ -111,7 +101,7 @@ impl Shown {
             }
         }
         by_arc.iter_mut().for_each(|s| s.sort_by(|a, b| a.0.total_cmp(&b.0)));
-        Shown { by_arc, merged, is_all: false }
+        Shown { by_arc, merged }
     }
 
     /// The merged intervals that overlap an interval.
@@ -264,12 +254,7 @@ fn shown_intervals(
 ) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for &(a, b) in shown.overlapping(low, high) {
-        let (low, high) = (low.max(a), high.min(b));
-        if shown.is_all {
-            found.push((low, high));
-        } else {
-            walk_arcs(sweep, shown, crossing, [low, high], &mut found);
-        }
+        walk_arcs(sweep, shown, crossing, [low.max(a), high.min(b)], &mut found);
     }
     found
 }
@@ -320,7 +305,8 @@ fn merge_consecutive(records: &mut Vec<Record>, first: usize) {
 fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
     let mut numbers = vec![u32::MAX; 3 * sweep.exact.n_vertices()];
     let mut trajectories: Vec<[(f64, Vec3, [i16; 2]); 2]> = Vec::new();
-    let range = (shown.merged.first().map_or(0.0, |m| m.0), shown.merged.last().map_or(0.0, |m| m.1));
+    let range =
+        (shown.merged.first().map_or(0.0, |m| m.0), shown.merged.last().map_or(0.0, |m| m.1));
     let mut triangles: Vec<([u32; 3], f64, f64, bool)> = Vec::new();
     for slab in slabs {
         let inner_base = trajectories.len() as u32;
@@ -356,7 +342,12 @@ fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
     }
     patch.triangles = triangles
         .into_iter()
-        .map(|(vertices, low, high, cap)| Triangle { vertices, birth: rank(low), death: rank(high), cap })
+        .map(|(vertices, low, high, cap)| Triangle {
+            vertices,
+            birth: rank(low),
+            death: rank(high),
+            cap,
+        })
         .collect();
     patch.isovalues = isovalues;
     patch

@@ -1,7 +1,9 @@
 //! Writes down what happens to a tracked mesh: knots, lifetimes, collapses.
 //!
-//! A patch is tracked from its start isovalue in both directions. The start mesh is shared: a
-//! triangle that lives on both sides of the start is one triangle.
+//! A mesh is tracked from its start isovalue in both directions. The start is shared: a triangle
+//! that lives on both sides of it is one triangle. Through surgery, the mesh after it goes on with
+//! the trajectories and triangles that stay. Trajectories are numbered by the run that began them, so
+//! the patch does not depend on which run was done first.
 
 use crate::mesh::{Face, Mesh, Vertex};
 use crate::spectrum::{Collapse, Knot, Patch, Triangle, normal};
@@ -273,7 +275,10 @@ impl Log {
         for t in ended {
             match triangles.last_mut() {
                 Some(last)
-                    if t.start && last.start && last.vertices == t.vertices && last.high == t.low =>
+                    if t.start
+                        && last.start
+                        && last.vertices == t.vertices
+                        && last.high == t.low =>
                 {
                     last.high = t.high;
                 }
@@ -368,12 +373,19 @@ mod tests {
         recorder.knots(&compacted.vertices, &compacted.positions, &normals, isovalue);
     }
 
-    fn begun(mesh: &Mesh, isovalue: f64) -> Recorder {
+    /// The log of the start, and recorders for both ways from it.
+    fn begun(mesh: &Mesh, isovalue: f64) -> (Log, [Recorder; 2]) {
         let vertices: Vec<Vertex> = mesh.vertices().collect();
-        let mut recorder =
-            Recorder::begin(mesh, &vec![[0.0, 0.0, 1.0]; vertices.len()], &vertices, isovalue);
-        recorder.restart();
-        recorder
+        let normals = vec![[0.0, 0.0, 1.0]; vertices.len()];
+        let start = Recorder::begin(mesh, &normals, &vertices, isovalue, 0);
+        let ways = [Run::Up, Run::Down].map(|run| start.branch(run.of_arc(0)));
+        (start.into_log(), ways)
+    }
+
+    /// The patch of a start and what followed.
+    fn patch(mut start: Log, ways: impl IntoIterator<Item = Log>) -> Patch {
+        ways.into_iter().for_each(|log| start.append(log));
+        start.patch()
     }
 
     /// How many triangles live from one isovalue to another.
@@ -390,13 +402,10 @@ mod tests {
     #[test]
     fn a_triangle_of_the_start_lives_on_both_sides_of_it() {
         let mesh = octahedron();
-        let mut recorder = begun(&mesh, 1.0);
-        knots(&mut recorder, &mesh, 3.0);
-        recorder.finish_direction(3.0);
-        recorder.restart();
-        knots(&mut recorder, &mesh, 0.0);
-        recorder.finish_direction(0.0);
-        let patch = recorder.patch();
+        let (start, [mut up, mut down]) = begun(&mesh, 1.0);
+        knots(&mut up, &mesh, 3.0);
+        knots(&mut down, &mesh, 0.0);
+        let patch = patch(start, [up.finish(3.0), down.finish(0.0)]);
         assert_eq!((patch.triangles.len(), n_living(&patch, 0.0, 3.0)), (8, 8));
         for v in 0..6 {
             assert_eq!(knot_isovalues(&patch, v), [0.0, 1.0, 3.0]);
@@ -406,17 +415,14 @@ mod tests {
     #[test]
     fn a_flip_ends_two_triangles_and_begins_two() {
         let start = octahedron();
-        let mut recorder = begun(&start, 1.0);
+        let (log, [mut up, mut down]) = begun(&start, 1.0);
         let mut mesh = start.clone();
-        knots(&mut recorder, &mesh, 2.0);
+        knots(&mut up, &mesh, 2.0);
         mesh.flip(Edge(0));
-        recorder.edits(&mesh, &[], 2.0, Direction::Up);
-        knots(&mut recorder, &mesh, 3.0);
-        recorder.finish_direction(3.0);
-        recorder.restart();
-        knots(&mut recorder, &start, 0.0);
-        recorder.finish_direction(0.0);
-        let patch = recorder.patch();
+        up.edits(&mesh, &[], 2.0, Direction::Up);
+        knots(&mut up, &mesh, 3.0);
+        knots(&mut down, &start, 0.0);
+        let patch = patch(log, [up.finish(3.0), down.finish(0.0)]);
         assert_eq!(patch.triangles.len(), 10);
         assert_eq!(n_living(&patch, 0.0, 3.0), 6);
         assert_eq!(n_living(&patch, 0.0, 2.0), 2);
@@ -429,7 +435,7 @@ mod tests {
             [(Direction::Up, [2.0, 2.5, 3.0, 4.0]), (Direction::Down, [-2.0, -2.5, -3.0, -4.0])]
         {
             let mut mesh = octahedron();
-            let mut recorder = begun(&mesh, 0.0);
+            let (start, [mut recorder, _]) = begun(&mesh, 0.0);
             knots(&mut recorder, &mesh, split);
             let added = mesh.split_edge(Edge(0), Vec3::ZERO).vertex;
             recorder.edits(&mesh, &[], split, direction);
@@ -442,8 +448,7 @@ mod tests {
             mesh.collapse(spoke);
             recorder.edits(&mesh, &[(added, target)], collapse, direction);
             knots(&mut recorder, &mesh, end);
-            recorder.finish_direction(end);
-            let patch = recorder.patch();
+            let patch = patch(start, [recorder.finish(end)]);
             let living = |a: f64, b: f64| n_living(&patch, f64::min(a, b), f64::max(a, b));
             // The split cuts two faces in two, the collapse puts the two back together.
             assert_eq!(living(0.0, end), 6, "{direction:?}");
@@ -462,9 +467,37 @@ mod tests {
     }
 
     #[test]
+    fn a_mesh_put_together_goes_on_with_the_trajectories_and_triangles_that_stay() {
+        let mesh = octahedron();
+        let (start, [mut up, _]) = begun(&mesh, 0.0);
+        knots(&mut up, &mesh, 1.0);
+        // All stays but face 0, which is replaced by another with the same vertices.
+        let kept_vertices: Vec<(usize, Vertex)> = mesh.vertices().map(|v| (0, v)).collect();
+        let kept_faces: Vec<(usize, Face)> = mesh.faces().skip(1).map(|f| (0, f)).collect();
+        let mut others = [up];
+        let run = Run::Surgery.of_arc(1);
+        let mut after = Recorder::resume(&others, &kept_vertices, &kept_faces, None, run);
+        others[0].end_face(Face(0), 1.5);
+        let positions: Vec<[f32; 3]> =
+            mesh.vertices().map(|v| mesh.position(v).to_array()).collect();
+        let mut triangles: Vec<[u32; 3]> =
+            mesh.faces().map(|f| mesh.face_vertices(f).map(|v| v.0)).collect();
+        triangles.rotate_left(1);
+        let replaced =
+            Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed");
+        after.edits(&replaced, &[], 1.5, Direction::Up);
+        knots(&mut after, &replaced, 2.0);
+        let [before] = others;
+        let patch = patch(start, [before.into_log(), after.finish(2.0)]);
+        assert_eq!((n_living(&patch, 0.0, 2.0), n_living(&patch, 0.0, 1.5)), (7, 1));
+        assert_eq!((n_living(&patch, 1.5, 2.0), patch.triangles.len()), (1, 9));
+        assert_eq!(patch.first_knot.len(), 7);
+    }
+
+    #[test]
     fn what_never_shows_is_left_out() {
         let mut mesh = octahedron();
-        let mut recorder = begun(&mesh, 0.0);
+        let (start, [mut recorder, _]) = begun(&mesh, 0.0);
         let added = mesh.split_edge(Edge(0), Vec3::ZERO).vertex;
         recorder.edits(&mesh, &[], 0.0, Direction::Up);
         let spoke = mesh.outgoing(added);
@@ -472,8 +505,7 @@ mod tests {
         mesh.collapse(spoke);
         recorder.edits(&mesh, &[(added, target)], 0.0, Direction::Up);
         knots(&mut recorder, &mesh, 1.0);
-        recorder.finish_direction(1.0);
-        let patch = recorder.patch();
+        let patch = patch(start, [recorder.finish(1.0)]);
         assert_eq!((patch.triangles.len(), n_living(&patch, 0.0, 1.0)), (8, 8));
         assert_eq!((patch.first_knot.len(), patch.collapses.len()), (7, 0));
     }

@@ -100,7 +100,8 @@ fn remeshed(
             return Ok(None);
         }
         let c = mesh.compacted();
-        let crossing = intersecting_but(&c.positions, &c.connectivity.faces, |f| mesh.is_cap(c.faces[f]));
+        let crossing =
+            intersecting_but(&c.positions, &c.connectivity.faces, |f| mesh.is_cap(c.faces[f]));
         log::debug!(
             "remeshed {} faces at {isovalue} to {}, {} intersecting, {} of them caps",
             exact.n_faces(),

@@ -19,9 +19,9 @@ mod zip;
 
 use glam::Vec3;
 
+use super::Sweep;
 use super::recorder::{Direction, Log, Recorder, Run};
 use super::start::extraction_of_arcs;
-use super::Sweep;
 use crate::error::Result;
 use crate::extract::Extraction;
 use crate::kernels::Kernels;
@@ -97,14 +97,25 @@ pub(super) fn operate(
         let n_faces = extraction.0.faces.len();
         let replaced = extraction.0.cells.iter().filter(|&&c| block.has(c)).count();
         if replaced as f32 > MOST_REPLACED * n_faces as f32 {
-            log::debug!("surgery at {}: {replaced} of {n_faces} faces in the block", operation.event);
+            log::debug!(
+                "surgery at {}: {replaced} of {n_faces} faces in the block",
+                operation.event
+            );
             break;
         }
-        let trouble = match stitch(sweep, &fronts, &moved, (&extraction.0, &extraction.1, &adjacency), &block) {
-            Ok(stitched) => match patch::improve_all(sweep, operation, stitched, &block, kernels)? {
-                Ok(patched) => return Ok(Ok(record(operation, fronts, patched))),
-                Err(points) => Trouble { why: "passes through itself".into(), points },
-            },
+        let trouble = match stitch(
+            sweep,
+            &fronts,
+            &moved,
+            (&extraction.0, &extraction.1, &adjacency),
+            &block,
+        ) {
+            Ok(stitched) => {
+                match patch::improve_all(sweep, operation, stitched, &block, kernels)? {
+                    Ok(patched) => return Ok(Ok(record(operation, fronts, patched))),
+                    Err(points) => Trouble { why: "passes through itself".into(), points },
+                }
+            }
             Err(trouble) => trouble,
         };
         log::debug!("surgery at {}, attempt {attempt}: {}", operation.event, trouble.why);
@@ -148,11 +159,7 @@ struct Patched {
 }
 
 /// Records what the surgery changed.
-fn record(
-    operation: &Operation,
-    mut fronts: Vec<Front>,
-    patched: Vec<Patched>,
-) -> Outcome {
+fn record(operation: &Operation, mut fronts: Vec<Front>, patched: Vec<Patched>) -> Outcome {
     let mut stays: Vec<Vec<bool>> =
         fronts.iter().map(|f| vec![false; f.mesh.face_slots()]).collect();
     for p in &patched {

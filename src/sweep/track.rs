@@ -4,10 +4,10 @@ use super::caps::{is_of_cap, smooth_caps};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
-use super::surgery::Front;
 use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
 use super::simplify::simplify;
+use super::surgery::Front;
 use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
@@ -35,7 +35,7 @@ const PIN_ROUNDS: usize = 1;
 const MOST_HALVINGS: u32 = 4;
 
 /// A step that breaks the mesh is halved at most so many times before the mesh is repaired.
-const MOST_BROKEN: u32 = 1;
+const MOST_BROKEN: u32 = 2;
 
 /// A mesh is repaired at most so many times on its way through one arc.
 const MOST_REPAIRS: u32 = 8;
@@ -342,8 +342,11 @@ fn folds(
 ) -> usize {
     let turned = |(face, t): &(&Face, &[u32; 3])| {
         let n = normal(t.map(|v| positions[v as usize].into()));
-        let mean: Vec3 = t.iter().map(|&v| Vec3::from(normals[v as usize])).sum();
-        !mesh.is_cap(**face) && n.dot(mean) <= 0.0
+        // At the border the normals are also those of the caps.
+        let inner =
+            t.iter().filter(|&&v| compacted.connectivity.borders[v as usize] & !PINNED == 0);
+        let mean: Vec3 = inner.map(|&v| Vec3::from(normals[v as usize])).sum();
+        !mesh.is_cap(**face) && n.dot(mean) < 0.0
     };
     compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).count()
 }

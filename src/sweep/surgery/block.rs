@@ -77,8 +77,7 @@ impl Block {
     pub(super) fn touches(&self, low: Vec3, high: Vec3) -> bool {
         let (a, b) = self.cells_of(low, high);
         (a.z..=b.z).any(|z| {
-            (a.y..=b.y)
-                .any(|y| (a.x..=b.x).any(|x| self.cells[self.index(IVec3::new(x, y, z))]))
+            (a.y..=b.y).any(|y| (a.x..=b.x).any(|x| self.cells[self.index(IVec3::new(x, y, z))]))
         })
     }
 

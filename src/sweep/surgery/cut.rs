@@ -56,9 +56,11 @@ impl Moved {
         }
         let mut folded: Vec<Face> = Vec::new();
         for &f in &c.faces {
-            let t = mesh.face_vertices(f).map(|v| v.0 as usize);
-            let mean: Vec3 = t.iter().map(|&v| normals[v]).sum();
-            if !mesh.is_cap(f) && normal(t.map(|v| positions[v])).dot(mean) <= 0.0 {
+            let t = mesh.face_vertices(f);
+            // At the border the normals are also those of the caps.
+            let inner = t.iter().filter(|&&v| mesh.border(v) == 0);
+            let mean: Vec3 = inner.map(|v| normals[v.0 as usize]).sum();
+            if !mesh.is_cap(f) && normal(t.map(|v| positions[v.0 as usize])).dot(mean) < 0.0 {
                 folded.push(f);
             }
         }
@@ -102,8 +104,8 @@ impl Moved {
         let mut stays = vec![false; mesh.face_slots()];
         let mut removed: Vec<Face> = Vec::new();
         for f in mesh.faces() {
-            let stay = self.is_good(mesh, f)
-                && !block.touches_triangle(self.corners(mesh, f), MARGIN);
+            let stay =
+                self.is_good(mesh, f) && !block.touches_triangle(self.corners(mesh, f), MARGIN);
             stays[f.0 as usize] = stay;
             if !stay {
                 removed.push(f);

@@ -54,7 +54,8 @@ fn improve(
     if !crossing.is_empty() {
         return Ok(Err(crossing));
     }
-    let criteria = Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
+    let criteria =
+        Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
     for attempt in 0..=ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = start.clone();
@@ -105,8 +106,5 @@ fn crossing_near(mesh: &Mesh, block: &Block) -> Vec<Vec3> {
         })
         .collect();
     let crossing = intersecting_but(&positions, &triangles, |f| mesh.is_cap(faces[f]));
-    crossing
-        .iter()
-        .map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0)
-        .collect()
+    crossing.iter().map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0).collect()
 }

@@ -134,9 +134,8 @@ impl Parts {
                 why: "a rim that stays meets another".into(),
                 points: pinched.iter().map(|&v| moved.positions[v as usize]).collect(),
             })?;
-            let vertex = |&(v, _, cap): &Side| {
-                moved.rim_vertex(mesh, Vertex(v), number[v as usize], cap)
-            };
+            let vertex =
+                |&(v, _, cap): &Side| moved.rim_vertex(mesh, Vertex(v), number[v as usize], cap);
             all.extend(rims.iter().map(|rim| rim.iter().map(vertex).collect::<Vec<_>>()));
         }
         self.on_rim = vec![false; self.positions.len()];

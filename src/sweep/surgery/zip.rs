@@ -27,7 +27,10 @@ pub(super) type StripTriangle = ([u32; 3], bool);
 /// The strip between a rim that stays and one that comes in, both in the direction of their own
 /// faces: of all strips the one with the fewest folds and the shortest cross edges. Where a cap would
 /// have to become isosurface, or every strip folds often, the places where the rims should be others.
-pub(super) fn zip(staying: &[RimVertex], incoming: &[RimVertex]) -> Result<Vec<StripTriangle>, Vec<Vec3>> {
+pub(super) fn zip(
+    staying: &[RimVertex],
+    incoming: &[RimVertex],
+) -> Result<Vec<StripTriangle>, Vec<Vec3>> {
     let pairs = (staying.len() + 1) * (incoming.len() + 1);
     let aligned = if pairs > MOST_PAIRS { None } else { aligned(staying, incoming) };
     let Some((a, b)) = aligned else { return Err(at_border(staying, incoming)) };
@@ -121,8 +124,7 @@ fn aligned(
 /// folds; infinite if it may not exist.
 fn triangle_cost(t: [&RimVertex; 3], cap: bool) -> f32 {
     let borders = t.map(|v| v.border);
-    let may_be =
-        if cap { borders.contains(&0) } else { borders[0] & borders[1] & borders[2] == 0 };
+    let may_be = if cap { borders.contains(&0) } else { borders[0] & borders[1] & borders[2] == 0 };
     if !may_be {
         return f32::INFINITY;
     }
