@@ -306,6 +306,8 @@ impl Log {
         });
         knots.dedup_by(|b, a| a.0 == b.0 && a.1.isovalue == b.1.isovalue);
         let mut isovalues: Vec<f64> = knots.iter().map(|k| k.1.isovalue).collect();
+        isovalues.extend(triangles.iter().flat_map(|t| [t.low, t.high]));
+        isovalues.extend(self.collapses.iter().map(|c| c.2));
         isovalues.sort_by(f64::total_cmp);
         isovalues.dedup();
         let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
