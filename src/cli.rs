@@ -18,6 +18,7 @@ mod output;
 mod progress;
 mod render;
 mod report;
+mod simplify_arguments;
 mod spectrum_file;
 pub(crate) mod usage;
 mod verify;

@@ -15,6 +15,7 @@ use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
 use super::progress::Bar;
+use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
 use super::{report, spectrum_file};
 
@@ -26,6 +27,8 @@ pub(super) struct Compute {
     /// Spectrum to write (.isp); - is stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    #[command(flatten)]
+    simplify: SimplifyArguments,
     #[command(flatten)]
     parameters: ParameterArguments,
     #[command(flatten)]
@@ -117,10 +120,16 @@ impl Compute {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let backend = self.backend.open()?;
-        let volume = Arc::new(self.volume.read()?);
-        let parameters = self.parameters.resolve(&volume)?;
+        let volume = self.volume.read()?;
         let started = Instant::now();
-        let spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
+        let (volume, simplification) = self.simplify.apply(volume)?;
+        let volume = Arc::new(volume);
+        let parameters = self.parameters.resolve(&volume)?;
+        let mut spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
+        if let Some(done) = simplification {
+            // Whoever reads the spectrum can make the volume that it is exact for.
+            spectrum.parameters["simplification"] = serde_json::json!(done);
+        }
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();

@@ -11,7 +11,7 @@ use super::compute::{not_negative, share};
 use super::progress::Bar;
 use super::report::{number, number_or_dash, table};
 use super::volume_arguments::VolumeArguments;
-use super::{output, report, spectrum_file};
+use super::{output, report, simplify_arguments, spectrum_file};
 
 /// Verify a spectrum against its volume, at isovalues that nobody chose beforehand
 #[derive(Args, Debug)]
@@ -53,6 +53,7 @@ impl Verify {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let volume = self.volume.read()?.with_outside(spectrum.volume.outside);
+        let volume = simplify_arguments::as_computed(volume, &spectrum.parameters)?;
         let sampling = Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
         let limits = Limits {
             topology_wrong: self.max_wrong,
