@@ -11,6 +11,7 @@ mod compute;
 mod convert;
 mod demo;
 mod extract;
+mod frames;
 mod info;
 mod interrupt;
 mod isovalue;
@@ -71,7 +72,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Info(command) => command.run(),
         Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),
-        Command::Render(command) => command.run(),
+        Command::Render(command) => command.run(arguments.quiet),
         Command::Convert(command) => command.run(),
         Command::Demo(command) => command.run(arguments.quiet),
         Command::Completions(command) => command.run(),

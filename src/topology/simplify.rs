@@ -14,7 +14,9 @@
 //! of them, handles included, is a smooth field within P of the given one (60 thousand; see
 //! [`smooth`]). It leaves some very shallow extrema; these are filled ([`flood`]), and the flat
 //! floors that this makes are smoothed once more. Each step has its share of P. Of the pairs below P
-//! some are left, and [`Census`] tells how many.
+//! some are left, and [`Census`] tells how many: noise on a signal goes nearly all (tooth, P = 5 %:
+//! 820 thousand events become 8 thousand), of a field that is noise itself most stays (white noise
+//! blurred by one sample, 32^3, P = 5 %: 4,701 become 3,331, and of 944 extrema below P 727 are left).
 //!
 //! # Invariants
 //!
