@@ -43,6 +43,8 @@ pub(super) struct Facts<'a> {
     n_isovalues: usize,
     n_collapses: usize,
     bytes: u64,
+    /// How often the sweep met trouble, and what it did then.
+    counts: Option<&'a serde_json::Value>,
     n_events: usize,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
@@ -67,6 +69,7 @@ impl<'a> Facts<'a> {
             n_isovalues: spectrum.isovalues.len(),
             n_collapses: spectrum.collapses.len(),
             bytes: n_bytes,
+            counts: spectrum.parameters.get("counts"),
             n_events: events.len(),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
@@ -90,6 +93,7 @@ impl<'a> Facts<'a> {
             ("triangles", self.n_triangles.to_string()),
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
             ("events", self.n_events.to_string()),
+            ("steps and repairs", self.counts.map_or_else(|| "-".to_owned(), report::counts)),
             ("size", report::bytes(self.bytes)),
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
