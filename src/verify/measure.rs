@@ -3,13 +3,15 @@
 //! Geometry is measured inside the volume only. Caps lie outside it by definition, and the
 //! triangles that carry them to the border belong to no isosurface of the volume.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::distribution::Distribution;
-use super::geometry::{Point, along, area_vector, barycentre, length, radius_ratio};
+use super::geometry::{Point, along, area_vector, barycentre, length};
 use super::ray::{Hit, distance_along};
 use super::triangle_grid::TriangleGrid;
+use crate::mesh::radius_ratio;
 use crate::spectrum::SurfaceMesh;
 use crate::volume::Volume;
 
@@ -88,7 +90,7 @@ pub(super) fn measure(
             vertex_normals[v as usize] = along(vertex_normals[v as usize], 1.0, normal);
         }
         if !cap && triangle.iter().all(|&v| inside[v as usize]) {
-            geometry.radius_ratio.add(radius_ratio(corners));
+            geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
             judged.push((barycentre(corners), normal));
         }
     }
