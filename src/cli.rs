@@ -6,6 +6,7 @@
 
 mod analyze;
 mod backend_arguments;
+mod budget;
 mod completions;
 mod compute;
 mod convert;

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
+use isospectrum::forecast::Forecast;
 use isospectrum::sweep::{self, Parameters};
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
+use super::budget::BudgetArguments;
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
@@ -31,6 +33,8 @@ pub(super) struct Compute {
     simplify: SimplifyArguments,
     #[command(flatten)]
     parameters: ParameterArguments,
+    #[command(flatten)]
+    budget: BudgetArguments,
     #[command(flatten)]
     backend: BackendArguments,
     /// Print what `info` would tell, and the time, as JSON
@@ -109,6 +113,8 @@ impl ParameterArguments {
 #[derive(Serialize)]
 struct Computed<'a> {
     seconds: f64,
+    /// What was expected before the sweep.
+    forecast: Forecast,
     #[serde(flatten)]
     facts: Facts<'a>,
 }
@@ -125,6 +131,8 @@ impl Compute {
         let (volume, simplification) = self.simplify.apply(volume)?;
         let volume = Arc::new(volume);
         let parameters = self.parameters.resolve(&volume)?;
+        let range = parameters.range.unwrap_or(volume.range());
+        let forecast = self.budget.check(&volume, range, parameters.error)?;
         let mut spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
         if let Some(done) = simplification {
             // Whoever reads the spectrum can make the volume that it is exact for.
@@ -139,7 +147,7 @@ impl Compute {
             facts.table().trim_end()
         );
         if self.json {
-            report::print_json("compute", &Computed { seconds, facts })?;
+            report::print_json("compute", &Computed { seconds, forecast, facts })?;
         }
         Ok(())
     }
