@@ -12,7 +12,7 @@
 //! of the trilinear field: three of four of its saddles lie inside cell faces, and every rim of a
 //! plateau makes new ones (tooth, P = 2 %: 821 thousand events become 602 thousand). What removes most
 //! of them, handles included, is a smooth field within P of the given one (60 thousand; see
-//! [`smooth`]). It leaves some very shallow extrema; these are filled ([`flood`]), and the flat
+//! `smooth`). It leaves some very shallow extrema; these are filled (`flood`), and the flat
 //! floors that this makes are smoothed once more. Each step has its share of P. Of the pairs below P
 //! some are left, and [`Census`] tells how many: noise on a signal goes nearly all (tooth, P = 5 %:
 //! 820 thousand events become 8 thousand), of a field that is noise itself most stays (white noise
