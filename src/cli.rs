@@ -6,11 +6,13 @@
 
 mod analyze;
 mod backend_arguments;
+mod budget;
 mod completions;
 mod compute;
 mod convert;
 mod demo;
 mod extract;
+mod frames;
 mod html;
 mod info;
 mod interrupt;
@@ -19,6 +21,7 @@ mod output;
 mod progress;
 mod render;
 mod report;
+mod simplify_arguments;
 mod spectrum_file;
 pub(crate) mod usage;
 mod verify;
@@ -78,9 +81,9 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Info(command) => command.run(),
         Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),
-        Command::Render(command) => command.run(),
         Command::Html(command) => command.run(),
         Command::View(command) => command.run(),
+        Command::Render(command) => command.run(arguments.quiet),
         Command::Convert(command) => command.run(),
         Command::Demo(command) => command.run(arguments.quiet),
         Command::Completions(command) => command.run(),

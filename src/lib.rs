@@ -24,6 +24,7 @@ pub mod error;
 pub mod export;
 pub mod extract;
 pub mod file;
+pub mod forecast;
 pub mod gpu;
 pub mod kernels;
 pub mod mesh;

@@ -30,6 +30,7 @@ mod merge;
 mod net;
 pub mod plot;
 pub mod regions;
+pub mod simplify;
 
 use crate::error::{Error, Result};
 use crate::spectrum::{Event, EventKind};
@@ -80,6 +81,17 @@ pub struct Arc {
     /// Whether only the ramp separates birth and death: in the volume as it is, the component does
     /// not live for any isovalue.
     pub ramp_only: bool,
+}
+
+/// An extremum and the saddle at which its component meets an older one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExtremumPair {
+    /// The event of the extremum.
+    pub extremum: u32,
+    /// The event of the saddle.
+    pub saddle: u32,
+    /// The difference of their isovalues, units of the volume.
+    pub persistence: f64,
 }
 
 /// All events of a volume and the contour tree between them.
@@ -217,6 +229,26 @@ impl Topology {
     /// number of its event; `None` is the layer.
     pub fn sup_representative(&self, vertex: u32, isovalue: f64) -> Option<usize> {
         self.event_of(self.split.representative_at(vertex, self.time(isovalue)))
+    }
+
+    /// Every minimum and every maximum with the saddle that ends its component of {f <= c} or of
+    /// {f > c}, minima first, each in the order of their events. The extremum whose component is
+    /// left over at the end is in no pair: the layer on one side, on the other the last to vanish
+    /// (or the first to emerge, where the layer is high).
+    pub fn extremum_pairs(&self) -> Vec<ExtremumPair> {
+        let of = |tree: &MergeTree, node: u32| {
+            let saddle = self.event_of(tree.absorbed_at(node)?)?;
+            let extremum = self.event_of(node)?;
+            let persistence = self.events[saddle].isovalue - self.events[extremum].isovalue;
+            Some(ExtremumPair {
+                extremum: extremum as u32,
+                saddle: saddle as u32,
+                persistence: persistence.abs(),
+            })
+        };
+        let nodes = 0..self.depth.len() as u32;
+        let minima = nodes.clone().filter_map(|node| of(&self.join, node));
+        minima.chain(nodes.filter_map(|node| of(&self.split, node))).collect()
     }
 
     /// How many components of {f <= c} and of {f > c} there are, the one with the layer included.

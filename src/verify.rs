@@ -6,9 +6,11 @@
 //!
 //! Measured: components and Euler characteristic on both sides; whether the mesh is a closed oriented
 //! 2-manifold; triangles that cross; distances of vertices, of barycentres, and of the isosurface
-//! from the mesh; radius ratios; how far the surface jumps across events; and the share of vertices
-//! that live on from one isovalue to the next.
+//! from the mesh; radius ratios; how far the surface jumps across events and where most triangles are
+//! born or die; and, from the spectrum alone, the shares of vertices that live on from one isovalue to
+//! the next and of triangles that live on past events.
 
+mod coherence;
 mod distribution;
 mod geometry;
 mod isovalues;
@@ -24,9 +26,11 @@ use crate::spectrum::{Query, Spectrum, SurfaceMesh};
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
+pub use coherence::{Coherence, EventCoherence};
 pub use distribution::Summary;
 pub use manifold::{MeshTopology, mesh_topology};
-pub use report::{Limits, Report, Row, Totals};
+pub use measure::Jump;
+pub use report::{Continuity, Limits, Report, Row, Totals};
 
 use isovalues::{Random, event_isovalues, random_isovalues};
 use measure::Geometry;
@@ -37,7 +41,8 @@ use triangle_grid::TriangleGrid;
 pub struct Sampling {
     /// How many random isovalues.
     pub n_random: usize,
-    /// At most how many events, on both sides of each.
+    /// At most how many events, on both sides of each, and how many isovalues elsewhere at which
+    /// triangles are born or die.
     pub n_events: usize,
     /// Seed of the random choice; equal seeds choose equally.
     pub seed: u64,
@@ -69,7 +74,8 @@ pub fn verify(
     let mut random = Random::new(sampling.seed);
     let single = random_isovalues(volume, spectrum.range, sampling.n_random, &mut random);
     let pairs = event_isovalues(&spectrum.events, spectrum.range, sampling.n_events, &mut random);
-    let n_all = (single.len() + 2 * pairs.len()).max(1) as f64;
+    let elsewhere = coherence::busiest_elsewhere(spectrum, sampling.n_events);
+    let n_all = (single.len() + 2 * (pairs.len() + elsewhere.len())).max(1) as f64;
 
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
@@ -86,17 +92,29 @@ pub fn verify(
         rows.push(row);
         Ok(mesh)
     };
-    let mut jumps = Vec::new();
     for &isovalue in &single {
         look(isovalue, false)?;
     }
-    for &(before, after) in &pairs {
-        let (a, b) = (look(before, true)?, look(after, true)?);
-        let measurable = measure::is_placed(volume, &a) && measure::is_placed(volume, &b);
-        jumps.push(if measurable { measure::jump(&a, &b) } else { measure::REACH });
-    }
-    let tracked = tracked_share(spectrum, &single);
-    Ok(Report::new(spectrum, sampling, limits, rows, &pooled, &jumps, tracked))
+    let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<Vec<Jump>> {
+        let jump = |&(before, after): &(f64, f64)| {
+            let (a, b) = (look(before, true)?, look(after, true)?);
+            let isovalue = 0.5 * (before + after);
+            let measurable = measure::is_placed(volume, &a) && measure::is_placed(volume, &b);
+            Ok(if measurable {
+                measure::jump(isovalue, &a, &b)
+            } else {
+                Jump::out_of_reach(isovalue)
+            })
+        };
+        pairs.iter().map(jump).collect()
+    };
+    let continuity = Continuity {
+        at_events: jumps_at(&pairs)?,
+        elsewhere: jumps_at(&elsewhere)?,
+        coherence: coherence::coherence(spectrum),
+        tracked_share: tracked_share(spectrum, &single),
+    };
+    Ok(Report::new(spectrum, sampling, limits, rows, &pooled, continuity))
 }
 
 fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {

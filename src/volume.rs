@@ -88,6 +88,11 @@ impl Samples {
         !matches!(self, Samples::F32(_) | Samples::F64(_))
     }
 
+    /// The samples as bytes, little endian, as a RAW file holds them.
+    pub fn to_le_bytes(&self) -> Vec<u8> {
+        with_samples!(self, s => s.iter().flat_map(|v| v.to_le_bytes()).collect())
+    }
+
     /// The name of the type as flags and file names spell it: `uint8`, `float32`, ...
     pub fn type_name(&self) -> &'static str {
         match self {

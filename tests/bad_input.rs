@@ -253,3 +253,19 @@ fn an_initial_mesh_that_does_not_fit_the_volume_is_refused() {
     let good = ["--phantom", "sphere:12", "--start", "0.4", "--initial-mesh", "good.ply"];
     folder.run(&[&COMPUTE[..], &good].concat());
 }
+
+#[test]
+fn a_spectrum_beyond_the_budget_that_was_set_is_refused() {
+    let folder = Folder::new();
+    let compute = ["compute", "--phantom", "noise:8", "--backend", "cpu", "-o", "s.isp"];
+    for (flag, value) in [("--max-triangles", "10"), ("--max-memory", "1kB")] {
+        let line = folder.fails(&[&compute[..], &[flag, value]].concat(), 2);
+        assert!(line.contains("triangles") && line.contains("--range"), "{line}");
+    }
+    for (flag, value) in [("--max-triangles", "0"), ("--max-memory", "much")] {
+        folder.fails(&[&compute[..], &[flag, value]].concat(), 2);
+    }
+    let budget = ["--max-triangles", "1e9", "--max-memory", "1TB"];
+    folder.run(&[&compute[..], &budget[..]].concat());
+    assert_eq!(folder.names(), ["s.isp"]);
+}

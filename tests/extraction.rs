@@ -4,25 +4,15 @@
 //! length in nearly every cell. The judge of the mesh is `count` (inclusion-exclusion over the
 //! grid); the judge of `count` is the Morse sum below, which adds up critical points.
 
+mod random;
+
 use std::collections::HashMap;
 
 use isospectrum::extract::count::count;
 use isospectrum::extract::{Extraction, extract};
 use isospectrum::topology::exact::ExactField;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
-
-/// SplitMix64 (Steele, Lea and Flood, 2014): reproducible random numbers.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) % n
-    }
-}
+use random::Random;
 
 fn volume(dims: [usize; 3], samples: Samples) -> Volume {
     Volume::new("grid", dims, samples, Placement::default()).expect("a valid volume")

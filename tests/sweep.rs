@@ -3,6 +3,8 @@
 //! The oracle is the count of the isosurface on the grid, which shares the samples with the sweep
 //! and knows no mesh; the mesh is counted from its triangle list alone.
 
+mod random;
+
 use std::sync::{Arc, Mutex};
 
 use isospectrum::Error;
@@ -16,26 +18,10 @@ use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Placement, Samples, Volume};
+use random::Random;
 
 /// Isovalues looked at in each spectrum.
 const N_ISOVALUES: usize = 24;
-
-/// A small generator of random numbers (splitmix64): the tests' isovalues are the same on every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
 
 fn volume(spec: &str) -> Arc<Volume> {
     Arc::new(phantom(spec).expect("a phantom"))

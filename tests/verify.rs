@@ -1,7 +1,7 @@
 //! Verification finds what is wrong with a spectrum, and nothing with a right one.
 
 use isospectrum::extract::extract;
-use isospectrum::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, normal};
+use isospectrum::spectrum::{Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo, normal};
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Volume, phantom};
@@ -133,4 +133,62 @@ fn stopping_is_an_interruption() {
     let stopped =
         verify(&spectrum, &sphere(), Sampling::default(), Limits::default(), &mut |_| false);
     assert!(matches!(stopped, Err(isospectrum::Error::Interrupted)));
+}
+
+/// The sphere, and from the middle of the range on in its place another one, moved along x.
+fn jumping(by: f32) -> Spectrum {
+    let mut spectrum = unmoving(&sphere());
+    let (low, high) = spectrum.range;
+    spectrum.isovalues = vec![low, 0.5 * (low + high), high];
+    let n = spectrum.n_vertices() as u32;
+    let moved: Vec<Knot> = (spectrum.knots.iter().enumerate())
+        .map(|(i, knot)| {
+            let [x, y, z] = knot.position;
+            Knot { rank: 1 + i as u32 % 2, position: [x + by, y, z], ..*knot }
+        })
+        .collect();
+    spectrum.knots.extend(moved);
+    spectrum.first_knot = (0..=2 * n).map(|v| 2 * v).collect();
+    let replaced = spectrum.triangles.clone();
+    spectrum.triangles.iter_mut().for_each(|t| t.death = 1);
+    spectrum.triangles.extend(replaced.into_iter().map(|t| Triangle {
+        vertices: t.vertices.map(|v| v + n),
+        birth: 1,
+        death: 2,
+        ..t
+    }));
+    spectrum
+}
+
+#[test]
+fn a_jump_away_from_events_is_measured_and_limited() {
+    let spectrum = jumping(0.25);
+    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
+    let limits = Limits { jump: Some(0.1), deviation: Some(1.0), ..Limits::default() };
+    let report = verify(&spectrum, &sphere(), sampling, limits, &mut |_| true).expect("verifiable");
+    let totals = &report.totals;
+    assert_eq!((totals.largest_jump, totals.survived_share), (None, None));
+    // Where the sphere faces x it moves by all of 0.25, elsewhere by less.
+    let largest = totals.largest_jump_elsewhere.expect("measured");
+    assert!((0.2..=0.25 + 1e-6).contains(&largest), "{largest}");
+    let p99 = totals.largest_jump_elsewhere_p99.expect("measured");
+    assert!(0.1 < p99 && p99 <= largest, "{p99}");
+    assert!(report.failures.iter().any(|f| f.contains("away from events")), "{report:?}");
+}
+
+#[test]
+fn triangles_replaced_at_an_event_do_not_survive_it() {
+    let mut spectrum = jumping(0.0);
+    let kept = spectrum.triangles.len() / 4;
+    // A quarter of the triangles of the first sphere live on, the rest is replaced.
+    for triangle in &mut spectrum.triangles[..kept] {
+        triangle.death = 2;
+    }
+    let isovalue = spectrum.isovalues[1];
+    let kind = EventKind::HandleOpen;
+    spectrum.events = vec![Event { isovalue, position: [8.0; 3], kind }];
+    let report = report(&spectrum);
+    let [event] = report.continuity.coherence.events[..] else { panic!("{report:?}") };
+    assert_eq!((event.survived, event.before), (kept as u64, spectrum.triangles.len() as u64 / 2));
+    assert_eq!(report.totals.survived_share, Some(event.survived as f64 / event.before as f64));
 }

@@ -15,6 +15,7 @@ use isospectrum::spectrum::EventKind;
 use isospectrum::sweep::Progress as _;
 use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
+use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
 use isospectrum::volume::Volume;
 use serde::Serialize;
@@ -23,6 +24,7 @@ use super::isovalue::IsovalueRange;
 use super::output::{self, Output};
 use super::progress::Bar;
 use super::report::{self, number};
+use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
 use curves::Curve;
 use regions::Region;
@@ -32,6 +34,11 @@ use regions::Region;
 pub(super) struct Analyze {
     #[command(flatten)]
     volume: VolumeArguments,
+    #[command(flatten)]
+    simplify: SimplifyArguments,
+    /// Write the volume with the noise taken out, as RAW of its own sample type
+    #[arg(long, value_name = "FILE.raw", requires = "persistence")]
+    simplified: Option<PathBuf>,
     /// Isovalues to look at, e.g. 10:200 or 5%:95% [default: all of the volume's]
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     range: Option<IsovalueRange>,
@@ -49,11 +56,17 @@ pub(super) struct Analyze {
 impl Analyze {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let plot = self.plot.as_deref().map(Output::open).transpose()?;
-        if self.json && plot.as_ref().is_some_and(Output::is_stdout) {
-            let message = "--json and --plot - both want stdout".to_owned();
-            return Err(isospectrum::Error::Usage(message).into());
+        let simplified = self.simplified.as_deref().map(Output::open).transpose()?;
+        let on_stdout = [&plot, &simplified].map(|o| o.as_ref().is_some_and(Output::is_stdout));
+        if usize::from(self.json) + on_stdout.iter().filter(|&&is| is).count() > 1 {
+            let message =
+                "--json, --plot - and --simplified - all want stdout, expected one of them";
+            return Err(isospectrum::Error::Usage(message.to_owned()).into());
         }
-        let volume = self.volume.read()?;
+        let (volume, simplification) = self.simplify.apply(self.volume.read()?)?;
+        if let Some(simplified) = simplified {
+            simplified.write_bytes(&volume.samples().to_le_bytes())?;
+        }
         let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
         let bar = Bar::new(quiet);
         bar.report(0.0, "topology");
@@ -67,14 +80,16 @@ impl Analyze {
             &bar,
         )?;
         drop(bar);
-        let analysis = Analysis::of(&volume, range, &topology, &curves);
-        let plot_on_stdout = plot.as_ref().is_some_and(Output::is_stdout);
+        let analysis = Analysis {
+            simplification: simplification.as_ref(),
+            ..Analysis::of(&volume, range, &topology, &curves)
+        };
         if let Some(plot) = plot {
             plot.write_bytes(plot::svg(volume.name(), &curves).as_bytes())?;
         }
         if self.json {
             report::print_json("analyze", &analysis)?;
-        } else if !plot_on_stdout {
+        } else if on_stdout == [false, false] {
             output::print(&analysis.table())?;
         }
         Ok(())
@@ -87,6 +102,9 @@ struct Analysis<'a> {
     volume: &'a str,
     dims: [usize; 3],
     range: (f64, f64),
+    /// What was done to the volume first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simplification: Option<&'a Simplification>,
     n_events: usize,
     /// How many events there are of each kind.
     kinds: Vec<(EventKind, usize)>,
@@ -130,6 +148,7 @@ impl<'a> Analysis<'a> {
             volume: volume.name(),
             dims: volume.dims(),
             range: (low, high),
+            simplification: None,
             n_events: events.len(),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
             regions: regions::find(volume, (low, high)),

@@ -5,16 +5,19 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
+use isospectrum::forecast::Forecast;
 use isospectrum::sweep::{self, Parameters};
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
+use super::budget::BudgetArguments;
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
 use super::progress::Bar;
+use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
 use super::{report, spectrum_file};
 
@@ -27,7 +30,11 @@ pub(super) struct Compute {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     #[command(flatten)]
+    simplify: SimplifyArguments,
+    #[command(flatten)]
     parameters: ParameterArguments,
+    #[command(flatten)]
+    budget: BudgetArguments,
     #[command(flatten)]
     backend: BackendArguments,
     /// Print what `info` would tell, and the time, as JSON
@@ -106,6 +113,8 @@ impl ParameterArguments {
 #[derive(Serialize)]
 struct Computed<'a> {
     seconds: f64,
+    /// What was expected before the sweep.
+    forecast: Forecast,
     #[serde(flatten)]
     facts: Facts<'a>,
 }
@@ -117,10 +126,18 @@ impl Compute {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let backend = self.backend.open()?;
-        let volume = Arc::new(self.volume.read()?);
-        let parameters = self.parameters.resolve(&volume)?;
+        let volume = self.volume.read()?;
         let started = Instant::now();
-        let spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
+        let (volume, simplification) = self.simplify.apply(volume)?;
+        let volume = Arc::new(volume);
+        let parameters = self.parameters.resolve(&volume)?;
+        let range = parameters.range.unwrap_or(volume.range());
+        let forecast = self.budget.check(&volume, range, parameters.error)?;
+        let mut spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
+        if let Some(done) = simplification {
+            // Whoever reads the spectrum can make the volume that it is exact for.
+            spectrum.parameters["simplification"] = serde_json::json!(done);
+        }
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();
@@ -130,7 +147,7 @@ impl Compute {
             facts.table().trim_end()
         );
         if self.json {
-            report::print_json("compute", &Computed { seconds, facts })?;
+            report::print_json("compute", &Computed { seconds, forecast, facts })?;
         }
         Ok(())
     }

@@ -21,9 +21,8 @@ use super::progress::Bar;
 use super::render::Pictures;
 use super::{report, spectrum_file};
 
-/// Isovalues of the pictures, per cent of the range. Of hydrogen: its parts apart, the ring between
-/// the lobes closed, and nearly the whole in one.
-const PERCENTS: [f64; 3] = [20.0, 10.0, 2.0];
+/// Isovalues of the pictures, per cent of the range. Of the blobs: apart, just merged, nearly a ball.
+const PERCENTS: [f64; 3] = [60.0, 40.0, 10.0];
 
 /// Isovalue of the mesh, per cent of the range.
 const MESH_PERCENT: f64 = 10.0;
@@ -35,7 +34,7 @@ pub(super) struct Demo {
     #[arg(short, long, value_name = "DIR", default_value = "isospectrum-demo")]
     output: PathBuf,
     /// The built-in volume
-    #[arg(long, value_name = "NAME[:SIZE]", default_value = "hydrogen:64")]
+    #[arg(long, value_name = "NAME[:SIZE]", default_value = "blobs:64")]
     phantom: String,
     #[command(flatten)]
     backend: BackendArguments,

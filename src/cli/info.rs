@@ -45,6 +45,8 @@ pub(super) struct Facts<'a> {
     n_collapses: usize,
     bytes: u64,
     gpu_memory: Memory,
+    /// How often the sweep met trouble, and what it did then.
+    counts: Option<&'a serde_json::Value>,
     n_events: usize,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
@@ -70,6 +72,7 @@ impl<'a> Facts<'a> {
             n_collapses: spectrum.collapses.len(),
             bytes: n_bytes,
             gpu_memory: Memory::of(spectrum),
+            counts: spectrum.parameters.get("counts"),
             n_events: events.len(),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
@@ -94,6 +97,7 @@ impl<'a> Facts<'a> {
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
             ("memory on a GPU", memory_line(&self.gpu_memory)),
             ("events", self.n_events.to_string()),
+            ("steps and repairs", self.counts.map_or_else(|| "-".to_owned(), report::counts)),
             ("size", report::bytes(self.bytes)),
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),

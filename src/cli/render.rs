@@ -1,4 +1,4 @@
-//! `render`: a picture of the mesh at one isovalue, without a window.
+//! `render`: a picture of the mesh at one isovalue, or many along a sweep, without a window.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -10,18 +10,32 @@ use isospectrum::render::{Camera, Color, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
+use isospectrum::sweep::Progress as _;
+
+use super::frames::{Pattern, Sweep};
 use super::isovalue::Isovalue;
 use super::output::{Output, no_path};
+use super::progress::Bar;
 use super::spectrum_file;
 
-/// Render the mesh at one isovalue to a picture
+/// Render the mesh at one isovalue to a picture, or a sweep over isovalues to many
 #[derive(Args, Debug)]
 pub(super) struct Render {
     /// Spectrum (.isp)
     spectrum: PathBuf,
     /// Isovalue: a number, or a percentage of the range such as 50%
-    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
-    isovalue: Isovalue,
+    #[arg(
+        short = 'c',
+        long,
+        value_name = "C",
+        allow_hyphen_values = true,
+        required_unless_present = "sweep"
+    )]
+    isovalue: Option<Isovalue>,
+    /// Isovalues of a film: N pictures from A to B, e.g. 10%:90%:120; -o takes a pattern such as
+    /// frames/%04d.png, numbered from 0
+    #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
+    sweep: Option<Sweep>,
     /// Picture to write (.png); - is stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -46,7 +60,15 @@ pub(super) struct Render {
 }
 
 impl Render {
-    pub(super) fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        match (self.isovalue, self.sweep) {
+            (_, Some(sweep)) => self.run_sweep(sweep, quiet),
+            (Some(isovalue), None) => self.run_one(isovalue),
+            (None, None) => Err(Error::Usage("no isovalue, expected one".to_owned()).into()),
+        }
+    }
+
+    fn run_one(&self, isovalue: Isovalue) -> anyhow::Result<()> {
         let is_png = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         if !is_png && self.output != Path::new("-") {
             let shown = self.output.display();
@@ -54,9 +76,45 @@ impl Render {
         }
         let output = Output::open(&self.output)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalue = self.isovalue.in_range(spectrum.range);
+        let isovalue = isovalue.in_range(spectrum.range);
+        let view = self.view();
+        Pictures::open(&spectrum, self.adapter.as_deref())?.write(isovalue, &view, output)?;
         let Size { width, height } = self.size;
-        let view = View {
+        log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
+        Ok(())
+    }
+
+    /// Renders every frame of a sweep. Each appears when it is complete.
+    fn run_sweep(&self, sweep: Sweep, quiet: bool) -> anyhow::Result<()> {
+        let pattern = Pattern::of(&self.output)?;
+        let outputs = pattern.open(sweep.n_frames())?;
+        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let isovalues = sweep.in_range(spectrum.range)?;
+        let view = self.view();
+        let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
+        let bar = Bar::new(quiet);
+        for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
+            if bar.cancelled() {
+                return Err(Error::Interrupted.into());
+            }
+            bar.report(frame as f64 / isovalues.len() as f64, "rendering");
+            pictures.write(isovalue, &view, output)?;
+        }
+        drop(bar);
+        let Size { width, height } = self.size;
+        let [first, last] = [0, sweep.n_frames() - 1].map(|frame| pattern.path(frame));
+        log::info!(
+            "{} to {}: {} pictures of {width}x{height} pixels",
+            first.display(),
+            last.display(),
+            isovalues.len()
+        );
+        Ok(())
+    }
+
+    fn view(&self) -> View {
+        let Size { width, height } = self.size;
+        View {
             width,
             height,
             camera: self.camera.unwrap_or_default(),
@@ -64,10 +122,7 @@ impl Render {
             color: self.color,
             open: self.open,
             ..View::default()
-        };
-        Pictures::open(&spectrum, self.adapter.as_deref())?.write(isovalue, &view, output)?;
-        log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
-        Ok(())
+        }
     }
 }
 

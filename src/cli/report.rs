@@ -50,6 +50,19 @@ pub(super) fn number_or_dash(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_owned(), number)
 }
 
+/// Counts by name, one level deep or two, for people: `arcs 45, refused.folded 69`.
+pub(super) fn counts(counts: &serde_json::Value) -> String {
+    let Some(counts) = counts.as_object() else { return "-".to_owned() };
+    let mut parts = Vec::new();
+    for (name, value) in counts {
+        match value.as_object() {
+            Some(inner) => parts.extend(inner.iter().map(|(n, v)| format!("{name}.{n} {v}"))),
+            None => parts.push(format!("{name} {value}")),
+        }
+    }
+    if parts.is_empty() { "-".to_owned() } else { parts.join(", ") }
+}
+
 /// Bytes in units people read.
 pub(super) fn bytes(n: u64) -> String {
     indicatif::HumanBytes(n).to_string()
@@ -72,6 +85,13 @@ mod tests {
         ] {
             assert_eq!(number(x), text);
         }
+    }
+
+    #[test]
+    fn counts_are_told_by_name() {
+        let told = serde_json::json!({ "steps": 3, "refused": { "folded": 1 } });
+        assert_eq!(counts(&told), "refused.folded 1, steps 3");
+        assert_eq!(counts(&serde_json::Value::Null), "-");
     }
 
     #[test]

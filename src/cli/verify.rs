@@ -11,7 +11,7 @@ use super::compute::{not_negative, share};
 use super::progress::Bar;
 use super::report::{number, number_or_dash, table};
 use super::volume_arguments::VolumeArguments;
-use super::{output, report, spectrum_file};
+use super::{output, report, simplify_arguments, spectrum_file};
 
 /// Verify a spectrum against its volume, at isovalues that nobody chose beforehand
 #[derive(Args, Debug)]
@@ -23,7 +23,7 @@ pub(super) struct Verify {
     /// Random isovalues to look at
     #[arg(long, value_name = "N", default_value_t = Sampling::default().n_random)]
     n: usize,
-    /// Events to look at, just before and just after
+    /// Events to look at, just before and just after, and as many isovalues where triangles change
     #[arg(long, value_name = "N", default_value_t = Sampling::default().n_events)]
     events: usize,
     /// Seed of the random choice
@@ -38,7 +38,7 @@ pub(super) struct Verify {
     /// Limit: share of triangles that cross others [default: none]
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     max_intersecting: Option<f64>,
-    /// Limit: jump across an event, voxels [default: none]
+    /// Limit: jump across an event or where triangles change, voxels [default: none]
     #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
     max_jump: Option<f64>,
     /// Limit: mean radius ratio [default: none]
@@ -53,6 +53,7 @@ impl Verify {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let volume = self.volume.read()?.with_outside(spectrum.volume.outside);
+        let volume = simplify_arguments::as_computed(volume, &spectrum.parameters)?;
         let sampling = Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
         let limits = Limits {
             topology_wrong: self.max_wrong,
@@ -92,6 +93,9 @@ fn text(found: &Report) -> String {
         let parts = [s.mean, s.p99, s.max].map(number_or_dash);
         format!("mean {}, 99 % below {}, max {} voxel", parts[0], parts[1], parts[2])
     };
+    let jump = |largest: Option<f64>, p99: Option<f64>| {
+        format!("{} voxel, 99 % below {}", number_or_dash(largest), number_or_dash(p99))
+    };
     let ratio = &t.radius_ratio;
     let ratios = [ratio.mean, ratio.p01, ratio.min].map(number_or_dash);
     let mut text = table(&[
@@ -106,7 +110,13 @@ fn text(found: &Report) -> String {
         ("barycentres from isosurface", distance(&t.barycentre_deviation)),
         ("isosurface from mesh", distance(&t.surface_deviation)),
         ("radius ratio", format!("mean {}, 1 % below {}, min {}", ratios[0], ratios[1], ratios[2])),
-        ("largest jump at an event", format!("{} voxel", number_or_dash(t.largest_jump))),
+        ("largest jump at an event", jump(t.largest_jump, t.largest_jump_p99)),
+        ("largest jump elsewhere", jump(t.largest_jump_elsewhere, t.largest_jump_elsewhere_p99)),
+        (
+            "triangles that live past an event",
+            t.survived_share.map_or_else(|| "-".to_owned(), percent),
+        ),
+        ("steps and repairs", report::counts(&found.counts)),
         ("vertices that live on", t.tracked_share.map_or_else(|| "-".to_owned(), percent)),
         ("verdict", if found.passed { "passed" } else { "failed" }.to_owned()),
     ]);

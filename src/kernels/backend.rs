@@ -83,6 +83,11 @@ impl Backend {
         }
     }
 
+    /// The GPU that kernels run on, if they run on one.
+    pub fn gpu(&self) -> Option<&Gpu> {
+        self.pipelines.as_deref().map(Pipelines::gpu)
+    }
+
     /// Kernels over a field, one set for each thread. The field is copied to the device once, for
     /// as long as kernels over it exist.
     ///

@@ -1,6 +1,7 @@
 //! Measures of triangles and vertices.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use num_traits::{Float, One as _, Zero as _};
 
 use super::{Face, Mesh, Vertex};
 
@@ -16,14 +17,55 @@ pub fn area(t: [Vec3; 3]) -> f32 {
     0.5 * normal(t).length()
 }
 
-/// Radius ratio 2r/R: inradius over circumradius times two; 1 is equilateral, 0 degenerate.
+/// A point in the precision that something is measured in.
+pub trait Corner: Copy {
+    /// The precision.
+    type Number: Float;
+    /// The distance to another point.
+    fn distance_to(self, other: Self) -> Self::Number;
+    /// Twice the area of a triangle.
+    fn double_area(t: [Self; 3]) -> Self::Number;
+}
+
+impl Corner for Vec3 {
+    type Number = f32;
+
+    #[inline]
+    fn distance_to(self, other: Self) -> f32 {
+        self.distance(other)
+    }
+
+    #[inline]
+    fn double_area(t: [Self; 3]) -> f32 {
+        normal(t).length()
+    }
+}
+
+impl Corner for DVec3 {
+    type Number = f64;
+
+    #[inline]
+    fn distance_to(self, other: Self) -> f64 {
+        self.distance(other)
+    }
+
+    #[inline]
+    fn double_area(t: [Self; 3]) -> f64 {
+        (t[1] - t[0]).cross(t[2] - t[0]).length()
+    }
+}
+
+/// Radius ratio 2r/R: inradius over circumradius times two; 1 is equilateral (to rounding), 0
+/// degenerate.
 #[inline]
-pub fn radius_ratio(t: [Vec3; 3]) -> f32 {
-    let (a, b, c) = (t[1].distance(t[2]), t[2].distance(t[0]), t[0].distance(t[1]));
-    let double_area = normal(t).length();
+pub fn radius_ratio<P: Corner>(t: [P; 3]) -> P::Number {
+    let zero = P::Number::zero();
+    let two = P::Number::one() + P::Number::one();
+    let (a, b, c) = (t[1].distance_to(t[2]), t[2].distance_to(t[0]), t[0].distance_to(t[1]));
+    let double_area = P::double_area(t);
     let product = (a + b + c) * a * b * c;
     // 2r/R = 16 A^2 / ((a + b + c) a b c), with A = double_area / 2.
-    if product > 0.0 { 4.0 * double_area * double_area / product } else { 0.0 }
+    if product > zero { two * two * double_area * double_area / product } else { zero }
 }
 
 impl Mesh {
@@ -51,5 +93,8 @@ mod tests {
         // 3-4-5: r = 1, R = 2.5.
         let right = [Vec3::ZERO, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 4.0, 0.0)];
         assert!((radius_ratio(right) - 0.8).abs() < 1e-6);
+        let precise = right.map(Vec3::as_dvec3);
+        assert!((radius_ratio(precise) - 0.8).abs() < 1e-15);
+        assert_eq!(radius_ratio([DVec3::ZERO, DVec3::ZERO, DVec3::X]), 0.0);
     }
 }

@@ -2,8 +2,7 @@
 //!
 //! # Theory
 //!
-//! The *radius ratio* is 2r/R, inradius over circumradius: with edges a, b, c it is
-//! (b + c - a)(c + a - b)(a + b - c) / (abc), which needs no area.
+//! The *radius ratio* is 2r/R, inradius over circumradius ([`radius_ratio`]).
 //!
 //! The *mean curvature* is half the divergence of the unit normal field. Over a triangle the
 //! normals are interpolated linearly, so it is half the sum over the corners of the gradient of
@@ -15,6 +14,7 @@ use rayon::prelude::*;
 
 use super::layout::Palette;
 use crate::error::{Error, Result};
+use crate::mesh::radius_ratio;
 use crate::spectrum::{Spectrum, Triangle};
 
 /// What the colour of a triangle shows.
@@ -149,17 +149,6 @@ fn vector(p: [f32; 3]) -> DVec3 {
     DVec3::from_array(p.map(f64::from))
 }
 
-/// 2r/R of a triangle: 1 if equilateral, 0 if it has no area.
-fn radius_ratio([p, q, r]: [DVec3; 3]) -> f64 {
-    let (a, b, c) = (q.distance(r), r.distance(p), p.distance(q));
-    let product = a * b * c;
-    if product > 0.0 {
-        ((b + c - a) * (c + a - b) * (a + b - c) / product).clamp(0.0, 1.0)
-    } else {
-        0.0
-    }
-}
-
 /// How much of the spectrum's range a triangle lives through.
 fn lifetime_share(spectrum: &Spectrum, triangle: &Triangle) -> f64 {
     let (low, high) = spectrum.range;
@@ -240,18 +229,6 @@ fn root(parents: &mut [usize], mut x: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn radius_ratio_is_one_for_equilateral_and_zero_for_flat_triangles() {
-        let (o, x) = (DVec3::ZERO, DVec3::X);
-        let top = DVec3::new(0.5, 0.75f64.sqrt(), 0.0);
-        assert!((radius_ratio([o, x, top]) - 1.0).abs() < 1e-14);
-        assert_eq!(radius_ratio([o, x, 2.0 * x]), 0.0);
-        assert_eq!(radius_ratio([o, o, x]), 0.0);
-        // Right-angled with legs 1: r = 1 - 1/sqrt(2), R = 1/sqrt(2), 2r/R = 2 sqrt(2) - 2.
-        let ratio = radius_ratio([o, x, DVec3::Y]);
-        assert!((ratio - (2.0 * 2f64.sqrt() - 2.0)).abs() < 1e-14, "{ratio}");
-    }
 
     #[test]
     fn mean_curvature_of_a_sphere_a_cylinder_and_a_saddle() {

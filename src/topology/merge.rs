@@ -203,6 +203,13 @@ impl MergeTree {
         r
     }
 
+    /// The node at which an extremum was absorbed by an older one; none for the oldest and for
+    /// nodes that are no extrema of this side.
+    pub(super) fn absorbed_at(&self, extremum: u32) -> Option<u32> {
+        let node = self.absorbed_at[extremum as usize];
+        (node != NONE).then_some(node)
+    }
+
     /// Number of components at time `t`.
     pub(super) fn n_components_at(&self, t: u32) -> u32 {
         self.n_components[t as usize]

@@ -38,16 +38,6 @@ pub(super) fn barycentre([a, b, c]: [Point; 3]) -> Point {
     std::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0)
 }
 
-/// 2r/R, the inradius over the circumradius, 1 for an equilateral triangle and 0 for one of no area.
-pub(super) fn radius_ratio(corners: [Point; 3]) -> f64 {
-    let [p, q, r] = corners;
-    let (a, b, c) = (distance(q, r), distance(r, p), distance(p, q));
-    let area = 0.5 * length(area_vector(corners));
-    // r = area / s and R = abc / (4 area) with s half the circumference.
-    let denominator = 0.5 * (a + b + c) * a * b * c;
-    if denominator > 0.0 { (8.0 * area * area / denominator).min(1.0) } else { 0.0 }
-}
-
 /// Whether the open segment from `p` to `q` passes through the inside of a triangle.
 ///
 /// Contacts within 1e-9 of an edge or an end, and segments in the plane of the triangle, do not
@@ -96,16 +86,6 @@ mod tests {
     use super::*;
 
     const RIGHT: [Point; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-
-    #[test]
-    fn radius_ratio_is_one_for_equilateral_and_zero_for_flat() {
-        let equilateral = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.75f64.sqrt(), 0.0]];
-        assert!((radius_ratio(equilateral) - 1.0).abs() < 1e-12);
-        // r = (2 - sqrt 2) / 2 and R = sqrt 2 / 2.
-        let expected = 2.0 * (2.0 - 2f64.sqrt()) / 2f64.sqrt();
-        assert!((radius_ratio(RIGHT) - expected).abs() < 1e-12);
-        assert_eq!(radius_ratio([[0.0; 3], [1.0; 3], [2.0; 3]]), 0.0);
-    }
 
     #[test]
     fn a_segment_crosses_only_the_inside() {

@@ -3,12 +3,15 @@
 //! Geometry is measured inside the volume only. Caps lie outside it by definition, and the
 //! triangles that carry them to the border belong to no isosurface of the volume.
 
+use glam::DVec3;
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::distribution::Distribution;
-use super::geometry::{Point, along, area_vector, barycentre, length, radius_ratio};
+use super::geometry::{Point, along, area_vector, barycentre, length};
 use super::ray::{Hit, distance_along};
 use super::triangle_grid::TriangleGrid;
+use crate::mesh::radius_ratio;
 use crate::spectrum::SurfaceMesh;
 use crate::volume::Volume;
 
@@ -87,7 +90,7 @@ pub(super) fn measure(
             vertex_normals[v as usize] = along(vertex_normals[v as usize], 1.0, normal);
         }
         if !cap && triangle.iter().all(|&v| inside[v as usize]) {
-            geometry.radius_ratio.add(radius_ratio(corners));
+            geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
             judged.push((barycentre(corners), normal));
         }
     }
@@ -189,19 +192,44 @@ pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
     points.into_iter().step_by(stride).collect()
 }
 
-/// How far the surface moves from one mesh to another, voxels, at most [`REACH`]: the largest
-/// distance from vertices and barycentres of either to the other.
-pub(super) fn jump(before: &SurfaceMesh, after: &SurfaceMesh) -> f64 {
-    let one_sided = |from: &SurfaceMesh, to: &SurfaceMesh| {
+/// How far the surface moves from one mesh to another: distances of vertices and barycentres of
+/// either from the other, voxels, at most [`REACH`].
+pub(super) fn jump(isovalue: f64, before: &SurfaceMesh, after: &SurfaceMesh) -> Jump {
+    let one_sided = |from: &SurfaceMesh, to: &SurfaceMesh| -> Vec<f64> {
         let grid = TriangleGrid::new(to);
         let corners = from.triangles.par_iter().zip(&from.caps).filter(|(_, cap)| !**cap);
         corners
             .map(|(t, _)| t.map(|v| from.positions[v as usize].map(f64::from)))
-            .map(|c| {
-                let points = [c[0], c[1], c[2], barycentre(c)];
-                points.iter().map(|&p| grid.distance(p, REACH)).fold(0.0, f64::max)
-            })
-            .reduce(|| 0.0, f64::max)
+            .flat_map_iter(|c| [c[0], c[1], c[2], barycentre(c)].map(|p| grid.distance(p, REACH)))
+            .collect()
     };
-    one_sided(before, after).max(one_sided(after, before))
+    let [mut one, mut other] = [one_sided(before, after), one_sided(after, before)];
+    let p99 = percentile_99(&mut one).max(percentile_99(&mut other));
+    let largest = one.into_iter().chain(other).fold(0.0, f64::max);
+    Jump { isovalue, largest, p99 }
+}
+
+/// How far the surface moves across one isovalue, voxels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Jump {
+    /// The isovalue.
+    pub isovalue: f64,
+    /// Largest distance between the surfaces just before and just after.
+    pub largest: f64,
+    /// 99th percentile of the distances.
+    pub p99: f64,
+}
+
+impl Jump {
+    /// That of a mesh that cannot be measured.
+    pub(super) fn out_of_reach(isovalue: f64) -> Self {
+        Jump { isovalue, largest: REACH, p99: REACH }
+    }
+}
+
+/// The value that one in a hundred exceeds; 0 of none. Leaves the values in another order.
+fn percentile_99(values: &mut [f64]) -> f64 {
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
+    let (_, value, _) = values.select_nth_unstable_by(last * 99 / 100, f64::total_cmp);
+    *value
 }

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::measure::Geometry;
-use super::{MeshTopology, Sampling, Summary};
+use super::measure::{Geometry, Jump};
+use super::{Coherence, MeshTopology, Sampling, Summary};
 use crate::spectrum::Spectrum;
 
 /// What a spectrum must keep to pass. Whether every mesh is a closed oriented manifold with finite
@@ -19,7 +19,7 @@ pub struct Limits {
     pub self_intersecting: Option<f64>,
     /// Smallest mean radius ratio.
     pub radius_ratio: Option<f64>,
-    /// Largest jump across an event, voxels.
+    /// Largest jump across an event, or where triangles are born or die, voxels.
     pub jump: Option<f64>,
 }
 
@@ -28,7 +28,7 @@ pub struct Limits {
 pub struct Row {
     /// The isovalue.
     pub isovalue: f64,
-    /// Whether it lies just before or after an event.
+    /// Whether it lies just before or after an event, or a birth or death of triangles.
     pub at_event: bool,
     /// Triangles of the mesh.
     pub n_triangles: usize,
@@ -54,6 +54,19 @@ impl Row {
         self.topology.components == self.expected_components
             && self.topology.euler == self.expected_euler
     }
+}
+
+/// How continuous the mesh is in the isovalue.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Continuity {
+    /// Jumps across some events.
+    pub at_events: Vec<Jump>,
+    /// Jumps across the isovalues, away from events, at which most triangles are born or die.
+    pub elsewhere: Vec<Jump>,
+    /// Triangles that live on past events.
+    pub coherence: Coherence,
+    /// Share of vertices that live on over a 256th of the range.
+    pub tracked_share: Option<f64>,
 }
 
 /// Sums over all isovalues; geometry over the random ones.
@@ -83,6 +96,14 @@ pub struct Totals {
     pub radius_ratio: Summary,
     /// Largest jump across an event, voxels.
     pub largest_jump: Option<f64>,
+    /// Largest of the 99th percentiles of the jumps across events, voxels.
+    pub largest_jump_p99: Option<f64>,
+    /// Largest jump where triangles are born or die away from events, voxels.
+    pub largest_jump_elsewhere: Option<f64>,
+    /// Largest of the 99th percentiles of these, voxels.
+    pub largest_jump_elsewhere_p99: Option<f64>,
+    /// Of the triangles alive just before an event, the share alive just after.
+    pub survived_share: Option<f64>,
     /// Share of vertices that live on over a 256th of the range.
     pub tracked_share: Option<f64>,
 }
@@ -104,6 +125,10 @@ pub struct Report {
     pub limits: Limits,
     /// The sums.
     pub totals: Totals,
+    /// How often the sweep met trouble, and what it did then, as the spectrum tells.
+    pub counts: serde_json::Value,
+    /// Jumps, and what lives on.
+    pub continuity: Continuity,
     /// Each isovalue.
     pub rows: Vec<Row>,
 }
@@ -115,12 +140,11 @@ impl Report {
         limits: Limits,
         rows: Vec<Row>,
         pooled: &Geometry,
-        jumps: &[f64],
-        tracked_share: Option<f64>,
+        continuity: Continuity,
     ) -> Self {
         let limits =
             Limits { deviation: Some(limits.deviation.unwrap_or(spectrum.tolerance)), ..limits };
-        let totals = sum(&rows, pooled, jumps, tracked_share);
+        let totals = sum(&rows, pooled, &continuity);
         let failures = failures(&totals, &limits);
         Report {
             passed: failures.is_empty(),
@@ -130,12 +154,16 @@ impl Report {
             seed: sampling.seed,
             limits,
             totals,
+            counts: spectrum.parameters.get("counts").cloned().unwrap_or_default(),
+            continuity,
             rows,
         }
     }
 }
 
-fn sum(rows: &[Row], pooled: &Geometry, jumps: &[f64], tracked_share: Option<f64>) -> Totals {
+fn sum(rows: &[Row], pooled: &Geometry, continuity: &Continuity) -> Totals {
+    let largest = |jumps: &[Jump], of: fn(&Jump) -> f64| jumps.iter().map(of).reduce(f64::max);
+    let Continuity { at_events, elsewhere, .. } = continuity;
     let n_where = |holds: fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count();
     let n_triangles: usize = rows.iter().map(|row| row.n_triangles).sum();
     let crossing: usize = rows.iter().map(|row| row.self_intersecting).sum();
@@ -152,8 +180,12 @@ fn sum(rows: &[Row], pooled: &Geometry, jumps: &[f64], tracked_share: Option<f64
         barycentre_deviation: pooled.barycentre_deviation.summary(),
         surface_deviation: pooled.surface_deviation.summary(),
         radius_ratio,
-        largest_jump: jumps.iter().copied().reduce(f64::max),
-        tracked_share,
+        largest_jump: largest(at_events, |j| j.largest),
+        largest_jump_p99: largest(at_events, |j| j.p99),
+        largest_jump_elsewhere: largest(elsewhere, |j| j.largest),
+        largest_jump_elsewhere_p99: largest(elsewhere, |j| j.p99),
+        survived_share: continuity.coherence.survived_share,
+        tracked_share: continuity.tracked_share,
     }
 }
 
@@ -197,6 +229,11 @@ fn failures(totals: &Totals, limits: &Limits) -> Vec<String> {
         limits.self_intersecting,
     );
     above("the largest jump in voxels", totals.largest_jump, limits.jump);
+    above(
+        "the largest jump away from events in voxels",
+        totals.largest_jump_elsewhere,
+        limits.jump,
+    );
     if let (Some(mean), Some(limit)) = (totals.radius_ratio.mean, limits.radius_ratio)
         && mean < limit
     {

@@ -4,19 +4,10 @@ use num_bigint::BigInt;
 
 use super::*;
 use crate::volume::{Outside, Placement};
+use random::Random;
 
-/// SplitMix64 (Steele, Lea and Flood, 2014): reproducible random numbers.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) % n
-    }
-}
+#[path = "../../../tests/random/mod.rs"]
+mod random;
 
 fn volume(dims: [usize; 3], samples: Samples) -> Volume {
     Volume::new("test", dims, samples, Placement::default()).expect("a valid volume")

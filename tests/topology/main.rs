@@ -5,8 +5,12 @@
 //! two share the predicates of `topology::exact` and nothing else. It is written for clarity and
 //! slow; on larger volumes the count of the extraction, a third way, takes its place.
 
-#[path = "topology/grid_count.rs"]
+#[path = "../random/mod.rs"]
+mod random;
+
+mod curves;
 mod grid_count;
+mod real;
 
 use grid_count::Count;
 use isospectrum::extract::count::count;
@@ -17,27 +21,7 @@ use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::plot::contour_spectrum_svg;
 use isospectrum::topology::regions::critical_regions;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
-
-/// A small generator of random numbers (splitmix64): the tests' grids are the same on every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: u64) -> u64 {
-        self.next() % n
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+use random::Random;
 
 fn volume(dims: [usize; 3], samples: Samples) -> Option<Volume> {
     Volume::new("grid", dims, samples, Placement::default()).ok()
@@ -319,144 +303,4 @@ fn threads_do_not_change_the_result() {
     let alone = with_threads(1);
     assert!(alone.0.len() > 1000);
     assert_eq!(alone, with_threads(4));
-}
-
-#[test]
-fn area_and_volume_of_a_sphere_are_those_of_the_formula() {
-    // Between samples a distance field is interpolated too low by the mean of x (1 - x) / 2 = 1/12
-    // times its Laplacian 2 / r: the sphere's radius shrinks by 1 / (6 r), its volume by
-    // 1 / (2 r^2), its area by 1 / (3 r^2). A fifth of that is left to the tetrahedra.
-    const TOLERANCE: f64 = 1.2 / 2.0;
-    let volume =
-        from_function(26, |p| 12.0 - p.iter().map(|x| (x - 12.4).powi(2)).sum::<f64>().sqrt());
-    let placement = Placement { spacing: [0.5, 0.5, 0.5], ..Placement::default() };
-    let volume = Volume::new("sphere", volume.dims(), volume.samples().clone(), placement)
-        .expect("a valid volume");
-    let topology = topology(&volume);
-    let spectrum = ContourSpectrum::new(&volume, &topology, 64);
-    let mut n_checked = 0;
-    for (i, &c) in spectrum.isovalues.iter().enumerate() {
-        let radius = 0.5 * (12.0 - c);
-        if !(4.5..6.0).contains(&radius) {
-            continue;
-        }
-        n_checked += 1;
-        let area = 4.0 * std::f64::consts::PI * radius * radius;
-        let inside = area * radius / 3.0;
-        let tolerance = TOLERANCE / (radius / 0.5).powi(2);
-        assert!(
-            (spectrum.area[i] / area - 1.0).abs() < tolerance,
-            "area {} at {c}: {area}",
-            spectrum.area[i]
-        );
-        assert!(
-            (spectrum.volume[i] / inside - 1.0).abs() < tolerance,
-            "volume {} at {c}: {inside}",
-            spectrum.volume[i]
-        );
-        assert_eq!((spectrum.n_components[i], spectrum.euler[i], spectrum.genus[i]), (1, 2, 0));
-        assert_eq!(spectrum.n_cavities[i], 0);
-    }
-    assert!(n_checked > 3);
-}
-
-#[test]
-fn a_linear_field_is_measured_exactly() {
-    // Rounding of a few thousand sums of numbers of order one.
-    const ROUNDING: f64 = 1e-9;
-    let volume = from_function(9, |p| p[0] + 2.0 * p[1] + 2.0 * p[2]);
-    let topology = topology(&volume);
-    let spectrum = ContourSpectrum::new(&volume, &topology, 40);
-    // By symmetry half of the cube lies above the middle, cut by a plane with normal (1, 2, 2) / 3;
-    // the plane x + 2 y + 2 z = 20 in [0, 8]^3 projects along z onto the strip
-    // 4 <= x + 2 y <= 20 of the square, of area 64 - 4 * 4, and is 3 / 2 as large.
-    let low = spectrum.isovalues.iter().position(|&c| c > 20.0).expect("a middle");
-    let mean = |v: &[f64]| 0.5 * (v[low - 1] + v[low]);
-    assert!((mean(&spectrum.volume) - 256.0).abs() < ROUNDING);
-    // Volume falls by area / |gradient| per isovalue.
-    let step = spectrum.isovalues[1] - spectrum.isovalues[0];
-    let fallen: f64 = spectrum.area.iter().sum::<f64>() * step / 3.0;
-    // The midpoint rule on curves of second order at 40 points.
-    assert!((fallen / 512.0 - 1.0).abs() < 1e-3, "{fallen}");
-}
-
-#[test]
-fn cavities_are_counted_on_the_side_of_the_layer() {
-    let volume = ring();
-    let topology = topology(&volume);
-    let spectrum = ContourSpectrum::new(&volume, &topology, 9);
-    assert_eq!((spectrum.n_components[0], spectrum.n_cavities[0], spectrum.genus[0]), (2, 1, 1));
-    let volume = volume.with_outside(Outside::High);
-    let topology = self::topology(&volume);
-    let spectrum = ContourSpectrum::new(&volume, &topology, 9);
-    assert_eq!((spectrum.n_components[0], spectrum.n_cavities[0], spectrum.genus[0]), (1, 0, 1));
-}
-
-#[test]
-fn plot_is_well_formed_and_names_what_it_shows() {
-    let volume = ring();
-    let topology = topology(&volume);
-    let spectrum = ContourSpectrum::new(&volume, &topology, 64);
-    let svg = contour_spectrum_svg("ring <1 & 2>", &spectrum, &topology.net_events());
-    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
-    assert!(svg.contains("ring &lt;1 &amp; 2&gt;"));
-    for word in
-        ["area", "enclosed volume", "components", "Euler characteristic", "isovalue", "vanish"]
-    {
-        assert!(svg.contains(word), "{word}");
-    }
-    assert!(!svg.contains("NaN") && !svg.contains("inf"));
-}
-
-/// A volume of the data folder, or a loud line that it is not there.
-fn real_volume(file: &str, dims: [usize; 3]) -> Option<Volume> {
-    let folder = std::env::var("ISOSPECTRUM_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let path = std::path::Path::new(&folder).join(file);
-    match std::fs::read(&path) {
-        Ok(bytes) => volume(dims, Samples::U8(bytes)),
-        Err(error) => {
-            eprintln!("NOT RUN: {}: {error} (ISOSPECTRUM_DATA names the folder)", path.display());
-            None
-        }
-    }
-}
-
-#[test]
-fn real_volumes_agree_with_the_count_from_the_grid() {
-    for (file, n) in [("nucleon_41x41x41_uint8.raw", 41), ("fuel_64x64x64_uint8.raw", 64)] {
-        let Some(volume) = real_volume(file, [n; 3]) else { continue };
-        let field = ExactField::new(&volume).expect("a field");
-        let topology = Topology::compute(&field).expect("a topology");
-        for isovalue in [0.0, 17.5, 191.0] {
-            check(&field, &topology, isovalue, file);
-        }
-    }
-}
-
-#[test]
-fn real_volumes_agree_with_the_count_of_the_extraction() {
-    for (file, dims) in [
-        ("nucleon_41x41x41_uint8.raw", [41; 3]),
-        ("fuel_64x64x64_uint8.raw", [64; 3]),
-        ("hydrogen_atom_128x128x128_uint8.raw", [128; 3]),
-        ("tooth_103x94x161_uint8.raw", [103, 94, 161]),
-    ] {
-        let Some(volume) = real_volume(file, dims) else { continue };
-        let field = ExactField::new(&volume).expect("a field");
-        let topology = Topology::compute(&field).expect("a topology");
-        let nets: Vec<f64> = topology.net_events().iter().map(|e| e.isovalue).collect();
-        let middle = nets[nets.len() / 2];
-        for c in [0.0, 1.0, 10.5, middle, middle.next_down(), 130.25, 200.0] {
-            let counted = count(&field, c);
-            let mut arcs = Vec::new();
-            for component in &counted {
-                let arc = topology.arc_of(component.low, component.high, c).expect("an arc");
-                assert_eq!(topology.arcs[arc].euler, component.euler, "{file} at {c}: arc {arc}");
-                arcs.push(arc);
-            }
-            arcs.sort_unstable();
-            assert_eq!(topology.arcs_at(c), arcs, "{file} at {c}: one component per arc");
-            assert_eq!(topology.n_components_at(c) as usize, counted.len(), "{file} at {c}");
-        }
-    }
 }

@@ -1,0 +1,51 @@
+//! A device that is lost in the middle of a sweep.
+//!
+//! Needs an adapter, as the other GPU tests do.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use isospectrum::Error;
+use isospectrum::kernels::{Backend, Choice};
+use isospectrum::sweep::{Parameters, Progress, Silent, compute};
+use isospectrum::volume::phantom;
+
+/// Takes the device away when the sweep asks for the n-th time whether to stop.
+struct Thief<'a> {
+    backend: &'a Backend,
+    asked: AtomicUsize,
+    takes_at: usize,
+}
+
+impl Progress for Thief<'_> {
+    fn report(&self, _done: f64, _message: &str) {}
+
+    fn cancelled(&self) -> bool {
+        if self.asked.fetch_add(1, Ordering::Relaxed) == self.takes_at {
+            self.backend.gpu().expect("a GPU").device().destroy();
+        }
+        false
+    }
+}
+
+#[test]
+fn a_device_lost_in_the_middle_of_a_sweep_is_an_error_of_one_line() {
+    let volume = Arc::new(phantom("sphere:20").expect("a phantom"));
+    let backend = Backend::choose(Choice::Gpu, None).expect("an adapter");
+    // How often a sweep with a device that stays asks; half-way is in the middle of it.
+    let counting = Thief { backend: &backend, asked: AtomicUsize::new(0), takes_at: usize::MAX };
+    compute(&volume, &Parameters::default(), &backend, &counting).expect("a spectrum");
+    let asked = counting.asked.into_inner();
+    assert!(asked > 4, "asked {asked} times");
+
+    let thief = Thief { backend: &backend, asked: AtomicUsize::new(0), takes_at: asked / 2 };
+    let error = compute(&volume, &Parameters::default(), &backend, &thief).expect_err("no device");
+    assert!(matches!(error, Error::Gpu(_)), "{error}");
+    assert_eq!(error.exit_code(), 1);
+    assert!(!error.to_string().contains('\n'), "{error}");
+    assert!(thief.asked.into_inner() > asked / 2);
+
+    // Nor does what comes after hang or panic.
+    let error = compute(&volume, &Parameters::default(), &backend, &Silent).expect_err("no device");
+    assert!(matches!(error, Error::Gpu(_)), "{error}");
+}

@@ -1,0 +1,39 @@
+//! `render --sweep`: one picture per isovalue, each the same as that picture alone.
+
+mod program;
+
+use program::Folder;
+
+#[test]
+fn a_sweep_writes_the_pictures_of_its_isovalues() {
+    let folder = Folder::with_spectrum();
+    let size = ["--size", "96x64"];
+    let sweep = ["render", "s.isp", "--sweep", "80%:20%:3", "-o", "f%03d.png"];
+    folder.run(&[&sweep[..], &size[..]].concat());
+    assert_eq!(folder.names(), ["f000.png", "f001.png", "f002.png", "s.isp"]);
+    for (frame, isovalue) in [("f000.png", "80%"), ("f001.png", "50%"), ("f002.png", "20%")] {
+        folder
+            .run(&[&["render", "s.isp", "-c", isovalue, "-o", "one.png"][..], &size[..]].concat());
+        assert!(folder.read(frame) == folder.read("one.png"), "{frame} is not that at {isovalue}");
+    }
+    assert!(folder.read("f000.png") != folder.read("f002.png"));
+}
+
+#[test]
+fn what_is_wrong_with_a_sweep_is_said_before_anything_is_written() {
+    let folder = Folder::with_spectrum();
+    for (sweep, output, code, says) in [
+        ("0%:100%:3", "f.png", 2, "%04d"),
+        ("0%:100%:3", "f%d.jpg", 2, ".png"),
+        ("0%:100%:3", "%d%d.png", 2, "%04d"),
+        ("0%:100%:1", "f%d.png", 2, "2 to 100000 frames"),
+        ("0%:100%", "f%d.png", 2, "FROM:TO:N"),
+        ("0%:101%:3", "f%d.png", 4, "outside the range"),
+        ("0%:100%:3", "no/f%d.png", 3, "no/f0.png"),
+    ] {
+        let line = folder.fails(&["render", "s.isp", "--sweep", sweep, "-o", output], code);
+        assert!(line.contains(says), "{line}");
+    }
+    folder.fails(&["render", "s.isp", "-o", "f.png"], 2);
+    folder.fails(&["render", "s.isp", "-c", "1", "--sweep", "0%:100%:3", "-o", "f%d.png"], 2);
+}

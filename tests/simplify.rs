@@ -1,0 +1,214 @@
+//! Noise taken out of volumes whose critical points are known.
+
+mod program;
+
+use isospectrum::spectrum::EventKind;
+use isospectrum::topology::Topology;
+use isospectrum::topology::exact::ExactField;
+use isospectrum::topology::simplify::{simplified, simplify};
+use isospectrum::volume::{Outside, Placement, Samples, Volume, phantom};
+use program::{Folder, json, stderr};
+use proptest::prelude::*;
+
+fn volume(dims: [usize; 3], samples: Samples) -> Volume {
+    Volume::new("v", dims, samples, Placement::default()).expect("a valid volume")
+}
+
+fn from_function(n: usize, f: impl Fn([f64; 3]) -> f64) -> Volume {
+    let at = |i: usize| f([i % n, i / n % n, i / (n * n)].map(|p| p as f64));
+    volume([n; 3], Samples::F64((0..n * n * n).map(at).collect()))
+}
+
+/// A bump of a height around a centre, about four samples wide.
+fn bump(p: [f64; 3], centre: [f64; 3], height: f64) -> f64 {
+    let squared: f64 = (0..3).map(|a| (p[a] - centre[a]).powi(2)).sum();
+    height * (-squared / 4.0).exp()
+}
+
+/// A slope with two bumps on it, one twenty times as high as the other.
+fn two_bumps() -> Volume {
+    from_function(24, |p| {
+        0.001 * p[0] + bump(p, [6.0, 12.0, 12.0], 1.0) + bump(p, [17.0, 12.0, 12.0], 0.05)
+    })
+}
+
+fn maxima(volume: &Volume) -> usize {
+    let field = ExactField::new(volume).expect("a field");
+    let topology = Topology::compute(&field).expect("a topology");
+    topology.events.iter().filter(|e| e.kind == EventKind::Vanish).count()
+}
+
+fn largest_change(a: &Volume, b: &Volume) -> f64 {
+    let n = a.samples().len();
+    (0..n).map(|i| (a.samples().get(i) - b.samples().get(i)).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_bump_below_the_persistence_goes_and_one_far_above_stays() {
+    let given = two_bumps();
+    // The corner at the high end of the slope, and the bumps.
+    let before = maxima(&given);
+    assert!(before >= 2);
+    let (volume, done) = simplify(&given, 0.1).expect("simplifies");
+    assert_eq!(maxima(&volume), 1);
+    assert_eq!(done.before.maxima, before);
+    assert_eq!(done.after.maxima, 1);
+    assert_eq!(done.after.maxima_below, 0);
+    let high = volume.range().1;
+    let lost = given.range().1 - high;
+    assert!(lost <= 0.1 && high > 0.8, "the high bump ends at {high}");
+}
+
+#[test]
+fn a_bump_more_than_twice_the_persistence_high_stays() {
+    // By stability: a pair of persistence above 2 P cannot go by changes up to P.
+    let given = two_bumps();
+    let volume = simplified(&given, 0.02).expect("simplifies");
+    assert!(maxima(&volume) >= 2);
+}
+
+#[test]
+fn a_signal_comes_out_of_the_noise_on_it() {
+    // Noise of up to 2 % on the two bumps, by a generator that every machine repeats.
+    let mut state = 7u64;
+    let mut noise = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        0.04 * ((state >> 33) as f64 / (1u64 << 31) as f64 - 0.5)
+    };
+    let clean = two_bumps();
+    let noisy = (0..clean.samples().len()).map(|i| clean.samples().get(i) + noise()).collect();
+    let (_, done) = simplify(&volume([24; 3], Samples::F64(noisy)), 0.05).expect("simplifies");
+    let (before, after) = (done.before, done.after);
+    assert!(20 * after.events < before.events, "{before:?} {after:?}");
+    assert!(20 * after.handles < before.handles, "{before:?} {after:?}");
+}
+
+#[test]
+fn a_field_that_is_all_noise_has_fewer_events_of_every_sort_afterwards() {
+    let given = phantom("noise:16:3").expect("a phantom");
+    let (low, high) = given.range();
+    let (_, done) = simplify(&given, 0.1 * (high - low)).expect("simplifies");
+    let (before, after) = (done.before, done.after);
+    assert!(after.handles < before.handles && after.minima < before.minima);
+    assert!(after.maxima < before.maxima, "{before:?} {after:?}");
+}
+
+#[test]
+fn eight_bit_samples_become_float32_and_thirty_two_bit_integers_float64() {
+    let ramp = |i: u32| (i * 7 + i * i % 11) % 200;
+    let narrow = volume([5, 4, 3], Samples::U8((0..60).map(|i| ramp(i) as u8).collect()));
+    let wide = volume([5, 4, 3], Samples::U32((0..60).map(|i| ramp(i) << 20).collect()));
+    assert_eq!(simplified(&narrow, 3.0).expect("simplifies").samples().type_name(), "float32");
+    assert_eq!(simplified(&wide, 3e6).expect("simplifies").samples().type_name(), "float64");
+}
+
+#[test]
+fn threads_change_nothing() {
+    let given = phantom("noise:16:1").expect("a phantom");
+    let with = |n| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a pool");
+        pool.install(|| simplified(&given, 0.2).expect("simplifies").samples().clone())
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn half_of_the_range_is_too_much() {
+    let given = two_bumps();
+    let (low, high) = given.range();
+    for wrong in [0.0, -1.0, f64::NAN, 0.5 * (high - low), 10.0] {
+        assert!(simplified(&given, wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_simplified_spectrum_says_so_and_is_verified_against_the_simplified_volume() {
+    let folder = Folder::new();
+    let arguments = ["--phantom", "noise:8", "--persistence", "10%"];
+    let compute = ["compute", "--backend", "cpu", "-o", "s.isp"];
+    let output = folder.run(&[&compute[..], &arguments[..]].concat());
+    assert!(stderr(&output).contains("simplified: no sample changed by more than"));
+    let info = json(&folder.run(&["info", "s.isp", "--json"]));
+    let done = &info["parameters"]["simplification"];
+    let (most, largest) = (&done["persistence"], &done["largest_change"]);
+    assert!(largest.as_f64() > Some(0.0) && largest.as_f64() <= most.as_f64(), "{done}");
+    assert!(done["after"]["events"].as_u64() < done["before"]["events"].as_u64(), "{done}");
+
+    // Samples of noise 8 to a side are too coarse for the tolerance; here it is the topology.
+    let verify = ["verify", "s.isp", "--phantom", "noise:8", "--max-deviation", "4", "--json"];
+    let found = json(&folder.run(&verify));
+    assert_eq!(found["totals"]["topology_right"], found["totals"]["isovalues"]);
+    // The volume as it was given is another.
+    folder.run(&["compute", "--phantom", "noise:8", "--backend", "cpu", "-o", "given.isp"]);
+    let given = json(&folder.run(&["info", "given.isp", "--json"]));
+    assert_ne!(given["volume"]["range"], info["volume"]["range"]);
+}
+
+#[test]
+fn analyze_writes_the_simplified_volume_and_tells_the_same_of_it() {
+    let folder = Folder::new();
+    let raw = "v_8x8x8_float32.raw";
+    let analyze = ["analyze", "--json", "--samples", "2"];
+    let arguments = ["--phantom", "noise:8", "--persistence", "0.2", "--simplified", raw];
+    let first = json(&folder.run(&[&analyze[..], &arguments[..]].concat()));
+    let second = json(&folder.run(&[&analyze[..], &[raw]].concat()));
+    assert_eq!(first["simplification"]["after"]["events"], second["n_events"]);
+    assert_eq!(first["events"], second["events"]);
+}
+
+#[test]
+fn wrong_persistences_are_errors_of_one_line() {
+    let folder = Folder::new();
+    for (wrong, says) in [
+        ("0", "above 0"),
+        ("-5", "above 0"),
+        ("some", "a percentage such as 5%"),
+        ("50%", "below half of the volume's range"),
+    ] {
+        let arguments = ["compute", "--phantom", "noise:8", "-o", "s.isp", "--persistence", wrong];
+        let line = folder.fails(&arguments, 2);
+        assert!(line.contains(says), "{line}");
+    }
+    let line = folder.fails(&["analyze", "--phantom", "noise:8", "--simplified", "a.raw"], 2);
+    assert!(line.contains("--persistence"), "{line}");
+}
+
+/// Any small grid: of integers with ties, of floating point numbers, the layer on either side.
+fn any_volume() -> impl Strategy<Value = Volume> {
+    let dims = (2usize..6, 2usize..6, 2usize..6);
+    (dims, 0..3u8, any::<bool>(), any::<u64>()).prop_filter_map(
+        "all samples equal",
+        |((x, y, z), kind, high, seed)| {
+            let mut state = seed;
+            let mut next = move || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                state >> 40
+            };
+            let n = x * y * z;
+            let samples = match kind {
+                0 => Samples::U8((0..n).map(|_| (next() % 9) as u8 * 20).collect()),
+                1 => Samples::F32((0..n).map(|_| next() as f32 * 1e-3).collect()),
+                _ => Samples::I32((0..n).map(|_| next() as i32 - (1 << 23)).collect()),
+            };
+            let outside = if high { Outside::High } else { Outside::Low };
+            let volume = Volume::new("grid", [x, y, z], samples, Placement::default()).ok()?;
+            Some(volume.with_outside(outside))
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_sample_changes_by_more_than_the_persistence(given in any_volume(), share in 0.001..0.49) {
+        let persistence = share * (given.range().1 - given.range().0);
+        let (volume, done) = simplify(&given, persistence).expect("simplifies");
+        prop_assert!(largest_change(&given, &volume) <= persistence);
+        prop_assert_eq!(largest_change(&given, &volume), done.largest_change);
+        prop_assert_eq!(volume.outside(), given.outside());
+        let again = simplified(&given, persistence).expect("again");
+        prop_assert_eq!(again.samples(), volume.samples());
+    }
+}
