@@ -326,6 +326,7 @@ fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
             triangles.push((vertices, r.low, r.high, r.cap));
         }
     }
+    cover(&mut trajectories, &triangles);
     let mut isovalues: Vec<f64> = trajectories.iter().flatten().map(|k| k.0).collect();
     isovalues.extend(triangles.iter().flat_map(|t| [t.1, t.2]));
     isovalues.sort_by(f64::total_cmp);
@@ -351,6 +352,21 @@ fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
         .collect();
     patch.isovalues = isovalues;
     patch
+}
+
+/// Makes trajectories last as long as their triangles. The exact field rounds samples that are no
+/// integers, so an edge may be crossed a trace before or after its samples' values are reached.
+fn cover(
+    trajectories: &mut [[(f64, Vec3, [i16; 2]); 2]],
+    triangles: &[([u32; 3], f64, f64, bool)],
+) {
+    for (vertices, low, high, _) in triangles {
+        for &v in vertices {
+            let [first, last] = &mut trajectories[v as usize];
+            first.0 = first.0.min(*low);
+            last.0 = last.0.max(*high);
+        }
+    }
 }
 
 /// The way of a vertex along its lattice edge, clipped to a range of isovalues.
