@@ -32,7 +32,6 @@ mod measure;
 
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
-pub(crate) use intersect::intersecting_but;
 pub use measure::{area, normal, radius_ratio};
 
 use glam::Vec3;

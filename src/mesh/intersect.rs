@@ -11,21 +11,11 @@ const EDGE_MARGIN: f64 = 1e-9;
 /// vertex do not count. Candidates come from a uniform grid over the bounding boxes; the test is in
 /// f64. `positions` in any metric frame.
 pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> {
-    intersecting_but(positions, triangles, |_| false)
-}
-
-/// As [`intersecting`], but for pairs of triangles that are both ignored.
-pub(crate) fn intersecting_but(
-    positions: &[[f32; 3]],
-    triangles: &[[u32; 3]],
-    is_ignored: impl Fn(usize) -> bool,
-) -> Vec<u32> {
     let corners: Vec<[Vec3; 3]> =
         triangles.iter().map(|t| t.map(|v| Vec3::from(positions[v as usize]))).collect();
     let mut hit = vec![false; triangles.len()];
     for_each_candidate(&corners, |f, g| {
-        let is_open = !(hit[f] && hit[g]) && !(is_ignored(f) && is_ignored(g));
-        if is_open && intersect(triangles[f], corners[f], triangles[g], corners[g]) {
+        if !(hit[f] && hit[g]) && intersect(triangles[f], corners[f], triangles[g], corners[g]) {
             (hit[f], hit[g]) = (true, true);
         }
     });

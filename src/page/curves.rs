@@ -13,7 +13,7 @@ const N_ISOVALUES: usize = 129;
 /// Bins of the histogram; with 256, 8-bit samples have one each.
 const N_BINS: usize = 256;
 
-/// How many samples lie in each of [`N_BINS`] equal parts of a range; those outside do not count.
+/// How many samples lie in each of `N_BINS` equal parts of a range; those outside do not count.
 pub fn histogram(samples: &Samples, (low, high): (f64, f64)) -> Vec<u64> {
     let mut bins = vec![0; N_BINS];
     for sample in (0..samples.len()).map(|i| samples.get(i)) {

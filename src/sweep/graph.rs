@@ -61,9 +61,9 @@ impl Graph {
                 }
                 let n = &mut nodes[*node];
                 if side == 0 {
-                    n.above.push(a)
+                    n.above.push(a);
                 } else {
-                    n.below.push(a)
+                    n.below.push(a);
                 }
                 ends[a][side] = Some(*node);
             }

@@ -8,7 +8,7 @@ use super::{Piece, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
 use crate::kernels::Kernels;
-use crate::mesh::{Mesh, Vertex, intersecting_but};
+use crate::mesh::{Mesh, Vertex, intersecting};
 use glam::Vec3;
 
 /// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
@@ -100,8 +100,7 @@ fn remeshed(
             return Ok(None);
         }
         let c = mesh.compacted();
-        let crossing =
-            intersecting_but(&c.positions, &c.connectivity.faces, |f| mesh.is_cap(c.faces[f]));
+        let crossing = intersecting(&c.positions, &c.connectivity.faces);
         log::debug!(
             "remeshed {} faces at {isovalue} to {}, {} intersecting, {} of them caps",
             exact.n_faces(),

@@ -12,7 +12,7 @@ use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, PINNED, Status};
-use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting_but, normal};
+use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting, normal};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -287,9 +287,7 @@ fn advance(
         counts.refused.off_midway += 1;
         return Ok(None);
     }
-    let crossing = intersecting_but(&positions, &compacted.connectivity.faces, |f| {
-        mesh.is_cap(compacted.faces[f])
-    });
+    let crossing = intersecting(&positions, &compacted.connectivity.faces);
     pins.extend(crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]));
     let crossing = crossing.len();
     let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };

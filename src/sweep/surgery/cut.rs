@@ -7,7 +7,7 @@ use super::rim::{RimVertex, Side};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
-use crate::mesh::{Face, Mesh, Vertex, intersecting_but, normal};
+use crate::mesh::{Face, Mesh, Vertex, intersecting, normal};
 use crate::sweep::caps::{is_of_cap, smooth_caps};
 
 /// A vertex that moves farther than this, in voxels, is not sure to have followed its surface.
@@ -64,7 +64,7 @@ impl Moved {
                 folded.push(f);
             }
         }
-        let crossing = intersecting_but(&moved, &c.connectivity.faces, |f| mesh.is_cap(c.faces[f]));
+        let crossing = intersecting(&moved, &c.connectivity.faces);
         let crossing = crossing.iter().map(|&f| c.faces[f as usize]);
         for f in folded.into_iter().chain(crossing) {
             mesh.face_vertices(f).iter().for_each(|v| is_bad[v.0 as usize] = true);

@@ -7,7 +7,7 @@ use super::stitch::Stitched;
 use super::{Operation, Patched, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
-use crate::mesh::{Face, Mesh, Vertex, intersecting_but};
+use crate::mesh::{Face, Mesh, Vertex, intersecting};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::remesh::remesh_patch;
 
@@ -105,6 +105,6 @@ fn crossing_near(mesh: &Mesh, block: &Block) -> Vec<Vec3> {
             })
         })
         .collect();
-    let crossing = intersecting_but(&positions, &triangles, |f| mesh.is_cap(faces[f]));
+    let crossing = intersecting(&positions, &triangles);
     crossing.iter().map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0).collect()
 }
