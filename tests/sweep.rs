@@ -12,7 +12,7 @@ use isospectrum::extract::count::count;
 use isospectrum::file;
 use isospectrum::kernels::backend::GPU_FROM_VERTICES;
 use isospectrum::kernels::{Backend, Choice};
-use isospectrum::spectrum::{Query, Spectrum, Triangle};
+use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
 use isospectrum::sweep::{Parameters, Progress, Silent, compute};
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
@@ -117,12 +117,38 @@ fn a_sphere_is_tracked_and_not_only_extracted() {
     assert!(spectrum.triangles.iter().any(|t| live_on(&t)), "{counts}");
 }
 
+/// Share of the triangles alive just before an isovalue that are alive just after it.
+fn survival(spectrum: &Spectrum, isovalue: f64) -> f64 {
+    let tiny = 1e-7 * (spectrum.range.1 - spectrum.range.0);
+    let rank = |isovalue: f64| spectrum.rank_at(isovalue).expect("inside the range");
+    let (before, after) = (rank(isovalue - tiny), rank(isovalue + tiny));
+    let alive = |rank: u32| move |t: &&Triangle| t.birth <= rank && rank < t.death;
+    let n_before = spectrum.triangles.iter().filter(alive(before)).count();
+    let n_both = spectrum.triangles.iter().filter(alive(before)).filter(alive(after)).count();
+    n_both as f64 / n_before as f64
+}
+
+#[test]
+fn most_triangles_live_through_a_merge() {
+    let spectrum = swept(&volume("blobs:32"), Choice::Cpu);
+    let counts = &spectrum.parameters["counts"];
+    assert!(counts["surgeries"].as_u64().is_some_and(|n| n > 0), "{counts}");
+    // Seen from low values, the one part of the isosurface splits in two.
+    let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let share = survival(&spectrum, split.isovalue);
+    assert!(share > 0.8, "{share} of the triangles live through {split:?}");
+}
+
 #[test]
 fn one_thread_and_two_give_the_same_bytes() {
-    let volume = volume("noise:8:5");
+    same_bytes(&volume("noise:8:5"));
+    same_bytes(&volume("blobs:24"));
+}
+
+fn same_bytes(volume: &Arc<Volume>) {
     let bytes = |n_threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build();
-        let spectrum = pool.expect("threads").install(|| swept(&volume, Choice::Cpu));
+        let spectrum = pool.expect("threads").install(|| swept(volume, Choice::Cpu));
         file::to_bytes(&spectrum).expect("a spectrum that can be written")
     };
     assert_eq!(bytes(1), bytes(2));

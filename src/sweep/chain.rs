@@ -181,9 +181,7 @@ impl<'a> Chain<'a> {
             start_front(sweep, piece, isovalue, exact, kernels.as_mut())?
         };
         let Some(front) = front else {
-            lock(&self.leftovers).push(*piece);
-            self.arrive(piece.arc, Direction::Up, None, scope);
-            self.arrive(piece.arc, Direction::Down, None, scope);
+            self.leave(piece.arc, scope);
             return Ok(());
         };
         let branch = |run: Run| Front {
@@ -197,6 +195,15 @@ impl<'a> Chain<'a> {
         scope.spawn(move |scope| self.attempt(|| self.run(arc, Direction::Up, up, scope)));
         scope.spawn(move |scope| self.attempt(|| self.run(arc, Direction::Down, down, scope)));
         Ok(())
+    }
+
+    /// Leaves all of an arc to the exact extraction.
+    fn leave<'s>(&'s self, arc: usize, scope: &Scope<'s>) {
+        let piece = self.piece(arc);
+        self.sweep.advance_progress(self.sweep.weight(&piece));
+        lock(&self.leftovers).push(piece);
+        self.arrive(arc, Direction::Up, None, scope);
+        self.arrive(arc, Direction::Down, None, scope);
     }
 
     /// Tracks the mesh of an arc to its end in one direction.
@@ -404,13 +411,10 @@ impl<'a> Chain<'a> {
     /// Starts arcs in their middle.
     fn start_beyond<'s>(&'s self, arcs: &[usize], scope: &Scope<'s>) -> Result<()> {
         for &arc in arcs {
-            let piece = self.piece(arc);
             if self.is_short(arc) {
-                lock(&self.leftovers).push(piece);
-                self.arrive(arc, Direction::Up, None, scope);
-                self.arrive(arc, Direction::Down, None, scope);
+                self.leave(arc, scope);
             } else {
-                self.start_arcs(&[arc], self.sweep.middle(&piece), scope)?;
+                self.start_arcs(&[arc], self.sweep.middle(&self.piece(arc)), scope)?;
             }
         }
         Ok(())
