@@ -71,6 +71,8 @@ pub struct Refused {
     pub off_midway: u64,
     /// The mesh passed through itself.
     pub intersecting: u64,
+    /// Part of it left the volume, where it wants a cap.
+    pub left_volume: u64,
 }
 
 impl Refused {
@@ -79,6 +81,7 @@ impl Refused {
         self.folded += o.folded;
         self.off_midway += o.off_midway;
         self.intersecting += o.intersecting;
+        self.left_volume += o.left_volume;
     }
 }
 

@@ -15,12 +15,24 @@ use crate::mesh::{Mesh, Vertex};
 /// Least distance of a cap's own vertices from the border, voxels.
 const LIFT: f32 = 0.002;
 
+/// How far outside the volume a vertex of the isosurface proper has left it, voxels.
+const LEFT: f32 = 1e-4;
+
 /// How often a cap's vertices move to the middle of their neighbours.
 const ROUNDS: usize = 16;
 
 /// Whether a vertex belongs to caps only.
 pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
     mesh.border(v) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(v)))
+}
+
+/// Whether a vertex of the isosurface proper has left the volume at `p`: the isosurface has reached the
+/// border there, and wants a cap.
+pub(crate) fn has_left(mesh: &Mesh, field: &Field, v: Vertex, p: Vec3) -> bool {
+    let dims = field.volume().dims().map(|d| (d - 1) as f32);
+    let top = Vec3::from(dims) * field.cell_size();
+    let outside = (-p).max(p - top).max_element() > LEFT;
+    outside && mesh.border(v) == 0 && !is_of_cap(mesh, v)
 }
 
 /// The vertices that belong to caps only, smoothed along the border and lifted off it. `positions`

@@ -1,6 +1,6 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::caps::{is_of_cap, smooth_caps};
+use super::caps::{has_left, is_of_cap, smooth_caps};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
@@ -37,8 +37,10 @@ const MOST_HALVINGS: u32 = 4;
 /// A step that breaks the mesh is halved at most so many times before the mesh is repaired.
 const MOST_BROKEN: u32 = 2;
 
-/// A mesh is repaired at most so many times on its way through one arc.
-const MOST_REPAIRS: u32 = 8;
+/// A mesh is repaired at most so many times on its way through one arc: as many times as make up this
+/// many faces, within bounds.
+const MOST_REPAIRED_FACES: usize = 200_000;
+const MOST_REPAIRS: (usize, usize) = (8, 40);
 
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;
@@ -128,7 +130,9 @@ pub(crate) fn track(
                 return Ok(true);
             }
             repairs += 1;
-            if repairs > MOST_REPAIRS || !repair(front, tried.failed_at, kernels, counts)? {
+            let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
+                .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1);
+            if repairs > most || !repair(front, tried.failed_at, kernels, counts)? {
                 return Ok(false);
             }
             compacted = front.mesh.compacted();
@@ -293,6 +297,11 @@ fn advance(
     let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
     if crossing > crossing_allowed {
         counts.refused.intersecting += 1;
+        return Ok(None);
+    }
+    let left = compacted.vertices.iter().zip(&positions);
+    if left.into_iter().any(|(&v, &p)| has_left(mesh, field, v, p.into())) {
+        counts.refused.left_volume += 1;
         return Ok(None);
     }
     if failed > 0 {
