@@ -23,6 +23,7 @@ mod simplify;
 mod start;
 mod surgery;
 mod track;
+mod window;
 
 pub use parameters::{Parameters, Progress, Silent};
 

@@ -12,13 +12,12 @@ use rayon::Scope;
 use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
 use super::start::{extraction_of_arcs, start_front};
-use super::surgery::{Front, Operation, end_all, operate};
+use super::surgery::{Front, Operation, end_all, operate, repair};
 use super::track::{Repair, Tracking, Way, track};
+use super::window::{typical_slope, window};
 use super::{Counts, Piece, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::Extraction;
-use crate::kernels::Kernels;
-use crate::mesh::Mesh;
 
 /// Pieces shorter than this share of the range do not get a mesh of their own, nor those over which
 /// the isosurface moves less than this, in voxels: where events crowd so, a mesh would be operated on
@@ -26,26 +25,11 @@ use crate::mesh::Mesh;
 const SHORT_SHARE: f64 = 5e-4;
 const SHORT_MOTION: f64 = 0.05;
 
-/// Smaller meshes are not repaired: the exact extraction shows them as well.
-const REPAIRED_FROM: usize = 500;
-
-/// How many cells are asked for the typical slope of the field.
-const SLOPE_CELLS: usize = 20_000;
-
 /// Nor do components with fewer faces at the middle of their arc, if the arc is a smaller share of
 /// the range than this; nor the smallest ones.
 const SMALL_FACES: usize = 300;
 const LONG_SHARE: f64 = 0.05;
 const SMALLEST_FACES: usize = 40;
-
-/// Share of an arc, at an event, over which surgery leads at most and at least.
-const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
-
-/// How far a mesh may move from before an event to it, voxels.
-const WINDOW_MOTION: f64 = 0.15;
-
-/// Distance from an event, voxels, at which the field tells how far sheets are apart.
-const WINDOW_RADIUS: f32 = 0.35;
 
 /// What a sweep leaves besides its counts.
 pub(super) struct Swept {
@@ -220,7 +204,7 @@ impl<'a> Chain<'a> {
         let node = self.node_ahead(arc, direction);
         let goes_on = node.is_some_and(|n| !outputs(&self.graph.nodes[n], direction).is_empty());
         let window = match node {
-            Some(n) if goes_on => self.window(&self.graph.nodes[n], &piece, &front.mesh),
+            Some(n) if goes_on => window(self.sweep, &self.graph.nodes[n], &piece, &front.mesh),
             _ => 0.0,
         };
         let last = end - direction.sign() * self.margin(&piece);
@@ -353,7 +337,8 @@ impl<'a> Chain<'a> {
             .iter()
             .map(|&e| Vec3::from(self.sweep.topology.events[e as usize].position.map(|x| x as f32)))
             .collect();
-        let windows = arcs.iter().map(|&a| self.window(node, &self.piece(a), &fronts[0].mesh));
+        let windows =
+            arcs.iter().map(|&a| window(self.sweep, node, &self.piece(a), &fronts[0].mesh));
         let window = windows.fold(f64::INFINITY, f64::min);
         let operation = Operation {
             direction,
@@ -419,59 +404,6 @@ impl<'a> Chain<'a> {
         }
         Ok(())
     }
-
-    /// How far from a node, in isovalues, an arc's mesh is given up or begun: where the sheets that
-    /// meet there are apart again, but no farther than most of `mesh` may move at once.
-    fn window(&self, node: &Node, piece: &Piece, mesh: &Mesh) -> f64 {
-        let field = &self.sweep.field;
-        let unit = f64::from(field.isovalue(node.isovalue + 1.0) - field.isovalue(node.isovalue));
-        let here = field.isovalue(node.isovalue);
-        let change_around = |&e: &u32| {
-            let position = self.sweep.topology.events[e as usize].position;
-            let p = Vec3::from(position.map(|x| x as f32));
-            let around = Vec3::AXES.iter().flat_map(|&a| [a, -a]);
-            let changes = around.map(|a| (field.value(p + WINDOW_RADIUS * a) - here).abs());
-            f64::from(changes.fold(0.0, f32::max)) / unit.max(1e-300)
-        };
-        let mut changes: Vec<f64> = node.events.iter().map(change_around).collect();
-        changes.sort_by(f64::total_cmp);
-        let apart = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-        let stride = mesh.n_vertices() / 500 + 1;
-        let mut slopes: Vec<f32> = mesh
-            .vertices()
-            .step_by(stride)
-            .map(|v| field.gradient(mesh.position(v)).length())
-            .collect();
-        let i = slopes.len() / 4;
-        let slope = f64::from(*slopes.select_nth_unstable_by(i, f32::total_cmp).1);
-        let length = piece.high - piece.low;
-        apart
-            .min(WINDOW_MOTION * slope / unit.max(1e-300))
-            .clamp(WINDOW_SHARE.0 * length, WINDOW_SHARE.1 * length)
-    }
-}
-
-/// Median change of the field over a cell that is not constant, in isovalues per voxel.
-fn typical_slope(sweep: &Sweep) -> f64 {
-    let volume = sweep.exact.volume();
-    let [nx, ny, nz] = volume.dims();
-    let n = (nx - 1) * (ny - 1) * (nz - 1);
-    let mut slopes: Vec<f64> = (0..n)
-        .step_by(n / SLOPE_CELLS + 1)
-        .filter_map(|i| {
-            let [x, y, z] = [i % (nx - 1), i / (nx - 1) % (ny - 1), i / (nx - 1) / (ny - 1)];
-            let here = volume.sample(x, y, z);
-            let beside = [
-                volume.sample(x + 1, y, z),
-                volume.sample(x, y + 1, z),
-                volume.sample(x, y, z + 1),
-            ];
-            let slope = beside.iter().map(|b| (b - here).powi(2)).sum::<f64>().sqrt();
-            (slope > 0.0).then_some(slope)
-        })
-        .collect();
-    slopes.sort_by(f64::total_cmp);
-    slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The arcs that lead to a node.
@@ -482,40 +414,4 @@ fn inputs(node: &Node, direction: Direction) -> &[usize] {
 /// The arcs beyond a node.
 fn outputs(node: &Node, direction: Direction) -> &[usize] {
     if direction == Direction::Up { &node.above } else { &node.below }
-}
-
-/// Brings the mesh of an arc to an isovalue by replacing what does not follow.
-fn repair(
-    sweep: &Sweep,
-    arc: usize,
-    direction: Direction,
-    front: &mut Front,
-    to: f64,
-    kernels: &mut dyn Kernels,
-    counts: &mut Counts,
-) -> Result<bool> {
-    if front.mesh.n_faces() < REPAIRED_FROM {
-        return Ok(false);
-    }
-    let operation = Operation {
-        direction,
-        event: front.at,
-        after: to,
-        points: &[],
-        arcs: &[arc],
-        repaired: true,
-    };
-    match operate(sweep, &operation, vec![std::mem::take(front)], kernels)? {
-        Ok(mut outcome) => {
-            counts.repairs += 1;
-            let (_, mut repaired) = outcome.fronts.pop().expect("one front per arc");
-            repaired.recorder.prepend(outcome.log);
-            *front = repaired;
-            Ok(true)
-        }
-        Err(mut fronts) => {
-            *front = fronts.pop().expect("the front that was given");
-            Ok(false)
-        }
-    }
 }

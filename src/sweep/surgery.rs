@@ -19,9 +19,9 @@ mod zip;
 
 use glam::Vec3;
 
-use super::Sweep;
 use super::recorder::{Direction, Log, Recorder, Run};
 use super::start::extraction_of_arcs;
+use super::{Counts, Sweep};
 use crate::error::Result;
 use crate::extract::Extraction;
 use crate::kernels::Kernels;
@@ -40,6 +40,9 @@ const EVENT_RADIUS: f32 = 0.8;
 
 /// Radius of the block around a vertex that does not follow, voxels.
 const BAD_RADIUS: f32 = 0.3;
+
+/// Smaller meshes are not repaired: the exact extraction shows them as well.
+const REPAIRED_FROM: usize = 500;
 
 /// By how much, times the number of the attempt, the block grows around trouble, voxels.
 const GROWTH: f32 = 0.4;
@@ -124,6 +127,42 @@ pub(super) fn operate(
         seeds.iter().for_each(|&p| block.add_around(p, radius));
     }
     Ok(Err(fronts))
+}
+
+/// Brings the mesh of an arc to an isovalue by replacing what does not follow.
+pub(super) fn repair(
+    sweep: &Sweep,
+    arc: usize,
+    direction: Direction,
+    front: &mut Front,
+    to: f64,
+    kernels: &mut dyn Kernels,
+    counts: &mut Counts,
+) -> Result<bool> {
+    if front.mesh.n_faces() < REPAIRED_FROM {
+        return Ok(false);
+    }
+    let operation = Operation {
+        direction,
+        event: front.at,
+        after: to,
+        points: &[],
+        arcs: &[arc],
+        repaired: true,
+    };
+    match operate(sweep, &operation, vec![std::mem::take(front)], kernels)? {
+        Ok(mut outcome) => {
+            counts.repairs += 1;
+            let (_, mut repaired) = outcome.fronts.pop().expect("one front per arc");
+            repaired.recorder.prepend(outcome.log);
+            *front = repaired;
+            Ok(true)
+        }
+        Err(mut fronts) => {
+            *front = fronts.pop().expect("the front that was given");
+            Ok(false)
+        }
+    }
 }
 
 /// The smallest block: around the events, around what does not follow, and where the extraction has

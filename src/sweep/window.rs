@@ -1,0 +1,72 @@
+//! How near to events meshes are tracked, and how fast the field typically rises.
+
+use glam::Vec3;
+
+use super::graph::Node;
+use super::{Piece, Sweep};
+use crate::mesh::Mesh;
+
+/// Share of an arc, at an event, over which surgery leads at most and at least.
+const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
+
+/// How far a mesh may move from before an event to it, voxels.
+const WINDOW_MOTION: f64 = 0.15;
+
+/// Distance from an event, voxels, at which the field tells how far sheets are apart.
+const WINDOW_RADIUS: f32 = 0.35;
+
+/// How many cells are asked for the typical slope of the field.
+const SLOPE_CELLS: usize = 20_000;
+
+/// How far from a node, in isovalues, an arc's mesh is given up or begun: where the sheets that
+/// meet there are apart again, but no farther than most of `mesh` may move at once.
+pub(super) fn window(sweep: &Sweep, node: &Node, piece: &Piece, mesh: &Mesh) -> f64 {
+    let field = &sweep.field;
+    let unit = f64::from(field.isovalue(node.isovalue + 1.0) - field.isovalue(node.isovalue));
+    let here = field.isovalue(node.isovalue);
+    let change_around = |&e: &u32| {
+        let position = sweep.topology.events[e as usize].position;
+        let p = Vec3::from(position.map(|x| x as f32));
+        let around = Vec3::AXES.iter().flat_map(|&a| [a, -a]);
+        let changes = around.map(|a| (field.value(p + WINDOW_RADIUS * a) - here).abs());
+        f64::from(changes.fold(0.0, f32::max)) / unit.max(1e-300)
+    };
+    let mut changes: Vec<f64> = node.events.iter().map(change_around).collect();
+    changes.sort_by(f64::total_cmp);
+    let apart = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
+    let stride = mesh.n_vertices() / 500 + 1;
+    let mut slopes: Vec<f32> = mesh
+        .vertices()
+        .step_by(stride)
+        .map(|v| field.gradient(mesh.position(v)).length())
+        .collect();
+    let i = slopes.len() / 4;
+    let slope = f64::from(*slopes.select_nth_unstable_by(i, f32::total_cmp).1);
+    let length = piece.high - piece.low;
+    apart
+        .min(WINDOW_MOTION * slope / unit.max(1e-300))
+        .clamp(WINDOW_SHARE.0 * length, WINDOW_SHARE.1 * length)
+}
+
+/// Median change of the field over a cell that is not constant, in isovalues per voxel.
+pub(super) fn typical_slope(sweep: &Sweep) -> f64 {
+    let volume = sweep.exact.volume();
+    let [nx, ny, nz] = volume.dims();
+    let n = (nx - 1) * (ny - 1) * (nz - 1);
+    let mut slopes: Vec<f64> = (0..n)
+        .step_by(n / SLOPE_CELLS + 1)
+        .filter_map(|i| {
+            let [x, y, z] = [i % (nx - 1), i / (nx - 1) % (ny - 1), i / (nx - 1) / (ny - 1)];
+            let here = volume.sample(x, y, z);
+            let beside = [
+                volume.sample(x + 1, y, z),
+                volume.sample(x, y + 1, z),
+                volume.sample(x, y, z + 1),
+            ];
+            let slope = beside.iter().map(|b| (b - here).powi(2)).sum::<f64>().sqrt();
+            (slope > 0.0).then_some(slope)
+        })
+        .collect();
+    slopes.sort_by(f64::total_cmp);
+    slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
+}
