@@ -90,6 +90,17 @@ pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
     Ok(triangles::arranged(spectrum).0)
 }
 
+/// The content of the section that says what a spectrum is of: JSON.
+fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
+    let info = Info {
+        volume: &spectrum.volume,
+        range: spectrum.range,
+        tolerance: spectrum.tolerance,
+        parameters: &spectrum.parameters,
+    };
+    serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))
+}
+
 /// The bytes of the file of a spectrum. [`from_bytes`] gives back the spectrum as
 /// [`Spectrum::quantised`] and [`arranged`] make it, exactly; its bytes are the same again.
 ///
@@ -98,13 +109,7 @@ pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     spectrum.check()?;
-    let info = Info {
-        volume: &spectrum.volume,
-        range: spectrum.range,
-        tolerance: spectrum.tolerance,
-        parameters: &spectrum.parameters,
-    };
-    let info = serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))?;
+    let info = info(spectrum)?;
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());

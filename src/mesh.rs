@@ -29,6 +29,8 @@ mod check;
 mod edit;
 mod intersect;
 mod measure;
+#[cfg(test)]
+pub(crate) mod shapes;
 
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;

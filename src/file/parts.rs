@@ -1,9 +1,9 @@
 //! What a file is made of, for a container of another kind: the page.
 
-use super::Info;
+use super::info;
 use super::trajectories::{Ranks, residuals, write_ranks};
 use super::{tables, triangles};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::spectrum::Spectrum;
 
 /// The parts of a file. Sections are as FORMAT.md describes them; `positions` and `normals` are the
@@ -28,13 +28,7 @@ pub(crate) struct Parts {
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub(crate) fn parts(spectrum: &Spectrum, radius: i8) -> Result<Parts> {
     spectrum.check()?;
-    let info = Info {
-        volume: &spectrum.volume,
-        range: spectrum.range,
-        tolerance: spectrum.tolerance,
-        parameters: &spectrum.parameters,
-    };
-    let info = serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))?;
+    let info = info(spectrum)?;
     let (spectrum, walk) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
     let (positions, normals) = residuals(&spectrum, &ranks, radius);

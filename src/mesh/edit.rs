@@ -253,28 +253,10 @@ impl Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes;
 
-    /// An octahedron, counter-clockwise seen from outside.
     fn octahedron() -> Mesh {
-        let p: [[f32; 3]; 6] = [
-            [1.0, 0.0, 0.0],
-            [-1.0, 0.0, 0.0],
-            [0.0, 1.0, 0.0],
-            [0.0, -1.0, 0.0],
-            [0.0, 0.0, 1.0],
-            [0.0, 0.0, -1.0],
-        ];
-        let t = [
-            [0, 2, 4],
-            [2, 1, 4],
-            [1, 3, 4],
-            [3, 0, 4],
-            [2, 0, 5],
-            [1, 2, 5],
-            [3, 1, 5],
-            [0, 3, 5],
-        ];
-        Mesh::from_triangles(&p, &[0; 6], &t, &[false; 8]).expect("an octahedron is closed")
+        shapes::octahedron(Vec3::ZERO, 1.0)
     }
 
     /// A torus of n x m quads, each cut in two.

@@ -55,8 +55,7 @@ struct Chain<'a> {
 }
 
 /// The arcs that have arrived at a node, with their meshes.
-#[derive(Default)]
-struct Arrivals(Vec<(usize, Option<Front>)>);
+type Arrivals = Vec<(usize, Option<Front>)>;
 
 /// A lock, also where another task has panicked.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
@@ -303,20 +302,15 @@ impl<'a> Chain<'a> {
     ) {
         let Some(node) = self.node_ahead(arc, direction) else { return };
         let mut waiting = lock(&self.waiting[node]);
-        waiting.0.push((arc, front));
-        if waiting.0.len() == inputs(&self.graph.nodes[node], direction).len() {
-            let arrivals = std::mem::take(&mut waiting.0);
+        waiting.push((arc, front));
+        if waiting.len() == inputs(&self.graph.nodes[node], direction).len() {
+            let arrivals = std::mem::take(&mut *waiting);
             scope.spawn(move |scope| self.attempt(|| self.pass(node, arrivals, scope)));
         }
     }
 
     /// Passes a node: surgery on the meshes that have arrived, or new meshes for the arcs beyond.
-    fn pass<'s>(
-        &'s self,
-        node: usize,
-        mut arrivals: Vec<(usize, Option<Front>)>,
-        scope: &Scope<'s>,
-    ) -> Result<()> {
+    fn pass<'s>(&'s self, node: usize, mut arrivals: Arrivals, scope: &Scope<'s>) -> Result<()> {
         let direction = self.direction_of(node);
         let node = &self.graph.nodes[node];
         let arcs = outputs(node, direction);

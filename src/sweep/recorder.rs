@@ -5,6 +5,8 @@
 //! the trajectories and triangles that stay. Trajectories are numbered by the run that began them, so
 //! the patch does not depend on which run was done first.
 
+use glam::Vec3;
+
 use crate::mesh::{Face, Mesh, Vertex};
 use crate::spectrum::{Collapse, Knot, Patch, Triangle, normal};
 
@@ -185,6 +187,14 @@ impl Recorder {
         }
     }
 
+    /// Records that vertices are, at an isovalue, where the mesh has them.
+    pub(crate) fn knots_of(&mut self, mesh: &Mesh, vertices: &[Vertex], isovalue: f64) {
+        let at = |f: fn(&Mesh, Vertex) -> Vec3| -> Vec<[f32; 3]> {
+            vertices.iter().map(|&v| f(mesh, v).to_array()).collect()
+        };
+        self.knots(vertices, &at(Mesh::position), &at(Mesh::vertex_normal), isovalue);
+    }
+
     /// Records what edits changed at an isovalue: compares the mesh with the triangles alive.
     ///
     /// `collapsed` are the vertices that ended and those in their place.
@@ -201,8 +211,7 @@ impl Recorder {
             let trajectory = if live { self.new_trajectory() } else { NONE };
             self.trajectory.push(trajectory);
             if live {
-                let n = mesh.vertex_normal(v).to_array();
-                self.knots(&[v], &[mesh.position(v).to_array()], &[n], isovalue);
+                self.knots_of(mesh, &[v], isovalue);
             }
         }
         for &(from, to) in collapsed {
@@ -350,22 +359,11 @@ impl Log {
 mod tests {
     use super::*;
     use crate::mesh::Edge;
+    use crate::mesh::shapes;
     use glam::Vec3;
 
     fn octahedron() -> Mesh {
-        let positions = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z];
-        let triangles = [
-            [0, 2, 4],
-            [2, 1, 4],
-            [1, 3, 4],
-            [3, 0, 4],
-            [2, 0, 5],
-            [1, 2, 5],
-            [3, 1, 5],
-            [0, 3, 5],
-        ];
-        let positions = positions.map(|p| p.to_array());
-        Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
+        shapes::octahedron(Vec3::ZERO, 1.0)
     }
 
     /// Records that the mesh, as it is, lies there at an isovalue.

@@ -141,6 +141,7 @@ fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
 mod tests {
     use super::*;
     use crate::kernels::Field;
+    use crate::mesh::shapes;
     use crate::sweep::Parameters;
     use crate::volume::phantom;
     use glam::Vec3;
@@ -163,19 +164,7 @@ mod tests {
 
     /// An octahedron around the middle of the volume, its vertices `RADIUS` away.
     fn octahedron() -> Mesh {
-        let positions = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z]
-            .map(|p| (Vec3::splat(HALF) + RADIUS * p).to_array());
-        let triangles = [
-            [0, 2, 4],
-            [2, 1, 4],
-            [1, 3, 4],
-            [3, 0, 4],
-            [2, 0, 5],
-            [1, 2, 5],
-            [3, 1, 5],
-            [0, 3, 5],
-        ];
-        Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
+        shapes::octahedron(Vec3::splat(HALF), RADIUS)
     }
 
     /// Quadrisects and checks what always holds.

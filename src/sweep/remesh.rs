@@ -11,9 +11,6 @@ use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex};
 use crate::sweep::Parameters;
 
-/// Rounds of split, collapse, flip and relaxation.
-const ROUNDS: usize = 6;
-
 /// Share of the largest deviation at which the wanted edge length aims.
 pub(crate) const SIZING_GOAL: f32 = 0.45;
 
@@ -42,19 +39,35 @@ pub(crate) fn relax(
     Ok(())
 }
 
-/// Rounds for a patch between pinned vertices.
-const PATCH_ROUNDS: usize = 3;
+/// How thorough remeshing is.
+#[derive(Clone, Copy)]
+pub(crate) struct Effort {
+    /// Rounds of split, collapse, flip and relaxation.
+    rounds: usize,
+    /// Rounds of refinement after them.
+    refinements: usize,
+}
 
-/// Remeshes what is not pinned. Returns the collapses.
-pub(crate) fn remesh_patch(
+impl Effort {
+    /// For a mesh as it was extracted.
+    pub(crate) const WHOLE: Effort = Effort { rounds: 6, refinements: 4 };
+    /// For a patch between pinned vertices.
+    pub(crate) const PATCH: Effort = Effort { rounds: 3, refinements: 2 };
+}
+
+/// Remeshes what is not pinned of the isosurface of one isovalue. Returns the collapses; `None` if it
+/// takes more than `most` faces.
+pub(crate) fn remesh(
     mesh: &mut Mesh,
     criteria: &Criteria,
     kernels: &mut dyn Kernels,
     isovalue: f64,
     parameters: &Parameters,
-) -> Result<Vec<(Vertex, Vertex)>> {
+    effort: Effort,
+    most: usize,
+) -> Result<Option<Vec<(Vertex, Vertex)>>> {
     let mut collapsed = Vec::new();
-    for _ in 0..PATCH_ROUNDS {
+    for _ in 0..effort.rounds {
         let deviations = criteria.deviations(mesh);
         let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
         split_long(mesh, criteria, &length, 1.4);
@@ -62,8 +75,11 @@ pub(crate) fn remesh_patch(
         collapsed.extend(simplify(mesh, criteria, &length, 0.75));
         flip_edges(mesh, criteria, 3);
         relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
+        if mesh.n_faces() > most {
+            return Ok(None);
+        }
     }
-    for _ in 0..2 {
+    for _ in 0..effort.refinements {
         let deviations = criteria.deviations(mesh);
         if refine(mesh, criteria, &deviations) == 0 {
             break;
@@ -74,40 +90,5 @@ pub(crate) fn remesh_patch(
     let length = vec![0.0; mesh.vertex_slots()];
     collapsed.extend(simplify(mesh, criteria, &length, 0.0));
     flip_edges(mesh, criteria, 2);
-    Ok(collapsed)
-}
-
-/// Remeshes the isosurface of one isovalue. False if that takes more than `most` faces.
-pub(crate) fn remesh(
-    mesh: &mut Mesh,
-    criteria: &Criteria,
-    kernels: &mut dyn Kernels,
-    isovalue: f64,
-    parameters: &Parameters,
-    most: usize,
-) -> Result<bool> {
-    for _ in 0..ROUNDS {
-        let deviations = criteria.deviations(mesh);
-        let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
-        split_long(mesh, criteria, &length, 1.4);
-        extend_sizing(mesh, &mut length);
-        simplify(mesh, criteria, &length, 0.75);
-        flip_edges(mesh, criteria, 3);
-        relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
-        if mesh.n_faces() > most {
-            return Ok(false);
-        }
-    }
-    for _ in 0..4 {
-        let deviations = criteria.deviations(mesh);
-        if refine(mesh, criteria, &deviations) == 0 {
-            break;
-        }
-        flip_edges(mesh, criteria, 3);
-        relax(mesh, criteria, kernels, isovalue, parameters, 2)?;
-    }
-    let length = vec![0.0; mesh.vertex_slots()];
-    simplify(mesh, criteria, &length, 0.0);
-    flip_edges(mesh, criteria, 2);
-    Ok(mesh.n_faces() <= most)
+    Ok((mesh.n_faces() <= most).then_some(collapsed))
 }

@@ -2,7 +2,7 @@
 
 use super::criteria::Criteria;
 use super::recorder::Recorder;
-use super::remesh::remesh;
+use super::remesh::{Effort, remesh};
 use super::surgery::Front;
 use super::{Piece, Sweep};
 use crate::error::{Error, Result};
@@ -96,7 +96,8 @@ fn remeshed(
     for attempt in 0..ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = exact.clone();
-        if !remesh(&mut mesh, &criteria, kernels, isovalue, sweep.parameters, most)? {
+        let (effort, parameters) = (Effort::WHOLE, sweep.parameters);
+        if remesh(&mut mesh, &criteria, kernels, isovalue, parameters, effort, most)?.is_none() {
             return Ok(None);
         }
         let c = mesh.compacted();
@@ -119,7 +120,7 @@ fn remeshed(
 }
 
 /// Pins the vertices within `radius` of any of the points.
-fn pin_around(mesh: &mut Mesh, points: &[Vec3], radius: f32) {
+pub(super) fn pin_around(mesh: &mut Mesh, points: &[Vec3], radius: f32) {
     let near: Vec<Vertex> = mesh
         .vertices()
         .filter(|&v| points.iter().any(|p| p.distance_squared(mesh.position(v)) < radius * radius))

@@ -224,11 +224,7 @@ fn record(operation: &Operation, mut fronts: Vec<Front>, patched: Vec<Patched>) 
         // New vertices are where they will be just after; the event shows them there already.
         recorder.edits(&mesh, &p.collapsed, operation.event, operation.direction);
         let vertices: Vec<Vertex> = mesh.vertices().collect();
-        let positions: Vec<[f32; 3]> =
-            vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
-        let normals: Vec<[f32; 3]> =
-            vertices.iter().map(|&v| mesh.vertex_normal(v).to_array()).collect();
-        recorder.knots(&vertices, &positions, &normals, operation.after);
+        recorder.knots_of(&mesh, &vertices, operation.after);
         after.push((p.stitched.arc, Front { mesh, recorder, at: operation.after }));
     }
     let mut log = Log::default();
@@ -243,9 +239,7 @@ fn record(operation: &Operation, mut fronts: Vec<Front>, patched: Vec<Patched>) 
 fn hold_collapsed(fronts: &[Front], others: &mut [Recorder], p: &Patched, event: f64) {
     for (slot, &(r, v)) in p.stitched.kept_vertices.iter().enumerate() {
         if !p.mesh.has_vertex(Vertex(slot as u32)) {
-            let mesh = &fronts[r].mesh;
-            let (position, n) = (mesh.position(v).to_array(), mesh.vertex_normal(v).to_array());
-            others[r].knots(&[v], &[position], &[n], event);
+            others[r].knots_of(&fronts[r].mesh, &[v], event);
         }
     }
 }
@@ -265,10 +259,7 @@ fn end_removed(mesh: &Mesh, recorder: &mut Recorder, stays: &[bool], event: f64)
         mesh.face_vertices(f).iter().for_each(|v| kept[v.0 as usize] = true);
     }
     let removed: Vec<Vertex> = mesh.vertices().filter(|v| !kept[v.0 as usize]).collect();
-    let positions: Vec<[f32; 3]> = removed.iter().map(|&v| mesh.position(v).to_array()).collect();
-    let normals: Vec<[f32; 3]> =
-        removed.iter().map(|&v| mesh.vertex_normal(v).to_array()).collect();
-    recorder.knots(&removed, &positions, &normals, event);
+    recorder.knots_of(mesh, &removed, event);
     let faces: Vec<Face> = mesh.faces().filter(|f| !stays[f.0 as usize]).collect();
     faces.into_iter().for_each(|f| recorder.end_face(f, event));
 }

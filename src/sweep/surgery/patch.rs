@@ -9,7 +9,8 @@ use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Mesh, Vertex, intersecting};
 use crate::sweep::criteria::Criteria;
-use crate::sweep::remesh::remesh_patch;
+use crate::sweep::remesh::{Effort, remesh};
+use crate::sweep::start::pin_around;
 
 /// Remeshing is tried so many times, with more of the extraction pinned each time; then the
 /// extraction is taken as it is.
@@ -62,7 +63,9 @@ fn improve(
         let mut collapsed = Vec::new();
         if attempt < ATTEMPTS {
             let at = operation.after;
-            collapsed = remesh_patch(&mut mesh, &criteria, kernels, at, sweep.parameters)?;
+            let (effort, parameters) = (Effort::PATCH, sweep.parameters);
+            let done = remesh(&mut mesh, &criteria, kernels, at, parameters, effort, usize::MAX)?;
+            collapsed = done.expect("any number of faces will do");
         }
         let crossing = crossing_near(&mesh, block);
         if crossing.is_empty() {
@@ -74,11 +77,7 @@ fn improve(
             return Ok(Err(crossing));
         }
         let radius = PIN_RADIUS * (attempt + 1) as f32;
-        let near: Vec<Vertex> = start
-            .vertices()
-            .filter(|&v| crossing.iter().any(|p| p.distance(start.position(v)) < radius))
-            .collect();
-        near.into_iter().for_each(|v| start.set_pinned(v, true));
+        pin_around(&mut start, &crossing, radius);
     }
     unreachable!("the last attempt returns")
 }
