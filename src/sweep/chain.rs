@@ -9,6 +9,7 @@ use std::sync::Mutex;
 use glam::Vec3;
 use rayon::Scope;
 
+use super::again::Again;
 use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
 use super::start::{extraction_of_arcs, start_front};
@@ -274,7 +275,7 @@ impl<'a> Chain<'a> {
             min_step: 1e-5 * range.min(100.0 * (piece.high - piece.low)),
         };
         let repair: &Repair =
-            &|front, to, kernels, counts| repair(sweep, arc, direction, front, to, kernels, counts);
+            &|front, at, kernels, counts| repair(sweep, arc, direction, front, at, kernels, counts);
         let tracking = Tracking {
             field: &sweep.field,
             parameters: sweep.parameters,
@@ -283,7 +284,19 @@ impl<'a> Chain<'a> {
             repair,
         };
         let mut kernels = sweep.backend.kernels(&sweep.field)?;
-        track(front, kernels.as_mut(), &tracking, counts)
+        let mut again = Again::new(sweep, arc, direction, last);
+        loop {
+            if track(front, kernels.as_mut(), &tracking, counts)? {
+                return Ok(true);
+            }
+            match again.begin(front, kernels.as_mut(), counts)? {
+                Some(before) => {
+                    lock(&self.log).append(before.log);
+                    lock(&self.leftovers).extend(before.untracked);
+                }
+                None => return Ok(false),
+            }
+        }
     }
 
     /// The node that the sweep passes at the end of an arc.

@@ -163,6 +163,11 @@ impl Recorder {
         }
     }
 
+    /// A recorder for a mesh that has nothing in common with the one before it, of the same run.
+    pub(crate) fn begin_again(&self) -> Self {
+        Recorder { run: self.run, n_begun: self.n_begun, ..Recorder::default() }
+    }
+
     fn new_trajectory(&mut self) -> Trajectory {
         self.n_begun += 1;
         Trajectory { run: self.run, number: self.n_begun - 1 }

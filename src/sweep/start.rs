@@ -62,7 +62,7 @@ pub(super) fn start_front(
 ) -> Result<Option<Front>> {
     let mesh = match sweep.initial.of(piece, isovalue) {
         Some(given) => Some(given.clone()),
-        None => remeshed(sweep, isovalue, mesh_of(exact)?, kernels)?,
+        None => fresh_mesh(sweep, isovalue, exact, kernels)?,
     };
     let Some(mesh) = mesh else { return Ok(None) };
     let compacted = mesh.compacted();
@@ -70,6 +70,16 @@ pub(super) fn start_front(
     let normals = kernels.normals()?;
     let recorder = Recorder::begin(&mesh, &normals, &compacted.vertices, isovalue, piece.arc);
     Ok(Some(Front { mesh, recorder, at: isovalue }))
+}
+
+/// An exact extraction, remeshed. `None` where remeshing makes the mesh pass through itself.
+pub(super) fn fresh_mesh(
+    sweep: &Sweep,
+    isovalue: f64,
+    exact: &Extraction,
+    kernels: &mut dyn Kernels,
+) -> Result<Option<Mesh>> {
+    remeshed(sweep, isovalue, mesh_of(exact)?, kernels)
 }
 
 /// The mesh of an extraction.

@@ -66,7 +66,7 @@ pub(super) struct Operation<'a> {
     pub(super) event: f64,
     /// The isovalue of the meshes afterwards.
     pub(super) after: f64,
-    /// Where the events are, voxel frame.
+    /// Where the events are, or what is to be repaired, voxel frame.
     pub(super) points: &'a [Vec3],
     /// The arcs whose components there are afterwards.
     pub(super) arcs: &'a [usize],
@@ -129,13 +129,14 @@ pub(super) fn operate(
     Ok(Err(fronts))
 }
 
-/// Brings the mesh of an arc to an isovalue by replacing what does not follow.
+/// Brings the mesh of an arc to an isovalue by replacing what does not follow, and what lies at some
+/// points (voxel frame).
 pub(super) fn repair(
     sweep: &Sweep,
     arc: usize,
     direction: Direction,
     front: &mut Front,
-    to: f64,
+    (to, points): (f64, &[Vec3]),
     kernels: &mut dyn Kernels,
     counts: &mut Counts,
 ) -> Result<bool> {
@@ -146,7 +147,7 @@ pub(super) fn repair(
         direction,
         event: front.at,
         after: to,
-        points: &[],
+        points,
         arcs: &[arc],
         repaired: true,
     };
@@ -175,7 +176,8 @@ fn first_block(
     extraction: &Extraction,
 ) -> Block {
     let mut block = Block::new(&sweep.exact);
-    operation.points.iter().for_each(|&p| block.add_around(p, EVENT_RADIUS));
+    let radius = if operation.repaired { BAD_RADIUS } else { EVENT_RADIUS };
+    operation.points.iter().for_each(|&p| block.add_around(p, radius));
     let mut covered = Block::new(&sweep.exact);
     for (front, moved) in fronts.iter().zip(moved) {
         moved.add_bad(&front.mesh, BAD_RADIUS, &mut block);

@@ -1,6 +1,6 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::caps::{has_left, is_of_cap, smooth_caps};
+use super::caps::{has_left, is_of_cap, overrun, retreat, smooth_caps};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
@@ -36,6 +36,9 @@ const MOST_HALVINGS: u32 = 4;
 
 /// A step that breaks the mesh is halved at most so many times before the mesh is repaired.
 const MOST_BROKEN: u32 = 2;
+
+/// So many times per step vertices get out of the way of the border curve.
+const MOST_RETREATS: u32 = 4;
 
 /// A mesh is repaired at most so many times on its way through one arc: as many times as make up this
 /// many faces, within bounds.
@@ -89,13 +92,14 @@ pub(crate) struct Tracking<'a> {
     pub(crate) way: &'a Way,
     /// Fails once the caller wants the sweep to stop.
     pub(crate) cancelled: &'a dyn Fn() -> Result<()>,
-    /// Brings a mesh to the given isovalue by replacing what does not follow; false if it cannot.
+    /// Brings a mesh to the given isovalue by replacing what does not follow, and what lies at the
+    /// given points; false if it cannot.
     pub(crate) repair: &'a Repair<'a>,
 }
 
 /// See [`Tracking::repair`].
 pub(crate) type Repair<'a> =
-    dyn Fn(&mut Front, f64, &mut dyn Kernels, &mut Counts) -> Result<bool> + 'a;
+    dyn Fn(&mut Front, (f64, &[Vec3]), &mut dyn Kernels, &mut Counts) -> Result<bool> + 'a;
 
 /// A sampling step that is tried.
 #[derive(Clone, Copy)]
@@ -106,6 +110,8 @@ struct Step {
     next: f64,
     /// Whether few folded or off faces are no reason to refuse it.
     tolerant: bool,
+    /// Whether vertices in the way of the border curve are a reason to refuse it.
+    may_retreat: bool,
 }
 
 /// Tracks a mesh as far as it goes, at most to `way.last`; true if it gets there or near enough. What is reached
@@ -120,19 +126,29 @@ pub(crate) fn track(
     let sign = way.direction.sign();
     let mut step = first_step(&front.mesh, field, way, front.at);
     let mut compacted = front.mesh.compacted();
-    let mut repairs = 0;
+    let (mut repairs, mut retreats) = (0, 0);
     while (way.last - front.at) * sign > 0.0 {
         cancelled()?;
         let at = front.at;
-        let tried = longest_step(&front.mesh, &mut compacted, kernels, tracking, step, at, counts)?;
+        let may_retreat = retreats < MOST_RETREATS;
+        let (mesh, step_from) = (&front.mesh, (at, step));
+        let tried =
+            longest_step(mesh, &mut compacted, kernels, tracking, step_from, may_retreat, counts)?;
         let Some((next, halved, advanced)) = tried.advanced else {
+            if !tried.left.is_empty() {
+                let collapsed = retreat(&mut front.mesh, &tried.left);
+                retreats = if collapsed.is_empty() { MOST_RETREATS } else { retreats + 1 };
+                front.recorder.edits(&front.mesh, &collapsed, at, way.direction);
+                compacted = front.mesh.compacted();
+                continue;
+            }
             if (way.last - at).abs() <= way.window {
                 return Ok(true);
             }
             repairs += 1;
             let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
                 .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1);
-            if repairs > most || !repair(front, tried.failed_at, kernels, counts)? {
+            if repairs > most || !repair(front, (tried.failed_at, &tried.points), kernels, counts)? {
                 return Ok(false);
             }
             compacted = front.mesh.compacted();
@@ -148,6 +164,7 @@ pub(crate) fn track(
         let recorder = &mut front.recorder;
         recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, next);
         counts.steps += 1;
+        retreats = 0;
         front.at = next;
         if (way.last - next) * sign <= 0.0 {
             break;
@@ -179,16 +196,32 @@ struct Tried {
     advanced: Option<(f64, u32, Advanced)>,
     /// The last isovalue that was not reached.
     failed_at: f64,
+    /// The vertices that would leave the volume there.
+    left: Vec<Vertex>,
+    /// Where the last step was refused, voxel frame.
+    points: Vec<Vec3>,
 }
 
-/// Takes the longest step, halved as often as it takes, that passes the checks.
+/// Why a step was refused, as far as that says what to do about it.
+#[derive(Default)]
+struct Refusal {
+    /// Corners of faces that pass through others, as numbers among the compacted vertices.
+    crossing: Vec<u32>,
+    /// Vertices that leave the volume, or that the border curve runs over.
+    left: Vec<Vertex>,
+    /// Where it was refused, voxel frame.
+    points: Vec<Vec3>,
+}
+
+/// Takes the longest step, halved as often as it takes, that passes the checks. If vertices `may_retreat`,
+/// a step on which some leave the volume is not halved but given back with them.
 fn longest_step(
     mesh: &Mesh,
     compacted: &mut Compacted,
     kernels: &mut dyn Kernels,
     tracking: &Tracking,
-    step: f64,
-    at: f64,
+    (at, step): (f64, f64),
+    may_retreat: bool,
     counts: &mut Counts,
 ) -> Result<Tried> {
     let &Tracking { field, way, .. } = tracking;
@@ -198,21 +231,26 @@ fn longest_step(
         next = at + (next - at) / f64::from(far.min(8.0));
     }
     let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
-    let mut pins = Vec::new();
     loop {
         let tolerant = halved >= TOLERANT_FROM;
-        let step = Step { at, next, tolerant };
+        let step = Step { at, next, tolerant, may_retreat };
         let before = counts.refused;
-        match advance(mesh, compacted, kernels, tracking, step, counts, &mut pins)? {
-            Some(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
-                return Ok(Tried { advanced: Some((next, halved, a)), failed_at: next });
+        let refusal = match advance(mesh, compacted, kernels, tracking, step, counts)? {
+            Ok(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
+                let advanced = Some((next, halved, a));
+                return Ok(Tried { advanced, failed_at: next, left: vec![], points: vec![] });
             }
-            _ => {}
+            Ok(_) => Refusal::default(),
+            Err(refusal) => refusal,
+        };
+        if may_retreat && !refusal.left.is_empty() {
+            let Refusal { left, points, .. } = refusal;
+            return Ok(Tried { advanced: None, failed_at: next, left, points });
         }
         let is_broken = counts.refused.off_midway == before.off_midway && counts.refused != before;
-        if !pins.is_empty() && pinned < PIN_ROUNDS {
+        if !refusal.crossing.is_empty() && pinned < PIN_ROUNDS {
             pinned += 1;
-            for v in pins.drain(..) {
+            for v in refusal.crossing {
                 compacted.connectivity.borders[v as usize] |= PINNED;
             }
             continue;
@@ -222,7 +260,7 @@ fn longest_step(
         broken += u32::from(is_broken);
         next = at + 0.5 * (next - at);
         if broken > MOST_BROKEN || halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
-            return Ok(Tried { advanced: None, failed_at });
+            return Ok(Tried { advanced: None, failed_at, left: vec![], points: refusal.points });
         }
     }
 }
@@ -251,7 +289,7 @@ fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
     guess.clamp(4.0 * way.min_step, (way.last - at).abs().max(4.0 * way.min_step))
 }
 
-/// Moves every vertex to the isosurface of `next` and relaxes there. `None` if a check fails.
+/// Moves every vertex to the isosurface of `next` and relaxes there, unless a check fails.
 fn advance(
     mesh: &Mesh,
     compacted: &Compacted,
@@ -259,10 +297,9 @@ fn advance(
     tracking: &Tracking,
     step: Step,
     counts: &mut Counts,
-    pins: &mut Vec<u32>,
-) -> Result<Option<Advanced>> {
-    let &Tracking { field, parameters, way, .. } = tracking;
-    let Step { at, next, tolerant } = step;
+) -> Result<std::result::Result<Advanced, Refusal>> {
+    let &Tracking { field, parameters, .. } = tracking;
+    let Step { at, next, tolerant, may_retreat } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, compacted, field, at, next);
     let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
@@ -279,42 +316,50 @@ fn advance(
     let mut positions = kernels.positions()?;
     smooth_caps(mesh, field, next, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
-    let folded = folds(mesh, compacted, &positions, &normals);
-    if folded as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {
-        counts.refused.folded += 1;
-        return Ok(None);
+    let vertices = compacted.vertices.iter().zip(&positions);
+    let leaves = |(v, p): &(&Vertex, &[f32; 3])| has_left(mesh, field, **v, Vec3::from(**p));
+    let mut left: Vec<Vertex> = vertices.filter(leaves).map(|(&v, _)| v).collect();
+    if may_retreat {
+        let faces = (&compacted.faces[..], &compacted.connectivity.faces[..]);
+        left.extend(overrun(mesh, faces, &compacted.vertices, &positions));
     }
-    if way.fixed.is_none()
-        && !tolerant
-        && !follows_midway(mesh, compacted, field, parameters, &positions, at, next)
-    {
+    if !left.is_empty() {
+        counts.refused.left_volume += 1;
+        let points = left.iter().map(|&v| mesh.position(v)).collect();
+        return Ok(Err(Refusal { left, points, crossing: Vec::new() }));
+    }
+    let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
+    let folded = folds(mesh, compacted, &positions, &normals);
+    if folded.len() as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {
+        counts.refused.folded += 1;
+        let points = folded.into_iter().map(middle).collect();
+        return Ok(Err(Refusal { points, ..Refusal::default() }));
+    }
+    if !tolerant && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
         counts.refused.off_midway += 1;
-        return Ok(None);
+        return Ok(Err(Refusal::default()));
     }
     let crossing = intersecting(&positions, &compacted.connectivity.faces);
-    pins.extend(crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]));
-    let crossing = crossing.len();
     let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
-    if crossing > crossing_allowed {
+    if crossing.len() > crossing_allowed {
         counts.refused.intersecting += 1;
-        return Ok(None);
+        let points = crossing.iter().map(|&f| middle(compacted.faces[f as usize])).collect();
+        let corners = crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]);
+        return Ok(Err(Refusal { crossing: corners.collect(), left: Vec::new(), points }));
     }
-    let left = compacted.vertices.iter().zip(&positions);
-    if left.into_iter().any(|(&v, &p)| has_left(mesh, field, v, p.into())) {
-        counts.refused.left_volume += 1;
-        return Ok(None);
-    }
+    let mut lost: Vec<Vec3> = Vec::new();
     if failed > 0 {
         // Caps are put where they belong by other means.
         let status = kernels.status()?;
         let is_proper = |&v: &Vertex| !is_of_cap(mesh, v);
         let of_proper = compacted.vertices.iter().zip(&status).filter(|(v, _)| is_proper(v));
-        failed = of_proper.filter(|(_, s)| **s == Status::Failed).count() as u32;
+        let failed = of_proper.filter(|(_, s)| **s == Status::Failed);
+        lost.extend(failed.map(|(&v, _)| mesh.position(v)));
     }
     let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
-    if failed as usize > failed_allowed {
+    if lost.len() > failed_allowed {
         counts.refused.not_reached += 1;
-        return Ok(None);
+        return Ok(Err(Refusal { points: lost, ..Refusal::default() }));
     }
     let mut moved: Vec<f32> = positions
         .iter()
@@ -323,7 +368,7 @@ fn advance(
         .collect();
     let i = moved.len() * 95 / 100;
     let (_, &mut moved, _) = moved.select_nth_unstable_by(i, f32::total_cmp);
-    Ok(Some(Advanced { positions, normals, moved }))
+    Ok(Ok(Advanced { positions, normals, moved }))
 }
 
 /// How far most vertices will move, from the field's gradient.
@@ -340,13 +385,13 @@ fn expected_motion(mesh: &Mesh, compacted: &Compacted, field: &Field, at: f64, n
     *motion.select_nth_unstable_by(i, f32::total_cmp).1
 }
 
-/// How many faces of the isosurface proper look away from the mean normal of their vertices.
+/// The faces of the isosurface proper that look away from the mean normal of their vertices.
 fn folds(
     mesh: &Mesh,
     compacted: &Compacted,
     positions: &[[f32; 3]],
     normals: &[[f32; 3]],
-) -> usize {
+) -> Vec<Face> {
     let turned = |(face, t): &(&Face, &[u32; 3])| {
         let n = normal(t.map(|v| positions[v as usize].into()));
         // At the border the normals are also those of the caps.
@@ -355,7 +400,7 @@ fn folds(
         let mean: Vec3 = inner.map(|&v| Vec3::from(normals[v as usize])).sum();
         !mesh.is_cap(**face) && n.dot(mean) < 0.0
     };
-    compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).count()
+    compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).map(|x| *x.0).collect()
 }
 
 /// Whether the mesh half-way between two sampling isovalues follows its isosurface.

@@ -1,0 +1,94 @@
+//! Beginning again: where a mesh neither follows nor can be repaired, its component is extracted and
+//! remeshed afresh, there or a little farther on.
+
+use super::recorder::{Direction, Log};
+use super::start::{extraction_of_arcs, fresh_mesh};
+use super::surgery::Front;
+use super::{Counts, Piece, Sweep};
+use crate::error::Result;
+use crate::kernels::Kernels;
+
+/// On its way through one arc a mesh begins again at most so many times, and only while the faces
+/// of all these meshes are fewer than this.
+const MOST: u32 = 24;
+const MOST_FACES: usize = 400_000;
+
+/// A mesh that has come this far, as a share of what is left of its arc, begins again where it is; else
+/// farther on by this share, and twice as far each time.
+const PROGRESS: f64 = 0.004;
+
+/// How one mesh begins again on its way through an arc.
+pub(super) struct Again<'a> {
+    sweep: &'a Sweep<'a>,
+    arc: usize,
+    direction: Direction,
+    last: f64,
+    /// Where the mesh has begun; not a number before the first time.
+    begun: f64,
+    /// How far on the next mesh begins, if this one has not come far.
+    gap: f64,
+    times: u32,
+    faces: usize,
+}
+
+/// What the mesh before has left.
+pub(super) struct Before {
+    pub(super) log: Log,
+    /// The stretch that neither of the two meshes shows.
+    pub(super) untracked: Option<Piece>,
+}
+
+impl<'a> Again<'a> {
+    /// For a mesh that is tracked through an arc to the isovalue `last`.
+    pub(super) fn new(
+        sweep: &'a Sweep<'a>,
+        arc: usize,
+        direction: Direction,
+        last: f64,
+    ) -> Again<'a> {
+        Again { sweep, arc, direction, last, begun: f64::NAN, gap: 0.0, times: 0, faces: 0 }
+    }
+
+    /// Puts a fresh mesh in the place of one that goes no farther; `None` if there is none.
+    pub(super) fn begin(
+        &mut self,
+        front: &mut Front,
+        kernels: &mut dyn Kernels,
+        counts: &mut Counts,
+    ) -> Result<Option<Before>> {
+        let from = front.at;
+        let left = (self.last - from).abs();
+        let has_come = self.begun.is_nan() || (from - self.begun).abs() > PROGRESS * left;
+        self.gap = if has_come { 0.0 } else { self.next_gap(left) };
+        while self.times < MOST && self.faces < MOST_FACES && self.gap < 0.5 * left {
+            self.times += 1;
+            let at = from + self.direction.sign() * self.gap;
+            let (extraction, _) = extraction_of_arcs(self.sweep, at, &[self.arc])?;
+            self.faces += extraction.faces.len();
+            let mesh = fresh_mesh(self.sweep, at, &extraction, kernels)?;
+            let Some(mesh) = mesh else {
+                self.gap = self.next_gap(left);
+                continue;
+            };
+            log::debug!("arc {} begins again at {at}, {} faces", self.arc, mesh.n_faces());
+            counts.extracted_afresh += 1;
+            let mut recorder = front.recorder.begin_again();
+            recorder.edits(&mesh, &[], at, self.direction);
+            let before = std::mem::replace(front, Front { mesh, recorder, at });
+            self.begun = at;
+            return Ok(Some(Before {
+                log: before.recorder.finish(from),
+                untracked: (self.gap > 0.0).then(|| Piece {
+                    arc: self.arc,
+                    low: at.min(from),
+                    high: at.max(from),
+                }),
+            }));
+        }
+        Ok(None)
+    }
+
+    fn next_gap(&self, left: f64) -> f64 {
+        (2.0 * self.gap).max(PROGRESS * left)
+    }
+}
