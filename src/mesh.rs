@@ -26,12 +26,14 @@
 //! never changes its meaning while a mesh is tracked.
 
 mod check;
+mod cross;
 mod edit;
 mod intersect;
 mod measure;
 #[cfg(test)]
 pub(crate) mod shapes;
 
+pub use cross::Crossed;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
 pub use measure::{area, normal, radius_ratio};

@@ -9,6 +9,7 @@
 
 mod again;
 mod batches;
+mod border;
 mod caps;
 mod chain;
 mod criteria;

@@ -10,7 +10,7 @@ use crate::kernels::Kernels;
 
 /// On its way through one arc a mesh begins again at most so many times, and only while the faces
 /// of all these meshes are fewer than this.
-const MOST: u32 = 24;
+const MOST: u32 = 6;
 const MOST_FACES: usize = 400_000;
 
 /// A mesh that has come this far, as a share of what is left of its arc, begins again where it is; else

@@ -10,16 +10,13 @@
 use glam::Vec3;
 
 use crate::kernels::field::Field;
-use crate::mesh::{Face, HalfEdge, Mesh, Vertex, normal, radius_ratio};
+use crate::mesh::{Edge, Mesh, Vertex};
 
 /// Least distance of a cap's own vertices from the border, voxels.
-const LIFT: f32 = 0.002;
+pub(crate) const LIFT: f32 = 0.002;
 
-/// How far outside the volume a vertex of the isosurface proper has left it, voxels.
-const LEFT: f32 = 1e-4;
-
-/// Largest angle, as its cosine, by which a collapse onto the border curve turns a face.
-const MOST_TURN: f32 = 0.5;
+/// Within this distance a point lies in a border plane, voxels.
+const ON_PLANE: f32 = 1e-5;
 
 /// How often a cap's vertices move to the middle of their neighbours.
 const ROUNDS: usize = 16;
@@ -29,90 +26,42 @@ pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
     mesh.border(v) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(v)))
 }
 
-/// Whether a vertex of the isosurface proper has left the volume at `p`: the isosurface, or its border
-/// curve, has reached another border plane there, and wants a cap.
-pub(crate) fn has_left(mesh: &Mesh, field: &Field, v: Vertex, p: Vec3) -> bool {
-    let dims = field.volume().dims().map(|d| (d - 1) as f32);
-    let top = Vec3::from(dims) * field.cell_size();
-    let beyond = (-p).max(p - top);
-    let border = mesh.border(v);
-    let leaves = |a: usize| border & 1 << a == 0 && beyond[a] > LEFT;
-    (0..3).any(leaves) && !is_of_cap(mesh, v)
+/// The border planes, as bits of [`Mesh::border`], that a point of a cap lies in or beyond.
+fn planes(field: &Field, p: Vec3) -> u8 {
+    let dims = Vec3::from(field.volume().dims().map(|d| (d - 1) as f32));
+    let beyond = (-p).max(p - dims * field.cell_size());
+    (0..3).filter(|&a| beyond[a] > -ON_PLANE).fold(0, |planes, a| planes | 1 << a)
 }
 
-/// The vertices of caps only whose faces turn over at `positions`, by the numbers of `faces`' corners among
-/// `vertices`: the border curve has run over them.
-pub(crate) fn overrun(
-    mesh: &Mesh,
-    (faces, triangles): (&[Face], &[[u32; 3]]),
-    vertices: &[Vertex],
-    positions: &[[f32; 3]],
-) -> Vec<Vertex> {
-    let mut found = Vec::new();
-    for (&f, t) in faces.iter().zip(triangles).filter(|(f, _)| mesh.is_cap(**f)) {
-        let after = normal(t.map(|v| positions[v as usize].into()));
-        if after.dot(normal(mesh.corners(f))) < 0.0 {
-            found.extend(t.map(|v| vertices[v as usize]).iter().filter(|v| is_of_cap(mesh, **v)));
-        }
-    }
-    found.sort_unstable();
-    found.dedup();
-    found
+/// Whether a cap's triangle follows the border: no side of it cuts off an edge of the volume.
+pub(crate) fn follows_border(field: &Field, t: [Vec3; 3]) -> bool {
+    let [a, b, c] = t.map(|p| planes(field, p));
+    a & b != 0 && b & c != 0 && c & a != 0
 }
 
-/// Takes vertices that the border curve is about to run over out of its way: each is collapsed onto a
-/// vertex of the curve, the outer ones after those beside the curve; and vertices of the curve that
-/// would leave a border plane onto one that lies in the next plane too.
-/// Returns the vertices removed and those in their place.
-pub(crate) fn retreat(mesh: &mut Mesh, leaving: &[Vertex]) -> Vec<(Vertex, Vertex)> {
-    let mut collapsed = Vec::new();
-    loop {
-        let before = collapsed.len();
-        for &v in leaving {
-            if !mesh.has_vertex(v) {
-                continue;
-            }
-            let border = mesh.border(v);
-            let is_onto_curve = |b: u8| b & border == border && b != border;
-            let onto_curve = mesh.spokes(v).filter(|&h| is_onto_curve(mesh.border(mesh.to(h))));
-            let best = onto_curve
-                .map(|h| (retreat_quality(mesh, h), h))
-                .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-            if let Some((quality, h)) = best
-                && quality > 0.0
-            {
-                let c = mesh.collapse(h);
-                collapsed.push((c.removed, c.target));
+/// Splits the edges of caps that cut off an edge of the volume, beyond it.
+pub(crate) fn split_chamfers(mesh: &mut Mesh, field: &Field) {
+    let is_chamfer = |mesh: &Mesh, e: Edge| {
+        let h = e.halfedge();
+        let ends = [mesh.from(h), mesh.to(h)];
+        let is_in_cap = mesh.is_cap(mesh.face(h)) && mesh.is_cap(mesh.face(h.twin()));
+        let [p, q] = ends.map(|v| planes(field, mesh.position(v)));
+        is_in_cap && p & q == 0 && !ends.iter().all(|&v| mesh.is_pinned(v))
+    };
+    let chamfers: Vec<Edge> = mesh.edges().filter(|&e| is_chamfer(mesh, e)).collect();
+    let dims = Vec3::from(field.volume().dims().map(|d| (d - 1) as f32));
+    let top = dims * field.cell_size();
+    for e in chamfers {
+        let [p, q] = [mesh.from(e.halfedge()), mesh.to(e.halfedge())].map(|v| mesh.position(v));
+        let mut middle = 0.5 * (p + q);
+        for (end, planes) in [p, q].map(|p| (p, planes(field, p))) {
+            for a in (0..3).filter(|a| planes & 1 << a != 0) {
+                let is_low = end[a] < 0.5 * top[a];
+                middle[a] = if is_low { end[a].min(-LIFT) } else { end[a].max(top[a] + LIFT) };
             }
         }
-        if collapsed.len() == before {
-            return collapsed;
-        }
+        mesh.split_edge(e, middle);
     }
-}
-
-/// Worst radius ratio of the faces that a collapse onto the border curve would leave; zero if it is
-/// not legal or turns a face.
-fn retreat_quality(mesh: &Mesh, h: HalfEdge) -> f32 {
-    if !mesh.can_collapse(h) {
-        return 0.0;
-    }
-    let (v, w) = (mesh.from(h), mesh.to(h));
-    let mut worst = 1.0f32;
-    for s in mesh.spokes(v) {
-        let (a, b) = (mesh.to(s), mesh.to(mesh.next(s)));
-        if a == w || b == w {
-            continue;
-        }
-        let [p, q] = [a, b].map(|x| mesh.position(x));
-        let after = [mesh.position(w), p, q];
-        let (n, m) = (normal([mesh.position(v), p, q]), normal(after));
-        if n.dot(m) < MOST_TURN * n.length() * m.length() {
-            return 0.0;
-        }
-        worst = worst.min(radius_ratio(after));
-    }
-    worst
 }
 
 /// The vertices that belong to caps only, smoothed along the border and lifted off it. `positions`

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::caps::follows_border;
 use super::criteria::Criteria;
 use crate::mesh::{Edge, Mesh, normal, radius_ratio};
 
@@ -46,6 +47,10 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge) -> bool {
     let (c, d) = (at(mesh.to(mesh.next(h))), at(mesh.to(mesh.next(h.twin()))));
     let before: [[Vec3; 3]; 2] = [[a, b, c], [b, a, d]];
     let after: [[Vec3; 3]; 2] = [[a, d, c], [d, b, c]];
+    let is_cap = mesh.is_cap(mesh.face(h)) || mesh.is_cap(mesh.face(h.twin()));
+    if is_cap && after.iter().any(|&t| !follows_border(criteria.field, t)) {
+        return false;
+    }
     let worst = |t: [[Vec3; 3]; 2]| radius_ratio(t[0]).min(radius_ratio(t[1]));
     if worst(after) < worst(before) + GAIN {
         return false;

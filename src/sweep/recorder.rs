@@ -200,6 +200,13 @@ impl Recorder {
         self.knots(vertices, &at(Mesh::position), &at(Mesh::vertex_normal), isovalue);
     }
 
+    /// Ends the trajectories of vertices that jump: others begin in their place.
+    pub(crate) fn renew(&mut self, vertices: &[Vertex]) {
+        for v in vertices {
+            self.trajectory[v.0 as usize] = NONE;
+        }
+    }
+
     /// Records what edits changed at an isovalue: compares the mesh with the triangles alive.
     ///
     /// `collapsed` are the vertices that ended and those in their place.
@@ -210,12 +217,10 @@ impl Recorder {
         isovalue: f64,
         direction: Direction,
     ) {
-        for slot in self.trajectory.len()..mesh.vertex_slots() {
-            let v = Vertex(slot as u32);
-            let live = mesh.has_vertex(v);
-            let trajectory = if live { self.new_trajectory() } else { NONE };
-            self.trajectory.push(trajectory);
-            if live {
+        self.trajectory.resize(mesh.vertex_slots(), NONE);
+        for v in mesh.vertices() {
+            if self.trajectory[v.0 as usize] == NONE {
+                self.trajectory[v.0 as usize] = self.new_trajectory();
                 self.knots_of(mesh, &[v], isovalue);
             }
         }
@@ -229,7 +234,8 @@ impl Recorder {
         for slot in 0..mesh.face_slots() {
             let f = Face(slot as u32);
             let now = mesh.has_face(f).then(|| self.triangle(mesh, f));
-            if self.alive[slot].map(|a| a.vertices) == now {
+            let was = self.alive[slot];
+            if was.map(|a| a.vertices) == now && was.is_none_or(|a| a.cap == mesh.is_cap(f)) {
                 continue;
             }
             self.end_face(f, isovalue);

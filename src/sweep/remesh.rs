@@ -1,7 +1,7 @@
 //! Remeshing at one isovalue: from any closed mesh of the isosurface to good triangles of the right
 //! size, by the operators of the sweep.
 
-use super::caps::smooth_caps;
+use super::caps::{smooth_caps, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::refine::{refine, split_long};
@@ -68,6 +68,7 @@ pub(crate) fn remesh(
 ) -> Result<Option<Vec<(Vertex, Vertex)>>> {
     let mut collapsed = Vec::new();
     for _ in 0..effort.rounds {
+        split_chamfers(mesh, criteria.field);
         let deviations = criteria.deviations(mesh);
         let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
         split_long(mesh, criteria, &length, 1.4);

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::caps::follows_border;
 use super::criteria::Criteria;
 use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
 
@@ -76,6 +77,10 @@ fn collapse_quality(mesh: &Mesh, criteria: &Criteria, length: &[f32], h: HalfEdg
         let after = [target, before[1], before[2]];
         worst_after = worst_after.min(radius_ratio(after));
         let longest = 1.5 * length[w.0 as usize].min(length[a.0 as usize]);
+        let is_cap = mesh.is_cap(mesh.face(s));
+        if is_cap && !follows_border(criteria.field, after) {
+            return 0.0;
+        }
         if target.distance(before[1]) > longest.max(before[0].distance(before[1])) {
             return 0.0;
         }

@@ -1,6 +1,7 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::caps::{has_left, is_of_cap, overrun, retreat, smooth_caps};
+use super::border::{Cleared, Leaving, clear, leaving, overrun};
+use super::caps::{is_of_cap, smooth_caps, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
@@ -39,6 +40,9 @@ const MOST_BROKEN: u32 = 2;
 
 /// So many times per step vertices get out of the way of the border curve.
 const MOST_RETREATS: u32 = 4;
+
+/// How far most vertices may move, in voxels, in a step on which some are in the way of the border curve.
+const BORDER_MOTION: f32 = 0.3;
 
 /// A mesh is repaired at most so many times on its way through one arc: as many times as make up this
 /// many faces, within bounds.
@@ -126,19 +130,30 @@ pub(crate) fn track(
     let sign = way.direction.sign();
     let mut step = first_step(&front.mesh, field, way, front.at);
     let mut compacted = front.mesh.compacted();
-    let (mut repairs, mut retreats) = (0, 0);
+    let (mut repairs, mut retreats, mut limit) = (0, 0, f64::INFINITY);
     while (way.last - front.at) * sign > 0.0 {
         cancelled()?;
         let at = front.at;
         let may_retreat = retreats < MOST_RETREATS;
-        let (mesh, step_from) = (&front.mesh, (at, step));
+        let (mesh, step_from) = (&front.mesh, (at, step.min(limit), limit));
         let tried =
             longest_step(mesh, &mut compacted, kernels, tracking, step_from, may_retreat, counts)?;
         let Some((next, halved, advanced)) = tried.advanced else {
             if !tried.left.is_empty() {
-                let collapsed = retreat(&mut front.mesh, &tried.left);
-                retreats = if collapsed.is_empty() { MOST_RETREATS } else { retreats + 1 };
-                front.recorder.edits(&front.mesh, &collapsed, at, way.direction);
+                let half = 0.5 * (tried.failed_at - at).abs();
+                let far = expected_motion(&front.mesh, &compacted, field, at, tried.failed_at);
+                let crowd = tried.left.len() > 2 + compacted.vertices.len() / 300;
+                let most = if crowd { 0.2 * BORDER_MOTION } else { BORDER_MOTION };
+                if far > most && half > way.min_step {
+                    limit = half;
+                    continue;
+                }
+                let (mesh, recorder) = (&mut front.mesh, &mut front.recorder);
+                match clear(mesh, recorder, field, &tried.left, at, way.direction) {
+                    Cleared::Some => retreats += 1,
+                    Cleared::TooEarly if half > way.min_step => limit = half,
+                    _ => retreats = MOST_RETREATS,
+                }
                 compacted = front.mesh.compacted();
                 continue;
             }
@@ -164,7 +179,7 @@ pub(crate) fn track(
         let recorder = &mut front.recorder;
         recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, next);
         counts.steps += 1;
-        retreats = 0;
+        (retreats, limit) = (0, f64::INFINITY);
         front.at = next;
         if (way.last - next) * sign <= 0.0 {
             break;
@@ -197,7 +212,7 @@ struct Tried {
     /// The last isovalue that was not reached.
     failed_at: f64,
     /// The vertices that would leave the volume there.
-    left: Vec<Vertex>,
+    left: Vec<Leaving>,
     /// Where the last step was refused, voxel frame.
     points: Vec<Vec3>,
 }
@@ -208,7 +223,7 @@ struct Refusal {
     /// Corners of faces that pass through others, as numbers among the compacted vertices.
     crossing: Vec<u32>,
     /// Vertices that leave the volume, or that the border curve runs over.
-    left: Vec<Vertex>,
+    left: Vec<Leaving>,
     /// Where it was refused, voxel frame.
     points: Vec<Vec3>,
 }
@@ -220,12 +235,15 @@ fn longest_step(
     compacted: &mut Compacted,
     kernels: &mut dyn Kernels,
     tracking: &Tracking,
-    (at, step): (f64, f64),
+    (at, step, limit): (f64, f64, f64),
     may_retreat: bool,
     counts: &mut Counts,
 ) -> Result<Tried> {
     let &Tracking { field, way, .. } = tracking;
     let mut next = next_isovalue(way, at, step);
+    if (next - at).abs() > limit {
+        next = at + way.direction.sign() * limit;
+    }
     let far = expected_motion(mesh, compacted, field, at, next) / MOST_MOTION;
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
@@ -316,16 +334,21 @@ fn advance(
     let mut positions = kernels.positions()?;
     smooth_caps(mesh, field, next, &compacted.vertices, &mut positions);
     let normals = kernels.normals()?;
-    let vertices = compacted.vertices.iter().zip(&positions);
-    let leaves = |(v, p): &(&Vertex, &[f32; 3])| has_left(mesh, field, **v, Vec3::from(**p));
-    let mut left: Vec<Vertex> = vertices.filter(leaves).map(|(&v, _)| v).collect();
+    let mut lost: Vec<Vertex> = Vec::new();
+    if failed > 0 {
+        // Caps are put where they belong by other means.
+        let status = kernels.status()?;
+        let is_lost = |(v, s): &(&Vertex, &Status)| **s == Status::Failed && !is_of_cap(mesh, **v);
+        let vertices = compacted.vertices.iter().zip(&status).filter(is_lost);
+        lost.extend(vertices.map(|(v, _)| *v));
+    }
+    let mut left = leaving(mesh, field, compacted, &positions);
     if may_retreat {
-        let faces = (&compacted.faces[..], &compacted.connectivity.faces[..]);
-        left.extend(overrun(mesh, faces, &compacted.vertices, &positions));
+        left.extend(overrun(mesh, compacted, &positions, &lost));
     }
     if !left.is_empty() {
         counts.refused.left_volume += 1;
-        let points = left.iter().map(|&v| mesh.position(v)).collect();
+        let points = left.iter().map(|l| mesh.position(l.vertex)).collect();
         return Ok(Err(Refusal { left, points, crossing: Vec::new() }));
     }
     let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
@@ -347,19 +370,11 @@ fn advance(
         let corners = crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]);
         return Ok(Err(Refusal { crossing: corners.collect(), left: Vec::new(), points }));
     }
-    let mut lost: Vec<Vec3> = Vec::new();
-    if failed > 0 {
-        // Caps are put where they belong by other means.
-        let status = kernels.status()?;
-        let is_proper = |&v: &Vertex| !is_of_cap(mesh, v);
-        let of_proper = compacted.vertices.iter().zip(&status).filter(|(v, _)| is_proper(v));
-        let failed = of_proper.filter(|(_, s)| **s == Status::Failed);
-        lost.extend(failed.map(|(&v, _)| mesh.position(v)));
-    }
     let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
     if lost.len() > failed_allowed {
         counts.refused.not_reached += 1;
-        return Ok(Err(Refusal { points: lost, ..Refusal::default() }));
+        let points = lost.iter().map(|&v| mesh.position(v)).collect();
+        return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
     let mut moved: Vec<f32> = positions
         .iter()
@@ -432,6 +447,7 @@ fn follows_midway(
 
 /// Simplifies, refines and flips at a sampling isovalue. Returns the collapses.
 fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Vec<(Vertex, Vertex)> {
+    split_chamfers(mesh, field);
     let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);

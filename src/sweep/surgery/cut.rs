@@ -8,7 +8,8 @@ use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
 use crate::mesh::{Face, Mesh, Vertex, intersecting, normal};
-use crate::sweep::caps::{has_left, is_of_cap, smooth_caps};
+use crate::sweep::border::planes_left;
+use crate::sweep::caps::{is_of_cap, smooth_caps};
 
 /// A vertex that moves farther than this, in voxels, is not sure to have followed its surface.
 const MOST_MOTION: f32 = 1.0;
@@ -53,7 +54,7 @@ impl Moved {
             let slot = v.0 as usize;
             (positions[slot], normals[slot]) = (moved[i].into(), unit[i].into());
             is_bad[slot] |= positions[slot].distance(mesh.position(v)) > MOST_MOTION
-                || has_left(mesh, field, v, positions[slot]);
+                || planes_left(mesh, field, v, positions[slot]) != 0;
         }
         let mut folded: Vec<Face> = Vec::new();
         for &f in &c.faces {

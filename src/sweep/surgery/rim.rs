@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
+/// Longest bridge between two rims, voxels, with what their normals differ by.
+const LONGEST_BRIDGE: f32 = 2.5;
+
 /// A vertex of a rim and the side of the rim that starts there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RimVertex {
@@ -50,39 +53,85 @@ pub(super) fn rims(sides: &[Side]) -> Result<Vec<Vec<Side>>, Vec<u32>> {
     Ok(rims)
 }
 
-/// For every rim of `incoming` the rim of `staying` that runs beside it, if they pair up one to one;
-/// else the vertices of those that do not.
-pub(super) fn pair(
+/// Rims that bound one gap: those that stay and those that come in, by their numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Gap {
+    pub(super) staying: Vec<usize>,
+    pub(super) incoming: Vec<usize>,
+}
+
+/// The gaps between rims that stay and rims that come in: two that run nearest to each other bound one,
+/// and one that has none of its own shares that of the nearest, because two parts come into one hole
+/// where it is narrow between them. If there is nothing on one side, the vertices of the other.
+pub(super) fn gaps(
     staying: &[Vec<RimVertex>],
     incoming: &[Vec<RimVertex>],
-) -> Result<Vec<usize>, Vec<Vec3>> {
-    let partner_of = |rim: &[RimVertex], others: &[Vec<RimVertex>]| {
+) -> Result<Vec<Gap>, Vec<Vec3>> {
+    if staying.is_empty() != incoming.is_empty() {
+        let all = staying.iter().chain(incoming).flatten();
+        return Err(all.map(|v| v.position).collect());
+    }
+    let nearest_of = |rim: &Vec<RimVertex>, others: &[Vec<RimVertex>]| {
         let distance = |other: &[RimVertex]| {
             rim.iter().map(|v| nearest(v, other)).sum::<f32>() / rim.len() as f32
         };
         let distances: Vec<f32> = others.iter().map(|other| distance(other)).collect();
-        (0..others.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]))
+        (0..others.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b])).unwrap_or(0)
     };
-    let of_incoming: Vec<Option<usize>> =
-        incoming.iter().map(|rim| partner_of(rim, staying)).collect();
-    let of_staying: Vec<Option<usize>> =
-        staying.iter().map(|rim| partner_of(rim, incoming)).collect();
-    let is_paired = |i: usize| of_incoming[i].is_some_and(|s| of_staying[s] == Some(i));
-    let mut taken = vec![false; staying.len()];
-    let mut alone: Vec<Vec3> = Vec::new();
-    for (i, rim) in incoming.iter().enumerate() {
-        match of_incoming[i] {
-            Some(s) if is_paired(i) => taken[s] = true,
-            _ => alone.extend(rim.iter().map(|v| v.position)),
+    let of_incoming: Vec<usize> = incoming.iter().map(|rim| nearest_of(rim, staying)).collect();
+    let of_staying: Vec<usize> = staying.iter().map(|rim| nearest_of(rim, incoming)).collect();
+    let mut gaps: Vec<Gap> = Vec::new();
+    let mut gap_of = [vec![usize::MAX; staying.len()], vec![usize::MAX; incoming.len()]];
+    for (i, &s) in of_incoming.iter().enumerate().filter(|&(i, &s)| of_staying[s] == i) {
+        (gap_of[0][s], gap_of[1][i]) = (gaps.len(), gaps.len());
+        gaps.push(Gap { staying: vec![s], incoming: vec![i] });
+    }
+    for (i, &s) in of_incoming.iter().enumerate().filter(|&(i, _)| gap_of[1][i] == usize::MAX) {
+        match gaps.get_mut(gap_of[0][s]) {
+            Some(gap) => gap.incoming.push(i),
+            None => return Err(incoming[i].iter().map(|v| v.position).collect()),
         }
     }
-    for (rim, _) in staying.iter().zip(&taken).filter(|(_, taken)| !**taken) {
-        alone.extend(rim.iter().map(|v| v.position));
+    for (s, &i) in of_staying.iter().enumerate().filter(|&(s, _)| gap_of[0][s] == usize::MAX) {
+        match gaps.get_mut(gap_of[1][i]) {
+            Some(gap) => gap.staying.push(s),
+            None => return Err(staying[s].iter().map(|v| v.position).collect()),
+        }
     }
-    if !alone.is_empty() {
-        return Err(alone);
+    Ok(gaps)
+}
+
+/// Some rims as one: joined by bridges between the vertices where they come closest, each walked
+/// there and back. `None` where a bridge would be long, or no two vertices are away from the border.
+pub(super) fn bridged(rims: &[&[RimVertex]]) -> Option<Vec<RimVertex>> {
+    let (first, rest) = rims.split_first()?;
+    let mut whole = first.to_vec();
+    let mut rest = rest.to_vec();
+    while !rest.is_empty() {
+        let mut best = (LONGEST_BRIDGE, 0, 0, 0);
+        for (r, rim) in rest.iter().enumerate() {
+            for (i, p) in whole.iter().enumerate().filter(|(_, p)| p.border == 0) {
+                for (j, q) in rim.iter().enumerate().filter(|(_, q)| q.border == 0) {
+                    let d = p.position.distance(q.position)
+                        + 4.0 * (1.0 - p.normal.dot(q.normal)).max(0.0);
+                    if p.cap == q.cap && d < best.0 {
+                        best = (d, r, i, j);
+                    }
+                }
+            }
+        }
+        let (d, r, i, j) = best;
+        if d == LONGEST_BRIDGE {
+            return None;
+        }
+        // To the vertex, over the bridge, around the other rim, and back.
+        let rim = rest.remove(r);
+        let around = rim.iter().cycle().skip(j).take(rim.len() + 1).copied();
+        let back = std::iter::once(whole[i]);
+        let tail = whole.split_off(i + 1);
+        whole.extend(around.chain(back).chain(tail));
     }
-    Ok(of_incoming.into_iter().flatten().collect())
+    Some(whole)
 }
 
 /// Distance of a rim vertex from the nearest of another rim that faces the same way; those that do

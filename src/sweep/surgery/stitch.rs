@@ -6,7 +6,7 @@ use super::block::Block;
 use super::cut::{Moved, sides};
 use super::incoming::{Adjacency, Incoming};
 use super::near::Near;
-use super::rim::{RimVertex, Side, pair, rims};
+use super::rim::{Gap, RimVertex, Side, bridged, gaps, rims};
 use super::zip::{StripTriangle, zip};
 use super::{Front, Sweep};
 use crate::extract::{DisjointSets, Extraction};
@@ -79,15 +79,21 @@ pub(super) fn stitch(
     let mut near = Near::new(GAP);
     let staying = parts.add_staying(fronts, moved, block, &mut near)?;
     let incoming = parts.add_extraction((extraction, arcs, adjacency), block, &near)?;
-    let partners = pair(&staying, &incoming).map_err(|points| {
-        let why = format!("{} rims stay, {} come in, not in pairs", staying.len(), incoming.len());
+    let gaps = gaps(&staying, &incoming).map_err(|points| {
+        let why = format!("{} rims stay, {} come in", staying.len(), incoming.len());
         Trouble { why, points }
     })?;
     let mut points = Vec::new();
-    for (rim, &partner) in incoming.iter().zip(&partners) {
-        match zip(&staying[partner], rim) {
-            Ok(strip) => parts.add_strip(strip),
-            Err(folds) => points.extend(folds),
+    for gap in &gaps {
+        let of = |numbers: &[usize], rims: &[Vec<RimVertex>]| {
+            bridged(&numbers.iter().map(|&i| &rims[i][..]).collect::<Vec<_>>())
+        };
+        match (of(&gap.staying, &staying), of(&gap.incoming, &incoming)) {
+            (Some(stays), Some(comes)) => match zip(&stays, &comes) {
+                Ok(strip) => parts.add_strip(strip),
+                Err(folds) => points.extend(folds),
+            },
+            _ => points.extend(apart(gap, &staying, &incoming)),
         }
     }
     if !points.is_empty() {
@@ -97,6 +103,13 @@ pub(super) fn stitch(
         parts.on_rim[v.vertex as usize] = true;
     }
     parts.components(sweep, arcs)
+}
+
+/// The vertices of the rims that share a gap with one that is nearer to it.
+fn apart(gap: &Gap, staying: &[Vec<RimVertex>], incoming: &[Vec<RimVertex>]) -> Vec<Vec3> {
+    let stay = gap.staying.iter().skip(1).flat_map(|&i| &staying[i]);
+    let come = gap.incoming.iter().skip(1).flat_map(|&i| &incoming[i]);
+    stay.chain(come).map(|v| v.position).collect()
 }
 
 impl Parts {

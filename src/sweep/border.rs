@@ -1,0 +1,246 @@
+//! The curve in which the isosurface meets the border of the volume, as the isovalue moves.
+//!
+//! The curve runs over vertices on both sides of it. One that it is about to run over is collapsed
+//! onto it where that keeps the faces; else the vertex passes the border, and the curve runs around
+//! it: that is how a curve opens where the isosurface first touches the border, how two curves join
+//! and how one vanishes.
+
+use glam::Vec3;
+
+use super::caps::{LIFT, follows_border, is_of_cap};
+use super::recorder::{Direction, Recorder};
+use crate::kernels::field::Field;
+use crate::mesh::{Compacted, HalfEdge, Mesh, Vertex, normal, radius_ratio};
+
+/// How far outside the volume a vertex of the isosurface proper has left it, voxels.
+const LEFT: f32 = 1e-4;
+
+/// Largest angle, as its cosine, by which a collapse onto the border curve turns a face.
+const MOST_TURN: f32 = 0.5;
+
+/// A vertex passes the border from no farther away than this, voxels: so far it jumps.
+const MOST_DEPTH: f32 = 0.3;
+
+/// Where the curve runs, around a vertex that passes the border, as a share of its edges.
+const CUT: f32 = 0.35;
+
+/// A vertex in the way of the border curve, and the border planes (bits of [`Mesh::border`]) that it
+/// would pass; none for a cap's vertex that is only in the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Leaving {
+    pub(crate) vertex: Vertex,
+    planes: u8,
+}
+
+impl Leaving {
+    /// The first of the planes.
+    fn plane(&self) -> u8 {
+        1 << self.planes.trailing_zeros().min(2)
+    }
+}
+
+/// What became of the vertices in the way of the border curve.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Cleared {
+    /// Some have gone.
+    Some,
+    /// None may go before the isosurface is nearer to the border.
+    TooEarly,
+    /// None can go.
+    None,
+}
+
+/// The border planes beyond which a vertex of the isosurface proper lies at `p`: there the isosurface,
+/// or its border curve, wants a cap.
+pub(crate) fn planes_left(mesh: &Mesh, field: &Field, v: Vertex, p: Vec3) -> u8 {
+    let beyond = (-p).max(p - top(field));
+    let border = mesh.border(v);
+    let planes = (0..3).filter(|&a| border & 1 << a == 0 && beyond[a] > LEFT);
+    let planes = planes.fold(0, |planes, a| planes | 1 << a);
+    if planes != 0 && is_of_cap(mesh, v) { 0 } else { planes }
+}
+
+/// The highest corner of the volume, voxel frame.
+fn top(field: &Field) -> Vec3 {
+    Vec3::from(field.volume().dims().map(|d| (d - 1) as f32)) * field.cell_size()
+}
+
+/// The vertices of the isosurface proper that leave the volume at `positions`, in the order of the
+/// compacted mesh.
+pub(crate) fn leaving(
+    mesh: &Mesh,
+    field: &Field,
+    compacted: &Compacted,
+    positions: &[[f32; 3]],
+) -> Vec<Leaving> {
+    let vertices = compacted.vertices.iter().zip(positions);
+    let leaving = vertices.map(|(&v, &p)| {
+        let planes = planes_left(mesh, field, v, p.into());
+        Leaving { vertex: v, planes }
+    });
+    leaving.filter(|l| l.planes != 0).collect()
+}
+
+/// The vertices of caps only that the border curve runs over at `positions`: their faces turn over; or
+/// of which only the curve around is left, and it is `lost` in part.
+pub(crate) fn overrun(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    positions: &[[f32; 3]],
+    lost: &[Vertex],
+) -> Vec<Leaving> {
+    let mut found = Vec::new();
+    for (&f, t) in compacted.faces.iter().zip(&compacted.connectivity.faces) {
+        if !mesh.is_cap(f) {
+            continue;
+        }
+        let after = normal(t.map(|v| positions[v as usize].into()));
+        if after.dot(normal(mesh.corners(f))) < 0.0 {
+            let own = mesh.face_vertices(f).into_iter().filter(|&v| is_of_cap(mesh, v));
+            found.extend(own.map(|vertex| Leaving { vertex, planes: plane_beside(mesh, vertex) }));
+        }
+    }
+    for &v in lost.iter().filter(|&&v| mesh.border(v) != 0) {
+        let last = mesh.one_ring(v).filter(|&w| is_of_cap(mesh, w));
+        found.extend(last.map(|w| Leaving { vertex: w, planes: plane_beside(mesh, w) }));
+    }
+    found.sort_unstable_by_key(|l| (l.vertex, u8::MAX - l.planes));
+    found.dedup_by_key(|l| l.vertex);
+    found
+}
+
+/// The border plane of the curve beside a cap's vertex; none where there are two, or no curve.
+fn plane_beside(mesh: &Mesh, v: Vertex) -> u8 {
+    let planes = mesh.one_ring(v).fold(0, |planes, w| planes | mesh.border(w));
+    if planes.count_ones() == 1 { planes } else { 0 }
+}
+
+/// Takes vertices out of the way of the border curve, as far as it goes.
+pub(crate) fn clear(
+    mesh: &mut Mesh,
+    recorder: &mut Recorder,
+    field: &Field,
+    leaving: &[Leaving],
+    at: f64,
+    direction: Direction,
+) -> Cleared {
+    let vertices: Vec<Vertex> = leaving.iter().map(|l| l.vertex).collect();
+    let collapsed = retreat(mesh, field, &vertices);
+    let mut passed = Vec::new();
+    let mut touched = Vec::new();
+    let mut is_early = false;
+    let far = |l: &Leaving| depth(field, mesh, l.vertex, l.plane());
+    let may_pass = |l: &&Leaving| mesh.has_vertex(l.vertex) && l.planes != 0;
+    let mut nearest: Vec<(f32, Leaving)> =
+        leaving.iter().filter(may_pass).map(|l| (far(l), *l)).collect();
+    nearest.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.vertex.cmp(&b.1.vertex)));
+    for (depth, l) in nearest {
+        let v = l.vertex;
+        if touched.contains(&v) || !mesh.can_cross(v, l.plane()) {
+            continue;
+        }
+        if depth > MOST_DEPTH {
+            is_early = true;
+            continue;
+        }
+        // Around it the others wait: the curve may run over them.
+        let ring: Vec<Vertex> = mesh.one_ring(v).collect();
+        touched.extend(ring.iter().flat_map(|&w| mesh.one_ring(w)));
+        pass(mesh, field, v, l.plane());
+        passed.push(v);
+    }
+    recorder.renew(&passed);
+    recorder.edits(mesh, &collapsed, at, direction);
+    match (collapsed.is_empty() && passed.is_empty(), is_early) {
+        (false, _) => Cleared::Some,
+        (true, true) => Cleared::TooEarly,
+        (true, false) => Cleared::None,
+    }
+}
+
+/// How far a vertex has to go to pass a border plane, voxels: to the plane, or for a cap's vertex to the
+/// curve.
+fn depth(field: &Field, mesh: &Mesh, v: Vertex, plane: u8) -> f32 {
+    let (p, a) = (mesh.position(v), plane.trailing_zeros() as usize);
+    if !is_of_cap(mesh, v) {
+        return p[a].abs().min((top(field)[a] - p[a]).abs());
+    }
+    let curve = mesh.one_ring(v).filter(|&w| mesh.border(w) & plane != 0);
+    curve.map(|w| p.distance(mesh.position(w))).fold(f32::INFINITY, f32::min)
+}
+
+/// A vertex passes a border plane.
+fn pass(mesh: &mut Mesh, field: &Field, v: Vertex, plane: u8) {
+    let a = plane.trailing_zeros() as usize;
+    let p = mesh.position(v);
+    let is_low = p[a] < 0.5 * top(field)[a];
+    let side = if is_low { 0.0 } else { top(field)[a] };
+    let in_plane = |mut p: Vec3| {
+        p[a] = side;
+        p
+    };
+    mesh.cross(v, plane, |p, q| in_plane(p.lerp(q, CUT)));
+    let mut p = in_plane(p);
+    if is_of_cap(mesh, v) {
+        p[a] += if is_low { -LIFT } else { LIFT };
+    }
+    mesh.set_position(v, p);
+}
+
+/// Takes vertices that the border curve is about to run over out of its way: each is collapsed onto a
+/// vertex of the curve, the outer ones after those beside the curve; and vertices of the curve that
+/// would leave a border plane onto one that lies in the next plane too.
+/// Returns the vertices removed and those in their place.
+fn retreat(mesh: &mut Mesh, field: &Field, leaving: &[Vertex]) -> Vec<(Vertex, Vertex)> {
+    let mut collapsed = Vec::new();
+    loop {
+        let before = collapsed.len();
+        for &v in leaving {
+            if !mesh.has_vertex(v) {
+                continue;
+            }
+            let border = mesh.border(v);
+            let is_onto_curve = |b: u8| b & border == border && b != border;
+            let onto_curve = mesh.spokes(v).filter(|&h| is_onto_curve(mesh.border(mesh.to(h))));
+            let best = onto_curve
+                .map(|h| (retreat_quality(mesh, field, h), h))
+                .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+            if let Some((quality, h)) = best
+                && quality > 0.0
+            {
+                let c = mesh.collapse(h);
+                collapsed.push((c.removed, c.target));
+            }
+        }
+        if collapsed.len() == before {
+            return collapsed;
+        }
+    }
+}
+
+/// Worst radius ratio of the faces that a collapse onto the border curve would leave; zero if it is
+/// not legal or turns a face.
+fn retreat_quality(mesh: &Mesh, field: &Field, h: HalfEdge) -> f32 {
+    if !mesh.can_collapse(h) {
+        return 0.0;
+    }
+    let (v, w) = (mesh.from(h), mesh.to(h));
+    let mut worst = 1.0f32;
+    for s in mesh.spokes(v) {
+        let (a, b) = (mesh.to(s), mesh.to(mesh.next(s)));
+        if a == w || b == w {
+            continue;
+        }
+        let [p, q] = [a, b].map(|x| mesh.position(x));
+        let after = [mesh.position(w), p, q];
+        let (n, m) = (normal([mesh.position(v), p, q]), normal(after));
+        if n.dot(m) < MOST_TURN * n.length() * m.length() {
+            return 0.0;
+        }
+        if mesh.is_cap(mesh.face(s)) && !follows_border(field, after) {
+            return 0.0;
+        }
+        worst = worst.min(radius_ratio(after));
+    }
+    worst
+}
