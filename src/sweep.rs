@@ -24,6 +24,7 @@ mod remesh;
 mod simplify;
 mod start;
 mod surgery;
+mod thin;
 mod track;
 mod window;
 
@@ -41,6 +42,9 @@ use crate::spectrum::{Event, Spectrum, SpectrumBuilder, VolumeInfo};
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
+
+/// Share of the tolerance by which knots may be off the trajectory that is left without them.
+const KNOT_SHARE: f32 = 0.15;
 
 /// What happened during a sweep, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -178,7 +182,8 @@ pub fn compute(
     let mut builder = SpectrumBuilder::new();
     let swept = chain::sweep_all(&sweep, &mut counts)?;
     counts.untracked = swept.leftovers.len() as u64;
-    builder.push_patch(swept.log.patch());
+    let knot_error = KNOT_SHARE * sweep.parameters.error as f32;
+    builder.push_patch(swept.log.patch(knot_error));
     builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
     let parameters = serde_json::json!({
         "flags": parameters,

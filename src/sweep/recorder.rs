@@ -6,7 +6,9 @@
 //! the patch does not depend on which run was done first.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
+use super::thin::{Bound, Place, thin};
 use crate::mesh::{Face, Mesh, Vertex};
 use crate::spectrum::{Collapse, Knot, Patch, Triangle, normal};
 
@@ -309,8 +311,9 @@ impl Log {
         triangles
     }
 
-    /// The patch: what was recorded, sorted and without what never shows.
-    pub(crate) fn patch(mut self) -> Patch {
+    /// The patch: what was recorded, sorted and without what never shows, nor the knots that
+    /// interpolation within `error` voxels does not need.
+    pub(crate) fn patch(mut self, error: f32) -> Patch {
         let triangles = self.triangles();
         let mut used: Vec<Trajectory> = triangles.iter().flat_map(|t| t.vertices).collect();
         used.sort_unstable();
@@ -325,6 +328,8 @@ impl Log {
             by_isovalue.then_with(|| (place(&a.1), a.1.normal).cmp(&(place(&b.1), b.1.normal)))
         });
         knots.dedup_by(|b, a| a.0 == b.0 && a.1.isovalue == b.1.isovalue);
+        let edges = shortest_edges(&knots, &triangles, &used);
+        let knots = thinned(&knots, &edges, error);
         let mut isovalues: Vec<f64> = knots.iter().map(|k| k.1.isovalue).collect();
         isovalues.extend(triangles.iter().flat_map(|t| [t.low, t.high]));
         isovalues.extend(self.collapses.iter().map(|c| c.2));
@@ -366,6 +371,58 @@ impl Log {
     }
 }
 
+/// The shortest edge beside every trajectory, voxels, where its triangles begin and end.
+fn shortest_edges(
+    knots: &[(u32, Unranked)],
+    triangles: &[Ended],
+    used: &[Trajectory],
+) -> Vec<f32> {
+    let mut first = vec![0u32; used.len() + 1];
+    for (i, _) in knots {
+        first[*i as usize + 1] += 1;
+    }
+    for i in 0..used.len() {
+        first[i + 1] += first[i];
+    }
+    // At a knot, or the last one before: near enough for a length.
+    let at = |i: usize, c: f64| {
+        let knots = &knots[first[i] as usize..first[i + 1] as usize];
+        let after = knots.partition_point(|k| k.1.isovalue <= c);
+        Vec3::from(knots[after.saturating_sub(1)].1.position)
+    };
+    let mut shortest = vec![f32::INFINITY; used.len()];
+    for t in triangles {
+        let corners = t.vertices.map(|v| used.binary_search(&v).expect("a used trajectory"));
+        for c in [t.low, t.high] {
+            let p = corners.map(|i| at(i, c));
+            let sides = [p[0].distance(p[1]), p[1].distance(p[2]), p[2].distance(p[0])];
+            for (i, &v) in corners.iter().enumerate() {
+                shortest[v] = shortest[v].min(sides[i]).min(sides[(i + 2) % 3]);
+            }
+        }
+    }
+    shortest
+}
+
+/// The knots, sorted by trajectory and isovalue, that stay of every trajectory.
+fn thinned(knots: &[(u32, Unranked)], edges: &[f32], error: f32) -> Vec<(u32, Unranked)> {
+    let trajectories: Vec<&[(u32, Unranked)]> = knots.chunk_by(|a, b| a.0 == b.0).collect();
+    let thinned: Vec<Vec<(u32, Unranked)>> = trajectories
+        .par_iter()
+        .map(|knots| {
+            let place = |k: &(u32, Unranked)| Place {
+                isovalue: k.1.isovalue,
+                position: k.1.position.into(),
+                normal: normal::decode(k.1.normal).into(),
+            };
+            let places: Vec<Place> = knots.iter().map(place).collect();
+            let bound = Bound::new(error, edges[knots[0].0 as usize]);
+            thin(&places, bound).into_iter().map(|i| knots[i]).collect()
+        })
+        .collect();
+    thinned.into_iter().flatten().collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -396,7 +453,7 @@ mod tests {
     /// The patch of a start and what followed.
     fn patch(mut start: Log, ways: impl IntoIterator<Item = Log>) -> Patch {
         ways.into_iter().for_each(|log| start.append(log));
-        start.patch()
+        start.patch(0.0)
     }
 
     /// How many triangles live from one isovalue to another.
