@@ -121,8 +121,8 @@ function determinant([a, b, c]) {
 }
 
 /**
- * Components, Euler characteristic and area of a mesh of the world; caps count for the first two,
- * which close it, and not for the area.
+ * Components, Euler characteristic, area and enclosed volume of a mesh of the world; caps, which
+ * close it, do not count for the area.
  */
 function measured({ positions, triangles, caps }) {
     const n = positions.length / 3;
@@ -144,15 +144,17 @@ function measured({ positions, triangles, caps }) {
         components--;
     };
     let area = 0;
+    let volume = 0;
     for (let t = 0; t < caps.length; t++) {
         const a = triangles[3 * t];
         const b = triangles[3 * t + 1];
         const c = triangles[3 * t + 2];
         join(a, b);
         join(b, c);
+        volume += tetrahedronVolume(positions, 3 * a, 3 * b, 3 * c);
         if (!caps[t]) area += triangleArea(positions, 3 * a, 3 * b, 3 * c);
     }
-    return { components, euler: n - caps.length / 2, area };
+    return { components, euler: n - caps.length / 2, area, volume: Math.abs(volume) };
 }
 
 /** The area of a triangle whose corners are at three places of a list of positions. */
@@ -164,4 +166,18 @@ function triangleArea(p, a, b, c) {
     const vy = p[c + 1] - p[a + 1];
     const vz = p[c + 2] - p[a + 2];
     return 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+}
+
+/** The signed volume between a triangle and the first position of the list. */
+function tetrahedronVolume(p, a, b, c) {
+    const ax = p[a] - p[0];
+    const ay = p[a + 1] - p[1];
+    const az = p[a + 2] - p[2];
+    const bx = p[b] - p[0];
+    const by = p[b + 1] - p[1];
+    const bz = p[b + 2] - p[2];
+    const cx = p[c] - p[0];
+    const cy = p[c + 1] - p[1];
+    const cz = p[c + 2] - p[2];
+    return (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6;
 }

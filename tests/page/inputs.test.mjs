@@ -42,7 +42,7 @@ describe("inputs", () => {
         await close();
     });
 
-    test("typed isovalues are numbers or percentages, others are refused with a reason", async () => {
+    test("typed isovalues are numbers, percentages or percentiles, others are refused with a reason", async () => {
         const { page, close } = await watched(browser);
         await open(page);
         const typed = page.locator("#isovalue");
@@ -54,7 +54,16 @@ describe("inputs", () => {
         await typed.press("Enter");
         await settled(page);
         assert.equal((await state(page)).isovalue, Number(digits), "all digits count");
-        for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/]]) {
+        await typed.fill("p90");
+        await typed.press("Enter");
+        await settled(page);
+        // Nine tenths of the samples are a tabulated percentile.
+        assert.equal((await state(page)).isovalue, expected.p90);
+        await typed.fill(digits);
+        await typed.press("Enter");
+        await settled(page);
+        for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/],
+            ["p101", /p0 to p100/], ["p9%", /expected a number, a percentage/]]) {
             await typed.fill(wrong);
             await typed.press("Enter");
             assert.match(await page.locator("#message").textContent(), reason);
