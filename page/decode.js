@@ -3,7 +3,7 @@
 
 /** All that is made of a packed spectrum before anything of it is drawn. */
 async function unpacked(packed, { step, normalRadius }) {
-    const spectrum = spectrumOf(await inflated(bytesOfBase64(packed)), normalRadius);
+    const spectrum = spectrumOf(await inflated(bytesOfLetters(packed)), normalRadius);
     spectrum.orders = ordersOf(spectrum);
     spectrum.tables = tablesOf(spectrum, step);
     return spectrum;

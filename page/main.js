@@ -33,7 +33,7 @@ function parsed() {
 /** The text of an element that is not needed again. */
 function taken(id) {
     const element = document.getElementById(id);
-    const text = element.textContent.trim();
+    const text = element.textContent;
     element.remove();
     return text;
 }

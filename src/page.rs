@@ -19,6 +19,7 @@ mod curves;
 mod data;
 mod first;
 mod knots;
+mod letters;
 mod part;
 mod template;
 
@@ -33,7 +34,7 @@ pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
 const SCRIPTS: [&str; 17] = [
-    include_str!("../page/base64.js"),
+    include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
     include_str!("../page/trajectories.js"),
@@ -85,9 +86,9 @@ pub struct Sizes {
     pub page: usize,
     /// The scripts.
     pub script: usize,
-    /// The spectrum, compressed, before base64.
+    /// The spectrum, compressed, before it becomes letters.
     pub data: usize,
-    /// The mesh that is seen first, compressed, before base64.
+    /// The mesh that is seen first, compressed, before it becomes letters.
     pub first: usize,
     /// The still picture, before base64.
     pub still: usize,
@@ -134,8 +135,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     let text = template::filled(&template::Parts {
         page,
         about: &about.to_string(),
-        first: &data::base64(&first),
-        data: &data::base64(&data),
+        first: &letters::letters(&first),
+        data: &letters::letters(&data),
         script: &script,
         still: &data::base64(&still),
     });

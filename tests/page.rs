@@ -70,7 +70,8 @@ fn sizes_are_told_and_equal_input_gives_equal_bytes() {
     assert_eq!(sizes.script, script().len());
     let (_, rest) = text.split_once("id=\"data\">").expect("data");
     let letters = rest.split_once("</script>").expect("an end").0.len();
-    assert_eq!(letters, 4 * sizes.data.div_ceil(3));
+    // Between 13 and 14 bits in two letters.
+    assert!(16 * sizes.data / 14 <= letters && letters <= 16 * sizes.data / 13 + 2);
     assert_eq!(sizes.still, 0);
     let again = html(&spectrum, &page(&spectrum, "torus")).expect("a page").0;
     assert!(text == again);

@@ -13,9 +13,9 @@ pub(super) struct Parts<'a> {
     pub(super) page: &'a Page<'a>,
     /// JSON.
     pub(super) about: &'a str,
-    /// Base64; empty where there is no first mesh.
+    /// Letters; empty where there is no first mesh.
     pub(super) first: &'a str,
-    /// Base64.
+    /// Letters.
     pub(super) data: &'a str,
     pub(super) script: &'a str,
     /// Base64 of a PNG; empty where there is none.

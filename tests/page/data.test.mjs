@@ -14,17 +14,21 @@ const LARGEST_TURN = 3 * Math.SQRT2 * (0.5 / 63 + 0.5 / 127);
 
 /** The page's way from bytes to a spectrum. */
 function decoder() {
-    const scripts = ["file", "connectivity", "trajectories", "active", "mesh"];
+    const scripts = ["letters", "file", "connectivity", "trajectories", "active", "mesh"];
     const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
-    return new Function(`${text.join("\n")}\nreturn { spectrumOf, decodedNormal, ActiveSet };`)();
+    return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, decodedNormal, ActiveSet };`)();
 }
 
 function embedded() {
     const page = readFileSync(join(folder, "page.html"), "utf8");
     const content = (id) => new RegExp(`id="${id}">([^<]*)</script>`).exec(page)[1];
     const about = JSON.parse(content("about"));
-    const bytes = new Uint8Array(inflateRawSync(Buffer.from(content("data"), "base64")));
-    return { about, spectrum: decoder().spectrumOf(bytes, about.normalRadius) };
+    const spectrum = (id) => {
+        const { bytesOfLetters, spectrumOf } = decoder();
+        const bytes = new Uint8Array(inflateRawSync(bytesOfLetters(content(id))));
+        return spectrumOf(bytes, about.normalRadius);
+    };
+    return { about, spectrum: spectrum("data"), first: spectrum("first") };
 }
 
 /** The layout of the thesis: FORMAT.md. */
