@@ -16,11 +16,16 @@ class Columns {
         return count;
     }
 
-    /** A column of n numbers: Uint32Array where four bytes hold each of them, else Float64Array. */
+    /**
+     * A column of n numbers: Uint8Array where a byte holds each of them, Uint32Array where four do, else
+     * Float64Array.
+     */
     column(n) {
         const width = this.bytes[this.at++];
         const { bytes, at } = this;
         this.at += width * n;
+        // As it lies there.
+        if (width === 1) return bytes.subarray(at, at + n);
         const numbers = width <= 4 ? new Uint32Array(n) : new Float64Array(n);
         for (let plane = 0, unit = 1; plane < width; plane++, unit *= 256) {
             const start = at + plane * n;
@@ -29,11 +34,11 @@ class Columns {
         return numbers;
     }
 
-    /** As column, of zigzag-coded numbers; Int32Array or Float64Array. */
+    /** As column, of zigzag-coded numbers; Int8Array, Int32Array or Float64Array. */
     signedColumn(n) {
         const numbers = this.column(n);
-        if (numbers instanceof Uint32Array) {
-            const signed = new Int32Array(numbers.buffer);
+        if (!(numbers instanceof Float64Array)) {
+            const signed = new (numbers instanceof Uint8Array ? Int8Array : Int32Array)(n);
             for (let i = 0; i < n; i++) signed[i] = (numbers[i] >>> 1) ^ -(numbers[i] & 1);
             return signed;
         }

@@ -52,8 +52,8 @@ class Query {
 
     /**
      * The whole mesh: positions and, where wanted, normals (3 per vertex, Float32Array), triangles
-     * (3 vertices each, Uint32Array) in the order of the file, caps (Uint8Array). With `open`,
-     * without caps.
+     * (3 vertices each, Uint32Array), caps (Uint8Array); vertices and triangles in the order of the
+     * file. With `open`, without caps.
      */
     mesh(open, withNormals) {
         const { vertices, caps } = this.spectrum;
@@ -62,19 +62,20 @@ class Query {
             .filter((t) => !(open && caps[t]))
             .sort();
         this.nMeshes++;
-        const used = [];
+        const found = [];
         const triangles = new Uint32Array(3 * kept.length);
         for (let t = 0; t < kept.length; t++) {
             for (let k = 0; k < 3; k++) {
                 const v = vertices[3 * kept[t] + k];
-                if (mark[v] !== this.nMeshes) {
-                    mark[v] = this.nMeshes;
-                    index[v] = used.length;
-                    used.push(v);
-                }
-                triangles[3 * t + k] = index[v];
+                triangles[3 * t + k] = v;
+                if (mark[v] === this.nMeshes) continue;
+                mark[v] = this.nMeshes;
+                found.push(v);
             }
         }
+        const used = Uint32Array.from(found).sort();
+        used.forEach((v, i) => { index[v] = i; });
+        for (let i = 0; i < triangles.length; i++) triangles[i] = index[triangles[i]];
         const positions = new Float32Array(3 * used.length);
         const normals = new Float32Array(withNormals ? 3 * used.length : 0);
         used.forEach((v, i) => this.vertex(v, positions, withNormals ? normals : null, 3 * i));
