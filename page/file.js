@@ -75,26 +75,16 @@ function sectionsOf(bytes) {
 }
 
 /**
- * The columns of what the predictions of knots miss, three of positions and two of normals. They
- * are stored in two halves: first those of the first knots of all vertices, then those of all others.
+ * The columns of what the predictions of knots miss, three of positions and two of normals: those of
+ * the first knots of all vertices, and those of all others.
  */
-function missesOf(sections, firstKnot) {
-    const n = firstKnot.at(-1);
-    const isFirst = new Uint8Array(n + 1);
-    for (let v = 0; v + 1 < firstKnot.length; v++) isFirst[firstKnot[v]] = 1;
-    isFirst[n] = 0;
-    const nFirst = isFirst.reduce((sum, is) => sum + is, 0);
-    return [0, 1, 2, 3, 4].map((i) => {
-        const firsts = new Columns(sections[i]).signedColumn(nFirst);
-        const others = new Columns(sections[5 + i]).signedColumn(n - nFirst);
-        const column = firsts.constructor === others.constructor
-            ? new firsts.constructor(n) : new Float64Array(n);
-        for (let knot = 0, first = 0; knot < n; knot++) {
-            if (isFirst[knot]) column[knot] = firsts[first++];
-            else column[knot] = others[knot - first];
-        }
-        return column;
-    });
+function missesOf(sections, { firstKnot }) {
+    let nFirst = 0;
+    for (let v = 0; v + 1 < firstKnot.length; v++) if (firstKnot[v] < firstKnot[v + 1]) nFirst++;
+    const nOthers = firstKnot.at(-1) - nFirst;
+    const columns = (from, n) => sections.slice(from, from + 5)
+        .map((section) => new Columns(section).signedColumn(n));
+    return { firsts: columns(0, nFirst), others: columns(5, nOthers) };
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */
@@ -120,7 +110,7 @@ function spectrumOf(bytes, radius) {
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
-    const missed = missesOf(misses, trajectories.firstKnot);
+    const missed = missesOf(misses, trajectories);
     const places = placesOf(missed, trajectories, isovalues, triangles, radius);
     const described = JSON.parse(new TextDecoder().decode(info));
     return { info: described, isovalues, radius, ...trajectories, ...triangles, ...places };

@@ -55,9 +55,7 @@ impl ActiveSet {
         let births = &self.births[between(&self.births, low, high)];
         let deaths = &self.deaths[between(&self.deaths, low, high)];
         if old.is_none() || births.len() + deaths.len() > self.triangles.len() {
-            for &triangle in &self.triangles {
-                self.alive.remove(triangle);
-            }
+            self.alive.clear();
             self.tree.stab(rank, |triangle| self.alive.insert(triangle));
         } else if rank == high {
             // One that is born and dies on the way comes in neither of the two.

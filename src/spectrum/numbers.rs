@@ -39,6 +39,13 @@ impl Numbers {
         }
     }
 
+    /// Takes all numbers out.
+    pub(super) fn clear(&mut self) {
+        for (i, filled) in self.filled.iter_mut().enumerate() {
+            ones(std::mem::take(filled), i, |word| self.words[word as usize] = 0);
+        }
+    }
+
     /// Calls `report` for all numbers, increasing.
     #[inline]
     pub(super) fn each(&self, mut report: impl FnMut(u32)) {
@@ -99,6 +106,9 @@ mod tests {
             listed.clear();
             numbers.drain(|number| listed.push(number));
             prop_assert_eq!(&listed, &expected);
+            numbers.each(|number| panic!("{number} is left"));
+            listed.iter().for_each(|&number| numbers.insert(number));
+            numbers.clear();
             numbers.each(|number| panic!("{number} is left"));
         }
     }

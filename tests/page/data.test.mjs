@@ -16,7 +16,7 @@ const LARGEST_TURN = 3 * Math.SQRT2 * (0.5 / 63 + 0.5 / 127);
 function decoder() {
     const scripts = ["letters", "file", "connectivity", "trajectories", "active", "mesh"];
     const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
-    return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, decodedNormal, ActiveSet };`)();
+    return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, decodedNormal, ActiveSet, Query };`)();
 }
 
 function embedded() {
@@ -72,6 +72,26 @@ test("the page holds every knot and every triangle, rounded to its step", () => 
         assert.equal(f32(isovalues[spectrum.births[t]]), birth);
         assert.equal(f32(isovalues[spectrum.deaths[t]]), death);
     });
+});
+
+test("the mesh that is seen first is that of the whole at its isovalue", () => {
+    const { about, spectrum, first } = embedded();
+    const { Query } = decoder();
+    const [whole, alone] = [spectrum, first].map((s) => {
+        const query = new Query(s, about.step);
+        query.moveTo(about.isovalue);
+        return query.mesh(false, true);
+    });
+    assert.equal(alone.triangles.length, whole.triangles.length);
+    assert.equal(alone.positions.length, whole.positions.length);
+    // Vertices are numbered anew, so axis by axis; half a step of rounding each.
+    const along = ({ positions }, axis) => positions.filter((_, i) => i % 3 === axis).sort();
+    for (let axis = 0; axis < 3; axis++) {
+        const wanted = along(whole, axis);
+        along(alone, axis).forEach((x, i) => {
+            assert.ok(Math.abs(x - wanted[i]) <= about.step, `${x}, expected ${wanted[i]}`);
+        });
+    }
 });
 
 test("active triangles are those whose lifetime contains the rank, after moves of any size", () => {

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, describe, test } from "node:test";
-import { expected, launch, open, settled, state, watched } from "./browser.mjs";
+import { address, expected, launch, open, settled, state, watched } from "./browser.mjs";
 
 const [low, high] = expected.range;
 const at = (share) => low + share * (high - low);
@@ -75,6 +75,33 @@ describe("inputs", () => {
         await typed.fill("");
         await typed.pressSequentially("w");
         assert.equal((await state(page)).wireframe, false);
+        await close();
+    });
+
+    test("the first picture does not wait for the other isovalues", async () => {
+        const { page, close } = await watched(browser);
+        // A worker that answers when it is told to, and then that it cannot, so the page does it.
+        await page.addInitScript(() => {
+            window.Worker = class {
+                postMessage() { window.answer = (answer) => this.onmessage({ data: answer }); }
+                terminate() {}
+            };
+        });
+        await page.goto(address({}));
+        await page.waitForFunction(() => window.isospectrum?.getState().nPictures > 0);
+        const first = await state(page);
+        assert.ok(!first.isWhole && first.nTriangles > 0);
+        await page.getByText("Loading the other isovalues").waitFor();
+        await page.evaluate((c) => window.isospectrum.setIsovalue(c), at(0.75));
+        await settled(page);
+        assert.equal((await state(page)).nTriangles, first.nTriangles, "the first mesh stays");
+        await page.evaluate(() => window.answer({ error: "not today" }));
+        await page.waitForFunction(() => document.documentElement.dataset.ready);
+        await settled(page);
+        const whole = await state(page);
+        assert.ok(whole.isWhole && whole.isovalue === at(0.75));
+        assert.notEqual(whole.nTriangles, first.nTriangles);
+        await page.getByText("Loading the other isovalues").waitFor({ state: "hidden" });
         await close();
     });
 
