@@ -1,6 +1,9 @@
 // Puts the page together: finds a way to draw, shows the first picture, and then takes over the whole
 // spectrum, which is unpacked meanwhile.
 
+/** With no more than these, unpacking beside the first picture would hold it up. */
+const FEW_PROCESSORS = 2;
+
 /** The best renderer there is, or the one that is wanted; null where there is none. */
 async function openRenderer(wanted, about) {
     const kinds = { webgpu: WebGpuRenderer, webgl2: WebGl2Renderer };
@@ -87,9 +90,15 @@ async function start(script) {
     // The device gets ready while the page arrives.
     const opening = openRenderer(readAddress().get("renderer"), about);
     const first = taken("first");
-    const unpacking = parsed().then(() => unpackedBeside(taken("data"), about, script));
-    // What is wrong with it is told below, when it is waited for.
-    unpacking.catch(() => {});
+    let unpacking = null;
+    const unpack = () => {
+        unpacking ??= parsed().then(() => unpackedBeside(taken("data"), about, script));
+        // What is wrong with it is told below, when it is waited for.
+        unpacking.catch(() => {});
+        return unpacking;
+    };
+    // Few processors work on the first picture first.
+    if (!first || navigator.hardwareConcurrency > FEW_PROCESSORS) unpack();
     let viewer = null;
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
@@ -108,10 +117,10 @@ async function start(script) {
     if (viewer) {
         await drawWith(viewer, renderer);
         await present(viewer);
-        await viewer.takeWhole(await unpacking);
+        await viewer.takeWhole(await unpack());
         performance.mark("whole");
     } else {
-        viewer = viewerOf(await unpacking, about);
+        viewer = viewerOf(await unpack(), about);
         performance.mark("whole");
         await drawWith(viewer, renderer);
         await present(viewer);
