@@ -106,12 +106,11 @@ impl<'a> Query<'a> {
         // Not cleared before: all of it is written.
         mesh.positions.resize(self.vertices.len(), [0.0; 3]);
         mesh.normals.resize(self.vertices.len(), [0.0; 3]);
-        let interpolate =
-            |((vertices, positions), normals): ((&[u32], &mut [[f32; 3]]), &mut [[f32; 3]])| {
-                for ((&v, position), normal) in vertices.iter().zip(positions).zip(normals) {
-                    (*position, *normal) = self.vertex_at(v, rank, isovalue);
-                }
-            };
+        let interpolate = |((vertices, positions), normals): ((&[u32], &mut [_]), &mut [_])| {
+            for ((&v, position), normal) in vertices.iter().zip(positions).zip(normals) {
+                (*position, *normal) = self.vertex_at(v, rank, isovalue);
+            }
+        };
         if self.vertices.len() <= VERTICES_PER_TASK {
             interpolate(((&self.vertices, &mut mesh.positions), &mut mesh.normals));
         } else {
