@@ -107,7 +107,7 @@ fn active_set(criterion: &mut Criterion) {
             });
             let mut rank = walk(step);
             group.bench_function(BenchmarkId::new("sorted", distance), |b| {
-                b.iter(|| sorted.move_to(&triangles, rank()).len());
+                b.iter(|| sorted.move_to(rank()).len());
             });
             let mut rank = walk(step);
             group.bench_function(BenchmarkId::new("cursors", distance), |b| {

@@ -7,31 +7,15 @@
 const BLOCK = 32;
 
 class ActiveSet {
-    constructor({ births, deaths, isovalues }) {
-        const n = births.length;
-        this.births = births;
-        this.deaths = deaths;
-        this.bornBefore = startsOf(births, isovalues.length);
-        this.diedBefore = startsOf(deaths, isovalues.length);
-        this.byDeath = new Uint32Array(n);
-        const next = this.diedBefore.slice();
-        for (let t = 0; t < n; t++) this.byDeath[next[deaths[t]]++] = t;
-        // Last deaths, level by level.
-        this.levels = [deaths];
-        while (this.levels.at(-1).length > 1) {
-            const below = this.levels.at(-1);
-            const level = new Uint32Array(Math.ceil(below.length / BLOCK));
-            for (let i = 0; i < below.length; i++) {
-                const block = Math.floor(i / BLOCK);
-                level[block] = Math.max(level[block], below[i]);
-            }
-            this.levels.push(level);
-        }
+    constructor(spectrum) {
+        Object.assign(this, spectrum.orders ?? ordersOf(spectrum));
+        this.births = spectrum.births;
+        this.deaths = spectrum.deaths;
         this.rank = -1;
         // The active triangles in any order, and for each triangle its place among them or -1.
         this.list = new Uint32Array(1024);
         this.length = 0;
-        this.place = new Int32Array(n).fill(-1);
+        this.place = new Int32Array(this.births.length).fill(-1);
     }
 
     /** Moves to a rank; the triangles alive there are list[0..length). Whether any changed. */
@@ -96,6 +80,29 @@ class ActiveSet {
         const last = Math.min((i + 1) * BLOCK, this.levels[level - 1].length);
         for (let j = i * BLOCK; j < last && j * width < end; j++) this.collect(level - 1, j, end);
     }
+}
+
+/**
+ * Triangles by birth and by death: for each rank how many are born and die below, all triangles by
+ * death, and the last death in each block of triangles, block of blocks and so on.
+ */
+function ordersOf({ births, deaths, isovalues }) {
+    const bornBefore = startsOf(births, isovalues.length);
+    const diedBefore = startsOf(deaths, isovalues.length);
+    const byDeath = new Uint32Array(births.length);
+    const next = diedBefore.slice();
+    for (let t = 0; t < deaths.length; t++) byDeath[next[deaths[t]]++] = t;
+    const levels = [deaths];
+    while (levels.at(-1).length > 1) {
+        const below = levels.at(-1);
+        const level = new Uint32Array(Math.ceil(below.length / BLOCK));
+        for (let i = 0; i < below.length; i++) {
+            const block = Math.floor(i / BLOCK);
+            if (below[i] > level[block]) level[block] = below[i];
+        }
+        levels.push(level);
+    }
+    return { bornBefore, diedBefore, byDeath, levels };
 }
 
 /** For each rank, and the one after the last, how many of the ranks given are below. */

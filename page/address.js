@@ -8,7 +8,8 @@ function readAddress() {
 
 function applyAddress(viewer) {
     const asked = readAddress();
-    const { isovalue } = isovalueOfText(asked.get("isovalue") ?? "", viewer.low, viewer.high);
+    const { isovalue } = isovalueOfText(
+        asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples?.percentiles);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {

@@ -92,12 +92,23 @@ function toggleHelp() {
     else help.showModal();
 }
 
-/** The isovalue a text means in a range: `37.2`, or `50%` of the way from one end to the other. */
-function isovalueOfText(text, low, high) {
-    const match = /^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%?)\s*$/i.exec(text);
-    if (!match) return { problem: "expected a number or a percentage such as 50%" };
-    const number = Number(match[1]);
-    const isovalue = match[2] ? low * (1 - number / 100) + high * (number / 100) : number;
+/**
+ * The isovalue a text means in a range: `37.2`, `50%` of the way from one end to the other, or `p99`,
+ * which 99 % of the samples do not exceed, where percentiles are known.
+ */
+function isovalueOfText(text, low, high, percentiles) {
+    const match = /^\s*(p?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%?)\s*$/i.exec(text);
+    if (!match || (match[1] && match[3])) {
+        const samples = percentiles ? ", or p99 of the samples" : "";
+        return { problem: `expected a number${samples ? "," : " or"} a percentage such as 50%${samples}` };
+    }
+    const number = Number(match[2]);
+    if (match[1]) {
+        if (!percentiles) return { problem: "the page does not know the samples" };
+        if (!(number >= 0 && number <= 100)) return { problem: "expected p0 to p100" };
+        return { isovalue: Math.min(Math.max(percentileOf(percentiles, number), low), high) };
+    }
+    const isovalue = match[3] ? low * (1 - number / 100) + high * (number / 100) : number;
     if (!(low <= isovalue && isovalue <= high)) {
         const [least, most] = [low, high].map((c) => Number(c.toPrecision(7)));
         return { problem: `outside the range ${least} to ${most}` };
@@ -105,10 +116,18 @@ function isovalueOfText(text, low, high) {
     return { isovalue };
 }
 
+/** A percentile among evenly spaced ones, straight between two of them. */
+function percentileOf(percentiles, percent) {
+    const at = ((percentiles.length - 1) * percent) / 100;
+    const i = Math.min(Math.floor(at), percentiles.length - 2);
+    return percentiles[i] * (1 - (at - i)) + percentiles[i + 1] * (at - i);
+}
+
 /** Slider, typed isovalue and buttons. */
 class Panel {
     constructor(viewer, about) {
         this.viewer = viewer;
+        this.percentiles = about.samples?.percentiles;
         const element = (id) => document.getElementById(id);
         const { low, high } = viewer;
         this.slider = element("slider");
@@ -126,6 +145,7 @@ class Panel {
         });
         this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
         this.message = element("message");
+        this.loading = element("loading");
         element("low").textContent = shownIsovalue(low, high - low);
         element("high").textContent = shownIsovalue(high, high - low);
         this.playButton = element("play");
@@ -145,7 +165,7 @@ class Panel {
 
     type() {
         const { low, high } = this.viewer;
-        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high);
+        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.percentiles);
         this.typed.setAttribute("aria-invalid", Boolean(problem));
         this.message.textContent = problem ?? "";
         if (!problem) this.viewer.setIsovalue(isovalue);
@@ -165,11 +185,21 @@ class Panel {
             this.message.textContent = "";
             this.shown = isovalue;
         }
+        this.showProgress();
         this.plot.show(isovalue);
         this.wireframe.checked = look.wireframe;
         this.border.checked = !look.open;
         this.playButton.textContent = playing ? "Pause" : "Play";
         this.playButton.setAttribute("aria-pressed", playing);
+    }
+
+    /** Says while only the first mesh is there; what needs the others waits. */
+    showProgress() {
+        const { isWhole } = this.viewer;
+        if (isWhole === this.isWhole) return;
+        this.isWhole = isWhole;
+        this.loading.hidden = isWhole;
+        for (const button of document.querySelectorAll("[data-format]")) button.disabled = !isWhole;
     }
 
     /** Shows the measures of the mesh; null while they are not known. */

@@ -16,11 +16,16 @@ class Columns {
         return count;
     }
 
-    /** A column of n numbers: Uint32Array where four bytes hold each of them, else Float64Array. */
+    /**
+     * A column of n numbers: Uint8Array where a byte holds each of them, Uint32Array where four do, else
+     * Float64Array.
+     */
     column(n) {
         const width = this.bytes[this.at++];
         const { bytes, at } = this;
         this.at += width * n;
+        // As it lies there.
+        if (width === 1) return bytes.subarray(at, at + n);
         const numbers = width <= 4 ? new Uint32Array(n) : new Float64Array(n);
         for (let plane = 0, unit = 1; plane < width; plane++, unit *= 256) {
             const start = at + plane * n;
@@ -29,11 +34,11 @@ class Columns {
         return numbers;
     }
 
-    /** As column, of zigzag-coded numbers; Int32Array or Float64Array. */
+    /** As column, of zigzag-coded numbers; Int8Array, Int32Array or Float64Array. */
     signedColumn(n) {
         const numbers = this.column(n);
-        if (numbers instanceof Uint32Array) {
-            const signed = new Int32Array(numbers.buffer);
+        if (!(numbers instanceof Float64Array)) {
+            const signed = new (numbers instanceof Uint8Array ? Int8Array : Int32Array)(n);
             for (let i = 0; i < n; i++) signed[i] = (numbers[i] >>> 1) ^ -(numbers[i] & 1);
             return signed;
         }
@@ -70,26 +75,16 @@ function sectionsOf(bytes) {
 }
 
 /**
- * The columns of what the predictions of knots miss, three of positions and two of normals. They
- * are stored in two halves: first those of the first knots of all vertices, then those of all others.
+ * The columns of what the predictions of knots miss, three of positions and two of normals: those of
+ * the first knots of all vertices, and those of all others.
  */
-function missesOf(sections, firstKnot) {
-    const n = firstKnot.at(-1);
-    const isFirst = new Uint8Array(n + 1);
-    for (let v = 0; v + 1 < firstKnot.length; v++) isFirst[firstKnot[v]] = 1;
-    isFirst[n] = 0;
-    const nFirst = isFirst.reduce((sum, is) => sum + is, 0);
-    return [0, 1, 2, 3, 4].map((i) => {
-        const firsts = new Columns(sections[i]).signedColumn(nFirst);
-        const others = new Columns(sections[5 + i]).signedColumn(n - nFirst);
-        const column = firsts.constructor === others.constructor
-            ? new firsts.constructor(n) : new Float64Array(n);
-        for (let knot = 0, first = 0; knot < n; knot++) {
-            if (isFirst[knot]) column[knot] = firsts[first++];
-            else column[knot] = others[knot - first];
-        }
-        return column;
-    });
+function missesOf(sections, { firstKnot }) {
+    let nFirst = 0;
+    for (let v = 0; v + 1 < firstKnot.length; v++) if (firstKnot[v] < firstKnot[v + 1]) nFirst++;
+    const nOthers = firstKnot.at(-1) - nFirst;
+    const columns = (from, n) => sections.slice(from, from + 5)
+        .map((section) => new Columns(section).signedColumn(n));
+    return { firsts: columns(0, nFirst), others: columns(5, nOthers) };
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */
@@ -115,7 +110,7 @@ function spectrumOf(bytes, radius) {
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
-    const missed = missesOf(misses, trajectories.firstKnot);
+    const missed = missesOf(misses, trajectories);
     const places = placesOf(missed, trajectories, isovalues, triangles, radius);
     const described = JSON.parse(new TextDecoder().decode(info));
     return { info: described, isovalues, radius, ...trajectories, ...triangles, ...places };

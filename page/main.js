@@ -1,4 +1,8 @@
-// Puts the page together: reads what it holds, finds a way to draw, and shows the first picture.
+// Puts the page together: finds a way to draw, shows the first picture, and then takes over the whole
+// spectrum, which is unpacked meanwhile.
+
+/** With no more than these, unpacking beside the first picture would hold it up. */
+const FEW_PROCESSORS = 2;
 
 /** The best renderer there is, or the one that is wanted; null where there is none. */
 async function openRenderer(wanted, about) {
@@ -23,39 +27,42 @@ function showStill(sentence) {
     document.getElementById("still-message").textContent = sentence;
 }
 
-async function start() {
-    const text = (id) => document.getElementById(id).textContent;
-    const about = JSON.parse(text("about"));
-    performance.mark("start");
-    // The device gets ready while the spectrum is unpacked.
-    const opening = openRenderer(readAddress().get("renderer"), about);
-    const bytes = await inflated(bytesOfBase64(text("data").trim()));
-    performance.mark("inflated");
-    const spectrum = spectrumOf(bytes, about.normalRadius);
-    performance.mark("decoded");
-    document.getElementById("data").remove();
-    const viewer = new Viewer(spectrum, about);
-    applyAddress(viewer);
-    const renderer = await opening;
-    if (!renderer) {
-        const then = document.querySelector("#still img")
-            ? "so this picture does not move" : "one of which this page needs to show the surface";
-        showStill(`This browser has neither WebGPU nor WebGL2, ${then}.`);
-        return;
-    }
+/** Resolves when all of the page is there. */
+function parsed() {
+    if (document.readyState !== "loading") return Promise.resolve();
+    return new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
+}
+
+/** The text of an element that is not needed again. */
+function taken(id) {
+    const element = document.getElementById(id);
+    const text = element.textContent;
+    element.remove();
+    return text;
+}
+
+/** Draws with a renderer, or with WebGL2 where WebGPU refuses: too little memory, say. */
+async function drawWith(viewer, renderer) {
     try {
         await viewer.use(renderer);
     } catch (error) {
-        // Too little memory, say: the other way may have it.
-        const other = renderer.name === "WebGPU" ? await openRenderer("webgl2", about) : null;
-        if (!other) throw error;
-        await viewer.use(other);
+        await drawOtherwise(viewer, renderer, error);
     }
+}
+
+async function drawOtherwise(viewer, renderer, error) {
+    const other = renderer.name === "WebGPU" ? await openRenderer("webgl2", viewer.about) : null;
+    if (!other) throw error;
+    await viewer.use(other);
+}
+
+/** Shows what the viewer has, and listens to the reader. */
+async function present(viewer) {
     document.getElementById("stage").hidden = false;
     performance.mark("renderer");
     document.getElementById("still").hidden = true;
     document.getElementById("controls").hidden = false;
-    viewer.panel = new Panel(viewer, about);
+    viewer.panel = new Panel(viewer, viewer.about);
     followKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);
@@ -68,11 +75,64 @@ async function start() {
     };
     await viewer.frame(performance.now());
     performance.mark("picture");
+}
+
+/** A viewer of a spectrum, showing what the address asks for. */
+function viewerOf(spectrum, about) {
+    const viewer = new Viewer(spectrum, about);
+    applyAddress(viewer);
+    return viewer;
+}
+
+async function start(script) {
+    const about = JSON.parse(document.getElementById("about").textContent);
+    performance.mark("start");
+    // The device gets ready while the page arrives.
+    const opening = openRenderer(readAddress().get("renderer"), about);
+    const first = taken("first");
+    let unpacking = null;
+    const unpack = () => {
+        unpacking ??= parsed().then(() => unpackedBeside(taken("data"), about, script));
+        // What is wrong with it is told below, when it is waited for.
+        unpacking.catch(() => {});
+        return unpacking;
+    };
+    // Few processors work on the first picture first.
+    if (!first || navigator.hardwareConcurrency > FEW_PROCESSORS) unpack();
+    let viewer = null;
+    if (first) {
+        viewer = viewerOf(await unpacked(first, about), about);
+        viewer.isWhole = false;
+        // The first mesh is that of the isovalue the page opens at.
+        if (viewer.isovalue !== viewer.firstIsovalue) viewer = null;
+    }
+    const renderer = await opening;
+    if (!renderer) {
+        await parsed();
+        const then = document.querySelector("#still img")
+            ? "so this picture does not move" : "one of which this page needs to show the surface";
+        showStill(`This browser has neither WebGPU nor WebGL2, ${then}.`);
+        return;
+    }
+    if (viewer) {
+        await drawWith(viewer, renderer);
+        await present(viewer);
+        await viewer.takeWhole(await unpack());
+        performance.mark("whole");
+    } else {
+        viewer = viewerOf(await unpack(), about);
+        performance.mark("whole");
+        await drawWith(viewer, renderer);
+        await present(viewer);
+    }
     document.documentElement.dataset.ready = Math.round(performance.now());
     followMessages(viewer);
 }
 
-start().catch((error) => {
-    console.error(error);
-    showStill(`This page cannot be shown: ${error.message}.`);
-});
+if (typeof document === "undefined") work();
+else {
+    start(document.currentScript.textContent).catch((error) => {
+        console.error(error);
+        showStill(`This page cannot be shown: ${error.message}.`);
+    });
+}

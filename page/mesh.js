@@ -52,8 +52,8 @@ class Query {
 
     /**
      * The whole mesh: positions and, where wanted, normals (3 per vertex, Float32Array), triangles
-     * (3 vertices each, Uint32Array) in the order of the file, caps (Uint8Array). With `open`,
-     * without caps.
+     * (3 vertices each, Uint32Array), caps (Uint8Array); vertices and triangles in the order of the
+     * file. With `open`, without caps.
      */
     mesh(open, withNormals) {
         const { vertices, caps } = this.spectrum;
@@ -62,19 +62,20 @@ class Query {
             .filter((t) => !(open && caps[t]))
             .sort();
         this.nMeshes++;
-        const used = [];
+        const found = [];
         const triangles = new Uint32Array(3 * kept.length);
         for (let t = 0; t < kept.length; t++) {
             for (let k = 0; k < 3; k++) {
                 const v = vertices[3 * kept[t] + k];
-                if (mark[v] !== this.nMeshes) {
-                    mark[v] = this.nMeshes;
-                    index[v] = used.length;
-                    used.push(v);
-                }
-                triangles[3 * t + k] = index[v];
+                triangles[3 * t + k] = v;
+                if (mark[v] === this.nMeshes) continue;
+                mark[v] = this.nMeshes;
+                found.push(v);
             }
         }
+        const used = Uint32Array.from(found).sort();
+        used.forEach((v, i) => { index[v] = i; });
+        for (let i = 0; i < triangles.length; i++) triangles[i] = index[triangles[i]];
         const positions = new Float32Array(3 * used.length);
         const normals = new Float32Array(withNormals ? 3 * used.length : 0);
         used.forEach((v, i) => this.vertex(v, positions, withNormals ? normals : null, 3 * i));
@@ -121,8 +122,8 @@ function determinant([a, b, c]) {
 }
 
 /**
- * Components, Euler characteristic and area of a mesh of the world; caps count for the first two,
- * which close it, and not for the area.
+ * Components, Euler characteristic, area and enclosed volume of a mesh of the world; caps, which
+ * close it, do not count for the area.
  */
 function measured({ positions, triangles, caps }) {
     const n = positions.length / 3;
@@ -144,15 +145,17 @@ function measured({ positions, triangles, caps }) {
         components--;
     };
     let area = 0;
+    let volume = 0;
     for (let t = 0; t < caps.length; t++) {
         const a = triangles[3 * t];
         const b = triangles[3 * t + 1];
         const c = triangles[3 * t + 2];
         join(a, b);
         join(b, c);
+        volume += tetrahedronVolume(positions, 3 * a, 3 * b, 3 * c);
         if (!caps[t]) area += triangleArea(positions, 3 * a, 3 * b, 3 * c);
     }
-    return { components, euler: n - caps.length / 2, area };
+    return { components, euler: n - caps.length / 2, area, volume: Math.abs(volume) };
 }
 
 /** The area of a triangle whose corners are at three places of a list of positions. */
@@ -164,4 +167,18 @@ function triangleArea(p, a, b, c) {
     const vy = p[c + 1] - p[a + 1];
     const vz = p[c + 2] - p[a + 2];
     return 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+}
+
+/** The signed volume between a triangle and the first position of the list. */
+function tetrahedronVolume(p, a, b, c) {
+    const ax = p[a] - p[0];
+    const ay = p[a + 1] - p[1];
+    const az = p[a + 2] - p[2];
+    const bx = p[b] - p[0];
+    const by = p[b + 1] - p[1];
+    const bz = p[b + 2] - p[2];
+    const cx = p[c] - p[0];
+    const cy = p[c + 1] - p[1];
+    const cz = p[c + 2] - p[2];
+    return (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6;
 }

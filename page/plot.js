@@ -1,4 +1,4 @@
-// The curves above the slider: area, components and Euler characteristic over the isovalue, behind
+// The curves above the slider: area, enclosed volume, components and Euler characteristic over the isovalue, behind
 // them the histogram of the volume, events as marks, and the present isovalue as a line.
 
 const SVG = "http://www.w3.org/2000/svg";
@@ -18,12 +18,13 @@ function svgElement(name, attributes) {
 
 class Plot {
     /** Draws the curves into an svg element; `choose` is called with isovalues that are pointed at. */
-    constructor(svg, { curves, histogram }, [low, high], choose) {
+    constructor(svg, { curves, samples }, [low, high], choose) {
         Object.assign(this, { svg, curves, low, high });
         svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + MARKS}`);
         svg.setAttribute("preserveAspectRatio", "none");
-        if (histogram) this.bars(histogram);
+        if (samples) this.bars(samples.histogram);
         this.curve("area", curves.area, false);
+        this.curve("volume", curves.volume, false);
         this.curve("euler", curves.euler, true);
         this.curve("components", curves.components, true);
         for (const [isovalue, kind] of curves.events) {

@@ -70,99 +70,157 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
 /** Numbers of a place: three of the position, three of the normal on the octahedron. */
 const PLACE = 6;
 
-/** Knots of which some are known: what predicts the next. */
+/** Knots of which some are known, and the neighbours of one vertex on their way through them. */
 class KnownKnots {
     constructor({ firstKnot, ranks }, isovalues, radius) {
         Object.assign(this, { firstKnot, ranks, isovalues, radius });
         this.positions = new Int32Array(3 * ranks.length);
         this.normals = new Int8Array(2 * ranks.length);
-        this.next = new Float64Array(PLACE);
+        /** Points of the octahedron, three numbers each. */
+        this.points = new Int8Array(3 * ranks.length);
+        this.resize(64);
     }
 
-    /** Writes the place of a knot. */
-    read(knot, into) {
-        const { positions, normals, radius } = this;
-        into[0] = positions[3 * knot];
-        into[1] = positions[3 * knot + 1];
-        into[2] = positions[3 * knot + 2];
-        const u = normals[2 * knot];
-        const v = normals[2 * knot + 1];
-        const z = radius - Math.abs(u) - Math.abs(v);
-        into[3] = z >= 0 ? u : withSign(radius - Math.abs(v), u);
-        into[4] = z >= 0 ? v : withSign(radius - Math.abs(u), v);
-        into[5] = z;
+    /** Makes room for so many neighbours. */
+    resize(n) {
+        /** Where each was last. */
+        this.places = new Float64Array(PLACE * n);
+        /** The last knot before that. */
+        this.knots = new Uint32Array(n);
     }
 
-    /** Writes the place of a vertex, all of whose knots are known, at a rank. */
-    readAt(v, rank, into) {
-        const { ranks, isovalues, next } = this;
-        const knot = knotAt(this.firstKnot, ranks, v, rank);
-        this.read(knot, into);
-        if (ranks[knot] >= rank || knot + 1 === this.firstKnot[v + 1]) return;
-        this.read(knot + 1, next);
-        const low = 0.5 * isovalues[ranks[knot]];
-        const high = 0.5 * isovalues[ranks[knot + 1]];
-        // Not a number where the isovalues are so small that halving makes them equal.
-        const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
-        // A power of two: multiplying by its inverse is exact, too.
-        for (let i = 0; i < PLACE; i++) {
-            into[i] += Math.floor((t * (next[i] - into[i]) + 32768) * (1 / 65536));
+    /** Enters a knot. */
+    write(knot, x, y, z, u, v) {
+        const { positions, normals, points, radius } = this;
+        positions[3 * knot] = x;
+        positions[3 * knot + 1] = y;
+        positions[3 * knot + 2] = z;
+        normals[2 * knot] = u;
+        normals[2 * knot + 1] = v;
+        const w = radius - Math.abs(u) - Math.abs(v);
+        points[3 * knot] = w >= 0 ? u : withSign(radius - Math.abs(v), u);
+        points[3 * knot + 1] = w >= 0 ? v : withSign(radius - Math.abs(u), v);
+        points[3 * knot + 2] = w;
+    }
+
+    /** Adds the place of a knot. */
+    add(knot, sum) {
+        const { positions, points } = this;
+        sum[0] += positions[3 * knot];
+        sum[1] += positions[3 * knot + 1];
+        sum[2] += positions[3 * knot + 2];
+        sum[3] += points[3 * knot];
+        sum[4] += points[3 * knot + 1];
+        sum[5] += points[3 * knot + 2];
+    }
+
+    /**
+     * Moves neighbour number `i`, vertex u, all of whose knots are known, from a knot on to a rank, and
+     * adds its way there. What it has gone before counts only where it `continues`.
+     */
+    move(i, u, knot, rank, continues, sum) {
+        const { ranks, isovalues, positions, points, places } = this;
+        const last = this.firstKnot[u + 1] - 1;
+        while (knot < last && ranks[knot + 1] <= rank) knot++;
+        this.knots[i] = knot;
+        const at = PLACE * i;
+        const p = 3 * knot;
+        // Loops over so few numbers take twice as long as what is in them.
+        let x = positions[p];
+        let y = positions[p + 1];
+        let z = positions[p + 2];
+        let a = points[p];
+        let b = points[p + 1];
+        let c = points[p + 2];
+        if (knot < last && ranks[knot] < rank) {
+            const low = 0.5 * isovalues[ranks[knot]];
+            const high = 0.5 * isovalues[ranks[knot + 1]];
+            // Not a number where the isovalues are so small that halving makes them equal.
+            const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
+            x = between(x, positions[p + 3], t);
+            y = between(y, positions[p + 4], t);
+            z = between(z, positions[p + 5], t);
+            a = between(a, points[p + 3], t);
+            b = between(b, points[p + 4], t);
+            c = between(c, points[p + 5], t);
         }
+        if (continues) {
+            sum[0] -= places[at];
+            sum[1] -= places[at + 1];
+            sum[2] -= places[at + 2];
+            sum[3] -= places[at + 3];
+            sum[4] -= places[at + 4];
+            sum[5] -= places[at + 5];
+        }
+        sum[0] += places[at] = x;
+        sum[1] += places[at + 1] = y;
+        sum[2] += places[at + 2] = z;
+        sum[3] += places[at + 3] = a;
+        sum[4] += places[at + 4] = b;
+        sum[5] += places[at + 5] = c;
     }
 }
 
-/** Positions and normals from what their predictions miss: three columns and two. */
-function placesOf(missed, trajectories, isovalues, triangles, radius) {
+/** The whole number at t / 65536 of the way between two. */
+function between(a, b, t) {
+    // A power of two: multiplying by its inverse is exact, too.
+    return a + Math.floor((t * (b - a) + 32768) * (1 / 65536));
+}
+
+/** Positions and normals from what their predictions miss. */
+function placesOf({ firsts, others }, trajectories, isovalues, triangles, radius) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);
-    const [missedX, missedY, missedZ, missedU, missedV] = missed;
     const known = new KnownKnots(trajectories, isovalues, radius);
-    const { positions, normals } = known;
-    const place = new Float64Array(PLACE);
     const sum = new Float64Array(PLACE);
+    const flat = new Int32Array(2);
     let last = -1;
+    let nFirst = 0;
 
     /** Expects the first knot of a vertex at the mean of its neighbours, else where the last was. */
     const expectFirst = (v, rank) => {
         const count = first[v + 1] - first[v];
-        for (let i = first[v]; i < first[v + 1]; i++) {
-            known.readAt(neighbours[i], rank, place);
-            for (let j = 0; j < PLACE; j++) sum[j] += place[j];
+        if (count > known.knots.length) known.resize(2 * count);
+        for (let i = 0; i < count; i++) {
+            const u = neighbours[first[v] + i];
+            known.move(i, u, knotAt(firstKnot, ranks, u, rank), rank, false, sum);
         }
-        if (count === 0 && last >= 0) known.read(firstKnot[last], sum);
-        for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / Math.max(count, 1));
+        if (count === 0 && last >= 0) known.add(firstKnot[last], sum);
+        if (count > 1) for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / count);
         last = v;
     };
     /** Expects a further knot where the vertex gets when it moves as its neighbours do. */
     const expectNext = (v, knot, rank) => {
         let count = 0;
-        for (let i = first[v]; i < first[v + 1]; i++) {
-            const u = neighbours[i];
+        for (let at = first[v], i = 0; at < first[v + 1]; at++, i++) {
+            const u = neighbours[at];
             if (ranks[firstKnot[u + 1] - 1] < rank) continue;
-            known.readAt(u, rank, place);
-            for (let j = 0; j < PLACE; j++) sum[j] += place[j];
-            known.readAt(u, ranks[knot - 1], place);
-            for (let j = 0; j < PLACE; j++) sum[j] -= place[j];
+            known.move(i, u, known.knots[i], rank, true, sum);
             count++;
         }
-        known.read(knot - 1, place);
-        for (let j = 0; j < PLACE; j++) sum[j] = place[j] + Math.floor(sum[j] / Math.max(count, 1));
+        if (count > 1) for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / count);
+        known.add(knot - 1, sum);
     };
-    const flat = new Int32Array(2);
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
             for (let j = 0; j < PLACE; j++) sum[j] = 0;
-            if (knot === firstKnot[v]) expectFirst(v, ranks[knot]);
+            const isFirst = knot === firstKnot[v];
+            if (isFirst) expectFirst(v, ranks[knot]);
             else expectNext(v, knot, ranks[knot]);
-            positions[3 * knot] = limited(sum[0]) + missedX[knot];
-            positions[3 * knot + 1] = limited(sum[1]) + missedY[knot];
-            positions[3 * knot + 2] = limited(sum[2]) + missedZ[knot];
+            const missed = isFirst ? firsts : others;
+            const i = isFirst ? nFirst++ : knot - nFirst;
             flatten(sum[3], sum[4], sum[5], radius, flat);
-            normals[2 * knot] = around(flat[0] + missedU[knot], radius);
-            normals[2 * knot + 1] = around(flat[1] + missedV[knot], radius);
+            known.write(
+                knot,
+                limited(sum[0]) + missed[0][i],
+                limited(sum[1]) + missed[1][i],
+                limited(sum[2]) + missed[2][i],
+                around(flat[0] + missed[3][i], radius),
+                around(flat[1] + missed[4][i], radius),
+            );
         }
     }
-    return { positions, normals };
+    return { positions: known.positions, normals: known.normals };
 }
 
 /** What 32-bit signed numbers hold. */

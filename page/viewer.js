@@ -22,6 +22,9 @@ class Viewer {
         [this.low, this.high] = spectrum.info.range;
         this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
         this.query = new Query(spectrum, about.step);
+        // Until the whole spectrum is there, the mesh of one isovalue is.
+        this.isWhole = true;
+        this.firstIsovalue = this.isovalue;
         this.view = { ...FIRST_VIEW };
         this.look = { wireframe: false, open: about.open };
         this.playing = false;
@@ -43,6 +46,23 @@ class Viewer {
         followPointers(this.canvas, this);
         new ResizeObserver(() => this.request()).observe(this.canvas);
         document.documentElement.dataset.renderer = renderer.name;
+    }
+
+    /** Takes over the whole spectrum. */
+    async takeWhole(spectrum) {
+        this.spectrum = spectrum;
+        this.query = new Query(spectrum, this.about.step);
+        this.isWhole = true;
+        this.listed = null;
+        // The device may be lost just now; who brings it back takes over the whole, too.
+        const { renderer } = this;
+        try {
+            await renderer?.load(spectrum, this.about.step);
+        } catch (error) {
+            this.renderer = null;
+            await drawOtherwise(this, renderer, error);
+        }
+        this.request();
     }
 
     /** The device is gone: another may be there, else the still picture. */
@@ -192,7 +212,7 @@ class Viewer {
 
     /** Brings the list of active triangles to the isovalue. */
     update() {
-        const changed = this.query.moveTo(this.isovalue);
+        const changed = this.query.moveTo(this.isWhole ? this.isovalue : this.firstIsovalue);
         if (!changed && this.listed === this.look.open) return;
         this.renderer.list(this.query, this.look.open);
         this.listed = this.look.open;
@@ -206,11 +226,11 @@ class Viewer {
     /** Soon after the last change: what takes longer than a picture. */
     rest() {
         this.panel?.showMeasures({
-            triangles: this.renderer.nTriangles, components: null, euler: null, area: null,
+            triangles: this.renderer.nTriangles, components: null, euler: null, area: null, volume: null,
         });
         clearTimeout(this.resting);
         this.resting = setTimeout(() => {
-            this.panel?.showMeasures(measured(this.worldMesh(false, false)));
+            if (this.isWhole) this.panel?.showMeasures(measured(this.worldMesh(false, false)));
             writeAddress(this);
         }, REST);
     }
@@ -222,6 +242,8 @@ class Viewer {
     }
 
     saveMesh(format) {
+        // Another isosurface than the first is not there yet.
+        if (!this.isWhole) return;
         const [encode, type] = FORMATS[format];
         const blob = new Blob([encode(this.worldMesh(this.look.open, true))], { type });
         save(blob, fileName(document.title, this.shownIsovalue(), format));
@@ -255,6 +277,8 @@ class Viewer {
             nTriangles: renderer?.nTriangles ?? 0,
             // Whether a picture is wanted or in work.
             isPending: Boolean(this.isRequested || this.isDrawing),
+            // Whether all isovalues can be shown by now.
+            isWhole: this.isWhole,
         };
     }
 }

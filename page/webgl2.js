@@ -54,7 +54,8 @@ class WebGl2Renderer {
     /** Takes over a spectrum. */
     async load(spectrum, step) {
         this.spectrum = spectrum;
-        this.upload(tablesOf(spectrum, step));
+        for (const [, texture] of this.tables ?? []) this.gl.deleteTexture(texture);
+        this.upload(spectrum.tables ?? tablesOf(spectrum, step));
     }
 
     linked(vertex, fragment) {

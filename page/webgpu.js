@@ -113,18 +113,20 @@ class WebGpuRenderer {
     async load(spectrum, step) {
         const { device } = this;
         this.spectrum = spectrum;
-        const { isovalues, firstKnot, knots } = tablesOf(spectrum, step);
+        const { isovalues, firstKnot, knots } = spectrum.tables ?? tablesOf(spectrum, step);
         for (const filter of ["out-of-memory", "validation"]) device.pushErrorScope(filter);
-        this.frame = device.createBuffer({
+        this.frame ??= device.createBuffer({
             size: FRAME_BYTES,
             usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST,
         });
+        // Those of the spectrum before.
+        for (const table of this.tables ?? []) table.destroy();
         this.tables = [isovalues, firstKnot, knots].map((table) => {
             const buffer = this.storage(table.byteLength);
             device.queue.writeBuffer(buffer, 0, table);
             return buffer;
         });
-        this.listed = this.storage(this.triangles.byteLength);
+        this.listed ??= this.storage(this.triangles.byteLength);
         this.bind();
         const errors = await Promise.all([device.popErrorScope(), device.popErrorScope()]);
         for (const error of errors) if (error) throw new Error(error.message);

@@ -17,22 +17,24 @@
 
 mod curves;
 mod data;
+mod first;
 mod knots;
+mod letters;
 mod part;
 mod template;
 
 use crate::error::{Error, Result};
 use crate::render::Image;
 use crate::spectrum::Spectrum;
+use crate::volume::Histogram;
 
-pub use curves::histogram;
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 16] = [
-    include_str!("../page/base64.js"),
+const SCRIPTS: [&str; 17] = [
+    include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
     include_str!("../page/trajectories.js"),
@@ -47,8 +49,13 @@ const SCRIPTS: [&str; 16] = [
     include_str!("../page/embed.js"),
     include_str!("../page/viewer.js"),
     include_str!("../page/address.js"),
+    include_str!("../page/decode.js"),
     include_str!("../page/main.js"),
 ];
+
+/// The mesh that is seen first stands in the page by itself where it takes at most this part of the
+/// whole spectrum's bytes.
+const LARGEST_FIRST: usize = 4;
 
 /// What a page says and how it looks.
 #[derive(Clone, Debug)]
@@ -65,9 +72,9 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
-    /// How many samples of the volume lie in each of as many equal parts of the range, to be seen
-    /// behind the curves.
-    pub histogram: Option<&'a [u64]>,
+    /// The samples of the volume, to be seen behind the curves; without them no percentile can be
+    /// typed.
+    pub samples: Option<&'a Histogram>,
     /// Shown where nothing can be drawn.
     pub still: Option<&'a Image>,
 }
@@ -79,8 +86,10 @@ pub struct Sizes {
     pub page: usize,
     /// The scripts.
     pub script: usize,
-    /// The spectrum, compressed, before base64.
+    /// The spectrum, compressed, before it becomes letters.
     pub data: usize,
+    /// The mesh that is seen first, compressed, before it becomes letters.
+    pub first: usize,
     /// The still picture, before base64.
     pub still: usize,
 }
@@ -101,6 +110,9 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         return Err(Error::Range { isovalue: page.isovalue, low, high });
     }
     let data = data::compressed(spectrum, page.step)?;
+    let first = first::compressed(spectrum, page.isovalue, page.step)?;
+    // Not where it would make the page much larger.
+    let first = first.filter(|first| first.len() <= data.len() / LARGEST_FIRST).unwrap_or_default();
     let still = match page.still {
         Some(image) => {
             let mut bytes = Vec::new();
@@ -116,19 +128,25 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "isovalue": page.isovalue,
         "knots": spectrum.knots.len(),
         "triangles": spectrum.triangles.len(),
-        "histogram": page.histogram,
+        "samples": page.samples.map(|samples| curves::samples(samples, spectrum.range)),
         "curves": curves::curves(spectrum)?,
     });
     let script = script();
     let text = template::filled(&template::Parts {
         page,
         about: &about.to_string(),
-        data: &data::base64(&data),
+        first: &letters::letters(&first),
+        data: &letters::letters(&data),
         script: &script,
         still: &data::base64(&still),
     });
-    let sizes =
-        Sizes { page: text.len(), script: script.len(), data: data.len(), still: still.len() };
+    let sizes = Sizes {
+        page: text.len(),
+        script: script.len(),
+        data: data.len(),
+        first: first.len(),
+        still: still.len(),
+    };
     Ok((text, sizes))
 }
 

@@ -16,6 +16,7 @@ mod check;
 pub mod interval_tree;
 mod live_list;
 pub mod normal;
+mod numbers;
 mod quantise;
 mod query;
 

@@ -15,7 +15,6 @@ mod hand;
 mod loading;
 mod options;
 mod plot;
-mod samples;
 mod save;
 mod scene;
 mod typed;

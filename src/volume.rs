@@ -12,12 +12,14 @@
 //! spacing is anisotropic; exports are in the world frame.
 
 mod decode;
+mod histogram;
 mod npy;
 mod nrrd;
 pub mod phantom;
 mod raw;
 mod read;
 
+pub use histogram::Histogram;
 pub use phantom::{phantom, phantom_names};
 pub use read::{ReadOptions, read_volume};
 

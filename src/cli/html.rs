@@ -7,7 +7,7 @@ use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::volume::{ReadOptions, read_volume};
+use isospectrum::volume::{Histogram, ReadOptions, read_volume};
 use isospectrum::{Error, Result};
 
 use super::compute::{not_negative, positive};
@@ -54,7 +54,7 @@ pub(super) struct Html {
     #[arg(long)]
     open: bool,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
-    /// goes into the page, its samples do not
+    /// and percentiles go into the page, its samples do not
     #[arg(long, value_name = "VOLUME")]
     volume: Option<PathBuf>,
     /// Adapter for the still picture, by a part of its name
@@ -74,7 +74,7 @@ impl Html {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let spectrum = self.published(spectrum)?;
         let isovalue = self.isovalue.in_range(spectrum.range);
-        let histogram = self.histogram(&spectrum)?;
+        let samples = self.samples(&spectrum)?;
         let still = self.still(&spectrum, isovalue)?;
         let page = Page {
             title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
@@ -83,7 +83,7 @@ impl Html {
             isovalue,
             step: self.step,
             open: self.open,
-            histogram: histogram.as_deref(),
+            samples: samples.as_ref(),
             still: still.as_ref(),
         };
         let (text, sizes) = page::html(&spectrum, &page)?;
@@ -106,7 +106,7 @@ impl Html {
     }
 
     /// The histogram of the volume, if there is one.
-    fn histogram(&self, spectrum: &Spectrum) -> Result<Option<Vec<u64>>> {
+    fn samples(&self, spectrum: &Spectrum) -> Result<Option<Histogram>> {
         let Some(path) = &self.volume else { return Ok(None) };
         let volume = read_volume(path, &ReadOptions::default())?;
         let (found, expected) = (volume.dims(), spectrum.volume.dims);
@@ -116,7 +116,7 @@ impl Html {
                 path.display()
             )));
         }
-        Ok(Some(page::histogram(volume.samples(), spectrum.range)))
+        Ok(Some(Histogram::of(&volume)))
     }
 
     /// The picture for those who can see no other, if there is an adapter to draw it.
@@ -143,11 +143,12 @@ impl Html {
     fn tell(&self, spectrum: &Spectrum, sizes: Sizes) {
         let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
         log::info!(
-            "{}: {}, of which script {}, still picture {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
+            "{}: {}, of which script {}, still picture {}, first mesh {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
             self.output.display(),
             report::bytes(sizes.page as u64),
             report::bytes(sizes.script as u64),
             report::bytes(sizes.still as u64),
+            report::bytes(sizes.first as u64),
             report::bytes(sizes.data as u64),
             per(spectrum.triangles.len()),
             per(spectrum.knots.len()),

@@ -1,11 +1,12 @@
 //! What the isosurfaces measure over the isovalue, for the plot above the slider.
 
+use glam::DVec3;
 use serde::Serialize;
 
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::spectrum::{EventKind, Query, Spectrum, SurfaceMesh};
-use crate::volume::Samples;
+use crate::volume::Histogram;
 
 /// Isovalues at which the curves are known.
 const N_ISOVALUES: usize = 129;
@@ -13,17 +14,25 @@ const N_ISOVALUES: usize = 129;
 /// Bins of the histogram; with 256, 8-bit samples have one each.
 const N_BINS: usize = 256;
 
-/// How many samples lie in each of `N_BINS` equal parts of a range; those outside do not count.
-pub fn histogram(samples: &Samples, (low, high): (f64, f64)) -> Vec<u64> {
-    let mut bins = vec![0; N_BINS];
-    for sample in (0..samples.len()).map(|i| samples.get(i)) {
-        // Halved first, so that even the widest range does not overflow.
-        let share = (0.5 * sample - 0.5 * low) / (0.5 * high - 0.5 * low);
-        if (0.0..=1.0).contains(&share) {
-            bins[((share * N_BINS as f64) as usize).min(N_BINS - 1)] += 1;
-        }
+/// Percentiles are known to a tenth of a percent.
+const N_PERCENTILES: usize = 1000;
+
+/// What a page tells of the samples of the volume.
+#[derive(Serialize)]
+pub(super) struct SamplesShown {
+    /// How many lie in each of as many equal parts of the range of isovalues.
+    histogram: Vec<u64>,
+    /// Percentiles from 0 to 100 in even steps.
+    percentiles: Vec<f64>,
+}
+
+/// What a page that shows a range of isovalues tells of the samples.
+pub(super) fn samples(samples: &Histogram, range: (f64, f64)) -> SamplesShown {
+    let percent = |i: usize| 100.0 * i as f64 / N_PERCENTILES as f64;
+    SamplesShown {
+        histogram: samples.parts(N_BINS, range),
+        percentiles: (0..=N_PERCENTILES).map(|i| samples.percentile(percent(i))).collect(),
     }
-    bins
 }
 
 /// Curves over evenly spaced isovalues from one end of the range to the other.
@@ -35,6 +44,8 @@ pub(super) struct Curves {
     euler: Vec<i64>,
     /// Area without caps, world units squared.
     area: Vec<f32>,
+    /// Volume inside the mesh, caps included, world units cubed.
+    volume: Vec<f32>,
     /// Isovalue and kind (0 emerge, 1 merge, 2 handle-open, 3 split, 4 handle-close, 5 vanish) of
     /// each event.
     events: Vec<(f64, u8)>,
@@ -47,6 +58,7 @@ pub(super) fn curves(spectrum: &Spectrum) -> Result<Curves> {
         components: Vec::new(),
         euler: Vec::new(),
         area: Vec::new(),
+        volume: Vec::new(),
         events: spectrum.events.iter().map(|e| (e.isovalue, code(e.kind))).collect(),
     };
     let mut query = Query::new(spectrum);
@@ -58,6 +70,7 @@ pub(super) fn curves(spectrum: &Spectrum) -> Result<Curves> {
         curves.components.push(components(&mesh));
         curves.euler.push(euler(&mesh));
         curves.area.push(area(&mesh) as f32);
+        curves.volume.push(volume(&mesh) as f32);
     }
     Ok(curves)
 }
@@ -102,13 +115,28 @@ fn euler(mesh: &SurfaceMesh) -> i64 {
     mesh.positions.len() as i64 - mesh.triangles.len() as i64 / 2
 }
 
+fn corner(mesh: &SurfaceMesh, v: u32) -> DVec3 {
+    DVec3::from(mesh.positions[v as usize].map(f64::from))
+}
+
 fn area(mesh: &SurfaceMesh) -> f64 {
     let corners = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
-    let of = |&[a, b, c]: &[u32; 3]| {
-        let at = |v: u32| glam::DVec3::from(mesh.positions[v as usize].map(f64::from));
-        0.5 * (at(b) - at(a)).cross(at(c) - at(a)).length()
+    let of = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|v| corner(mesh, v));
+        0.5 * (b - a).cross(c - a).length()
     };
     corners.map(|(triangle, _)| of(triangle)).sum()
+}
+
+/// What a closed mesh encloses: the sum of the tetrahedra that its triangles make with one of its
+/// vertices, which is nearer than the origin may be.
+fn volume(mesh: &SurfaceMesh) -> f64 {
+    let apex = if mesh.positions.is_empty() { DVec3::ZERO } else { corner(mesh, 0) };
+    let of = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|v| corner(mesh, v) - apex);
+        a.dot(b.cross(c)) / 6.0
+    };
+    mesh.triangles.iter().map(of).sum::<f64>().abs()
 }
 
 #[cfg(test)]
@@ -116,15 +144,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_outside_the_range_are_in_no_bin() {
-        let samples = Samples::U8(vec![0, 9, 10, 10, 15, 20, 21]);
-        let bins = histogram(&samples, (10.0, 20.0));
+    fn samples_outside_the_range_are_in_no_bin_but_count_for_percentiles() {
+        let values = [0.0, 9.0, 10.0, 10.0, 15.0, 20.0, 21.0];
+        let shown = samples(&Histogram::of_values(values.into_iter(), (0.0, 21.0)), (9.99, 20.01));
+        let bins = shown.histogram;
         assert_eq!((bins[0], bins[N_BINS / 2], bins[N_BINS - 1]), (2, 1, 1));
         assert_eq!(bins.iter().sum::<u64>(), 4);
+        let of = |percent: usize| shown.percentiles[percent * N_PERCENTILES / 100];
+        // A bin of the finer histogram is 21 / 65,536 wide.
+        assert!((of(0) - 0.0).abs() < 1e-3 && (of(50) - 10.0).abs() < 1e-3);
+        assert!((of(100) - 21.0).abs() < 1e-3);
     }
 
     #[test]
-    fn two_tetrahedra_are_two_components_of_euler_characteristic_four() {
+    fn two_tetrahedra_are_two_components_with_the_volume_of_both() {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
         let mut mesh = SurfaceMesh::default();
@@ -137,6 +170,8 @@ mod tests {
         // Three right triangles of 1/2 and one of side sqrt 2.
         let expected = 2.0 * (1.5 + 3f64.sqrt() / 2.0);
         assert!((area(&mesh) - expected).abs() < 1e-12);
+        // They lie in one place; each counts.
+        assert!((volume(&mesh) - 2.0 / 6.0).abs() < 1e-12);
         mesh.caps[0] = true;
         assert!((area(&mesh) - expected + 0.5).abs() < 1e-12, "caps have no area");
     }

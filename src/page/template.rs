@@ -13,7 +13,9 @@ pub(super) struct Parts<'a> {
     pub(super) page: &'a Page<'a>,
     /// JSON.
     pub(super) about: &'a str,
-    /// Base64.
+    /// Letters; empty where there is no first mesh.
+    pub(super) first: &'a str,
+    /// Letters.
     pub(super) data: &'a str,
     pub(super) script: &'a str,
     /// Base64 of a PNG; empty where there is none.
@@ -46,6 +48,7 @@ pub(super) fn filled(parts: &Parts) -> String {
         "fragment" => FRAGMENT_GLSL.into(),
         // In JSON a '<' stands in strings only, where it has another spelling that ends no script.
         "about" => parts.about.replace('<', "\\u003c"),
+        "first" => parts.first.into(),
         "data" => parts.data.into(),
         "script" => parts.script.into(),
         _ => unreachable!("a test looks at every name in the template"),
@@ -104,12 +107,13 @@ mod tests {
             isovalue: 0.0,
             step: 1.0,
             open: false,
-            histogram: None,
+            samples: None,
             still: None,
         };
         let text = filled(&Parts {
             page: &page,
             about: "{\"a\":\"</script>\"}",
+            first: "",
             data: "AAAA",
             script: "",
             still: "",

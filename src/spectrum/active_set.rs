@@ -1,4 +1,4 @@
-//! The triangles alive at one rank, kept up to date as the rank moves.
+//! The triangles alive at one rank, in order, kept up to date as the rank moves.
 //!
 //! A jump asks the interval tree. A small move instead reads two lists of all triangles, sorted by
 //! birth and by death, only between the old and the new rank (design: tracking, active-set query).
@@ -7,106 +7,70 @@
 
 use super::Triangle;
 use super::interval_tree::IntervalTree;
+use super::numbers::Numbers;
 
 /// The active triangles of a spectrum.
 #[derive(Clone, Debug)]
 pub struct ActiveSet {
     tree: IntervalTree,
-    /// (birth, triangle), increasing.
-    births: Vec<(u32, u32)>,
-    /// (death, triangle), increasing.
-    deaths: Vec<(u32, u32)>,
+    /// (birth, death, triangle), increasing.
+    births: Vec<(u32, u32, u32)>,
+    /// (death, birth, triangle), increasing.
+    deaths: Vec<(u32, u32, u32)>,
     rank: Option<u32>,
+    alive: Numbers,
+    /// What is in `alive`.
     triangles: Vec<u32>,
-    appearing: Vec<u32>,
-    merged: Vec<u32>,
-    /// One bit per triangle, all clear between calls.
-    bits: Vec<u64>,
 }
 
 impl ActiveSet {
     /// The set of `triangles`, still empty.
     pub fn new(triangles: &[Triangle]) -> Self {
         let lifetimes: Vec<(u32, u32)> = triangles.iter().map(|t| (t.birth, t.death)).collect();
-        let sorted = |rank_of: fn(&Triangle) -> u32| {
-            let mut list: Vec<(u32, u32)> =
-                triangles.iter().zip(0..).map(|(t, i)| (rank_of(t), i)).collect();
+        let sorted = |entry: fn(&Triangle, u32) -> (u32, u32, u32)| {
+            let mut list: Vec<_> = triangles.iter().zip(0..).map(|(t, i)| entry(t, i)).collect();
             list.sort_unstable();
             list
         };
         ActiveSet {
             tree: IntervalTree::new(&lifetimes),
-            births: sorted(|t| t.birth),
-            deaths: sorted(|t| t.death),
+            births: sorted(|t, i| (t.birth, t.death, i)),
+            deaths: sorted(|t, i| (t.death, t.birth, i)),
             rank: None,
+            alive: Numbers::new(triangles.len()),
             triangles: Vec::new(),
-            appearing: Vec::new(),
-            merged: Vec::new(),
-            bits: vec![0; triangles.len().div_ceil(64)],
         }
     }
 
     /// Moves to `rank` and returns the indices of the triangles alive there, increasing.
-    /// `triangles` must be those the set was made for.
-    pub fn move_to(&mut self, triangles: &[Triangle], rank: u32) -> &[u32] {
-        let between = |list: &[(u32, u32)], low: u32, high: u32| {
-            list.partition_point(|&(r, _)| r <= low)..list.partition_point(|&(r, _)| r <= high)
-        };
-        let changes = match self.rank {
-            Some(old) if old == rank => return &self.triangles,
-            Some(old) if old < rank => &self.births[between(&self.births, old, rank)],
-            Some(old) => &self.deaths[between(&self.deaths, rank, old)],
-            None => &self.births[..],
-        };
-        let alive = |i: u32| {
-            let t = &triangles[i as usize];
-            t.birth <= rank && rank < t.death
-        };
-        if self.rank.is_some() && changes.len() <= self.triangles.len() / 4 {
-            self.appearing.clear();
-            self.appearing.extend(changes.iter().map(|&(_, i)| i).filter(|&i| alive(i)));
-            self.appearing.sort_unstable();
-            self.triangles.retain(|&i| alive(i));
-            merge(&self.triangles, &self.appearing, &mut self.merged);
-            std::mem::swap(&mut self.triangles, &mut self.merged);
-        } else {
-            self.triangles.clear();
-            self.tree.stab(rank, |i| self.triangles.push(i));
-            sort(&mut self.triangles, &mut self.bits);
+    pub fn move_to(&mut self, rank: u32) -> &[u32] {
+        if self.rank == Some(rank) {
+            return &self.triangles;
         }
-        self.rank = Some(rank);
+        let old = self.rank.replace(rank);
+        let between = |list: &[(u32, u32, u32)], low: u32, high: u32| {
+            list.partition_point(|&(r, ..)| r <= low)..list.partition_point(|&(r, ..)| r <= high)
+        };
+        let (low, high) = (old.unwrap_or(0).min(rank), old.unwrap_or(0).max(rank));
+        let births = &self.births[between(&self.births, low, high)];
+        let deaths = &self.deaths[between(&self.deaths, low, high)];
+        if old.is_none() || births.len() + deaths.len() > self.triangles.len() {
+            self.alive.clear();
+            self.tree.stab(rank, |triangle| self.alive.insert(triangle));
+        } else if rank == high {
+            // One that is born and dies on the way comes in neither of the two.
+            let dying = deaths.iter().filter(|(_, birth, _)| *birth <= low);
+            dying.for_each(|&(.., triangle)| self.alive.remove(triangle));
+            let born = births.iter().filter(|(_, death, _)| *death > high);
+            born.for_each(|&(.., triangle)| self.alive.insert(triangle));
+        } else {
+            let unborn = births.iter().filter(|(_, death, _)| *death > high);
+            unborn.for_each(|&(.., triangle)| self.alive.remove(triangle));
+            let back = deaths.iter().filter(|(_, birth, _)| *birth <= low);
+            back.for_each(|&(.., triangle)| self.alive.insert(triangle));
+        }
+        self.triangles.clear();
+        self.alive.each(|triangle| self.triangles.push(triangle));
         &self.triangles
     }
-}
-
-/// Sorts a list of different triangles: by way of one bit each unless they are so few that looking
-/// at all bits would cost more than comparing.
-fn sort(triangles: &mut Vec<u32>, bits: &mut [u64]) {
-    if bits.len() > 8 * triangles.len() {
-        triangles.sort_unstable();
-        return;
-    }
-    for &i in triangles.iter() {
-        bits[i as usize / 64] |= 1 << (i % 64);
-    }
-    triangles.clear();
-    for (word, base) in bits.iter_mut().zip((0u32..).step_by(64)) {
-        while *word != 0 {
-            triangles.push(base + word.trailing_zeros());
-            *word &= *word - 1;
-        }
-    }
-}
-
-/// Merges two increasing lists without common elements.
-fn merge(a: &[u32], b: &[u32], merged: &mut Vec<u32>) {
-    merged.clear();
-    let mut a = a.iter().copied().peekable();
-    for &next in b {
-        while let Some(i) = a.next_if(|&i| i < next) {
-            merged.push(i);
-        }
-        merged.push(next);
-    }
-    merged.extend(a);
 }

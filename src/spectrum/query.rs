@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::active_set::ActiveSet;
+use super::numbers::Numbers;
 use super::{Knot, Spectrum, SurfaceMesh, normal};
 use crate::error::{Error, Result};
 
@@ -15,15 +16,26 @@ use crate::error::{Error, Result};
 /// does not come near to.
 const VERTICES_PER_TASK: usize = 1 << 13;
 
+/// Trajectories of at most so many knots are searched where the knots are, which are needed anyway.
+const SHORT: usize = 4;
+
 /// Answers queries on one spectrum, fastest where successive isovalues are close.
 #[derive(Clone, Debug)]
 pub struct Query<'a> {
     spectrum: &'a Spectrum,
     active: ActiveSet,
-    /// Per vertex of the spectrum: the stamp of the query that used it last, and its index in
-    /// that query's mesh.
-    marks: Vec<(u32, u32)>,
-    stamp: u32,
+    /// The vertices of each triangle, and whether it is a cap; closer together than in
+    /// [`Spectrum::triangles`].
+    corners: Vec<[u32; 3]>,
+    caps: Vec<bool>,
+    /// As [`Spectrum::knots`].
+    knots: Vec<TimedKnot>,
+    /// Their ranks alone: a search among many knots finds sixteen in a cache line.
+    ranks: Vec<u32>,
+    /// The vertices of the mesh in the making.
+    used: Numbers,
+    /// Of each of them, its index in the mesh.
+    indices: Vec<u32>,
     /// The vertices of the last mesh, by their index in it.
     vertices: Vec<u32>,
 }
@@ -32,17 +44,22 @@ impl<'a> Query<'a> {
     /// Builds the search structures, in O(n log n) of the number of triangles. The spectrum must
     /// pass [`Spectrum::check`].
     pub fn new(spectrum: &'a Spectrum) -> Self {
+        let knots = spectrum.knots.iter().map(|k| TimedKnot::new(k, &spectrum.isovalues));
         Query {
             spectrum,
             active: ActiveSet::new(&spectrum.triangles),
-            marks: vec![(0, 0); spectrum.n_vertices()],
-            stamp: 0,
+            corners: spectrum.triangles.iter().map(|t| t.vertices).collect(),
+            caps: spectrum.triangles.iter().map(|t| t.cap).collect(),
+            knots: knots.collect(),
+            ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
+            used: Numbers::new(spectrum.n_vertices()),
+            indices: vec![0; spectrum.n_vertices()],
             vertices: Vec::new(),
         }
     }
 
     /// The mesh at `isovalue`: the triangles with birth <= isovalue < death, by index, and their
-    /// vertices in order of first use.
+    /// vertices, by number.
     ///
     /// # Errors
     ///
@@ -64,34 +81,34 @@ impl<'a> Query<'a> {
         if !(low <= isovalue && isovalue <= high) {
             return Err(Error::Range { isovalue, low, high });
         }
-        mesh.positions.clear();
-        mesh.normals.clear();
         mesh.triangles.clear();
         mesh.caps.clear();
-        let Some(rank) = spectrum.rank_at(isovalue) else { return Ok(()) };
-        self.next_stamp();
+        let Some(rank) = spectrum.rank_at(isovalue) else {
+            mesh.positions.clear();
+            mesh.normals.clear();
+            return Ok(());
+        };
+        let active = self.active.move_to(rank);
+        mesh.triangles.extend(active.iter().map(|&i| {
+            let corners = self.corners[i as usize];
+            corners.iter().for_each(|&v| self.used.insert(v));
+            corners
+        }));
+        mesh.caps.extend(active.iter().map(|&i| self.caps[i as usize]));
         self.vertices.clear();
-        let active = self.active.move_to(&spectrum.triangles, rank);
-        mesh.triangles.reserve(active.len());
-        mesh.caps.reserve(active.len());
-        for &i in active {
-            let triangle = &spectrum.triangles[i as usize];
-            mesh.triangles.push(triangle.vertices.map(|v| {
-                let (stamp, index) = &mut self.marks[v as usize];
-                if *stamp != self.stamp {
-                    (*stamp, *index) = (self.stamp, self.vertices.len() as u32);
-                    self.vertices.push(v);
-                }
-                *index
-            }));
-            mesh.caps.push(triangle.cap);
+        self.used.drain(|v| {
+            self.indices[v as usize] = self.vertices.len() as u32;
+            self.vertices.push(v);
+        });
+        for triangle in &mut mesh.triangles {
+            *triangle = triangle.map(|v| self.indices[v as usize]);
         }
+        // Not cleared before: all of it is written.
         mesh.positions.resize(self.vertices.len(), [0.0; 3]);
         mesh.normals.resize(self.vertices.len(), [0.0; 3]);
-        // After the triangles, so that the processor waits for many trajectories at once.
         let interpolate = |((vertices, positions), normals): ((&[u32], &mut [_]), &mut [_])| {
             for ((&v, position), normal) in vertices.iter().zip(positions).zip(normals) {
-                (*position, *normal) = spectrum.vertex_at(v, rank, isovalue);
+                (*position, *normal) = self.vertex_at(v, rank, isovalue);
             }
         };
         if self.vertices.len() <= VERTICES_PER_TASK {
@@ -105,13 +122,43 @@ impl<'a> Query<'a> {
         Ok(())
     }
 
-    /// A stamp no mark carries.
-    fn next_stamp(&mut self) {
-        if self.stamp == u32::MAX {
-            self.marks.fill((0, 0));
-            self.stamp = 0;
+    /// As [`Spectrum::vertex_at`].
+    #[inline]
+    fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> ([f32; 3], [f32; 3]) {
+        let first_knot = &self.spectrum.first_knot;
+        let range = first_knot[v as usize] as usize..first_knot[v as usize + 1] as usize;
+        let trajectory = &self.knots[range.clone()];
+        let next = if trajectory.len() <= SHORT {
+            trajectory.partition_point(|knot| knot.isovalue <= isovalue)
+        } else {
+            self.ranks[range].partition_point(|&r| r <= rank)
+        };
+        let before = &trajectory[next.saturating_sub(1)];
+        let after = &trajectory[next.min(trajectory.len() - 1)];
+        if before.isovalue == after.isovalue || before.isovalue == isovalue {
+            return (before.position, before.normal);
         }
-        self.stamp += 1;
+        between(before, after, fraction(isovalue, before.isovalue, after.isovalue))
+    }
+}
+
+/// A knot as meshes need it: with its isovalue, so that no table has to be asked for it, and its
+/// normal as a vector, which takes a root to find. 32 bytes, of which two fill a cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct TimedKnot {
+    isovalue: f64,
+    position: [f32; 3],
+    normal: [f32; 3],
+}
+
+impl TimedKnot {
+    fn new(knot: &Knot, isovalues: &[f64]) -> Self {
+        TimedKnot {
+            isovalue: isovalues[knot.rank as usize],
+            position: knot.position,
+            normal: normal::decode(knot.normal),
+        }
     }
 }
 
@@ -139,9 +186,8 @@ impl Spectrum {
         {
             return (before.position, normal::decode(before.normal));
         }
-        let (low, high) =
-            (self.isovalues[before.rank as usize], self.isovalues[after.rank as usize]);
-        between(&before, &after, fraction(isovalue, low, high))
+        let [before, after] = [before, after].map(|k| TimedKnot::new(&k, &self.isovalues));
+        between(&before, &after, fraction(isovalue, before.isovalue, after.isovalue))
     }
 }
 
@@ -152,12 +198,13 @@ fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
 }
 
 /// Position and unit normal at the fraction `t` of the way between two knots.
-fn between(before: &Knot, after: &Knot, t: f64) -> ([f32; 3], [f32; 3]) {
+#[inline]
+fn between(before: &TimedKnot, after: &TimedKnot, t: f64) -> ([f32; 3], [f32; 3]) {
     // Positions in double precision: a coordinate of a large volume has no bits to spare.
     let (p, q) = (before.position, after.position);
     let position =
         std::array::from_fn(|i| ((1.0 - t) * f64::from(p[i]) + t * f64::from(q[i])) as f32);
-    let (a, b) = (normal::decode(before.normal), normal::decode(after.normal));
+    let (a, b) = (before.normal, after.normal);
     let t = t as f32;
     let n: [f32; 3] = std::array::from_fn(|i| (1.0 - t) * a[i] + t * b[i]);
     let squared = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];

@@ -9,13 +9,12 @@ use std::thread;
 
 use eframe::egui;
 
-use super::samples::Histogram;
 use crate::error::{Error, Result};
 use crate::file::{self, thesis};
 use crate::kernels::{Backend, Choice};
 use crate::spectrum::Spectrum;
 use crate::sweep::{self, Parameters, Progress};
-use crate::volume::{ReadOptions, Volume, read_volume};
+use crate::volume::{Histogram, ReadOptions, Volume, read_volume};
 
 /// What comes out.
 #[derive(Debug)]

@@ -10,12 +10,12 @@ use glam::{DVec2, DVec3};
 use super::curves::Curves;
 use super::hand;
 use super::loading::Loaded;
-use super::samples::Histogram;
 use super::typed;
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, SHOWN_FORMAT, View};
 use crate::spectrum::Spectrum;
+use crate::volume::Histogram;
 
 /// A spectrum on the screen.
 pub(super) struct Scene {

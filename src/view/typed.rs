@@ -1,6 +1,6 @@
 //! Isovalues as people type them: `37.2`, `50%` of the range, `p99` of the samples.
 
-use super::samples::Histogram;
+use crate::volume::Histogram;
 
 /// The isovalue that `text` means.
 ///

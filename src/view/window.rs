@@ -13,7 +13,6 @@ use glam::DVec2;
 use super::actions::{self, Action, HELP};
 use super::loading::{Loaded, Loading, Source};
 use super::options::{self, Command, Options};
-use super::samples::Histogram;
 use super::save::{self, Sweep};
 use super::scene::Scene;
 use super::{Content, Opening, hand, plot, typed};
@@ -21,6 +20,7 @@ use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::{Background, Camera, View};
 use crate::sweep::Parameters;
+use crate::volume::Histogram;
 
 /// Seconds in which a played sweep goes through the range.
 const SWEEP_SECONDS: f64 = 12.0;

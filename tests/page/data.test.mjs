@@ -14,17 +14,21 @@ const LARGEST_TURN = 3 * Math.SQRT2 * (0.5 / 63 + 0.5 / 127);
 
 /** The page's way from bytes to a spectrum. */
 function decoder() {
-    const scripts = ["file", "connectivity", "trajectories", "active", "mesh"];
+    const scripts = ["letters", "file", "connectivity", "trajectories", "active", "mesh"];
     const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
-    return new Function(`${text.join("\n")}\nreturn { spectrumOf, decodedNormal, ActiveSet };`)();
+    return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, decodedNormal, ActiveSet, Query };`)();
 }
 
 function embedded() {
     const page = readFileSync(join(folder, "page.html"), "utf8");
     const content = (id) => new RegExp(`id="${id}">([^<]*)</script>`).exec(page)[1];
     const about = JSON.parse(content("about"));
-    const bytes = new Uint8Array(inflateRawSync(Buffer.from(content("data"), "base64")));
-    return { about, spectrum: decoder().spectrumOf(bytes, about.normalRadius) };
+    const spectrum = (id) => {
+        const { bytesOfLetters, spectrumOf } = decoder();
+        const bytes = new Uint8Array(inflateRawSync(bytesOfLetters(content(id))));
+        return spectrumOf(bytes, about.normalRadius);
+    };
+    return { about, spectrum: spectrum("data"), first: spectrum("first") };
 }
 
 /** The layout of the thesis: FORMAT.md. */
@@ -68,6 +72,26 @@ test("the page holds every knot and every triangle, rounded to its step", () => 
         assert.equal(f32(isovalues[spectrum.births[t]]), birth);
         assert.equal(f32(isovalues[spectrum.deaths[t]]), death);
     });
+});
+
+test("the mesh that is seen first is that of the whole at its isovalue", () => {
+    const { about, spectrum, first } = embedded();
+    const { Query } = decoder();
+    const [whole, alone] = [spectrum, first].map((s) => {
+        const query = new Query(s, about.step);
+        query.moveTo(about.isovalue);
+        return query.mesh(false, true);
+    });
+    assert.equal(alone.triangles.length, whole.triangles.length);
+    assert.equal(alone.positions.length, whole.positions.length);
+    // Vertices are numbered anew, so axis by axis; half a step of rounding each.
+    const along = ({ positions }, axis) => positions.filter((_, i) => i % 3 === axis).sort();
+    for (let axis = 0; axis < 3; axis++) {
+        const wanted = along(whole, axis);
+        along(alone, axis).forEach((x, i) => {
+            assert.ok(Math.abs(x - wanted[i]) <= about.step, `${x}, expected ${wanted[i]}`);
+        });
+    }
 });
 
 test("active triangles are those whose lifetime contains the rank, after moves of any size", () => {

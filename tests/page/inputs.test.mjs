@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, describe, test } from "node:test";
-import { expected, launch, open, settled, state, watched } from "./browser.mjs";
+import { address, expected, launch, open, settled, state, watched } from "./browser.mjs";
 
 const [low, high] = expected.range;
 const at = (share) => low + share * (high - low);
@@ -42,7 +42,7 @@ describe("inputs", () => {
         await close();
     });
 
-    test("typed isovalues are numbers or percentages, others are refused with a reason", async () => {
+    test("typed isovalues are numbers, percentages or percentiles, others are refused with a reason", async () => {
         const { page, close } = await watched(browser);
         await open(page);
         const typed = page.locator("#isovalue");
@@ -54,7 +54,16 @@ describe("inputs", () => {
         await typed.press("Enter");
         await settled(page);
         assert.equal((await state(page)).isovalue, Number(digits), "all digits count");
-        for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/]]) {
+        await typed.fill("p90");
+        await typed.press("Enter");
+        await settled(page);
+        // Nine tenths of the samples are a tabulated percentile.
+        assert.equal((await state(page)).isovalue, expected.p90);
+        await typed.fill(digits);
+        await typed.press("Enter");
+        await settled(page);
+        for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/],
+            ["p101", /p0 to p100/], ["p9%", /expected a number, a percentage/]]) {
             await typed.fill(wrong);
             await typed.press("Enter");
             assert.match(await page.locator("#message").textContent(), reason);
@@ -66,6 +75,33 @@ describe("inputs", () => {
         await typed.fill("");
         await typed.pressSequentially("w");
         assert.equal((await state(page)).wireframe, false);
+        await close();
+    });
+
+    test("the first picture does not wait for the other isovalues", async () => {
+        const { page, close } = await watched(browser);
+        // A worker that answers when it is told to, and then that it cannot, so the page does it.
+        await page.addInitScript(() => {
+            window.Worker = class {
+                postMessage() { window.answer = (answer) => this.onmessage({ data: answer }); }
+                terminate() {}
+            };
+        });
+        await page.goto(address({}));
+        await page.waitForFunction(() => window.isospectrum?.getState().nPictures > 0);
+        const first = await state(page);
+        assert.ok(!first.isWhole && first.nTriangles > 0);
+        await page.getByText("Loading the other isovalues").waitFor();
+        await page.evaluate((c) => window.isospectrum.setIsovalue(c), at(0.75));
+        await settled(page);
+        assert.equal((await state(page)).nTriangles, first.nTriangles, "the first mesh stays");
+        await page.evaluate(() => window.answer({ error: "not today" }));
+        await page.waitForFunction(() => document.documentElement.dataset.ready);
+        await settled(page);
+        const whole = await state(page);
+        assert.ok(whole.isWhole && whole.isovalue === at(0.75));
+        assert.notEqual(whole.nTriangles, first.nTriangles);
+        await page.getByText("Loading the other isovalues").waitFor({ state: "hidden" });
         await close();
     });
 

@@ -1,14 +1,14 @@
 //! How often each value occurs among the samples of a volume.
 
-use crate::volume::Volume;
+use super::Volume;
 
 /// Bins over the range: two for each value of 16 bits would not change a picture, and a percentile
 /// is within a 65,536th of the range.
 const N_BINS: usize = 1 << 16;
 
-/// A histogram of samples.
+/// A histogram of samples over their range.
 #[derive(Clone, Debug)]
-pub(super) struct Histogram {
+pub struct Histogram {
     range: (f64, f64),
     counts: Vec<u64>,
     total: u64,
@@ -16,13 +16,13 @@ pub(super) struct Histogram {
 
 impl Histogram {
     /// The histogram of a volume's samples.
-    pub(super) fn of(volume: &Volume) -> Self {
+    pub fn of(volume: &Volume) -> Self {
         let samples = volume.samples();
         Self::of_values((0..samples.len()).map(|i| samples.get(i)), volume.range())
     }
 
-    /// The histogram of values in a range.
-    pub(super) fn of_values(values: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
+    /// The histogram of values, all of which lie in a range.
+    pub fn of_values(values: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
         let (low, high) = range;
         let mut counts = vec![0; N_BINS];
         let mut total = 0;
@@ -34,8 +34,8 @@ impl Histogram {
         Histogram { range, counts, total }
     }
 
-    /// The value below which `percent` of the samples lie, to within a bin.
-    pub(super) fn percentile(&self, percent: f64) -> f64 {
+    /// The value below which `percent` (0 to 100) of the samples lie, to within a 65,536th of the range.
+    pub fn percentile(&self, percent: f64) -> f64 {
         let (low, high) = self.range;
         let wanted = percent / 100.0 * self.total as f64;
         let mut below = 0.0;
@@ -50,8 +50,8 @@ impl Histogram {
         high
     }
 
-    /// Counts in `n` equal parts of `low` to `high`.
-    pub(super) fn parts(&self, n: usize, (low, high): (f64, f64)) -> Vec<u64> {
+    /// How many samples lie in each of `n` equal parts of `low` to `high`; those outside do not count.
+    pub fn parts(&self, n: usize, (low, high): (f64, f64)) -> Vec<u64> {
         let (first, last) = self.range;
         let mut parts = vec![0; n];
         for (i, &count) in self.counts.iter().enumerate() {
