@@ -10,12 +10,15 @@ use crate::kernels::Kernels;
 
 /// On its way through one arc a mesh begins again at most so many times, and only while the faces
 /// of all these meshes are fewer than this.
-const MOST: u32 = 6;
+const MOST: u32 = 4;
 const MOST_FACES: usize = 400_000;
+
+/// Smaller meshes do not begin again: the exact extraction shows them as well.
+const SMALLEST: usize = 300;
 
 /// A mesh that has come this far, as a share of what is left of its arc, begins again where it is; else
 /// farther on by this share, and twice as far each time.
-const PROGRESS: f64 = 0.004;
+const PROGRESS: f64 = 0.03;
 
 /// How one mesh begins again on its way through an arc.
 pub(super) struct Again<'a> {
@@ -56,6 +59,9 @@ impl<'a> Again<'a> {
         kernels: &mut dyn Kernels,
         counts: &mut Counts,
     ) -> Result<Option<Before>> {
+        if front.mesh.n_faces() < SMALLEST {
+            return Ok(None);
+        }
         let from = front.at;
         let left = (self.last - from).abs();
         let has_come = self.begun.is_nan() || (from - self.begun).abs() > PROGRESS * left;

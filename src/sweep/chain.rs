@@ -14,7 +14,7 @@ use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
 use super::start::{extraction_of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
-use super::track::{Repair, Tracking, Way, track};
+use super::track::{End, Repair, Tracking, Way, track};
 use super::window::{typical_slope, window};
 use super::{Counts, Piece, Sweep};
 use crate::error::{Error, Result};
@@ -286,8 +286,10 @@ impl<'a> Chain<'a> {
         let mut kernels = sweep.backend.kernels(&sweep.field)?;
         let mut again = Again::new(sweep, arc, direction, last);
         loop {
-            if track(front, kernels.as_mut(), &tracking, counts)? {
-                return Ok(true);
+            match track(front, kernels.as_mut(), &tracking, counts)? {
+                End::Arrived => return Ok(true),
+                End::TooDense => return Ok(false),
+                End::Stuck => {}
             }
             match again.begin(front, kernels.as_mut(), counts)? {
                 Some(before) => {

@@ -49,6 +49,11 @@ const BORDER_MOTION: f32 = 0.3;
 const MOST_REPAIRED_FACES: usize = 200_000;
 const MOST_REPAIRS: (usize, usize) = (8, 40);
 
+/// A mesh that is repaired more often than once in so many steps, but for the first repairs, is given
+/// up.
+const STEPS_PER_REPAIR: usize = 2;
+const REPAIRS_AHEAD: usize = 6;
+
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;
 
@@ -118,19 +123,31 @@ struct Step {
     may_retreat: bool,
 }
 
-/// Tracks a mesh as far as it goes, at most to `way.last`; true if it gets there or near enough. What is reached
-/// is in `front.at`. Where a step fails a check however short it is, `repair` is asked.
+/// How tracking ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// At the last isovalue, or near enough.
+    Arrived,
+    /// No step passes the checks, nor does a repair help.
+    Stuck,
+    /// The mesh takes more faces than the exact extraction.
+    TooDense,
+}
+
+/// Tracks a mesh as far as it goes, at most to `way.last`. What is reached is in `front.at`. Where a
+/// step fails a check however short it is, `repair` is asked.
 pub(crate) fn track(
     front: &mut Front,
     kernels: &mut dyn Kernels,
     tracking: &Tracking,
     counts: &mut Counts,
-) -> Result<bool> {
+) -> Result<End> {
     let &Tracking { field, parameters, way, cancelled, repair } = tracking;
     let sign = way.direction.sign();
     let mut step = first_step(&front.mesh, field, way, front.at);
     let mut compacted = front.mesh.compacted();
-    let (mut repairs, mut retreats, mut limit) = (0, 0, f64::INFINITY);
+    let (mut steps, mut repairs) = (0, 0);
+    let (mut retreats, mut limit) = (0, f64::INFINITY);
     while (way.last - front.at) * sign > 0.0 {
         cancelled()?;
         let at = front.at;
@@ -158,18 +175,19 @@ pub(crate) fn track(
                 continue;
             }
             if (way.last - at).abs() <= way.window {
-                return Ok(true);
+                return Ok(End::Arrived);
             }
             repairs += 1;
             let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
-                .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1);
+                .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
+                .min(REPAIRS_AHEAD + steps / STEPS_PER_REPAIR);
             if repairs > most || !repair(front, (tried.failed_at, &tried.points), kernels, counts)? {
-                return Ok(false);
+                return Ok(End::Stuck);
             }
             compacted = front.mesh.compacted();
             step = (front.at - at).abs();
             if is_too_dense(&front.mesh) {
-                return Ok(false);
+                return Ok(End::TooDense);
             }
             continue;
         };
@@ -179,6 +197,7 @@ pub(crate) fn track(
         let recorder = &mut front.recorder;
         recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, next);
         counts.steps += 1;
+        steps += 1;
         (retreats, limit) = (0, f64::INFINITY);
         front.at = next;
         if (way.last - next) * sign <= 0.0 {
@@ -188,14 +207,14 @@ pub(crate) fn track(
         recorder.edits(&front.mesh, &collapsed, next, way.direction);
         if is_too_dense(&front.mesh) {
             log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
-            return Ok(false);
+            return Ok(End::TooDense);
         }
         compacted = front.mesh.compacted();
         let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         step = (next - at).abs() * f64::from(growth);
     }
-    Ok(true)
+    Ok(End::Arrived)
 }
 
 /// Whether the mesh takes more faces than the exact extraction: where the isosurface hugs the
@@ -316,7 +335,7 @@ fn advance(
     step: Step,
     counts: &mut Counts,
 ) -> Result<std::result::Result<Advanced, Refusal>> {
-    let &Tracking { field, parameters, .. } = tracking;
+    let &Tracking { field, parameters, way, .. } = tracking;
     let Step { at, next, tolerant, may_retreat } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, compacted, field, at, next);
@@ -358,7 +377,9 @@ fn advance(
         let points = folded.into_iter().map(middle).collect();
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
-    if !tolerant && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
+    // Told steps are refined too, but not where a whole arc is one of them.
+    let is_whole = way.fixed.is_some_and(|(_, step)| (way.last - at).abs() <= step);
+    if !tolerant && !is_whole && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
         counts.refused.off_midway += 1;
         return Ok(Err(Refusal::default()));
     }
