@@ -7,6 +7,7 @@
 //! components too small or too short-lived for one, the exact extraction shows (`lattice`): that
 //! depends on the field only, so a sweep always ends, and is right everywhere.
 
+mod advance;
 mod again;
 mod batches;
 mod border;

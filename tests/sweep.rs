@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex};
 
 use isospectrum::Error;
 use isospectrum::extract::count::count;
+use isospectrum::extract::extract;
 use isospectrum::file;
 use isospectrum::kernels::backend::GPU_FROM_VERTICES;
 use isospectrum::kernels::{Backend, Choice};
@@ -77,7 +78,7 @@ fn a_sphere_has_the_counted_topology_at_every_isovalue() {
 
 #[test]
 fn a_sphere_computed_on_the_gpu_has_the_counted_topology() {
-    let most = check(&volume("sphere:20"), Choice::Gpu);
+    let most = check(&volume("sphere:48"), Choice::Gpu);
     assert!(most >= GPU_FROM_VERTICES, "{most} vertices: all of it ran on the CPU");
 }
 
@@ -126,6 +127,33 @@ fn survival(spectrum: &Spectrum, isovalue: f64) -> f64 {
     let n_before = spectrum.triangles.iter().filter(alive(before)).count();
     let n_both = spectrum.triangles.iter().filter(alive(before)).filter(alive(after)).count();
     n_both as f64 / n_before as f64
+}
+
+#[test]
+fn a_sphere_is_tracked_along_the_border_of_the_volume() {
+    // Its isosurface meets the faces of the volume, then their edges, and closes in the corners.
+    let volume = volume("sphere:32");
+    let spectrum = swept(&volume, Choice::Cpu);
+    let counts = &spectrum.parameters["counts"];
+    assert!(counts["refused"]["left_volume"].as_u64().is_some_and(|n| n > 0), "{counts}");
+    let (low, high) = spectrum.range;
+    let mut query = Query::new(&spectrum);
+    let field = ExactField::new(&volume).expect("a field");
+    let dims = volume.dims().map(|d| (d - 1) as f32);
+    for share in [0.03, 0.1, 0.2, 0.3, 0.4] {
+        let isovalue = low + share * (high - low);
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let outside = |p: &[f32; 3]| (0..3).any(|a| p[a] < 0.0 || p[a] > dims[a]);
+        let off = |t: &[u32; 3]| t.iter().all(|&v| !outside(&mesh.positions[v as usize]));
+        assert!(mesh.triangles.iter().any(|t| !off(t)), "no cap at {share} of the range");
+        let (n, exact) = (mesh.triangles.len(), extract(&field, isovalue).faces.len());
+        assert!(5 * n < 3 * exact, "{n} triangles at {isovalue}, extracted {exact}: {counts}");
+        // A cap's own vertices lie beyond the border, but hardly.
+        for p in &mesh.positions {
+            let beyond = (0..3).map(|a| (-p[a]).max(p[a] - dims[a])).fold(f32::MIN, f32::max);
+            assert!(beyond < 1.0, "{p:?}");
+        }
+    }
 }
 
 #[test]

@@ -50,15 +50,11 @@ impl Mesh {
     ///      \ | /            \ | /
     ///        d                d
     /// ```
-    pub fn cross(
-        &mut self,
-        v: Vertex,
-        plane: u8,
-        cut: impl Fn(Vec3, Vec3) -> Vec3,
-    ) -> Crossed {
+    pub fn cross(&mut self, v: Vertex, plane: u8, cut: impl Fn(Vec3, Vec3) -> Vec3) -> Crossed {
         debug_assert!(self.can_cross(v, plane));
         let cap = self.is_taken_out(v);
-        let spokes: Vec<HalfEdge> = self.spokes(v).filter(|&h| self.is_cut(h, plane, cap)).collect();
+        let spokes: Vec<HalfEdge> =
+            self.spokes(v).filter(|&h| self.is_cut(h, plane, cap)).collect();
         let mut crossed = Crossed::default();
         for h in spokes {
             let (a, e) = (self.to(h), h.edge());
@@ -132,8 +128,11 @@ mod tests {
         assert!(!crossed.inserted.is_empty() && caps(&mesh) > before);
         // One by one the caps' own vertices come back, until no cap is left.
         for _ in 0..100 {
-            let own = |w: &Vertex| mesh.border(*w) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(*w)));
-            let Some(w) = mesh.vertices().filter(own).find(|&w| mesh.can_cross(w, 4)) else { break };
+            let own =
+                |w: &Vertex| mesh.border(*w) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(*w)));
+            let Some(w) = mesh.vertices().filter(own).find(|&w| mesh.can_cross(w, 4)) else {
+                break;
+            };
             cross(&mut mesh, w, false);
         }
         assert_eq!(caps(&mesh), 0);

@@ -143,14 +143,8 @@ pub(super) fn repair(
     if front.mesh.n_faces() < REPAIRED_FROM {
         return Ok(false);
     }
-    let operation = Operation {
-        direction,
-        event: front.at,
-        after: to,
-        points,
-        arcs: &[arc],
-        repaired: true,
-    };
+    let operation =
+        Operation { direction, event: front.at, after: to, points, arcs: &[arc], repaired: true };
     match operate(sweep, &operation, vec![std::mem::take(front)], kernels)? {
         Ok(mut outcome) => {
             counts.repairs += 1;

@@ -18,6 +18,8 @@ pub(crate) struct Place {
     /// Voxel frame.
     pub(crate) position: Vec3,
     pub(crate) normal: Vec3,
+    /// Whether the knot there stays in any case.
+    pub(crate) stays: bool,
 }
 
 /// How far the trajectory that is left may be off, voxels.
@@ -46,14 +48,14 @@ impl Bound {
     }
 }
 
-/// Which knots of one trajectory stay: the first, the last, and between them, from each that stays, the
-/// farthest one such that the interpolation is near enough to all between.
+/// Which knots of one trajectory stay: the first, the last, those that must, and between them, from each
+/// that stays, the farthest one such that the interpolation is near enough to all between.
 pub(crate) fn thin(places: &[Place], bound: Bound) -> Vec<usize> {
     let mut stay = vec![0];
     let mut from = 0;
     while from + 1 < places.len() {
         let mut to = from + 1;
-        while to + 1 < places.len() && is_near(&places[from..=to + 1], bound) {
+        while to + 1 < places.len() && !places[to].stays && is_near(&places[from..=to + 1], bound) {
             to += 1;
         }
         stay.push(to);
@@ -81,7 +83,7 @@ mod tests {
         (0..n)
             .map(|i| {
                 let isovalue = i as f64 / (n - 1) as f64;
-                Place { isovalue, position: f(isovalue), normal: Vec3::Z }
+                Place { isovalue, position: f(isovalue), normal: Vec3::Z, stays: false }
             })
             .collect()
     }
@@ -90,6 +92,9 @@ mod tests {
     fn a_straight_way_keeps_its_ends_only() {
         let straight = places(|c| Vec3::new(c as f32, 2.0 * c as f32, 0.0), 50);
         assert_eq!(thin(&straight, Bound::new(1e-3, 1.0)), [0, 49]);
+        let mut told = straight.clone();
+        told[20].stays = true;
+        assert_eq!(thin(&told, Bound::new(1e-3, 1.0)), [0, 20, 49]);
         assert_eq!(thin(&straight[..1], Bound::new(1e-3, 1.0)), [0]);
     }
 
@@ -118,10 +123,11 @@ mod tests {
 
     #[test]
     fn a_turning_normal_keeps_knots() {
-        let mut turning = places(|_| Vec3::ZERO, 20);
+        // Once around a cone.
+        let mut turning = places(|_| Vec3::ZERO, 40);
         for p in &mut turning {
-            let angle = 1.5 * p.isovalue as f32;
-            p.normal = Vec3::new(angle.cos(), angle.sin(), 0.0);
+            let angle = std::f32::consts::TAU * p.isovalue as f32;
+            p.normal = Vec3::new(angle.cos(), angle.sin(), 1.0).normalize();
         }
         assert!(thin(&turning, Bound::new(1.0, 100.0)).len() > 3);
     }

@@ -1,7 +1,8 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::border::{Cleared, Leaving, clear, leaving, overrun};
-use super::caps::{is_of_cap, smooth_caps, split_chamfers};
+use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
+use super::border::{Cleared, Leaving, clear};
+use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::recorder::Direction;
@@ -12,8 +13,8 @@ use super::surgery::Front;
 use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
-use crate::kernels::{Kernels, PINNED, Status};
-use crate::mesh::{Compacted, Face, Mesh, Vertex, area, intersecting, normal};
+use crate::kernels::{Kernels, PINNED};
+use crate::mesh::{Compacted, Mesh, Vertex, area};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -21,12 +22,6 @@ const STEP_LENGTH: f32 = 0.7;
 
 /// A sampling step in which most vertices would move farther, in voxels, is taken shorter.
 const MOST_MOTION: f32 = 2.0;
-
-/// How far most vertices move in one projection, voxels.
-const SUB_STEP_LENGTH: f32 = 0.4;
-
-/// Share of faces that may leave the tolerance half-way between two sampling isovalues.
-const MIDWAY_SHARE: f32 = 0.02;
 
 /// A step after which faces pass through each other is tried so many times with their vertices not
 /// relaxed before it is taken shorter.
@@ -57,25 +52,11 @@ const REPAIRS_AHEAD: usize = 6;
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;
 
-/// Share of faces that may look away from their vertices' normals: sharp creases turn them.
-const FOLDED_SHARE: f32 = 0.001;
-
-/// How many faces are looked at half-way.
-const MIDWAY_FACES: usize = 1500;
-
 /// More faces per square voxel than this are too many: an exact marching cubes has about 2.2.
 const FACES_PER_AREA: f32 = 2.6;
 
 /// Smaller meshes may have as many faces as they need.
 const DENSE_FROM: usize = 5_000;
-
-/// Where a vertex and its normal are at the next sampling isovalue.
-struct Advanced {
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
-    /// 95th percentile of how far vertices moved, voxels.
-    moved: f32,
-}
 
 /// One way of tracking: where it goes and how it samples.
 pub(crate) struct Way {
@@ -109,19 +90,6 @@ pub(crate) struct Tracking<'a> {
 /// See [`Tracking::repair`].
 pub(crate) type Repair<'a> =
     dyn Fn(&mut Front, (f64, &[Vec3]), &mut dyn Kernels, &mut Counts) -> Result<bool> + 'a;
-
-/// A sampling step that is tried.
-#[derive(Clone, Copy)]
-struct Step {
-    /// The isovalue of the mesh.
-    at: f64,
-    /// The isovalue to go to.
-    next: f64,
-    /// Whether few folded or off faces are no reason to refuse it.
-    tolerant: bool,
-    /// Whether vertices in the way of the border curve are a reason to refuse it.
-    may_retreat: bool,
-}
 
 /// How tracking ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,7 +149,8 @@ pub(crate) fn track(
             let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
                 .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
                 .min(REPAIRS_AHEAD + steps / STEPS_PER_REPAIR);
-            if repairs > most || !repair(front, (tried.failed_at, &tried.points), kernels, counts)? {
+            if repairs > most || !repair(front, (tried.failed_at, &tried.points), kernels, counts)?
+            {
                 return Ok(End::Stuck);
             }
             compacted = front.mesh.compacted();
@@ -233,17 +202,6 @@ struct Tried {
     /// The vertices that would leave the volume there.
     left: Vec<Leaving>,
     /// Where the last step was refused, voxel frame.
-    points: Vec<Vec3>,
-}
-
-/// Why a step was refused, as far as that says what to do about it.
-#[derive(Default)]
-struct Refusal {
-    /// Corners of faces that pass through others, as numbers among the compacted vertices.
-    crossing: Vec<u32>,
-    /// Vertices that leave the volume, or that the border curve runs over.
-    left: Vec<Leaving>,
-    /// Where it was refused, voxel frame.
     points: Vec<Vec3>,
 }
 
@@ -324,146 +282,6 @@ fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
     let unit = f64::from(field.isovalue(at + 1.0) - field.isovalue(at)).max(1e-12);
     let guess = f64::from(0.5 * STEP_LENGTH * *slope) / unit;
     guess.clamp(4.0 * way.min_step, (way.last - at).abs().max(4.0 * way.min_step))
-}
-
-/// Moves every vertex to the isosurface of `next` and relaxes there, unless a check fails.
-fn advance(
-    mesh: &Mesh,
-    compacted: &Compacted,
-    kernels: &mut dyn Kernels,
-    tracking: &Tracking,
-    step: Step,
-    counts: &mut Counts,
-) -> Result<std::result::Result<Advanced, Refusal>> {
-    let &Tracking { field, parameters, way, .. } = tracking;
-    let Step { at, next, tolerant, may_retreat } = step;
-    kernels.load(&compacted.connectivity, &compacted.positions)?;
-    let expected = expected_motion(mesh, compacted, field, at, next);
-    let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
-    let mut failed = 0;
-    for i in 1..=n {
-        failed = kernels.project(at + (next - at) * i as f64 / n as f64, 3.0)?;
-    }
-    kernels.relax(
-        next,
-        parameters.relax_strength as f32,
-        parameters.relax_force as f32,
-        parameters.relax_iterations,
-    )?;
-    let mut positions = kernels.positions()?;
-    smooth_caps(mesh, field, next, &compacted.vertices, &mut positions);
-    let normals = kernels.normals()?;
-    let mut lost: Vec<Vertex> = Vec::new();
-    if failed > 0 {
-        // Caps are put where they belong by other means.
-        let status = kernels.status()?;
-        let is_lost = |(v, s): &(&Vertex, &Status)| **s == Status::Failed && !is_of_cap(mesh, **v);
-        let vertices = compacted.vertices.iter().zip(&status).filter(is_lost);
-        lost.extend(vertices.map(|(v, _)| *v));
-    }
-    let mut left = leaving(mesh, field, compacted, &positions);
-    if may_retreat {
-        left.extend(overrun(mesh, compacted, &positions, &lost));
-    }
-    if !left.is_empty() {
-        counts.refused.left_volume += 1;
-        let points = left.iter().map(|l| mesh.position(l.vertex)).collect();
-        return Ok(Err(Refusal { left, points, crossing: Vec::new() }));
-    }
-    let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
-    let folded = folds(mesh, compacted, &positions, &normals);
-    if folded.len() as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {
-        counts.refused.folded += 1;
-        let points = folded.into_iter().map(middle).collect();
-        return Ok(Err(Refusal { points, ..Refusal::default() }));
-    }
-    // Told steps are refined too, but not where a whole arc is one of them.
-    let is_whole = way.fixed.is_some_and(|(_, step)| (way.last - at).abs() <= step);
-    if !tolerant && !is_whole && !follows_midway(mesh, compacted, field, parameters, &positions, at, next) {
-        counts.refused.off_midway += 1;
-        return Ok(Err(Refusal::default()));
-    }
-    let crossing = intersecting(&positions, &compacted.connectivity.faces);
-    let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
-    if crossing.len() > crossing_allowed {
-        counts.refused.intersecting += 1;
-        let points = crossing.iter().map(|&f| middle(compacted.faces[f as usize])).collect();
-        let corners = crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]);
-        return Ok(Err(Refusal { crossing: corners.collect(), left: Vec::new(), points }));
-    }
-    let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
-    if lost.len() > failed_allowed {
-        counts.refused.not_reached += 1;
-        let points = lost.iter().map(|&v| mesh.position(v)).collect();
-        return Ok(Err(Refusal { points, ..Refusal::default() }));
-    }
-    let mut moved: Vec<f32> = positions
-        .iter()
-        .zip(&compacted.positions)
-        .map(|(&p, &q)| Vec3::from(p).distance(Vec3::from(q)))
-        .collect();
-    let i = moved.len() * 95 / 100;
-    let (_, &mut moved, _) = moved.select_nth_unstable_by(i, f32::total_cmp);
-    Ok(Ok(Advanced { positions, normals, moved }))
-}
-
-/// How far most vertices will move, from the field's gradient.
-fn expected_motion(mesh: &Mesh, compacted: &Compacted, field: &Field, at: f64, next: f64) -> f32 {
-    let change = (field.isovalue(next) - field.isovalue(at)).abs();
-    let stride = compacted.vertices.len() / 500 + 1;
-    let mut motion: Vec<f32> = compacted
-        .vertices
-        .iter()
-        .step_by(stride)
-        .map(|&v| change / field.gradient(mesh.position(v)).length().max(1e-12))
-        .collect();
-    let i = motion.len() * 9 / 10;
-    *motion.select_nth_unstable_by(i, f32::total_cmp).1
-}
-
-/// The faces of the isosurface proper that look away from the mean normal of their vertices.
-fn folds(
-    mesh: &Mesh,
-    compacted: &Compacted,
-    positions: &[[f32; 3]],
-    normals: &[[f32; 3]],
-) -> Vec<Face> {
-    let turned = |(face, t): &(&Face, &[u32; 3])| {
-        let n = normal(t.map(|v| positions[v as usize].into()));
-        // At the border the normals are also those of the caps.
-        let inner =
-            t.iter().filter(|&&v| compacted.connectivity.borders[v as usize] & !PINNED == 0);
-        let mean: Vec3 = inner.map(|&v| Vec3::from(normals[v as usize])).sum();
-        !mesh.is_cap(**face) && n.dot(mean) < 0.0
-    };
-    compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).map(|x| *x.0).collect()
-}
-
-/// Whether the mesh half-way between two sampling isovalues follows its isosurface.
-fn follows_midway(
-    mesh: &Mesh,
-    compacted: &Compacted,
-    field: &Field,
-    parameters: &Parameters,
-    positions: &[[f32; 3]],
-    at: f64,
-    next: f64,
-) -> bool {
-    let criteria = Criteria::new(field, 0.5 * (at + next), parameters);
-    let faces = &compacted.connectivity.faces;
-    let stride = faces.len() / MIDWAY_FACES + 1;
-    let (mut seen, mut off) = (0usize, 0usize);
-    for (i, t) in faces.iter().enumerate().step_by(stride) {
-        if mesh.is_cap(compacted.faces[i]) {
-            continue;
-        }
-        let middle = t.map(|v| {
-            0.5 * (Vec3::from(compacted.positions[v as usize]) + Vec3::from(positions[v as usize]))
-        });
-        seen += 1;
-        off += usize::from(criteria.deviation(middle) > parameters.error as f32);
-    }
-    off as f32 <= 1.0 + MIDWAY_SHARE * seen as f32
 }
 
 /// Simplifies, refines and flips at a sampling isovalue. Returns the collapses.

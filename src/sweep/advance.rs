@@ -1,0 +1,206 @@
+//! One sampling step that is tried: every vertex moved to the next isovalue and relaxed there, and the
+//! checks that the mesh must pass.
+
+use super::border::{Leaving, leaving, overrun};
+use super::caps::{is_of_cap, smooth_caps};
+use super::criteria::Criteria;
+use super::track::Tracking;
+use super::{Counts, Parameters};
+use crate::error::Result;
+use crate::kernels::field::Field;
+use crate::kernels::{Kernels, PINNED, Status};
+use crate::mesh::{Compacted, Face, Mesh, Vertex, intersecting, normal};
+use glam::Vec3;
+
+/// How far most vertices move in one projection, voxels.
+const SUB_STEP_LENGTH: f32 = 0.4;
+
+/// Share of faces that may leave the tolerance half-way between two sampling isovalues.
+const MIDWAY_SHARE: f32 = 0.02;
+
+/// Share of faces that may look away from their vertices' normals: sharp creases turn them.
+const FOLDED_SHARE: f32 = 0.001;
+
+/// How many faces are looked at half-way.
+const MIDWAY_FACES: usize = 1500;
+
+/// Where a vertex and its normal are at the next sampling isovalue.
+pub(super) struct Advanced {
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    /// 95th percentile of how far vertices moved, voxels.
+    pub(super) moved: f32,
+}
+
+/// A sampling step that is tried.
+#[derive(Clone, Copy)]
+pub(super) struct Step {
+    /// The isovalue of the mesh.
+    pub(super) at: f64,
+    /// The isovalue to go to.
+    pub(super) next: f64,
+    /// Whether few folded or off faces are no reason to refuse it.
+    pub(super) tolerant: bool,
+    /// Whether vertices in the way of the border curve are a reason to refuse it.
+    pub(super) may_retreat: bool,
+}
+
+/// Why a step was refused, as far as that says what to do about it.
+#[derive(Default)]
+pub(super) struct Refusal {
+    /// Corners of faces that pass through others, as numbers among the compacted vertices.
+    pub(super) crossing: Vec<u32>,
+    /// Vertices that leave the volume, or that the border curve runs over.
+    pub(super) left: Vec<Leaving>,
+    /// Where it was refused, voxel frame.
+    pub(super) points: Vec<Vec3>,
+}
+
+/// Moves every vertex to the isosurface of `next` and relaxes there, unless a check fails.
+pub(super) fn advance(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    kernels: &mut dyn Kernels,
+    tracking: &Tracking,
+    step: Step,
+    counts: &mut Counts,
+) -> Result<std::result::Result<Advanced, Refusal>> {
+    let &Tracking { field, parameters, way, .. } = tracking;
+    let Step { at, next, tolerant, may_retreat } = step;
+    kernels.load(&compacted.connectivity, &compacted.positions)?;
+    let expected = expected_motion(mesh, compacted, field, at, next);
+    let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
+    let mut failed = 0;
+    for i in 1..=n {
+        failed = kernels.project(at + (next - at) * i as f64 / n as f64, 3.0)?;
+    }
+    kernels.relax(
+        next,
+        parameters.relax_strength as f32,
+        parameters.relax_force as f32,
+        parameters.relax_iterations,
+    )?;
+    let mut positions = kernels.positions()?;
+    smooth_caps(mesh, field, next, &compacted.vertices, &mut positions);
+    let normals = kernels.normals()?;
+    let mut lost: Vec<Vertex> = Vec::new();
+    if failed > 0 {
+        // Caps are put where they belong by other means.
+        let status = kernels.status()?;
+        let is_lost = |(v, s): &(&Vertex, &Status)| **s == Status::Failed && !is_of_cap(mesh, **v);
+        let vertices = compacted.vertices.iter().zip(&status).filter(is_lost);
+        lost.extend(vertices.map(|(v, _)| *v));
+    }
+    let mut left = leaving(mesh, field, compacted, &positions);
+    if may_retreat {
+        left.extend(overrun(mesh, compacted, &positions, &lost));
+    }
+    if !left.is_empty() {
+        counts.refused.left_volume += 1;
+        let points = left.iter().map(|l| mesh.position(l.vertex)).collect();
+        return Ok(Err(Refusal { left, points, crossing: Vec::new() }));
+    }
+    let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
+    let folded = folds(mesh, compacted, &positions, &normals);
+    if folded.len() as f32 > 1.0 + FOLDED_SHARE * compacted.faces.len() as f32 && !tolerant {
+        counts.refused.folded += 1;
+        let points = folded.into_iter().map(middle).collect();
+        return Ok(Err(Refusal { points, ..Refusal::default() }));
+    }
+    // Told steps are refined too, but not where a whole arc is one of them.
+    let is_whole = way.fixed.is_some_and(|(_, step)| (way.last - at).abs() <= step);
+    if !tolerant
+        && !is_whole
+        && !follows_midway(mesh, compacted, field, parameters, &positions, at, next)
+    {
+        counts.refused.off_midway += 1;
+        return Ok(Err(Refusal::default()));
+    }
+    let crossing = intersecting(&positions, &compacted.connectivity.faces);
+    let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
+    if crossing.len() > crossing_allowed {
+        counts.refused.intersecting += 1;
+        let points = crossing.iter().map(|&f| middle(compacted.faces[f as usize])).collect();
+        let corners = crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]);
+        return Ok(Err(Refusal { crossing: corners.collect(), left: Vec::new(), points }));
+    }
+    let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
+    if lost.len() > failed_allowed {
+        counts.refused.not_reached += 1;
+        let points = lost.iter().map(|&v| mesh.position(v)).collect();
+        return Ok(Err(Refusal { points, ..Refusal::default() }));
+    }
+    let mut moved: Vec<f32> = positions
+        .iter()
+        .zip(&compacted.positions)
+        .map(|(&p, &q)| Vec3::from(p).distance(Vec3::from(q)))
+        .collect();
+    let i = moved.len() * 95 / 100;
+    let (_, &mut moved, _) = moved.select_nth_unstable_by(i, f32::total_cmp);
+    Ok(Ok(Advanced { positions, normals, moved }))
+}
+
+/// How far most vertices will move, from the field's gradient.
+pub(super) fn expected_motion(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    field: &Field,
+    at: f64,
+    next: f64,
+) -> f32 {
+    let change = (field.isovalue(next) - field.isovalue(at)).abs();
+    let stride = compacted.vertices.len() / 500 + 1;
+    let mut motion: Vec<f32> = compacted
+        .vertices
+        .iter()
+        .step_by(stride)
+        .map(|&v| change / field.gradient(mesh.position(v)).length().max(1e-12))
+        .collect();
+    let i = motion.len() * 9 / 10;
+    *motion.select_nth_unstable_by(i, f32::total_cmp).1
+}
+
+/// The faces of the isosurface proper that look away from the mean normal of their vertices.
+fn folds(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    positions: &[[f32; 3]],
+    normals: &[[f32; 3]],
+) -> Vec<Face> {
+    let turned = |(face, t): &(&Face, &[u32; 3])| {
+        let n = normal(t.map(|v| positions[v as usize].into()));
+        // At the border the normals are also those of the caps.
+        let inner =
+            t.iter().filter(|&&v| compacted.connectivity.borders[v as usize] & !PINNED == 0);
+        let mean: Vec3 = inner.map(|&v| Vec3::from(normals[v as usize])).sum();
+        !mesh.is_cap(**face) && n.dot(mean) < 0.0
+    };
+    compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).map(|x| *x.0).collect()
+}
+
+/// Whether the mesh half-way between two sampling isovalues follows its isosurface.
+fn follows_midway(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    field: &Field,
+    parameters: &Parameters,
+    positions: &[[f32; 3]],
+    at: f64,
+    next: f64,
+) -> bool {
+    let criteria = Criteria::new(field, 0.5 * (at + next), parameters);
+    let faces = &compacted.connectivity.faces;
+    let stride = faces.len() / MIDWAY_FACES + 1;
+    let (mut seen, mut off) = (0usize, 0usize);
+    for (i, t) in faces.iter().enumerate().step_by(stride) {
+        if mesh.is_cap(compacted.faces[i]) {
+            continue;
+        }
+        let middle = t.map(|v| {
+            0.5 * (Vec3::from(compacted.positions[v as usize]) + Vec3::from(positions[v as usize]))
+        });
+        seen += 1;
+        off += usize::from(criteria.deviation(middle) > parameters.error as f32);
+    }
+    off as f32 <= 1.0 + MIDWAY_SHARE * seen as f32
+}
