@@ -167,6 +167,36 @@ fn most_triangles_live_through_a_merge() {
     assert!(share > 0.8, "{share} of the triangles live through {split:?}");
 }
 
+/// Distance of a point from the isosurface, to first order, voxels.
+fn off(volume: &Volume, isovalue: f64, p: [f32; 3]) -> f64 {
+    let at = |a: usize, d: f64| {
+        let mut q = p.map(f64::from);
+        q[a] += d;
+        volume.value_at(q)
+    };
+    let slope = (0..3).map(|a| (at(a, 0.05) - at(a, -0.05)) / 0.1).map(|g| g * g).sum::<f64>();
+    (at(0, 0.0) - isovalue).abs() / slope.sqrt()
+}
+
+#[test]
+fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
+    let volume = volume("blobs:32");
+    let spectrum = swept(&volume, Choice::Cpu);
+    let counts = &spectrum.parameters["counts"];
+    assert!(counts["surgeries"].as_u64().is_some_and(|n| n > 0), "{counts}");
+    let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let range = spectrum.range.1 - spectrum.range.0;
+    let mut query = Query::new(&spectrum);
+    for side in [-1.0, 1.0] {
+        let isovalue = split.isovalue + side * 1e-4 * range;
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let mut off: Vec<f64> = mesh.positions.iter().map(|&p| off(&volume, isovalue, p)).collect();
+        off.sort_by(f64::total_cmp);
+        let p95 = off[off.len() * 95 / 100];
+        assert!(p95 < 0.05, "95 % are within {p95} voxels at {isovalue}");
+    }
+}
+
 #[test]
 fn one_thread_and_two_give_the_same_bytes() {
     same_bytes(&volume("noise:8:5"));

@@ -212,6 +212,20 @@ impl Recorder {
         }
     }
 
+    /// Begins the trajectories of new vertices at places (by vertex slot) where the mesh does not have
+    /// them yet.
+    pub(crate) fn begin_at(&mut self, mesh: &Mesh, places: &[Vec3], isovalue: f64) {
+        self.trajectory.resize(mesh.vertex_slots(), NONE);
+        for v in mesh.vertices() {
+            let slot = v.0 as usize;
+            if self.trajectory[slot] == NONE {
+                self.trajectory[slot] = self.new_trajectory();
+                let normal = mesh.vertex_normal(v).to_array();
+                self.knots(&[v], &[places[slot].to_array()], &[normal], isovalue);
+            }
+        }
+    }
+
     /// Records what edits changed at an isovalue: compares the mesh with the triangles alive.
     ///
     /// `collapsed` are the vertices that ended and those in their place.
@@ -222,13 +236,9 @@ impl Recorder {
         isovalue: f64,
         direction: Direction,
     ) {
-        self.trajectory.resize(mesh.vertex_slots(), NONE);
-        for v in mesh.vertices() {
-            if self.trajectory[v.0 as usize] == NONE {
-                self.trajectory[v.0 as usize] = self.new_trajectory();
-                self.knots_of(mesh, &[v], isovalue);
-            }
-        }
+        let places: Vec<Vec3> =
+            (0..mesh.vertex_slots() as u32).map(|v| mesh.position(Vertex(v))).collect();
+        self.begin_at(mesh, &places, isovalue);
         for &(from, to) in collapsed {
             let (a, b) = (self.trajectory[from.0 as usize], self.trajectory[to.0 as usize]);
             if a != NONE && b != NONE {

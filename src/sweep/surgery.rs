@@ -8,6 +8,7 @@
 //! the field alone, minima, maxima, saddles of any kind, several at once and plateaus are no
 //! different cases; and with no event at all it is a repair.
 
+mod back;
 mod block;
 mod cut;
 mod incoming;
@@ -115,7 +116,13 @@ pub(super) fn operate(
         ) {
             Ok(stitched) => {
                 match patch::improve_all(sweep, operation, stitched, &block, kernels)? {
-                    Ok(patched) => return Ok(Ok(record(operation, fronts, patched))),
+                    Ok(patched) => {
+                        let places = patched
+                            .iter()
+                            .map(|p| back::at_event(sweep, operation, &fronts, p, &block, kernels))
+                            .collect::<Result<Vec<_>>>()?;
+                        return Ok(Ok(record(operation, fronts, patched, &places)));
+                    }
                     Err(points) => Trouble { why: "passes through itself".into(), points },
                 }
             }
@@ -193,8 +200,13 @@ struct Patched {
     collapsed: Vec<(Vertex, Vertex)>,
 }
 
-/// Records what the surgery changed.
-fn record(operation: &Operation, mut fronts: Vec<Front>, patched: Vec<Patched>) -> Outcome {
+/// Records what the surgery changed. `places` are the vertices' of each mesh at the event.
+fn record(
+    operation: &Operation,
+    mut fronts: Vec<Front>,
+    patched: Vec<Patched>,
+    places: &[Vec<Vec3>],
+) -> Outcome {
     let mut stays: Vec<Vec<bool>> =
         fronts.iter().map(|f| vec![false; f.mesh.face_slots()]).collect();
     for p in &patched {
@@ -208,7 +220,7 @@ fn record(operation: &Operation, mut fronts: Vec<Front>, patched: Vec<Patched>) 
         hold_collapsed(&fronts, &mut others, p, operation.event);
     }
     let mut after = Vec::new();
-    for p in patched {
+    for (p, places) in patched.into_iter().zip(places) {
         let mut recorder = Recorder::resume(
             &others,
             &p.stitched.kept_vertices,
@@ -217,7 +229,7 @@ fn record(operation: &Operation, mut fronts: Vec<Front>, patched: Vec<Patched>) 
             Run::Surgery.of_arc(p.stitched.arc),
         );
         let mesh = p.mesh;
-        // New vertices are where they will be just after; the event shows them there already.
+        recorder.begin_at(&mesh, places, operation.event);
         recorder.edits(&mesh, &p.collapsed, operation.event, operation.direction);
         let vertices: Vec<Vertex> = mesh.vertices().collect();
         recorder.knots_of(&mesh, &vertices, operation.after);
