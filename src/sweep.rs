@@ -37,12 +37,18 @@ use std::sync::Mutex;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::extract::extract;
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
 use crate::spectrum::{Event, Spectrum, SpectrumBuilder, VolumeInfo};
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
+
+/// Small meshes have fewer faces than this, or than one in so many of the whole extraction at the start
+/// isovalue: each time they are repaired or begin again all of it is extracted.
+const SMALL_FACES: usize = 300;
+const SMALL_SHARE: usize = 100;
 
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
@@ -127,6 +133,8 @@ struct Sweep<'a> {
     event_isovalues: Vec<f64>,
     /// Meshes from outside that pieces start from.
     initial: initial::InitialMeshes,
+    /// Meshes with fewer faces are left to the exact extraction where they do not follow by themselves.
+    small: usize,
     done: Mutex<f64>,
     total: f64,
 }
@@ -171,12 +179,15 @@ pub fn compute(
         range,
         event_isovalues,
         initial: initial::InitialMeshes::default(),
+        small: 0,
         done: Mutex::new(0.0),
         total: 1.0,
     };
     if let Some(given) = given {
         sweep.initial = initial::on_arcs(&sweep, given)?;
     }
+    let whole = extract(&sweep.exact, sweep.start_isovalue()).faces.len();
+    sweep.small = SMALL_FACES.max(whole / SMALL_SHARE);
     let pieces = sweep.pieces();
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };

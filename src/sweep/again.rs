@@ -13,9 +13,6 @@ use crate::kernels::Kernels;
 const MOST: u32 = 4;
 const MOST_FACES: usize = 400_000;
 
-/// Smaller meshes do not begin again: the exact extraction shows them as well.
-const SMALLEST: usize = 300;
-
 /// A mesh that has come this far, as a share of what is left of its arc, begins again where it is; else
 /// farther on by this share, and twice as far each time.
 const PROGRESS: f64 = 0.03;
@@ -59,7 +56,7 @@ impl<'a> Again<'a> {
         kernels: &mut dyn Kernels,
         counts: &mut Counts,
     ) -> Result<Option<Before>> {
-        if front.mesh.n_faces() < SMALLEST {
+        if front.mesh.n_faces() < self.sweep.small {
             return Ok(None);
         }
         let from = front.at;

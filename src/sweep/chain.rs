@@ -26,9 +26,8 @@ use crate::extract::Extraction;
 const SHORT_SHARE: f64 = 5e-4;
 const SHORT_MOTION: f64 = 0.05;
 
-/// Nor do components with fewer faces at the middle of their arc, if the arc is a smaller share of
-/// the range than this; nor the smallest ones.
-const SMALL_FACES: usize = 300;
+/// Nor do small components, at the middle of their arc, if the arc is a smaller share of the range than
+/// this; nor the smallest ones.
 const LONG_SHARE: f64 = 0.05;
 const SMALLEST_FACES: usize = 40;
 
@@ -156,7 +155,7 @@ impl<'a> Chain<'a> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
         let is_long = piece.high - piece.low >= LONG_SHARE * self.range_length();
-        let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
+        let smallest = if is_long { SMALLEST_FACES } else { sweep.small };
         let front = if (self.is_short(piece.arc) || exact.faces.len() < smallest) && !given {
             None
         } else {

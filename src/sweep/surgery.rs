@@ -147,7 +147,7 @@ pub(super) fn repair(
     kernels: &mut dyn Kernels,
     counts: &mut Counts,
 ) -> Result<bool> {
-    if front.mesh.n_faces() < REPAIRED_FROM {
+    if front.mesh.n_faces() < REPAIRED_FROM.max(sweep.small) {
         return Ok(false);
     }
     let operation =
