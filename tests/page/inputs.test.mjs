@@ -257,7 +257,11 @@ describe("inputs", () => {
         const again = await state(page);
         assert.ok(Math.abs(again.isovalue - shown.isovalue) < 1e-6 * (high - low));
         assert.deepEqual(again.view, shown.view);
-        await page.evaluate((c) => { location.hash = `#isovalue=${c}`; }, at(0.7));
+        // The browser tells of a changed address when it comes to it, maybe after the next frame.
+        await page.evaluate((c) => new Promise((resolve) => {
+            window.addEventListener("hashchange", resolve, { once: true });
+            location.hash = `#isovalue=${c}`;
+        }), at(0.7));
         await assertIsovalue(page, at(0.7), "a changed address");
         await close();
     });
