@@ -85,7 +85,7 @@ pub struct Refused {
     pub off_midway: u64,
     /// The mesh passed through itself.
     pub intersecting: u64,
-    /// Part of it left the volume, where it wants a cap.
+    /// Part of it left the volume, where it wants a cap, or ran over one.
     pub left_volume: u64,
 }
 
@@ -186,13 +186,14 @@ pub fn compute(
     if let Some(given) = given {
         sweep.initial = initial::on_arcs(&sweep, given)?;
     }
-    let whole = extract(&sweep.exact, sweep.start_isovalue()).faces.len();
-    sweep.small = SMALL_FACES.max(whole / SMALL_SHARE);
+    let start = sweep.start_isovalue();
+    let whole = extract(&sweep.exact, start);
+    sweep.small = SMALL_FACES.max(whole.faces.len() / SMALL_SHARE);
     let pieces = sweep.pieces();
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };
     let mut builder = SpectrumBuilder::new();
-    let swept = chain::sweep_all(&sweep, &mut counts)?;
+    let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
     counts.untracked = swept.leftovers.len() as u64;
     let knot_error = KNOT_SHARE * sweep.parameters.error as f32;
     builder.push_patch(swept.log.patch(knot_error));

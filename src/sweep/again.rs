@@ -23,8 +23,8 @@ pub(super) struct Again<'a> {
     arc: usize,
     direction: Direction,
     last: f64,
-    /// Where the mesh has begun; not a number before the first time.
-    begun: f64,
+    /// Where the mesh has begun again, if it has.
+    begun: Option<f64>,
     /// How far on the next mesh begins, if this one has not come far.
     gap: f64,
     times: u32,
@@ -46,7 +46,7 @@ impl<'a> Again<'a> {
         direction: Direction,
         last: f64,
     ) -> Again<'a> {
-        Again { sweep, arc, direction, last, begun: f64::NAN, gap: 0.0, times: 0, faces: 0 }
+        Again { sweep, arc, direction, last, begun: None, gap: 0.0, times: 0, faces: 0 }
     }
 
     /// Puts a fresh mesh in the place of one that goes no farther; `None` if there is none.
@@ -61,7 +61,7 @@ impl<'a> Again<'a> {
         }
         let from = front.at;
         let left = (self.last - from).abs();
-        let has_come = self.begun.is_nan() || (from - self.begun).abs() > PROGRESS * left;
+        let has_come = self.begun.is_none_or(|begun| (from - begun).abs() > PROGRESS * left);
         self.gap = if has_come { 0.0 } else { self.next_gap(left) };
         while self.times < MOST && self.faces < MOST_FACES && self.gap < 0.5 * left {
             self.times += 1;
@@ -78,7 +78,7 @@ impl<'a> Again<'a> {
             let mut recorder = front.recorder.begin_again();
             recorder.edits(&mesh, &[], at, self.direction);
             let before = std::mem::replace(front, Front { mesh, recorder, at });
-            self.begun = at;
+            self.begun = Some(at);
             return Ok(Some(Before {
                 log: before.recorder.finish(from),
                 untracked: (self.gap > 0.0).then(|| Piece {

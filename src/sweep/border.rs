@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use super::caps::{LIFT, follows_border, is_of_cap};
+use super::caps::{LIFT, beyond, follows_border, is_of_cap, top};
 use super::recorder::{Direction, Recorder};
 use crate::kernels::field::Field;
 use crate::mesh::{Compacted, HalfEdge, Mesh, Vertex, normal, radius_ratio};
@@ -53,16 +53,11 @@ pub(crate) enum Cleared {
 /// The border planes beyond which a vertex of the isosurface proper lies at `p`: there the isosurface,
 /// or its border curve, wants a cap.
 pub(crate) fn planes_left(mesh: &Mesh, field: &Field, v: Vertex, p: Vec3) -> u8 {
-    let beyond = (-p).max(p - top(field));
+    let beyond = beyond(field, p);
     let border = mesh.border(v);
     let planes = (0..3).filter(|&a| border & 1 << a == 0 && beyond[a] > LEFT);
     let planes = planes.fold(0, |planes, a| planes | 1 << a);
     if planes != 0 && is_of_cap(mesh, v) { 0 } else { planes }
-}
-
-/// The highest corner of the volume, voxel frame.
-fn top(field: &Field) -> Vec3 {
-    Vec3::from(field.volume().dims().map(|d| (d - 1) as f32)) * field.cell_size()
 }
 
 /// The vertices of the isosurface proper that leave the volume at `positions`, in the order of the

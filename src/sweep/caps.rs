@@ -26,10 +26,19 @@ pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
     mesh.border(v) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(v)))
 }
 
+/// The highest corner of the volume, voxel frame.
+pub(crate) fn top(field: &Field) -> Vec3 {
+    Vec3::from(field.volume().dims().map(|d| (d - 1) as f32)) * field.cell_size()
+}
+
+/// How far beyond the volume a point lies along each axis, voxel frame; negative inside.
+pub(crate) fn beyond(field: &Field, p: Vec3) -> Vec3 {
+    (-p).max(p - top(field))
+}
+
 /// The border planes, as bits of [`Mesh::border`], that a point of a cap lies in or beyond.
 fn planes(field: &Field, p: Vec3) -> u8 {
-    let dims = Vec3::from(field.volume().dims().map(|d| (d - 1) as f32));
-    let beyond = (-p).max(p - dims * field.cell_size());
+    let beyond = beyond(field, p);
     (0..3).filter(|&a| beyond[a] > -ON_PLANE).fold(0, |planes, a| planes | 1 << a)
 }
 
@@ -49,8 +58,7 @@ pub(crate) fn split_chamfers(mesh: &mut Mesh, field: &Field) {
         is_in_cap && p & q == 0 && !ends.iter().all(|&v| mesh.is_pinned(v))
     };
     let chamfers: Vec<Edge> = mesh.edges().filter(|&e| is_chamfer(mesh, e)).collect();
-    let dims = Vec3::from(field.volume().dims().map(|d| (d - 1) as f32));
-    let top = dims * field.cell_size();
+    let top = top(field);
     for e in chamfers {
         let [p, q] = [mesh.from(e.halfedge()), mesh.to(e.halfedge())].map(|v| mesh.position(v));
         let mut middle = 0.5 * (p + q);
@@ -74,9 +82,7 @@ pub(crate) fn smooth_caps(
     vertices: &[Vertex],
     positions: &mut [[f32; 3]],
 ) {
-    let dims = field.volume().dims();
-    let top = Vec3::new((dims[0] - 1) as f32, (dims[1] - 1) as f32, (dims[2] - 1) as f32)
-        * field.cell_size();
+    let top = top(field);
     let moves = |v: Vertex| is_of_cap(mesh, v) && !mesh.is_pinned(v);
     let caps: Vec<usize> = (0..vertices.len()).filter(|&i| moves(vertices[i])).collect();
     if caps.is_empty() {

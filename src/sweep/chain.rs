@@ -12,7 +12,7 @@ use rayon::Scope;
 use super::again::Again;
 use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
-use super::start::{extraction_of_arcs, start_front};
+use super::start::{extraction_of_arcs, of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
 use super::track::{End, Repair, Tracking, Way, track};
 use super::window::{typical_slope, window};
@@ -62,12 +62,16 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Sweeps all arcs.
-pub(super) fn sweep_all(sweep: &Sweep, counts: &mut Counts) -> Result<Swept> {
+/// Sweeps all arcs from an isovalue, given the exact extraction there.
+pub(super) fn sweep_all(
+    sweep: &Sweep,
+    (start, whole): (f64, &Extraction),
+    counts: &mut Counts,
+) -> Result<Swept> {
     let graph = Graph::new(sweep);
     let chain = Chain {
         sweep,
-        start: sweep.start_isovalue(),
+        start,
         short: (SHORT_SHARE * (sweep.range.1 - sweep.range.0))
             .max(SHORT_MOTION * typical_slope(sweep)),
         waiting: graph.nodes.iter().map(|_| Mutex::default()).collect(),
@@ -83,7 +87,7 @@ pub(super) fn sweep_all(sweep: &Sweep, counts: &mut Counts) -> Result<Swept> {
         chain.start,
         chain.short
     );
-    rayon::scope(|scope| chain.begin(scope));
+    rayon::scope(|scope| chain.begin(whole, scope));
     if let Some(error) = lock(&chain.failed).take() {
         return Err(error);
     }
@@ -106,14 +110,15 @@ impl<'a> Chain<'a> {
     }
 
     /// Starts the arcs that show at the start isovalue, and the nodes that nothing leads to.
-    fn begin<'s>(&'s self, scope: &Scope<'s>) {
+    fn begin<'s>(&'s self, whole: &Extraction, scope: &Scope<'s>) {
         let at_start: Vec<usize> = (0..self.sweep.topology.arcs.len())
             .filter(|&a| {
                 let (low, high) = self.sweep.shown(&self.sweep.topology.arcs[a]);
                 low <= self.start && self.start < high
             })
             .collect();
-        self.attempt(|| self.start_arcs(&at_start, self.start, scope));
+        let found = || of_arcs(self.sweep, whole, self.start, &at_start);
+        self.attempt(|| self.start_found(found()?, self.start, scope));
         for node in 0..self.graph.nodes.len() {
             let direction = self.direction_of(node);
             if inputs(&self.graph.nodes[node], direction).is_empty() {
@@ -134,7 +139,16 @@ impl<'a> Chain<'a> {
 
     /// Extracts arcs at an isovalue and tracks each both ways.
     fn start_arcs<'s>(&'s self, arcs: &[usize], isovalue: f64, scope: &Scope<'s>) -> Result<()> {
-        let (extraction, order) = extraction_of_arcs(self.sweep, isovalue, arcs)?;
+        self.start_found(extraction_of_arcs(self.sweep, isovalue, arcs)?, isovalue, scope)
+    }
+
+    /// Tracks arcs both ways from their exact extraction.
+    fn start_found<'s>(
+        &'s self,
+        (extraction, order): (Extraction, Vec<usize>),
+        isovalue: f64,
+        scope: &Scope<'s>,
+    ) -> Result<()> {
         for (component, &arc) in order.iter().enumerate() {
             let exact = extraction.with_components(|c| c as usize == component);
             scope.spawn(move |scope| {

@@ -212,16 +212,16 @@ impl Recorder {
         }
     }
 
-    /// Begins the trajectories of new vertices at places (by vertex slot) where the mesh does not have
-    /// them yet.
-    pub(crate) fn begin_at(&mut self, mesh: &Mesh, places: &[Vec3], isovalue: f64) {
+    /// Begins the trajectories of new vertices, each at its `place`, which may be another than the mesh
+    /// has.
+    pub(crate) fn begin_at(&mut self, mesh: &Mesh, place: impl Fn(Vertex) -> Vec3, isovalue: f64) {
         self.trajectory.resize(mesh.vertex_slots(), NONE);
         for v in mesh.vertices() {
             let slot = v.0 as usize;
             if self.trajectory[slot] == NONE {
                 self.trajectory[slot] = self.new_trajectory();
                 let normal = mesh.vertex_normal(v).to_array();
-                self.knots(&[v], &[places[slot].to_array()], &[normal], isovalue);
+                self.knots(&[v], &[place(v).to_array()], &[normal], isovalue);
             }
         }
     }
@@ -236,9 +236,7 @@ impl Recorder {
         isovalue: f64,
         direction: Direction,
     ) {
-        let places: Vec<Vec3> =
-            (0..mesh.vertex_slots() as u32).map(|v| mesh.position(Vertex(v))).collect();
-        self.begin_at(mesh, &places, isovalue);
+        self.begin_at(mesh, |v| mesh.position(v), isovalue);
         for &(from, to) in collapsed {
             let (a, b) = (self.trajectory[from.0 as usize], self.trajectory[to.0 as usize]);
             if a != NONE && b != NONE {

@@ -35,7 +35,16 @@ pub(super) fn extraction_of_arcs(
     arcs: &[usize],
 ) -> Result<(Extraction, Vec<usize>)> {
     sweep.cancelled()?;
-    let extraction = extract(&sweep.exact, isovalue);
+    of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs)
+}
+
+/// The components of some arcs in the exact extraction of a whole isosurface, and the arc of each.
+pub(super) fn of_arcs(
+    sweep: &Sweep,
+    extraction: &Extraction,
+    isovalue: f64,
+    arcs: &[usize],
+) -> Result<(Extraction, Vec<usize>)> {
     let found: Vec<Option<usize>> = extraction
         .component_crossings()
         .iter()

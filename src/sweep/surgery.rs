@@ -229,7 +229,7 @@ fn record(
             Run::Surgery.of_arc(p.stitched.arc),
         );
         let mesh = p.mesh;
-        recorder.begin_at(&mesh, places, operation.event);
+        recorder.begin_at(&mesh, |v| places[v.0 as usize], operation.event);
         recorder.edits(&mesh, &p.collapsed, operation.event, operation.direction);
         let vertices: Vec<Vertex> = mesh.vertices().collect();
         recorder.knots_of(&mesh, &vertices, operation.after);

@@ -8,10 +8,11 @@
 use glam::Vec3;
 
 use super::block::Block;
+use super::patch::renumbered;
 use super::{Front, Operation, Patched, Sweep};
 use crate::error::Result;
 use crate::kernels::{Kernels, Status};
-use crate::mesh::{Face, Mesh, intersecting, normal};
+use crate::mesh::{Face, Mesh, Vertex, intersecting, normal};
 use crate::sweep::caps::is_of_cap;
 
 /// Not all of the way back to an event: there sheets touch. As a share of the way.
@@ -39,7 +40,7 @@ pub(super) fn at_event(
     sweep.cancelled()?;
     let mesh = &patched.mesh;
     let all = 0..mesh.vertex_slots() as u32;
-    let mut held: Vec<Vec3> = all.map(|v| mesh.position(crate::mesh::Vertex(v))).collect();
+    let mut held: Vec<Vec3> = all.map(|v| mesh.position(Vertex(v))).collect();
     for (slot, &(r, v)) in patched.stitched.kept_vertices.iter().enumerate() {
         let t = (operation.event - fronts[r].at) / (operation.after - fronts[r].at);
         held[slot] = fronts[r].mesh.position(v).lerp(held[slot], t as f32);
@@ -106,21 +107,11 @@ fn bad(mesh: &Mesh, faces: &[Face], places: &[Vec3]) -> Vec<Face> {
         .copied()
         .filter(|&f| normal(corners(f)).dot(normal(mesh.corners(f))) <= 0.0)
         .collect();
-    let mut number = vec![u32::MAX; mesh.vertex_slots()];
-    let (mut at_event, mut half_way) = (Vec::new(), Vec::new());
-    let mut triangles = Vec::with_capacity(faces.len());
-    for &f in faces {
-        triangles.push(mesh.face_vertices(f).map(|v| {
-            let n = &mut number[v.0 as usize];
-            if *n == u32::MAX {
-                *n = at_event.len() as u32;
-                let place = places[v.0 as usize];
-                at_event.push(place.to_array());
-                half_way.push((0.5 * (place + mesh.position(v))).to_array());
-            }
-            *n
-        }));
-    }
+    let (vertices, triangles) = renumbered(mesh, faces);
+    let place = |v: Vertex| places[v.0 as usize];
+    let at_event: Vec<[f32; 3]> = vertices.iter().map(|&v| place(v).to_array()).collect();
+    let half_way = |&v: &Vertex| (0.5 * (place(v) + mesh.position(v))).to_array();
+    let half_way: Vec<[f32; 3]> = vertices.iter().map(half_way).collect();
     for positions in [at_event, half_way] {
         bad.extend(intersecting(&positions, &triangles).iter().map(|&f| faces[f as usize]));
     }

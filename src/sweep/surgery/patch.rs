@@ -89,21 +89,28 @@ fn crossing_near(mesh: &Mesh, block: &Block) -> Vec<Vec3> {
             || block.touches_triangle(mesh.corners(*f), 1.0)
     };
     let faces: Vec<Face> = mesh.faces().filter(is_near).collect();
+    let (vertices, triangles) = renumbered(mesh, &faces);
+    let positions: Vec<[f32; 3]> = vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
+    let crossing = intersecting(&positions, &triangles);
+    crossing.iter().map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0).collect()
+}
+
+/// The vertices of some faces, and the faces as triples of their numbers.
+pub(super) fn renumbered(mesh: &Mesh, faces: &[Face]) -> (Vec<Vertex>, Vec<[u32; 3]>) {
     let mut number = vec![u32::MAX; mesh.vertex_slots()];
-    let mut positions = Vec::new();
-    let triangles: Vec<[u32; 3]> = faces
+    let mut vertices = Vec::new();
+    let triangles = faces
         .iter()
         .map(|&f| {
             mesh.face_vertices(f).map(|v| {
                 let n = &mut number[v.0 as usize];
                 if *n == u32::MAX {
-                    *n = positions.len() as u32;
-                    positions.push(mesh.position(v).to_array());
+                    *n = vertices.len() as u32;
+                    vertices.push(v);
                 }
                 *n
             })
         })
         .collect();
-    let crossing = intersecting(&positions, &triangles);
-    crossing.iter().map(|&f| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0).collect()
+    (vertices, triangles)
 }
