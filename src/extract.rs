@@ -17,12 +17,16 @@
 //! or within a plateau is no special case.
 
 pub(crate) mod cell;
+mod component;
 pub mod count;
 mod lattice;
 mod polygons;
 
+use std::collections::HashMap;
+
 use crate::topology::exact::ExactField;
 use cell::{CellSurface, EDGES};
+pub use component::extract_component;
 pub(crate) use lattice::DisjointSets;
 use lattice::{Cell, Crossings, for_each_crossed_cell};
 
@@ -73,6 +77,49 @@ impl Extraction {
         first.into_iter().map(|e| e.expect("every component crosses a lattice edge").1).collect()
     }
 
+    /// Several meshes as one, their components one after the other.
+    pub(crate) fn joined(meshes: impl IntoIterator<Item = Extraction>) -> Extraction {
+        let mut all = Extraction::default();
+        for mesh in meshes {
+            let (n_vertices, n_components) = (all.positions.len() as u32, all.n_components as u32);
+            all.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + n_vertices)));
+            all.components.extend(mesh.components.iter().map(|c| c + n_components));
+            all.n_components += mesh.n_components;
+            all.positions.extend(mesh.positions);
+            all.caps.extend(mesh.caps);
+            all.cells.extend(mesh.cells);
+            all.borders.extend(mesh.borders);
+            all.crossings.extend(mesh.crossings);
+        }
+        all
+    }
+
+    /// Each component as a mesh of its own, in order.
+    pub fn into_components(self) -> Vec<Extraction> {
+        let one = || Extraction { n_components: 1, ..Extraction::default() };
+        let mut all: Vec<Extraction> = (0..self.n_components).map(|_| one()).collect();
+        let mut component_of = vec![u32::MAX; self.positions.len()];
+        for (face, &c) in self.faces.iter().zip(&self.components) {
+            face.iter().for_each(|&v| component_of[v as usize] = c);
+        }
+        let mut numbers = vec![u32::MAX; self.positions.len()];
+        for v in (0..self.positions.len()).filter(|&v| component_of[v] != u32::MAX) {
+            let mesh = &mut all[component_of[v] as usize];
+            numbers[v] = mesh.positions.len() as u32;
+            mesh.positions.push(self.positions[v]);
+            mesh.borders.push(self.borders[v]);
+            mesh.crossings.push(self.crossings[v]);
+        }
+        for (f, &c) in self.components.iter().enumerate() {
+            let mesh = &mut all[c as usize];
+            mesh.faces.push(self.faces[f].map(|v| numbers[v as usize]));
+            mesh.caps.push(self.caps[f]);
+            mesh.cells.push(self.cells[f]);
+            mesh.components.push(0);
+        }
+        all
+    }
+
     /// The mesh of those components only for which `keep` holds, renumbered in order.
     pub fn with_components(&self, mut keep: impl FnMut(u32) -> bool) -> Extraction {
         let mut n_components = 0;
@@ -120,7 +167,7 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
         isovalue,
         isovalue_key: field.isovalue_key(isovalue),
         voxel_size: field.volume().voxel_size(),
-        crossings: Some(Crossings::new(field)),
+        crossings: Numbering::Walk(Crossings::new(field)),
         mesh: Extraction::default(),
     };
     for_each_crossed_cell(field, isovalue, |cell| polygoniser.add_cell(&cell));
@@ -135,7 +182,7 @@ pub(crate) fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Ex
         isovalue,
         isovalue_key: field.isovalue_key(isovalue),
         voxel_size: field.volume().voxel_size(),
-        crossings: None,
+        crossings: Numbering::OneCell,
         mesh: Extraction::default(),
     };
     let cell = Cell::at(field, corner, isovalue);
@@ -151,27 +198,40 @@ struct Polygoniser<'f, 'v> {
     isovalue: f64,
     isovalue_key: i128,
     voxel_size: [f64; 3],
-    /// Where the vertices on lattice edges are found again; `None` in a single cell, whose loops
-    /// meet each of its edges once.
-    crossings: Option<Crossings>,
+    crossings: Numbering,
     mesh: Extraction,
+}
+
+/// Where the vertices on lattice edges are found again.
+enum Numbering {
+    /// In a walk over all cells.
+    Walk(Crossings),
+    /// In any cells, in any order, by the two ends of the edge.
+    Found(HashMap<(u32, u32), u32>),
+    /// Nowhere: the loops of a single cell meet each of its edges once.
+    OneCell,
 }
 
 impl Polygoniser<'_, '_> {
     /// Adds one cell's part of the isosurface.
     fn add_cell(&mut self, cell: &Cell) {
         let surface = CellSurface::of(self.field, cell, self.isovalue_key);
+        self.add_loops(cell, &surface, |_| true);
+    }
+
+    /// Adds some of the loops of a cell: both or none of two that a tunnel joins.
+    fn add_loops(&mut self, cell: &Cell, surface: &CellSurface, is_in: impl Fn(usize) -> bool) {
         let mut vertices = [u32::MAX; 12];
-        for l in 0..surface.n_loops() {
+        for l in (0..surface.n_loops()).filter(|&l| is_in(l)) {
             for &edge in surface.loop_edges(l) {
                 vertices[edge as usize] = self.edge_vertex(cell, edge as usize);
             }
         }
-        if let Some((first, second)) = surface.tunnel {
+        if let Some((first, second)) = surface.tunnel.filter(|t| is_in(t.0)) {
             let [first, second] = [first, second].map(|l| surface.loop_edges(l));
             self.add_annulus(cell, &vertices, first, second);
         }
-        for l in 0..surface.n_loops() {
+        for l in (0..surface.n_loops()).filter(|&l| is_in(l)) {
             if surface.tunnel.is_none_or(|(first, second)| l != first && l != second) {
                 self.add_disc(cell, &vertices, surface.loop_edges(l));
             }
@@ -187,8 +247,14 @@ impl Polygoniser<'_, '_> {
     fn edge_vertex(&mut self, cell: &Cell, edge: usize) -> u32 {
         let next = self.mesh.positions.len();
         let (crossing, is_new) = match &mut self.crossings {
-            Some(crossings) => crossings.vertex(cell, edge, next),
-            None => (cell.crossing(&self.field.cell_offsets(), edge, next), true),
+            Numbering::Walk(crossings) => crossings.vertex(cell, edge, next),
+            Numbering::Found(numbers) => {
+                let mut crossing = cell.crossing(&self.field.cell_offsets(), edge, next);
+                let number = *numbers.entry((crossing.low, crossing.high)).or_insert(next as u32);
+                crossing.vertex = number;
+                (crossing, number == next as u32)
+            }
+            Numbering::OneCell => (cell.crossing(&self.field.cell_offsets(), edge, next), true),
         };
         if !is_new {
             return crossing.vertex;

@@ -15,6 +15,7 @@ mod caps;
 mod chain;
 mod criteria;
 mod flips;
+mod glide;
 mod graph;
 mod initial;
 mod lattice;
@@ -26,6 +27,7 @@ mod simplify;
 mod start;
 mod surgery;
 mod thin;
+mod toil;
 mod track;
 mod window;
 
@@ -45,10 +47,8 @@ use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
-/// Small meshes have fewer faces than this, or than one in so many of the whole extraction at the start
-/// isovalue: each time they are repaired or begin again all of it is extracted.
+/// Meshes with fewer faces are left to the exact extraction where they do not follow by themselves.
 const SMALL_FACES: usize = 300;
-const SMALL_SHARE: usize = 100;
 
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
@@ -133,8 +133,6 @@ struct Sweep<'a> {
     event_isovalues: Vec<f64>,
     /// Meshes from outside that pieces start from.
     initial: initial::InitialMeshes,
-    /// Meshes with fewer faces are left to the exact extraction where they do not follow by themselves.
-    small: usize,
     done: Mutex<f64>,
     total: f64,
 }
@@ -179,7 +177,6 @@ pub fn compute(
         range,
         event_isovalues,
         initial: initial::InitialMeshes::default(),
-        small: 0,
         done: Mutex::new(0.0),
         total: 1.0,
     };
@@ -188,7 +185,6 @@ pub fn compute(
     }
     let start = sweep.start_isovalue();
     let whole = extract(&sweep.exact, start);
-    sweep.small = SMALL_FACES.max(whole.faces.len() / SMALL_SHARE);
     let pieces = sweep.pieces();
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };

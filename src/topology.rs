@@ -24,6 +24,7 @@
 
 mod contour_tree;
 pub mod critical;
+mod crossing;
 pub mod curves;
 pub mod exact;
 mod merge;

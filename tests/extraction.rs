@@ -9,7 +9,8 @@ mod random;
 use std::collections::HashMap;
 
 use isospectrum::extract::count::count;
-use isospectrum::extract::{Extraction, extract};
+use isospectrum::extract::{Extraction, extract, extract_component};
+use isospectrum::topology::Topology;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
 use random::Random;
@@ -422,9 +423,56 @@ fn choosing_components_keeps_them_whole() {
         let odd = checked_euler(&mesh.with_components(|c| c % 2 == 1));
         assert_eq!(odd, euler.iter().copied().skip(1).step_by(2).collect::<Vec<_>>());
         assert_eq!(mesh.with_components(|_| true), mesh);
+        for (c, one) in mesh.clone().into_components().into_iter().enumerate() {
+            assert_eq!(one, mesh.with_components(|d| d as usize == c));
+        }
         let crossings = mesh.component_crossings();
         assert_eq!(crossings.len(), mesh.n_components);
         let counted: Vec<_> = count(&field, isovalue).iter().map(|c| (c.low, c.high)).collect();
         assert!(crossings.iter().all(|c| counted.contains(c)), "the first crossing of each");
     }
+}
+
+/// The faces of a mesh by the positions of their corners, each from its smallest corner on, sorted.
+fn faces_by_position(mesh: &Extraction) -> Vec<[[u32; 3]; 3]> {
+    let corner = |v: u32| mesh.positions[v as usize].map(f32::to_bits);
+    let mut faces: Vec<[[u32; 3]; 3]> = mesh
+        .faces
+        .iter()
+        .map(|f| {
+            let mut face = f.map(corner);
+            let first = (0..3).min_by_key(|&i| face[i]).unwrap_or(0);
+            face.rotate_left(first);
+            face
+        })
+        .collect();
+    faces.sort_unstable();
+    faces
+}
+
+#[test]
+fn a_component_followed_from_one_edge_is_that_of_the_whole() {
+    let mut random = Random(77);
+    let (mut asked, mut found) = (0, 0);
+    for n in 0..600 {
+        let volume = random_volume(&mut random, n % 6);
+        let field = ExactField::new(&volume).expect("a valid field");
+        let topology = Topology::compute(&field).expect("a topology");
+        let isovalue = random_isovalue(&mut random, &field);
+        let whole = extract(&field, isovalue);
+        for (component, (low, high)) in whole.component_crossings().into_iter().enumerate() {
+            let expected = whole.with_components(|c| c as usize == component);
+            let arc = topology.arc_of(low, high, isovalue).expect("an arc");
+            asked += 1;
+            let Some(crossing) = topology.crossing_of(&field, arc, isovalue) else { continue };
+            found += 1;
+            let mesh = extract_component(&field, isovalue, crossing);
+            assert_eq!(mesh.n_components, 1, "grid {n} at {isovalue}");
+            assert_eq!(mesh.faces.len(), expected.faces.len(), "grid {n} at {isovalue}");
+            assert_eq!(mesh.cells, expected.cells, "grid {n} at {isovalue}: order of faces");
+            assert_eq!(faces_by_position(&mesh), faces_by_position(&expected), "grid {n}");
+        }
+    }
+    assert!(asked > 2000);
+    assert_eq!(found, asked, "components with a crossing found from an event");
 }

@@ -2,9 +2,9 @@
 //! remeshed afresh, there or a little farther on.
 
 use super::recorder::{Direction, Log};
-use super::start::{extraction_of_arcs, fresh_mesh};
+use super::start::{FRESH_MOTION, extraction_of_arcs, fresh_mesh, motion};
 use super::surgery::Front;
-use super::{Counts, Piece, Sweep};
+use super::{Counts, Piece, SMALL_FACES, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
 
@@ -56,18 +56,24 @@ impl<'a> Again<'a> {
         kernels: &mut dyn Kernels,
         counts: &mut Counts,
     ) -> Result<Option<Before>> {
-        if front.mesh.n_faces() < self.sweep.small {
+        if front.mesh.n_faces() < SMALL_FACES {
             return Ok(None);
         }
         let from = front.at;
         let left = (self.last - from).abs();
         let has_come = self.begun.is_none_or(|begun| (from - begun).abs() > PROGRESS * left);
         self.gap = if has_come { 0.0 } else { self.next_gap(left) };
+        if front.toil.is_too_much() {
+            return Ok(None);
+        }
         while self.times < MOST && self.faces < MOST_FACES && self.gap < 0.5 * left {
             self.times += 1;
             let at = from + self.direction.sign() * self.gap;
             let (extraction, _) = extraction_of_arcs(self.sweep, at, &[self.arc])?;
             self.faces += extraction.faces.len();
+            if motion(self.sweep, &extraction, (self.last - at).abs()) < FRESH_MOTION {
+                return Ok(None);
+            }
             let mesh = fresh_mesh(self.sweep, at, &extraction, kernels)?;
             let Some(mesh) = mesh else {
                 self.gap = self.next_gap(left);
@@ -77,7 +83,9 @@ impl<'a> Again<'a> {
             counts.extracted_afresh += 1;
             let mut recorder = front.recorder.begin_again();
             recorder.edits(&mesh, &[], at, self.direction);
-            let before = std::mem::replace(front, Front { mesh, recorder, at });
+            let mut toil = front.toil;
+            toil.add_operation();
+            let before = std::mem::replace(front, Front { mesh, recorder, at, toil });
             self.begun = Some(at);
             return Ok(Some(Before {
                 log: before.recorder.finish(from),

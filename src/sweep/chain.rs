@@ -12,19 +12,19 @@ use rayon::Scope;
 use super::again::Again;
 use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
-use super::start::{extraction_of_arcs, of_arcs, start_front};
+use super::start::{FRESH_MOTION, extraction_of_arcs, motion, of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
 use super::track::{End, Repair, Tracking, Way, track};
 use super::window::{typical_slope, window};
-use super::{Counts, Piece, Sweep};
+use super::{Counts, Piece, SMALL_FACES, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::Extraction;
 
 /// Pieces shorter than this share of the range do not get a mesh of their own, nor those over which
 /// the isosurface moves less than this, in voxels: where events crowd so, a mesh would be operated on
 /// all the time.
-const SHORT_SHARE: f64 = 5e-4;
-const SHORT_MOTION: f64 = 0.05;
+const SHORT_SHARE: f64 = 5e-5;
+const SHORT_MOTION: f64 = 0.01;
 
 /// Nor do small components, at the middle of their arc, if the arc is a smaller share of the range than
 /// this; nor the smallest ones.
@@ -69,11 +69,12 @@ pub(super) fn sweep_all(
     counts: &mut Counts,
 ) -> Result<Swept> {
     let graph = Graph::new(sweep);
+    let shortest = SHORT_SHARE * (sweep.range.1 - sweep.range.0);
+    let slope = typical_slope(sweep);
     let chain = Chain {
         sweep,
         start,
-        short: (SHORT_SHARE * (sweep.range.1 - sweep.range.0))
-            .max(SHORT_MOTION * typical_slope(sweep)),
+        short: shortest.max(SHORT_MOTION * slope),
         waiting: graph.nodes.iter().map(|_| Mutex::default()).collect(),
         graph,
         log: Mutex::default(),
@@ -149,8 +150,7 @@ impl<'a> Chain<'a> {
         isovalue: f64,
         scope: &Scope<'s>,
     ) -> Result<()> {
-        for (component, &arc) in order.iter().enumerate() {
-            let exact = extraction.with_components(|c| c as usize == component);
+        for (exact, arc) in extraction.into_components().into_iter().zip(order) {
             scope.spawn(move |scope| {
                 self.attempt(|| self.start_arc(&self.piece(arc), isovalue, &exact, scope));
             });
@@ -168,9 +168,10 @@ impl<'a> Chain<'a> {
     ) -> Result<()> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
+        let is_still = motion(sweep, exact, piece.high - piece.low) < FRESH_MOTION;
         let is_long = piece.high - piece.low >= LONG_SHARE * self.range_length();
-        let smallest = if is_long { SMALLEST_FACES } else { sweep.small };
-        let front = if (self.is_short(piece.arc) || exact.faces.len() < smallest) && !given {
+        let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
+        let front = if (is_still || exact.faces.len() < smallest) && !given {
             None
         } else {
             let mut kernels = sweep.backend.kernels(&sweep.field)?;
@@ -185,6 +186,7 @@ impl<'a> Chain<'a> {
             mesh: front.mesh.clone(),
             recorder: front.recorder.branch(run.of_arc(piece.arc)),
             at: isovalue,
+            toil: front.toil,
         };
         let [up, down] = [branch(Run::Up), branch(Run::Down)];
         lock(&self.log).append(front.recorder.into_log());
@@ -223,11 +225,12 @@ impl<'a> Chain<'a> {
         let last = end - direction.sign() * self.margin(&piece);
         let arrived = self.track_to(&mut front, arc, direction, [last, window], &mut counts)?;
         log::debug!(
-            "arc {arc} [{}, {}) {direction:?}: {} of {last}, {} faces, {counts:?}",
+            "arc {arc} [{}, {}) {direction:?}: {} of {last}, {} faces, {:?}, {counts:?}",
             piece.low,
             piece.high,
             front.at,
-            front.mesh.n_faces()
+            front.mesh.n_faces(),
+            front.toil
         );
         lock(&self.counts).add(&counts);
         self.sweep.advance_progress(0.5 * self.sweep.weight(&piece));
@@ -352,6 +355,11 @@ impl<'a> Chain<'a> {
             return self.start_beyond(arcs, scope);
         }
         if fronts.is_empty() {
+            return self.start_beyond(arcs, scope);
+        }
+        if fronts.iter().any(|f| f.toil.is_too_much()) {
+            self.end_before(node, direction, from, fronts, &mut counts)?;
+            lock(&self.counts).add(&counts);
             return self.start_beyond(arcs, scope);
         }
         let points: Vec<Vec3> = node

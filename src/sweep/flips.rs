@@ -10,15 +10,21 @@ use crate::mesh::{Edge, Mesh, normal, radius_ratio};
 const GAIN: f32 = 0.02;
 
 /// Flips every edge whose flip makes the worse of its two triangles better, while the mesh stays as
-/// close to the isosurface. At most `passes` times over all edges. Returns the number of flips.
-pub(crate) fn flip_edges(mesh: &mut Mesh, criteria: &Criteria, passes: usize) -> usize {
+/// close to the isosurface, and the edges before and after are at most `most_apart` voxels apart: so far
+/// the surface jumps. At most `passes` times over all edges. Returns the number of flips.
+pub(crate) fn flip_edges(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    passes: usize,
+    most_apart: f32,
+) -> usize {
     let mut total = 0;
     let mut edges: Vec<Edge> = mesh.edges().collect();
     for _ in 0..passes {
         let mut touched: Vec<Edge> = Vec::new();
         let mut flips = 0;
         for &e in &edges {
-            if flip_is_better(mesh, criteria, e) && mesh.can_flip(e) {
+            if flip_is_better(mesh, criteria, e, most_apart) && mesh.can_flip(e) {
                 let faces = mesh.flip(e).faces;
                 touched
                     .extend(faces.iter().flat_map(|&f| mesh.face_halfedges(f)).map(|h| h.edge()));
@@ -37,7 +43,7 @@ pub(crate) fn flip_edges(mesh: &mut Mesh, criteria: &Criteria, passes: usize) ->
 }
 
 /// Whether the triangles after the flip are better and follow the isosurface as well.
-fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge) -> bool {
+fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) -> bool {
     let h = e.halfedge();
     if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
         return false;
@@ -47,6 +53,9 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge) -> bool {
     let (c, d) = (at(mesh.to(mesh.next(h))), at(mesh.to(mesh.next(h.twin()))));
     let before: [[Vec3; 3]; 2] = [[a, b, c], [b, a, d]];
     let after: [[Vec3; 3]; 2] = [[a, d, c], [d, b, c]];
+    if (c - a).dot((b - a).cross(d - c).normalize_or_zero()).abs() > most_apart {
+        return false;
+    }
     let is_cap = mesh.is_cap(mesh.face(h)) || mesh.is_cap(mesh.face(h.twin()));
     if is_cap && after.iter().any(|&t| !follows_border(criteria.field, t)) {
         return false;

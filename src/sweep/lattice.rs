@@ -61,16 +61,25 @@ struct Slab {
     inner: Vec<Inner>,
 }
 
-/// The intervals of isovalues to show, by arc; and all of them merged, ascending.
+/// The intervals of isovalues to show.
 struct Shown {
     by_arc: Vec<Vec<(f64, f64)>>,
+    /// All of them merged, ascending.
     merged: Vec<(f64, f64)>,
+    /// Per arc: up to where everything is to be shown that its component becomes, if it is to be shown
+    /// at its upper end.
+    beyond: Vec<f64>,
 }
 
 /// The exact extraction over all the given stretches, as one patch.
 pub(super) fn patch(sweep: &Sweep, stretches: &[Piece]) -> Result<Patch> {
-    let shown = &Shown::new(sweep.topology.arcs.len(), stretches);
+    let shown = &Shown::new(sweep, stretches);
     let body_saddles = body_saddles(sweep);
+    log::debug!(
+        "the exact extraction shows over {} stretches, {} intervals",
+        stretches.len(),
+        shown.merged.len()
+    );
     let n_layers = sweep.exact.dims()[2] - 1;
     let slabs: Vec<Result<Slab>> = (0..n_layers.div_ceil(LAYERS))
         .into_par_iter()
@@ -81,12 +90,13 @@ pub(super) fn patch(sweep: &Sweep, stretches: &[Piece]) -> Result<Patch> {
         })
         .collect();
     let slabs = slabs.into_iter().collect::<Result<Vec<Slab>>>()?;
+    log::debug!("{} triangles of it", slabs.iter().map(|s| s.records.len()).sum::<usize>());
     Ok(joined(sweep, shown, &slabs))
 }
 
 impl Shown {
-    fn new(n_arcs: usize, stretches: &[Piece]) -> Self {
-        let mut by_arc = vec![Vec::new(); n_arcs];
+    fn new(sweep: &Sweep, stretches: &[Piece]) -> Self {
+        let mut by_arc = vec![Vec::new(); sweep.topology.arcs.len()];
         let mut all: Vec<(f64, f64)> = Vec::new();
         for s in stretches.iter().filter(|s| s.low < s.high) {
             by_arc[s.arc].push((s.low, s.high));
@@ -101,7 +111,8 @@ impl Shown {
             }
         }
         by_arc.iter_mut().for_each(|s| s.sort_by(|a, b| a.0.total_cmp(&b.0)));
-        Shown { by_arc, merged }
+        let beyond = beyond(sweep, &by_arc);
+        Shown { by_arc, merged, beyond }
     }
 
     /// The merged intervals that overlap an interval.
@@ -110,6 +121,37 @@ impl Shown {
         let last = self.merged.partition_point(|m| m.0 < high);
         &self.merged[first..last.max(first)]
     }
+}
+
+/// See [`Shown::beyond`]. Where noise makes a component meet thousands of others, it is followed at
+/// once to where a mesh takes over.
+fn beyond(sweep: &Sweep, by_arc: &[Vec<(f64, f64)>]) -> Vec<f64> {
+    let arcs = &sweep.topology.arcs;
+    let mut descending: Vec<usize> = (0..arcs.len()).collect();
+    descending.sort_by_key(|&a| std::cmp::Reverse(arcs[a].death_event.map_or(u32::MAX, |e| e)));
+    let mut from_event = vec![f64::INFINITY; sweep.topology.events.len()];
+    let mut beyond = vec![f64::INFINITY; arcs.len()];
+    for a in descending {
+        if let Some(death) = arcs[a].death_event {
+            beyond[a] = from_event[death as usize];
+        }
+        if let Some(birth) = arcs[a].birth_event {
+            let (low, high) = sweep.shown(&arcs[a]);
+            let until = if low >= high {
+                beyond[a]
+            } else {
+                match by_arc[a].first() {
+                    Some(first) if first.0 > low => low,
+                    Some(first) if first.1 < high => first.1,
+                    Some(_) => beyond[a],
+                    None => low,
+                }
+            };
+            let from = &mut from_event[birth as usize];
+            *from = from.min(until);
+        }
+    }
+    beyond
 }
 
 /// Isovalues of the body saddles by cell.
@@ -272,16 +314,22 @@ fn walk_arcs(
     while at < high {
         let probe = (at + tiny).min(at + 0.5 * (high - at));
         let arc = sweep.topology.arc_of(crossing.0, crossing.1, probe);
-        let end = arc.map_or(high, |a| sweep.shown(&sweep.topology.arcs[a]).1.min(high));
-        let end = if end > at { end } else { probe };
-        for &(a, b) in arc.map_or(&[][..], |a| &shown.by_arc[a]) {
-            let (a, b) = (a.max(at), b.min(end));
+        let Some(arc) = arc else { break };
+        let end = sweep.shown(&sweep.topology.arcs[arc]).1;
+        let mut next = if end > at { end } else { probe };
+        for &(a, b) in &shown.by_arc[arc] {
+            let b = if b == end { shown.beyond[arc].max(end) } else { b };
+            let (a, b) = (a.max(at), b.min(high));
+            if a >= b {
+                continue;
+            }
+            next = next.max(b);
             match found.last_mut() {
-                _ if a >= b => {}
                 Some(last) if last.1 == a => last.1 = b,
                 _ => found.push((a, b)),
             }
         }
+        let end = next.min(high);
         if end <= at {
             break;
         }

@@ -9,6 +9,7 @@ mod patch;
 
 use glam::Vec3;
 
+use super::glide::{GLIDE_SHARE, Glides};
 use crate::mesh::{Face, Mesh, Vertex};
 use crate::spectrum::normal;
 
@@ -91,6 +92,20 @@ struct Unranked {
     stays: bool,
 }
 
+impl Unranked {
+    /// The knot a share of the way to another.
+    fn towards(&self, other: &Unranked, share: f64) -> Unranked {
+        let [p, q] = [self, other].map(|k| Vec3::from(k.position));
+        let [m, n] = [self, other].map(|k| Vec3::from(normal::decode(k.normal)));
+        Unranked {
+            isovalue: self.isovalue + share * (other.isovalue - self.isovalue),
+            position: p.lerp(q, share as f32).to_array(),
+            normal: normal::encode(m.lerp(n, share as f32).normalize_or(m).to_array()),
+            ..*self
+        }
+    }
+}
+
 /// What recorders have written down.
 #[derive(Debug, Default)]
 pub(crate) struct Log {
@@ -108,6 +123,10 @@ pub(crate) struct Recorder {
     /// Trajectory of each vertex slot of the mesh.
     trajectory: Vec<Trajectory>,
     alive: Vec<Option<Alive>>,
+    /// Per vertex slot: its last knot and the one before, as places in the log.
+    latest: Vec<[usize; 2]>,
+    /// New vertices that begin elsewhere than where the mesh has them, and where it has them.
+    rising: Vec<(Vertex, Vec3)>,
 }
 
 impl Recorder {
@@ -142,6 +161,7 @@ impl Recorder {
             n_begun: 0,
             trajectory: self.trajectory.clone(),
             alive: self.alive.clone(),
+            ..Recorder::default()
         }
     }
 
@@ -165,6 +185,7 @@ impl Recorder {
                 .map(|&(r, v)| others[r].trajectory[v.0 as usize])
                 .collect(),
             alive: kept_faces.iter().map(|&(r, f)| others[r].alive[f.0 as usize]).collect(),
+            ..Recorder::default()
         }
     }
 
@@ -193,7 +214,50 @@ impl Recorder {
         for ((v, &position), &n) in vertices.iter().zip(positions).zip(normals) {
             let trajectory = self.trajectory[v.0 as usize];
             let normal = normal::encode(n);
+            let slot = v.0 as usize;
+            if self.latest.len() <= slot {
+                self.latest.resize(slot + 1, [usize::MAX; 2]);
+            }
+            self.latest[slot] = [self.log.knots.len(), self.latest[slot][0]];
             self.log.knots.push(Unranked { trajectory, isovalue, position, normal, stays: false });
+        }
+        self.rise(isovalue);
+    }
+
+    /// The last knot of a vertex and the one before, if both are of its trajectory and this log.
+    fn last_two(&self, v: Vertex) -> Option<[usize; 2]> {
+        let trajectory = self.trajectory[v.0 as usize];
+        let two = *self.latest.get(v.0 as usize)?;
+        let is_own = |&k: &usize| self.log.knots.get(k).is_some_and(|k| k.trajectory == trajectory);
+        two.iter().all(is_own).then_some(two)
+    }
+
+    /// Lets vertices glide that edits at an isovalue have made or removed: those removed end where
+    /// others are, those made begin on the surface as it was.
+    pub(crate) fn glide(&mut self, mesh: &Mesh, glides: &Glides, isovalue: f64) {
+        for (&v, &end) in &glides.ends {
+            let Some([last, before]) = self.last_two(v) else { continue };
+            let (from, to) = (self.log.knots[before], self.log.knots[last]);
+            if to.isovalue == isovalue && from.isovalue != isovalue {
+                self.log.knots.push(from.towards(&to, 1.0 - GLIDE_SHARE));
+                self.log.knots[last].position = end.to_array();
+            }
+        }
+        let living = |v: &Vertex| mesh.has_vertex(*v);
+        self.begin_at(mesh, |v| *glides.born.get(&v).unwrap_or(&mesh.position(v)), isovalue);
+        let born = glides.born.keys().copied().filter(living);
+        self.rising = born.map(|v| (v, mesh.position(v))).collect();
+    }
+
+    /// Brings new vertices onto the isosurface over the first part of the way to an isovalue.
+    fn rise(&mut self, isovalue: f64) {
+        for (v, position) in std::mem::take(&mut self.rising) {
+            let Some([last, first]) = self.last_two(v) else { continue };
+            let (from, to) = (self.log.knots[first], self.log.knots[last]);
+            if to.isovalue == isovalue && from.isovalue != isovalue {
+                let from = Unranked { position: position.to_array(), ..from };
+                self.log.knots.push(from.towards(&to, GLIDE_SHARE));
+            }
         }
     }
 
@@ -203,6 +267,12 @@ impl Recorder {
             vertices.iter().map(|&v| f(mesh, v).to_array()).collect()
         };
         self.knots(vertices, &at(Mesh::position), &at(Mesh::vertex_normal), isovalue);
+    }
+
+    /// Records where a vertex is at an isovalue, if not where the mesh has it.
+    pub(crate) fn knot_at(&mut self, mesh: &Mesh, v: Vertex, place: Vec3, isovalue: f64) {
+        let normal = mesh.vertex_normal(v).to_array();
+        self.knots(&[v], &[place.to_array()], &[normal], isovalue);
     }
 
     /// Ends the trajectories of vertices that jump: others begin in their place.
@@ -220,8 +290,7 @@ impl Recorder {
             let slot = v.0 as usize;
             if self.trajectory[slot] == NONE {
                 self.trajectory[slot] = self.new_trajectory();
-                let normal = mesh.vertex_normal(v).to_array();
-                self.knots(&[v], &[place(v).to_array()], &[normal], isovalue);
+                self.knot_at(mesh, v, place(v), isovalue);
             }
         }
     }

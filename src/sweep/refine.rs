@@ -1,6 +1,7 @@
 //! Refinement: red-green quadrisection (thesis section 3.7) and splits of edges that are too long.
 
 use super::criteria::Criteria;
+use super::glide::{Born, split_edge_of};
 use crate::mesh::{Edge, Face, Mesh, Vertex, area};
 
 /// A face that deviates by more than this many tolerances is quadrisected; one that deviates less
@@ -8,8 +9,13 @@ use crate::mesh::{Edge, Face, Mesh, Vertex, area};
 const QUADRISECT_FROM: f32 = 2.0;
 
 /// Refines the faces that deviate too far and are large enough (thesis section 3.7). `deviations`
-/// by face slot. Returns how many faces were marked.
-pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -> usize {
+/// by face slot. Adds the new vertices to `born`. Returns how many faces were marked.
+pub(crate) fn refine(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    deviations: &[f32],
+    born: &mut Vec<Born>,
+) -> usize {
     let deviation = |f: Face| deviations[f.0 as usize];
     let mut marked: Vec<Face> = mesh
         .faces()
@@ -22,13 +28,13 @@ pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -
     let n_far = marked.partition_point(|&f| deviation(f) > QUADRISECT_FROM * criteria.error);
     let near: Vec<(Face, [Vertex; 3])> =
         marked[n_far..].iter().map(|&f| (f, mesh.face_vertices(f))).collect();
-    quadrisect(mesh, criteria, &marked[..n_far]);
+    quadrisect(mesh, criteria, &marked[..n_far], born);
     for (f, vertices) in near {
         // A face that a neighbour's refinement has changed waits for the next round.
         if mesh.face_vertices(f) == vertices {
             let sides = mesh.face_halfedges(f).map(|h| h.edge());
             let longest = sides.iter().max_by(|a, b| mesh.length(**a).total_cmp(&mesh.length(**b)));
-            split_edge(mesh, criteria, *longest.expect("three sides"));
+            split_edge(mesh, criteria, *longest.expect("three sides"), born);
         }
     }
     marked.len()
@@ -36,8 +42,13 @@ pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -
 
 /// Quadrisects the given faces, and bisects or quadrisects their neighbours so that no vertex ends
 /// up inside an edge: a face with two or three split edges is split in four, with one in two.
-/// New vertices are put onto the isosurface. Returns them.
-pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) -> Vec<Vertex> {
+/// New vertices are put onto the isosurface. Adds them to `born`, and returns them.
+pub(crate) fn quadrisect(
+    mesh: &mut Mesh,
+    criteria: &Criteria,
+    marked: &[Face],
+    born: &mut Vec<Born>,
+) -> Vec<Vertex> {
     let mut split = vec![false; mesh.edge_slots()];
     let mut stack: Vec<Face> = marked.to_vec();
     while let Some(f) = stack.pop() {
@@ -71,7 +82,7 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
     for &e in &edges {
         let h = e.halfedge();
         ends.push((mesh.from(h), mesh.to(h)));
-        middle.push(split_edge(mesh, criteria, e));
+        middle.push(split_edge(mesh, criteria, e, born));
     }
     let find = |a: Vertex, b: Vertex, sorted: &[((Vertex, Vertex), usize)]| {
         let key = (a.min(b), a.max(b));
@@ -95,14 +106,15 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
     middle
 }
 
-/// Splits every edge longer than `long` times the wanted length, longest first. Returns the new
-/// vertices.
+/// Splits every edge longer than `long` times the wanted length, longest first. Adds the new vertices
+/// to `born`.
 pub(crate) fn split_long(
     mesh: &mut Mesh,
     criteria: &Criteria,
     length: &[f32],
     long: f32,
-) -> Vec<Vertex> {
+    born: &mut Vec<Born>,
+) {
     let mut edges: Vec<(f32, Edge)> = mesh
         .edges()
         .filter_map(|e| {
@@ -114,18 +126,20 @@ pub(crate) fn split_long(
         })
         .collect();
     edges.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    edges.into_iter().map(|(_, e)| split_edge(mesh, criteria, e)).collect()
+    for (_, e) in edges {
+        split_edge(mesh, criteria, e, born);
+    }
 }
 
 /// Splits one edge in its middle and puts the new vertex onto the isosurface, unless a face would
 /// turn over there.
-fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
+fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge, born: &mut Vec<Born>) -> Vertex {
     let h = e.halfedge();
     let (a, b) = (mesh.from(h), mesh.to(h));
     let along = (mesh.face_normal(mesh.face(h)) + mesh.face_normal(mesh.face(h.twin())))
         .normalize_or_zero();
     let middle = 0.5 * (mesh.position(a) + mesh.position(b));
-    let m = mesh.split_edge(e, middle).vertex;
+    let m = split_edge_of(mesh, e, middle, born);
     let p = criteria.edge_point(mesh, a, b, along, mesh.border(m));
     let before: Vec<_> = mesh.spokes(m).map(|s| mesh.face_normal(mesh.face(s))).collect();
     mesh.set_position(m, p);
@@ -172,7 +186,7 @@ mod tests {
         let field = field();
         let criteria = Criteria::new(&field, isovalue, &Parameters::default());
         let n_vertices = mesh.n_vertices();
-        let added = quadrisect(mesh, &criteria, marked);
+        let added = quadrisect(mesh, &criteria, marked, &mut Vec::new());
         mesh.check().expect("refinement keeps the invariants");
         assert_eq!(mesh.euler(), 2);
         assert_eq!(mesh.n_vertices(), n_vertices + added.len());
@@ -226,7 +240,11 @@ mod tests {
             let mut mesh = octahedron();
             let mut deviations = [0.0; 8];
             deviations[3] = tolerances * criteria.error;
-            assert_eq!(refine(&mut mesh, &criteria, &deviations), n_marked, "{tolerances}");
+            assert_eq!(
+                refine(&mut mesh, &criteria, &deviations, &mut Vec::new()),
+                n_marked,
+                "{tolerances}"
+            );
             mesh.check().expect("refinement keeps the invariants");
             assert_eq!((mesh.n_faces(), mesh.euler()), (n_faces, 2), "{tolerances}");
         }
@@ -254,9 +272,10 @@ mod tests {
         let criteria = Criteria::new(&field, ISOVALUE, &Parameters::default());
         let mut mesh = octahedron();
         let edge = RADIUS * std::f32::consts::SQRT_2;
-        let kept = split_long(&mut mesh, &criteria, &[edge; 6], 1.01);
-        assert_eq!(kept.len(), 0);
-        let added = split_long(&mut mesh, &criteria, &[0.9 * edge; 6], 1.01);
+        let mut added = Vec::new();
+        split_long(&mut mesh, &criteria, &[edge; 6], 1.01, &mut added);
+        assert_eq!(added.len(), 0);
+        split_long(&mut mesh, &criteria, &[0.9 * edge; 6], 1.01, &mut added);
         mesh.check().expect("splits keep the invariants");
         assert_eq!((added.len(), mesh.n_vertices(), mesh.euler()), (12, 18, 2));
     }

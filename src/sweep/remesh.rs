@@ -71,10 +71,10 @@ pub(crate) fn remesh(
         split_chamfers(mesh, criteria.field);
         let deviations = criteria.deviations(mesh);
         let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
-        split_long(mesh, criteria, &length, 1.4);
+        split_long(mesh, criteria, &length, 1.4, &mut Vec::new());
         extend_sizing(mesh, &mut length);
         collapsed.extend(simplify(mesh, criteria, &length, 0.75));
-        flip_edges(mesh, criteria, 3);
+        flip_edges(mesh, criteria, 3, f32::INFINITY);
         relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
         if mesh.n_faces() > most {
             return Ok(None);
@@ -82,14 +82,14 @@ pub(crate) fn remesh(
     }
     for _ in 0..effort.refinements {
         let deviations = criteria.deviations(mesh);
-        if refine(mesh, criteria, &deviations) == 0 {
+        if refine(mesh, criteria, &deviations, &mut Vec::new()) == 0 {
             break;
         }
-        flip_edges(mesh, criteria, 3);
+        flip_edges(mesh, criteria, 3, f32::INFINITY);
         relax(mesh, criteria, kernels, isovalue, parameters, 2)?;
     }
     let length = vec![0.0; mesh.vertex_slots()];
     collapsed.extend(simplify(mesh, criteria, &length, 0.0));
-    flip_edges(mesh, criteria, 2);
+    flip_edges(mesh, criteria, 2, f32::INFINITY);
     Ok((mesh.n_faces() <= most).then_some(collapsed))
 }

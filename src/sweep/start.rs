@@ -1,12 +1,15 @@
 //! Where a mesh comes from that no other leads to: extraction at an isovalue, and remeshing.
 
+use std::collections::HashSet;
+
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
 use super::surgery::Front;
+use super::toil::Toil;
 use super::{Piece, Sweep};
 use crate::error::{Error, Result};
-use crate::extract::{Extraction, extract};
+use crate::extract::{Extraction, extract, extract_component};
 use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex, intersecting};
 use glam::Vec3;
@@ -16,6 +19,13 @@ const MOST_GROWTH: f32 = 1.4;
 
 /// Small meshes may grow to so many faces.
 const GROWS_TO: usize = 5_000;
+
+/// Stretches over which the isosurface moves less than this, in voxels, do not begin with a fresh mesh:
+/// making it takes longer than following it over a hundred such stretches.
+pub(super) const FRESH_MOTION: f64 = 0.25;
+
+/// So many vertices are asked how fast the isosurface moves.
+const MOTION_VERTICES: usize = 500;
 
 /// One in so many faces of a remeshed mesh may pass through another.
 const INTERSECTING_SHARE: usize = 20_000;
@@ -35,7 +45,14 @@ pub(super) fn extraction_of_arcs(
     arcs: &[usize],
 ) -> Result<(Extraction, Vec<usize>)> {
     sweep.cancelled()?;
-    of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs)
+    let found = arcs.iter().map(|&a| sweep.topology.crossing_of(&sweep.exact, a, isovalue));
+    match found.collect::<Option<Vec<_>>>() {
+        Some(crossings) => {
+            let each = crossings.into_iter().map(|c| extract_component(&sweep.exact, isovalue, c));
+            Ok((Extraction::joined(each), arcs.to_vec()))
+        }
+        None => of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs),
+    }
 }
 
 /// The components of some arcs in the exact extraction of a whole isosurface, and the arc of each.
@@ -45,19 +62,40 @@ pub(super) fn of_arcs(
     isovalue: f64,
     arcs: &[usize],
 ) -> Result<(Extraction, Vec<usize>)> {
+    let wanted: HashSet<usize> = arcs.iter().copied().collect();
     let found: Vec<Option<usize>> = extraction
         .component_crossings()
         .iter()
         .map(|&(low, high)| sweep.topology.arc_of(low, high, isovalue))
-        .map(|arc| arc.filter(|a| arcs.contains(a)))
+        .map(|arc| arc.filter(|a| wanted.contains(a)))
         .collect();
     let kept: Vec<usize> = found.iter().flatten().copied().collect();
-    if let Some(missing) = arcs.iter().find(|a| !kept.contains(a)) {
+    let there: HashSet<usize> = kept.iter().copied().collect();
+    if let Some(missing) = arcs.iter().find(|a| !there.contains(a)) {
         return Err(Error::Input(format!(
             "internal: no component of arc {missing} at isovalue {isovalue}"
         )));
     }
     Ok((extraction.with_components(|c| found[c as usize].is_some()), kept))
+}
+
+/// How far, in voxels, half of an isosurface moves when the isovalue changes by `change`; infinitely far
+/// where it has no vertex inside the volume.
+pub(super) fn motion(sweep: &Sweep, isosurface: &Extraction, change: f64) -> f64 {
+    let field = &sweep.field;
+    let end = (field.dims().as_vec3() - 1.0) * field.cell_size();
+    let inside = isosurface.positions.iter().map(|&p| Vec3::from(p));
+    let inside = inside.filter(|p| p.cmpge(Vec3::ZERO).all() && p.cmple(end).all());
+    let stride = isosurface.positions.len() / MOTION_VERTICES + 1;
+    let mut slopes: Vec<f32> = inside.step_by(stride).map(|p| field.gradient(p).length()).collect();
+    if slopes.is_empty() {
+        return f64::INFINITY;
+    }
+    let middle = slopes.len() / 2;
+    let (_, slope, _) = slopes.select_nth_unstable_by(middle, f32::total_cmp);
+    let start = sweep.range.0;
+    let change = field.isovalue(start + change) - field.isovalue(start);
+    f64::from(change) / f64::from(*slope).max(1e-300)
 }
 
 /// The mesh that a piece starts from: the one given for it, or its exact extraction remeshed.
@@ -78,7 +116,7 @@ pub(super) fn start_front(
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let normals = kernels.normals()?;
     let recorder = Recorder::begin(&mesh, &normals, &compacted.vertices, isovalue, piece.arc);
-    Ok(Some(Front { mesh, recorder, at: isovalue }))
+    Ok(Some(Front { mesh, recorder, at: isovalue, toil: Toil::default() }))
 }
 
 /// An exact extraction, remeshed. `None` where remeshing makes the mesh pass through itself.

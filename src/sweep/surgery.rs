@@ -22,6 +22,7 @@ use glam::Vec3;
 
 use super::recorder::{Direction, Log, Recorder, Run};
 use super::start::extraction_of_arcs;
+use super::toil::Toil;
 use super::{Counts, Sweep};
 use crate::error::Result;
 use crate::extract::Extraction;
@@ -57,6 +58,7 @@ pub(super) struct Front {
     pub(super) mesh: Mesh,
     pub(super) recorder: Recorder,
     pub(super) at: f64,
+    pub(super) toil: Toil,
 }
 
 /// What a surgery is to do.
@@ -121,7 +123,16 @@ pub(super) fn operate(
                             .iter()
                             .map(|p| back::at_event(sweep, operation, &fronts, p, &block, kernels))
                             .collect::<Result<Vec<_>>>()?;
-                        return Ok(Ok(record(operation, fronts, patched, &places)));
+                        let stays = staying(&fronts, &patched);
+                        let before = (0..fronts.len())
+                            .map(|r| {
+                                let (front, moved) = (&fronts[r], &moved[r]);
+                                back::before_event(
+                                    operation, front, moved, &stays[r], &block, kernels,
+                                )
+                            })
+                            .collect::<Result<Vec<_>>>()?;
+                        return Ok(Ok(record(operation, fronts, patched, (&before, &places))));
                     }
                     Err(points) => Trouble { why: "passes through itself".into(), points },
                 }
@@ -147,7 +158,7 @@ pub(super) fn repair(
     kernels: &mut dyn Kernels,
     counts: &mut Counts,
 ) -> Result<bool> {
-    if front.mesh.n_faces() < REPAIRED_FROM.max(sweep.small) {
+    if front.mesh.n_faces() < REPAIRED_FROM {
         return Ok(false);
     }
     let operation =
@@ -200,24 +211,32 @@ struct Patched {
     collapsed: Vec<(Vertex, Vertex)>,
 }
 
-/// Records what the surgery changed. `places` are the vertices' of each mesh at the event.
-fn record(
-    operation: &Operation,
-    mut fronts: Vec<Front>,
-    patched: Vec<Patched>,
-    places: &[Vec<Vec3>],
-) -> Outcome {
+/// Which faces of each mesh stay, by slot.
+fn staying(fronts: &[Front], patched: &[Patched]) -> Vec<Vec<bool>> {
     let mut stays: Vec<Vec<bool>> =
         fronts.iter().map(|f| vec![false; f.mesh.face_slots()]).collect();
-    for p in &patched {
+    for p in patched {
         for &(r, f) in &p.stitched.kept_faces {
             stays[r][f.0 as usize] = true;
         }
     }
+    stays
+}
+
+/// Records what the surgery changed. The places are those at the event of the vertices of each mesh that
+/// arrives, and of each that goes on.
+fn record(
+    operation: &Operation,
+    mut fronts: Vec<Front>,
+    patched: Vec<Patched>,
+    (before, places): (&[Vec<Vec3>], &[Vec<Vec3>]),
+) -> Outcome {
+    let stays = staying(&fronts, &patched);
+    let toil = Toil::of_operation(fronts.iter().map(|f| f.toil));
     let mut others: Vec<Recorder> =
         fronts.iter_mut().map(|f| std::mem::take(&mut f.recorder)).collect();
     for p in &patched {
-        hold_collapsed(&fronts, &mut others, p, operation.event);
+        end_collapsed(&fronts, before, &mut others, p, operation.event);
     }
     let mut after = Vec::new();
     for (p, places) in patched.into_iter().zip(places) {
@@ -233,41 +252,45 @@ fn record(
         recorder.edits(&mesh, &p.collapsed, operation.event, operation.direction);
         let vertices: Vec<Vertex> = mesh.vertices().collect();
         recorder.knots_of(&mesh, &vertices, operation.after);
-        after.push((p.stitched.arc, Front { mesh, recorder, at: operation.after }));
+        after.push((p.stitched.arc, Front { mesh, recorder, at: operation.after, toil }));
     }
     let mut log = Log::default();
-    for ((front, mut recorder), stays) in fronts.into_iter().zip(others).zip(&stays) {
-        end_removed(&front.mesh, &mut recorder, stays, operation.event);
+    for (r, (front, mut recorder)) in fronts.into_iter().zip(others).enumerate() {
+        end_removed(&front.mesh, &mut recorder, &stays[r], &before[r], operation.event);
         log.append(recorder.into_log());
     }
     Outcome { fronts: after, log }
 }
 
-/// Vertices that stayed and were collapsed by the improvement end at the event.
-fn hold_collapsed(fronts: &[Front], others: &mut [Recorder], p: &Patched, event: f64) {
+/// Ends the vertices that stayed and were collapsed by the improvement at the event.
+fn end_collapsed(
+    fronts: &[Front],
+    before: &[Vec<Vec3>],
+    others: &mut [Recorder],
+    p: &Patched,
+    event: f64,
+) {
     for (slot, &(r, v)) in p.stitched.kept_vertices.iter().enumerate() {
         if !p.mesh.has_vertex(Vertex(slot as u32)) {
-            others[r].knots_of(&fronts[r].mesh, &[v], event);
+            others[r].knot_at(&fronts[r].mesh, v, before[r][v.0 as usize], event);
         }
     }
 }
 
 /// Ends all faces of a mesh at an isovalue, up to which it stays as it is.
 pub(super) fn end_all(mut front: Front, event: f64) -> Log {
-    let stays = vec![false; front.mesh.face_slots()];
-    end_removed(&front.mesh, &mut front.recorder, &stays, event);
-    front.recorder.into_log()
+    let vertices: Vec<Vertex> = front.mesh.vertices().collect();
+    front.recorder.knots_of(&front.mesh, &vertices, event);
+    front.recorder.finish(event)
 }
 
-/// Ends the faces that were taken away. Their vertices stay where they were up to the event, but
-/// for those that other faces go on with.
-fn end_removed(mesh: &Mesh, recorder: &mut Recorder, stays: &[bool], event: f64) {
-    let mut kept = vec![false; mesh.vertex_slots()];
-    for f in mesh.faces().filter(|f| stays[f.0 as usize]) {
-        mesh.face_vertices(f).iter().for_each(|v| kept[v.0 as usize] = true);
+/// Ends the faces that were taken away, and their vertices, but for those that other faces go on with, at
+/// their places at the event.
+fn end_removed(mesh: &Mesh, recorder: &mut Recorder, stays: &[bool], places: &[Vec3], event: f64) {
+    let kept = back::kept(mesh, stays);
+    for v in mesh.vertices().filter(|v| !kept[v.0 as usize]) {
+        recorder.knot_at(mesh, v, places[v.0 as usize], event);
     }
-    let removed: Vec<Vertex> = mesh.vertices().filter(|v| !kept[v.0 as usize]).collect();
-    recorder.knots_of(mesh, &removed, event);
     let faces: Vec<Face> = mesh.faces().filter(|f| !stays[f.0 as usize]).collect();
     faces.into_iter().for_each(|f| recorder.end_face(f, event));
 }

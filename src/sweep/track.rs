@@ -5,6 +5,7 @@ use super::border::{Cleared, Leaving, clear};
 use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
+use super::glide::{Edits, glides};
 use super::recorder::Direction;
 use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
@@ -14,7 +15,7 @@ use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, PINNED};
-use crate::mesh::{Compacted, Mesh, Vertex, area};
+use crate::mesh::{Compacted, Mesh, area};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -54,6 +55,9 @@ const TOLERANT_FROM: u32 = 2;
 
 /// More faces per square voxel than this are too many: an exact marching cubes has about 2.2.
 const FACES_PER_AREA: f32 = 2.6;
+
+/// A flip may move the surface by so many tolerances.
+const FLIP_SHARE: f32 = 0.5;
 
 /// Smaller meshes may have as many faces as they need.
 const DENSE_FROM: usize = 5_000;
@@ -149,8 +153,8 @@ pub(crate) fn track(
             let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
                 .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
                 .min(REPAIRS_AHEAD + steps / STEPS_PER_REPAIR);
-            if repairs > most || !repair(front, (tried.failed_at, &tried.points), kernels, counts)?
-            {
+            let is_over = repairs > most || front.toil.is_too_much();
+            if is_over || !repair(front, (tried.failed_at, &tried.points), kernels, counts)? {
                 return Ok(End::Stuck);
             }
             compacted = front.mesh.compacted();
@@ -167,13 +171,16 @@ pub(crate) fn track(
         recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, next);
         counts.steps += 1;
         steps += 1;
+        front.toil.add_step(advanced.moved);
         (retreats, limit) = (0, f64::INFINITY);
         front.at = next;
         if (way.last - next) * sign <= 0.0 {
             break;
         }
-        let collapsed = edit(&mut front.mesh, field, parameters, next);
-        recorder.edits(&front.mesh, &collapsed, next, way.direction);
+        compacted.positions = advanced.positions;
+        let edits = edit(&mut front.mesh, field, parameters, next);
+        recorder.glide(&front.mesh, &glides(&compacted, &edits), next);
+        recorder.edits(&front.mesh, &edits.collapsed, next, way.direction);
         if is_too_dense(&front.mesh) {
             log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
             return Ok(End::TooDense);
@@ -284,17 +291,18 @@ fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
     guess.clamp(4.0 * way.min_step, (way.last - at).abs().max(4.0 * way.min_step))
 }
 
-/// Simplifies, refines and flips at a sampling isovalue. Returns the collapses.
-fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Vec<(Vertex, Vertex)> {
+/// Simplifies, refines and flips at a sampling isovalue.
+fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edits {
     split_chamfers(mesh, field);
     let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     let deviations = criteria.deviations(mesh);
+    let mut born = Vec::new();
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
-    refine(mesh, &criteria, &deviations);
+    refine(mesh, &criteria, &deviations, &mut born);
     extend_sizing(mesh, &mut length);
-    split_long(mesh, &criteria, &length, 2.0);
+    split_long(mesh, &criteria, &length, 2.0, &mut born);
     extend_sizing(mesh, &mut length);
     let collapsed = simplify(mesh, &criteria, &length, 0.5);
-    flip_edges(mesh, &criteria, 2);
-    collapsed
+    flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
+    Edits { born, collapsed }
 }

@@ -1,13 +1,14 @@
-//! Where what comes in is at the event: the way back from just after it.
+//! Where what a surgery takes away and what it brings in are at the event.
 //!
 //! A surgery makes its mesh at an isovalue just after the event, where sheets are apart. From there the
-//! vertices that came in are moved back towards the event, so that the mesh follows the isosurface
-//! over that stretch too. What does not get there, or would fold or pass through something on the way, stays
-//! where it will be.
+//! vertices that came in are moved back towards the event, and those that are taken away are moved forth
+//! to it from where the mesh arrived, so that both follow the isosurface and meet at the event. What does
+//! not get there, or would fold or pass through something on the way, stays where it will be, or was.
 
 use glam::Vec3;
 
 use super::block::Block;
+use super::cut::Moved;
 use super::patch::renumbered;
 use super::{Front, Operation, Patched, Sweep};
 use crate::error::Result;
@@ -45,7 +46,57 @@ pub(super) fn at_event(
         let t = (operation.event - fronts[r].at) / (operation.after - fronts[r].at);
         held[slot] = fronts[r].mesh.position(v).lerp(held[slot], t as f32);
     }
-    let mut places = gone_back(operation, patched, &held, kernels)?;
+    let n_kept = patched.stitched.kept_vertices.len();
+    let way = Way {
+        from: operation.after,
+        to: operation.event,
+        short_of: if operation.repaired { 0.0 } else { SHORT_OF },
+    };
+    let goes = |v: Vertex| v.0 as usize >= n_kept;
+    let places = followed(mesh, &way, &held, goes, kernels)?;
+    Ok(in_nobodys_way(mesh, block, held, places))
+}
+
+/// The positions of all vertices of a mesh that arrives at the event, by slot: those that stay are on their
+/// way to where they have `moved` afterwards, the others have gone forth, as far as they can.
+pub(super) fn before_event(
+    operation: &Operation,
+    front: &Front,
+    moved: &Moved,
+    stays: &[bool],
+    block: &Block,
+    kernels: &mut dyn Kernels,
+) -> Result<Vec<Vec3>> {
+    let mesh = &front.mesh;
+    let t = ((operation.event - front.at) / (operation.after - front.at)) as f32;
+    let is_kept = kept(mesh, stays);
+    let all = 0..mesh.vertex_slots() as u32;
+    let held: Vec<Vec3> = all
+        .map(|v| {
+            let p = mesh.position(Vertex(v));
+            if is_kept[v as usize] { p.lerp(moved.positions[v as usize], t) } else { p }
+        })
+        .collect();
+    if operation.repaired {
+        return Ok(held);
+    }
+    let way = Way { from: front.at, to: operation.event, short_of: SHORT_OF };
+    let goes = |v: Vertex| !is_kept[v.0 as usize];
+    let places = followed(mesh, &way, &held, goes, kernels)?;
+    Ok(in_nobodys_way(mesh, block, held, places))
+}
+
+/// The vertices, by slot, of faces that stay.
+pub(super) fn kept(mesh: &Mesh, stays: &[bool]) -> Vec<bool> {
+    let mut kept = vec![false; mesh.vertex_slots()];
+    for f in mesh.faces().filter(|f| stays[f.0 as usize]) {
+        mesh.face_vertices(f).iter().for_each(|v| kept[v.0 as usize] = true);
+    }
+    kept
+}
+
+/// The places with those put back to where they are `held` that are in the way of others.
+fn in_nobodys_way(mesh: &Mesh, block: &Block, held: Vec<Vec3>, mut places: Vec<Vec3>) -> Vec<Vec3> {
     let faces: Vec<Face> = mesh
         .faces()
         .filter(|&f| {
@@ -62,27 +113,33 @@ pub(super) fn at_event(
             }
         }
         if !is_in_the_way {
-            return Ok(places);
+            return places;
         }
     }
-    Ok(held)
+    held
 }
 
-/// The positions after the way back, without a look at what is in the way.
-fn gone_back(
-    operation: &Operation,
-    patched: &Patched,
+/// The way of vertices from one isovalue towards another, short of it by a share.
+struct Way {
+    from: f64,
+    to: f64,
+    short_of: f64,
+}
+
+/// The positions at the end of a way of those vertices that go it and get there; of the others, where they
+/// are `held`.
+fn followed(
+    mesh: &Mesh,
+    way: &Way,
     held: &[Vec3],
+    goes: impl Fn(Vertex) -> bool,
     kernels: &mut dyn Kernels,
 ) -> Result<Vec<Vec3>> {
-    let mesh = &patched.mesh;
-    let n_kept = patched.stitched.kept_vertices.len();
-    let short_of = if operation.repaired { 0.0 } else { SHORT_OF };
-    let to = operation.event + short_of * (operation.after - operation.event);
+    let to = way.to + way.short_of * (way.from - way.to);
     let c = mesh.compacted();
     kernels.load(&c.connectivity, &c.positions)?;
     let mut is_lost = vec![false; c.vertices.len()];
-    for at in [0.5 * (operation.after + to), to] {
+    for at in [0.5 * (way.from + to), to] {
         kernels.project(at, MOST_MOTION)?;
         for (lost, status) in is_lost.iter_mut().zip(kernels.status()?) {
             *lost |= status == Status::Failed;
@@ -92,14 +149,15 @@ fn gone_back(
     for ((&v, p), lost) in c.vertices.iter().zip(kernels.positions()?).zip(is_lost) {
         let (slot, p) = (v.0 as usize, Vec3::from(p));
         let follows = !lost && p.distance(held[slot]) <= MOST_MOTION;
-        if slot >= n_kept && follows && !is_of_cap(mesh, v) {
+        if goes(v) && follows && !is_of_cap(mesh, v) {
             places[slot] = p;
         }
     }
     Ok(places)
 }
 
-/// The faces that fold between the event and after it, or pass through others at the event or half-way.
+/// The faces that fold between the event and where the mesh is, or pass through others at the event or
+/// half-way.
 fn bad(mesh: &Mesh, faces: &[Face], places: &[Vec3]) -> Vec<Face> {
     let corners = |f: Face| mesh.face_vertices(f).map(|v| places[v.0 as usize]);
     let mut bad: Vec<Face> = faces

@@ -251,8 +251,11 @@ impl Parts {
         let positions: Vec<[f32; 3]> = vertices.iter().map(|&v| self.positions[v]).collect();
         let borders: Vec<u8> = vertices.iter().map(|&v| self.borders[v]).collect();
         let caps: Vec<bool> = mine.iter().map(|&f| self.caps[f]).collect();
-        let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps)
-            .map_err(|e| Trouble::everywhere(e.to_string()))?;
+        let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps).map_err(|e| {
+            let points =
+                doubled_sides(&triangles).into_iter().map(|v| positions[v as usize].into());
+            Trouble { why: e.to_string(), points: points.collect() }
+        })?;
         let euler = sweep.topology.arcs[arc].euler;
         if mesh.euler() != euler {
             let why = format!("Euler characteristic {}, expected {euler}", mesh.euler());
@@ -266,4 +269,13 @@ impl Parts {
             on_rim: vertices.iter().map(|&v| self.on_rim[v]).collect(),
         })
     }
+}
+
+/// The ends of sides that two triangles have in the same direction: they cannot be one surface there.
+fn doubled_sides(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut sides: Vec<[u32; 2]> =
+        triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    sides.sort_unstable();
+    let doubled = sides.windows(2).filter(|w| w[0] == w[1]);
+    doubled.flat_map(|w| w[0]).collect()
 }
