@@ -36,6 +36,18 @@ fn grid_with_ties(seed: u64) -> Arc<Volume> {
     Arc::new(volume.expect("a valid volume"))
 }
 
+/// A smooth field in few grey levels: meshes are tracked, and many events share an isovalue.
+fn smooth_grid_with_ties(seed: u64) -> Arc<Volume> {
+    let smooth = volume(&format!("noise:12:{seed}"));
+    let (low, high) = smooth.range();
+    let grey = |x: f64| (24.0 * (x - low) / (high - low)).round() as u8;
+    let samples = smooth.samples();
+    let samples = (0..samples.len()).map(|i| grey(samples.get(i))).collect();
+    let volume =
+        Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
 fn backend(choice: Choice) -> Backend {
     Backend::choose(choice, None).expect("a backend")
 }
@@ -101,6 +113,13 @@ fn noise_has_the_counted_topology() {
 #[test]
 fn a_grid_full_of_ties_has_the_counted_topology() {
     check(&grid_with_ties(11), Choice::Cpu);
+}
+
+#[test]
+fn a_smooth_field_in_few_grey_levels_has_the_counted_topology() {
+    for seed in 1..=3 {
+        check(&smooth_grid_with_ties(seed), Choice::Cpu);
+    }
 }
 
 #[test]

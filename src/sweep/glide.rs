@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use crate::mesh::{Compacted, Mesh, Vertex, normal};
+use crate::mesh::{Compacted, Edge, Mesh, Vertex, normal};
 
 /// Share of a step over which vertices glide.
 pub(super) const GLIDE_SHARE: f64 = 0.25;
@@ -105,7 +105,7 @@ fn without_folds(before: &Compacted, ends: &mut BTreeMap<Vertex, Vec3>) {
 /// Splits an edge in its middle, and writes it down.
 pub(crate) fn split_edge_of(
     mesh: &mut Mesh,
-    e: crate::mesh::Edge,
+    e: Edge,
     middle: Vec3,
     born: &mut Vec<Born>,
 ) -> Vertex {
@@ -114,4 +114,57 @@ pub(crate) fn split_edge_of(
     let vertex = mesh.split_edge(e, middle).vertex;
     born.push(Born { vertex, between });
     vertex
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    fn octahedron() -> Mesh {
+        shapes::octahedron(Vec3::ZERO, 1.0)
+    }
+
+    #[test]
+    fn new_vertices_begin_on_the_edges_that_they_split() {
+        let mut mesh = octahedron();
+        let before = mesh.compacted();
+        let old: Vec<Vec3> = mesh.vertices().map(|v| mesh.position(v)).collect();
+        let mut born = Vec::new();
+        let first = split_edge_of(&mut mesh, Edge(0), Vec3::splat(7.0), &mut born);
+        let [a, b] = born[0].between;
+        // A half of an edge that was split in the same edits: a quarter of the edge.
+        let half = mesh.find_halfedge(a, first).expect("a half of the edge");
+        let second = split_edge_of(&mut mesh, half.edge(), Vec3::splat(8.0), &mut born);
+        let glides = glides(&before, &Edits { born, collapsed: Vec::new() });
+        let [p, q] = [a, b].map(|v| old[v.0 as usize]);
+        assert_eq!(glides.born[&first], 0.5 * (p + q));
+        assert_eq!(glides.born[&second], 0.75 * p + 0.25 * q);
+    }
+
+    #[test]
+    fn a_collapsed_vertex_ends_where_the_last_of_its_targets_is() {
+        let mesh = octahedron();
+        let before = mesh.compacted();
+        let [v, w, x] = [0, 1, 2].map(|i| before.vertices[i]);
+        let edits = Edits { born: Vec::new(), collapsed: vec![(v, w), (w, x)] };
+        let target: BTreeMap<Vertex, Vec3> = glides(&before, &edits).ends;
+        // What does not turn over ends at the last target; nothing ends elsewhere.
+        assert!(target.values().all(|&p| p == mesh.position(x)), "{target:?}");
+    }
+
+    #[test]
+    fn glides_that_would_turn_a_face_over_are_left_out() {
+        let mesh = octahedron();
+        let before = mesh.compacted();
+        let v = before.vertices[0];
+        let beside = mesh.to(mesh.outgoing(v));
+        let mut fine = BTreeMap::from([(v, mesh.position(v).lerp(mesh.position(beside), 0.5))]);
+        without_folds(&before, &mut fine);
+        assert_eq!(fine.len(), 1);
+        // Through the other side of the octahedron.
+        let mut folded = BTreeMap::from([(v, -2.0 * mesh.position(v))]);
+        without_folds(&before, &mut folded);
+        assert!(folded.is_empty());
+    }
 }

@@ -256,6 +256,7 @@ impl Recorder {
             let (from, to) = (self.log.knots[first], self.log.knots[last]);
             if to.isovalue == isovalue && from.isovalue != isovalue {
                 let from = Unranked { position: position.to_array(), ..from };
+                self.latest[v.0 as usize][1] = self.log.knots.len();
                 self.log.knots.push(from.towards(&to, GLIDE_SHARE));
             }
         }
@@ -373,6 +374,7 @@ mod tests {
     use crate::mesh::Edge;
     use crate::mesh::shapes;
     use crate::spectrum::Patch;
+    use crate::sweep::glide::{Edits, glides, split_edge_of};
     use glam::Vec3;
 
     fn octahedron() -> Mesh {
@@ -505,6 +507,39 @@ mod tests {
         assert_eq!((n_living(&patch, 0.0, 2.0), n_living(&patch, 0.0, 1.5)), (7, 1));
         assert_eq!((n_living(&patch, 1.5, 2.0), patch.triangles.len()), (1, 9));
         assert_eq!(patch.first_knot.len(), 7);
+    }
+
+    #[test]
+    fn the_surface_does_not_jump_where_an_edge_is_split_and_where_it_is_collapsed() {
+        let mut mesh = octahedron();
+        let (start, [mut recorder, _]) = begun(&mesh, 0.0);
+        knots(&mut recorder, &mesh, 1.0);
+        let before = mesh.compacted();
+        let out = Vec3::new(2.0, 2.0, 0.0);
+        let mut born = Vec::new();
+        let added = split_edge_of(&mut mesh, Edge(0), out, &mut born);
+        let [a, b] = born[0].between.map(|v| mesh.position(v));
+        let edits = Edits { born, collapsed: Vec::new() };
+        recorder.glide(&mesh, &glides(&before, &edits), 1.0);
+        recorder.edits(&mesh, &[], 1.0, Direction::Up);
+        knots(&mut recorder, &mesh, 2.0);
+        let before = mesh.compacted();
+        let spoke = mesh.outgoing(added);
+        let target = mesh.to(spoke);
+        let end = mesh.position(target);
+        assert!(mesh.can_collapse(spoke));
+        mesh.collapse(spoke);
+        let edits = Edits { born: Vec::new(), collapsed: vec![(added, target)] };
+        recorder.glide(&mesh, &glides(&before, &edits), 2.0);
+        recorder.edits(&mesh, &[(added, target)], 2.0, Direction::Up);
+        knots(&mut recorder, &mesh, 3.0);
+        let patch = patch(start, [recorder.finish(3.0)]);
+        let own = patch.first_knot[6] as usize..patch.first_knot[7] as usize;
+        let places: Vec<Vec3> = patch.knots[own].iter().map(|k| k.position.into()).collect();
+        let risen = 1.0 + GLIDE_SHARE;
+        let leaves = risen + (1.0 - GLIDE_SHARE) * (2.0 - risen);
+        assert_eq!(knot_isovalues(&patch, 6), [1.0, risen, leaves, 2.0]);
+        assert_eq!(places, [0.5 * (a + b), out, out, end]);
     }
 
     #[test]

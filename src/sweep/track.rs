@@ -57,7 +57,7 @@ const TOLERANT_FROM: u32 = 2;
 const FACES_PER_AREA: f32 = 2.6;
 
 /// A flip may move the surface by so many tolerances.
-const FLIP_SHARE: f32 = 0.5;
+const FLIP_SHARE: f32 = 1.0;
 
 /// Smaller meshes may have as many faces as they need.
 const DENSE_FROM: usize = 5_000;

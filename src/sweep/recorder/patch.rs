@@ -114,6 +114,8 @@ fn shortest_edges(knots: &[(u32, Unranked)], triangles: &[Ended], used: &[Trajec
         for c in [t.low, t.high] {
             let p = corners.map(|i| at(i, c));
             let sides = [p[0].distance(p[1]), p[1].distance(p[2]), p[2].distance(p[0])];
+            // A vertex that has glided onto another ends there.
+            let sides = sides.map(|s| if s > 0.0 { s } else { f32::INFINITY });
             for (i, &v) in corners.iter().enumerate() {
                 shortest[v] = shortest[v].min(sides[i]).min(sides[(i + 2) % 3]);
             }
