@@ -343,13 +343,13 @@ impl Polygoniser<'_, '_> {
             self.mesh.faces.push([outer[i], outer[j], ring[j]]);
             self.mesh.faces.push([outer[i], ring[j], ring[i]]);
         }
-        // The strip starts at the second loop's vertex nearest to the ring's first.
-        let start = polygons::nearest(&inner_points, ring_points[0]);
-        inner.rotate_left(start);
+        let ring_points: Vec<_> = ring.iter().map(|&v| self.in_cell(cell, v)).collect();
         let m = inner.len();
         let (mut i, mut j) = (0, 0);
-        while i < n || j < m {
-            if j == m || (i < n && (i + 1) * m <= (j + 1) * n) {
+        let (start, steps) = polygons::strip(&ring_points, &inner_points);
+        inner.rotate_left(start);
+        for along_ring in steps {
+            if along_ring {
                 self.mesh.faces.push([ring[i % n], ring[(i + 1) % n], inner[j % m]]);
                 i += 1;
             } else {

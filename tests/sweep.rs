@@ -43,8 +43,7 @@ fn smooth_grid_with_ties(seed: u64) -> Arc<Volume> {
     let grey = |x: f64| (24.0 * (x - low) / (high - low)).round() as u8;
     let samples = smooth.samples();
     let samples = (0..samples.len()).map(|i| grey(samples.get(i))).collect();
-    let volume =
-        Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
+    let volume = Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
     Arc::new(volume.expect("a valid volume"))
 }
 

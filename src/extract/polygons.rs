@@ -70,16 +70,44 @@ pub(super) fn mean(points: &[[f64; 3]]) -> [f64; 3] {
     std::array::from_fn(|a| points.iter().map(|p| p[a]).sum::<f64>() / points.len() as f64)
 }
 
-/// The place of the point nearest to `to`, the first of several.
-pub(super) fn nearest(points: &[[f64; 3]], to: [f64; 3]) -> usize {
-    let mut best = (0, f64::INFINITY);
-    for (i, &p) in points.iter().enumerate() {
-        let distance = squared_distance(p, to);
-        if distance < best.1 {
-            best = (i, distance);
+/// The strip of triangles between two closed loops of the same direction that has the shortest edges from
+/// one to the other in sum: the place in `second` where it starts, beside the first of `first`, and for
+/// each triangle whether it goes along `first`.
+///
+/// Dynamic programming over the edges, as in Fuchs, Kedem and Uselton, "Optimal surface reconstruction from
+/// planar contours", 1977.
+pub(super) fn strip(first: &[[f64; 3]], second: &[[f64; 3]]) -> (usize, Vec<bool>) {
+    let starts = (0..second.len()).map(|start| (strip_from(first, second, start), start));
+    let best = starts.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
+    best.map_or((0, Vec::new()), |((_, steps), start)| (start, steps))
+}
+
+/// See [`strip`]: the sum of the lengths, and the triangles, for one start.
+fn strip_from(first: &[[f64; 3]], second: &[[f64; 3]], start: usize) -> (f64, Vec<bool>) {
+    let (n, m) = (first.len(), second.len());
+    let edge = |i: usize, j: usize| squared_distance(first[i % n], second[(start + j) % m]).sqrt();
+    // cost[i][j]: of the edges up to the one from `first[i]` to the j-th of `second`.
+    let mut cost = vec![vec![f64::INFINITY; m + 1]; n + 1];
+    cost[0][0] = 0.0;
+    for i in 0..=n {
+        for j in 0..=m {
+            if i > 0 {
+                cost[i][j] = cost[i][j].min(cost[i - 1][j] + edge(i, j));
+            }
+            if j > 0 {
+                cost[i][j] = cost[i][j].min(cost[i][j - 1] + edge(i, j));
+            }
         }
     }
-    best.0
+    let (mut i, mut j) = (n, m);
+    let mut steps = Vec::with_capacity(n + m);
+    while i > 0 || j > 0 {
+        let along_first = j == 0 || (i > 0 && cost[i - 1][j] <= cost[i][j - 1]);
+        steps.push(along_first);
+        if along_first { i -= 1 } else { j -= 1 }
+    }
+    steps.reverse();
+    (cost[n][m], steps)
 }
 
 fn squared_distance(p: [f64; 3], q: [f64; 3]) -> f64 {
@@ -129,4 +157,32 @@ fn value_and_gradient(v: &[f64; 8], p: [f64; 3]) -> (f64, [f64; 3]) {
         }
     }
     (value, gradient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_strip_joins_each_vertex_to_the_nearest_of_the_other_loop() {
+        // The ring and the second loop of a tunnel, a sixth of a turn apart: the first vertex of the ring
+        // is nearest to vertex 0, but a strip that goes on along the ring from there is twisted.
+        let ring = [[0.83, 0.70, 0.27], [0.26, 0.74, 0.74], [0.30, 0.17, 0.27]];
+        let inner = [[1.0, 0.0, 0.35], [1.0, 0.96, 1.0], [0.04, 0.0, 1.0]];
+        let (start, steps) = strip(&ring, &inner);
+        let (mut i, mut j) = (0, start);
+        let mut edges = vec![(i, j)];
+        for along_ring in steps {
+            if along_ring {
+                i += 1
+            } else {
+                j += 1
+            }
+            edges.push((i % 3, j % 3));
+        }
+        assert_eq!((i, j), (3, start + 3), "around both");
+        assert_eq!(edges.pop(), Some(edges[0]), "closed");
+        edges.sort_unstable();
+        assert_eq!(edges, [(0, 0), (0, 1), (1, 1), (1, 2), (2, 0), (2, 2)]);
+    }
 }

@@ -27,8 +27,9 @@ const EDGE_MARGIN: f64 = 1e-4;
 /// nearer could be taken for the isosurface proper.
 const CAP_MARGIN: f64 = 0.01;
 
-/// How far inside an interval, as a share of it, vertices inside cells are placed for its ends.
-const INNER_SHARE: f64 = 0.02;
+/// Where in an interval, as shares of it, vertices inside cells are placed: first and last stand for its
+/// ends.
+const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 
 /// A vertex before it is numbered: a lattice edge (its lower end and its axis), or a vertex inside a
 /// cell by its number within the task.
@@ -47,11 +48,31 @@ struct Record {
     cap: bool,
 }
 
-/// A vertex inside a cell: where it is at the two ends of an interval, voxel frame.
+/// A vertex inside a cell: where it is from one end of an interval to the other, voxel frame.
 #[derive(Clone, Copy, Debug)]
 struct Inner {
-    isovalues: [f64; 2],
-    positions: [[f32; 3]; 2],
+    isovalues: [f64; INNER_SHARES.len()],
+    positions: [[f32; 3]; INNER_SHARES.len()],
+}
+
+/// A knot before its isovalue has a rank: isovalue, position, normal.
+type Unranked = (f64, Vec3, [i16; 2]);
+
+/// The trajectories of a patch: the knots of one from one entry of `first` to the next.
+struct Trajectories {
+    knots: Vec<Unranked>,
+    first: Vec<u32>,
+}
+
+impl Trajectories {
+    fn len(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    fn push(&mut self, knots: &[Unranked]) {
+        self.knots.extend(knots);
+        self.first.push(self.knots.len() as u32);
+    }
 }
 
 /// What one task finds.
@@ -257,27 +278,28 @@ impl Slab {
         ends: [f64; 2],
     ) -> Vec<Key> {
         let has_inner = surface.crossings.contains(&None);
-        let margin = INNER_SHARE * (ends[1] - ends[0]);
-        let near_ends = [ends[0] + margin, ends[1] - margin];
-        let moved = has_inner.then(|| {
-            near_ends.map(|c| {
-                let e = extract_cell(&sweep.exact, corner, c);
-                let same = e.faces == surface.faces && e.crossings == surface.crossings;
+        let placed = has_inner.then(|| {
+            INNER_SHARES.map(|share| {
+                let e = extract_cell(&sweep.exact, corner, ends[0] + share * (ends[1] - ends[0]));
+                // The same vertices in the same order, however they are joined.
+                let same = e.crossings == surface.crossings;
                 if same { e.positions } else { surface.positions.clone() }
             })
         });
+        let mut isovalues = INNER_SHARES.map(|share| ends[0] + share * (ends[1] - ends[0]));
+        (isovalues[0], isovalues[INNER_SHARES.len() - 1]) = (ends[0], ends[1]);
         let strides = sweep.exact.strides();
         let crossings = surface.crossings.iter().enumerate();
         crossings
-            .map(|(v, crossing)| match (crossing, &moved) {
+            .map(|(v, crossing)| match (crossing, &placed) {
                 (Some((a, b)), _) => {
                     let (from, to) = (*a.min(b), *a.max(b));
                     let axis = strides.iter().position(|&s| s == to - from);
                     Key::Edge(from, axis.expect("a lattice edge") as u8)
                 }
-                (None, Some(moved)) => {
-                    let positions = [moved[0][v], moved[1][v]];
-                    self.inner.push(Inner { isovalues: ends, positions });
+                (None, Some(placed)) => {
+                    let positions = std::array::from_fn(|i| placed[i][v]);
+                    self.inner.push(Inner { isovalues, positions });
                     Key::Inner(self.inner.len() as u32 - 1)
                 }
                 (None, None) => unreachable!("vertices inside the cell were placed"),
@@ -352,13 +374,13 @@ fn merge_consecutive(records: &mut Vec<Record>, first: usize) {
 /// One patch of all slabs.
 fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
     let mut numbers = vec![u32::MAX; 3 * sweep.exact.n_vertices()];
-    let mut trajectories: Vec<[(f64, Vec3, [i16; 2]); 2]> = Vec::new();
+    let mut trajectories = Trajectories { knots: Vec::new(), first: vec![0] };
     let range =
         (shown.merged.first().map_or(0.0, |m| m.0), shown.merged.last().map_or(0.0, |m| m.1));
     let mut triangles: Vec<([u32; 3], f64, f64, bool)> = Vec::new();
     for slab in slabs {
         let inner_base = trajectories.len() as u32;
-        trajectories.extend(slab.inner.iter().map(|i| inner_trajectory(sweep, i)));
+        slab.inner.iter().for_each(|i| trajectories.push(&inner_trajectory(sweep, i)));
         for r in &slab.records {
             let vertices = r.vertices.map(|key| match key {
                 Key::Inner(i) => inner_base + i,
@@ -366,7 +388,7 @@ fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
                     let number = &mut numbers[3 * from as usize + axis as usize];
                     if *number == u32::MAX {
                         *number = trajectories.len() as u32;
-                        trajectories.push(edge_trajectory(sweep, from, axis, range));
+                        trajectories.push(&edge_trajectory(sweep, from, axis, range));
                     }
                     *number
                 }
@@ -375,20 +397,14 @@ fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
         }
     }
     cover(&mut trajectories, &triangles);
-    let mut isovalues: Vec<f64> = trajectories.iter().flatten().map(|k| k.0).collect();
+    let mut isovalues: Vec<f64> = trajectories.knots.iter().map(|k| k.0).collect();
     isovalues.extend(triangles.iter().flat_map(|t| [t.1, t.2]));
     isovalues.sort_by(f64::total_cmp);
     isovalues.dedup();
     let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
-    let mut patch = Patch { first_knot: vec![0], ..Patch::default() };
-    for knots in trajectories {
-        patch.knots.extend(knots.iter().map(|&(c, p, n)| Knot {
-            rank: rank(c),
-            position: p.to_array(),
-            normal: n,
-        }));
-        patch.first_knot.push(patch.knots.len() as u32);
-    }
+    let mut patch = Patch { first_knot: trajectories.first, ..Patch::default() };
+    let knot = |(c, p, normal): Unranked| Knot { rank: rank(c), position: p.to_array(), normal };
+    patch.knots = trajectories.knots.into_iter().map(knot).collect();
     patch.triangles = triangles
         .into_iter()
         .map(|(vertices, low, high, cap)| Triangle {
@@ -404,26 +420,20 @@ fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
 
 /// Makes trajectories last as long as their triangles. The exact field rounds samples that are no
 /// integers, so an edge may be crossed a trace before or after its samples' values are reached.
-fn cover(
-    trajectories: &mut [[(f64, Vec3, [i16; 2]); 2]],
-    triangles: &[([u32; 3], f64, f64, bool)],
-) {
+fn cover(trajectories: &mut Trajectories, triangles: &[([u32; 3], f64, f64, bool)]) {
     for (vertices, low, high, _) in triangles {
-        for &v in vertices {
-            let [first, last] = &mut trajectories[v as usize];
-            first.0 = first.0.min(*low);
-            last.0 = last.0.max(*high);
+        for v in vertices.map(|v| v as usize) {
+            let [first, end] = [0, 1].map(|n| trajectories.first[v + n] as usize);
+            let knots = &mut trajectories.knots[first..end];
+            let last = knots.len() - 1;
+            knots[0].0 = knots[0].0.min(*low);
+            knots[last].0 = knots[last].0.max(*high);
         }
     }
 }
 
 /// The way of a vertex along its lattice edge, clipped to a range of isovalues.
-fn edge_trajectory(
-    sweep: &Sweep,
-    from: u32,
-    axis: u8,
-    range: (f64, f64),
-) -> [(f64, Vec3, [i16; 2]); 2] {
+fn edge_trajectory(sweep: &Sweep, from: u32, axis: u8, range: (f64, f64)) -> [Unranked; 2] {
     let to = from + sweep.exact.strides()[axis as usize];
     let (fa, fb) = (sweep.exact.sample(from), sweep.exact.sample(to));
     let margin = |v: u32| if sweep.exact.is_in_layer(v) { CAP_MARGIN } else { EDGE_MARGIN };
@@ -443,8 +453,8 @@ fn edge_trajectory(
 }
 
 /// The trajectory of a vertex inside a cell.
-fn inner_trajectory(sweep: &Sweep, inner: &Inner) -> [(f64, Vec3, [i16; 2]); 2] {
-    [0, 1].map(|i| {
+fn inner_trajectory(sweep: &Sweep, inner: &Inner) -> [Unranked; INNER_SHARES.len()] {
+    std::array::from_fn(|i| {
         let p = Vec3::from(inner.positions[i]);
         let n = -sweep.field.gradient(p).normalize_or(Vec3::NEG_Z);
         (inner.isovalues[i], p, normal::encode(n.to_array()))
