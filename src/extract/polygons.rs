@@ -174,9 +174,9 @@ mod tests {
         let mut edges = vec![(i, j)];
         for along_ring in steps {
             if along_ring {
-                i += 1
+                i += 1;
             } else {
-                j += 1
+                j += 1;
             }
             edges.push((i % 3, j % 3));
         }
