@@ -75,11 +75,44 @@ pub(super) fn mean(points: &[[f64; 3]]) -> [f64; 3] {
 /// each triangle whether it goes along `first`.
 ///
 /// Dynamic programming over the edges, as in Fuchs, Kedem and Uselton, "Optimal surface reconstruction from
-/// planar contours", 1977.
+/// planar contours", 1977. Strips in which all of one loop is joined to a single vertex of the other would
+/// have an edge twice; where only those are short, both loops are gone along evenly.
 pub(super) fn strip(first: &[[f64; 3]], second: &[[f64; 3]]) -> (usize, Vec<bool>) {
-    let starts = (0..second.len()).map(|start| (strip_from(first, second, start), start));
-    let best = starts.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
-    best.map_or((0, Vec::new()), |((_, steps), start)| (start, steps))
+    let (n, m) = (first.len(), second.len());
+    let starts = (0..m).map(|start| (strip_from(first, second, start), start));
+    let whole = starts.filter(|((_, steps), _)| !has_whole_fan(steps, n, m));
+    let best = whole.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
+    best.map_or_else(|| (0, even_steps(n, m)), |((_, steps), start)| (start, steps))
+}
+
+/// Whether the triangles of a strip go all along one loop, of `n` or of `m` sides, without a step along the
+/// other. The strip is closed: its end goes on with its beginning.
+fn has_whole_fan(steps: &[bool], n: usize, m: usize) -> bool {
+    let longest = |along_first: bool| {
+        let (mut run, mut longest) = (0, 0);
+        for &step in steps.iter().chain(steps) {
+            run = if step == along_first { run + 1 } else { 0 };
+            longest = longest.max(run);
+        }
+        longest
+    };
+    longest(true) >= n || longest(false) >= m
+}
+
+/// The triangles of a strip that goes along both loops evenly.
+fn even_steps(n: usize, m: usize) -> Vec<bool> {
+    let (mut i, mut j) = (0, 0);
+    let mut steps = Vec::with_capacity(n + m);
+    while i < n || j < m {
+        let along_first = j == m || (i < n && (i + 1) * m <= (j + 1) * n);
+        steps.push(along_first);
+        if along_first {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+    steps
 }
 
 /// See [`strip`]: the sum of the lengths, and the triangles, for one start.
@@ -162,6 +195,18 @@ fn value_and_gradient(v: &[f64; 8], p: [f64; 3]) -> (f64, [f64; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_strip_joins_all_of_a_loop_to_one_vertex() {
+        // All of the ring is nearest to the first vertex of the other loop.
+        let ring = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];
+        let far = [[0.0, 0.0, 0.1], [9.0, 5.0, 0.0], [9.0, -5.0, 0.0]];
+        let (_, steps) = strip(&ring, &far);
+        assert_eq!(steps.iter().filter(|s| **s).count(), 4);
+        assert_eq!(steps.len(), 7);
+        assert!(!has_whole_fan(&steps, 4, 3), "{steps:?}");
+        assert!(has_whole_fan(&[true, true, false, false, false, true, true], 4, 3));
+    }
 
     #[test]
     fn a_strip_joins_each_vertex_to_the_nearest_of_the_other_loop() {
