@@ -97,8 +97,8 @@ fn texts_are_text_and_nothing_is_asked_of_the_network() {
         assert!(text.contains(&place), "{place}");
     }
     assert!(text.contains("content=\"default-src 'none';"), "the policy forbids requests");
-    // The one address is the name of SVG's elements.
-    let addresses = text.matches("://").count();
+    // The one address is the name of SVG's elements. A shorter text could stand among the data's letters.
+    let addresses = text.matches("http:").count() + text.matches("https:").count();
     assert_eq!(addresses, text.matches("\"http://www.w3.org/2000/svg\"").count());
     for way in ["fetch(", "XMLHttpRequest", "WebSocket", "EventSource", "import(", "sendBeacon"] {
         assert!(!text.contains(way), "{way}");

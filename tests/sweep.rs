@@ -198,7 +198,7 @@ fn off(volume: &Volume, isovalue: f64, p: [f32; 3]) -> f64 {
 
 #[test]
 fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
-    let volume = volume("blobs:32");
+    let volume = volume("blobs:48");
     let spectrum = swept(&volume, Choice::Cpu);
     let counts = &spectrum.parameters["counts"];
     assert!(counts["surgeries"].as_u64().is_some_and(|n| n > 0), "{counts}");
@@ -210,8 +210,9 @@ fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
         let mesh = query.mesh_at(isovalue).expect("inside the range");
         let mut off: Vec<f64> = mesh.positions.iter().map(|&p| off(&volume, isovalue, p)).collect();
         off.sort_by(f64::total_cmp);
-        let p95 = off[off.len() * 95 / 100];
-        assert!(p95 < 0.05, "95 % are within {p95} voxels at {isovalue}");
+        // The others are those around the neck, which faces as large as these cannot follow to a point.
+        let p98 = off[off.len() * 98 / 100];
+        assert!(p98 < 0.03, "98 % are within {p98} voxels at {isovalue}");
     }
 }
 

@@ -28,6 +28,7 @@ use crate::error::Result;
 use crate::extract::Extraction;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Mesh, Vertex};
+use back::Passage;
 use block::Block;
 use cut::Moved;
 use incoming::Adjacency;
@@ -223,13 +224,13 @@ fn staying(fronts: &[Front], patched: &[Patched]) -> Vec<Vec<bool>> {
     stays
 }
 
-/// Records what the surgery changed. The places are those at the event of the vertices of each mesh that
-/// arrives, and of each that goes on.
+/// Records what the surgery changed. The passages are those of each mesh that arrives, and of
+/// each that goes on.
 fn record(
     operation: &Operation,
     mut fronts: Vec<Front>,
     patched: Vec<Patched>,
-    (before, places): (&[Vec<Vec3>], &[Vec<Vec3>]),
+    (before, passages): (&[Passage], &[Passage]),
 ) -> Outcome {
     let stays = staying(&fronts, &patched);
     let toil = Toil::of_operation(fronts.iter().map(|f| f.toil));
@@ -239,7 +240,7 @@ fn record(
         end_collapsed(&fronts, before, &mut others, p, operation.event);
     }
     let mut after = Vec::new();
-    for (p, places) in patched.into_iter().zip(places) {
+    for (p, passage) in patched.into_iter().zip(passages) {
         let mut recorder = Recorder::resume(
             &others,
             &p.stitched.kept_vertices,
@@ -248,7 +249,12 @@ fn record(
             Run::Surgery.of_arc(p.stitched.arc),
         );
         let mesh = p.mesh;
-        recorder.begin_at(&mesh, |v| places[v.0 as usize], operation.event);
+        recorder.begin_at(&mesh, |v| passage.at_event[v.0 as usize], operation.event);
+        for v in mesh.vertices() {
+            for (isovalue, place) in passage.stops_of(v) {
+                recorder.knot_at(&mesh, v, place, isovalue);
+            }
+        }
         recorder.edits(&mesh, &p.collapsed, operation.event, operation.direction);
         let vertices: Vec<Vertex> = mesh.vertices().collect();
         recorder.knots_of(&mesh, &vertices, operation.after);
@@ -265,14 +271,14 @@ fn record(
 /// Ends the vertices that stayed and were collapsed by the improvement at the event.
 fn end_collapsed(
     fronts: &[Front],
-    before: &[Vec<Vec3>],
+    before: &[Passage],
     others: &mut [Recorder],
     p: &Patched,
     event: f64,
 ) {
     for (slot, &(r, v)) in p.stitched.kept_vertices.iter().enumerate() {
         if !p.mesh.has_vertex(Vertex(slot as u32)) {
-            others[r].knot_at(&fronts[r].mesh, v, before[r][v.0 as usize], event);
+            others[r].knot_at(&fronts[r].mesh, v, before[r].at_event[v.0 as usize], event);
         }
     }
 }
@@ -286,10 +292,19 @@ pub(super) fn end_all(mut front: Front, event: f64) -> Log {
 
 /// Ends the faces that were taken away, and their vertices, but for those that other faces go on with, at
 /// their places at the event.
-fn end_removed(mesh: &Mesh, recorder: &mut Recorder, stays: &[bool], places: &[Vec3], event: f64) {
+fn end_removed(
+    mesh: &Mesh,
+    recorder: &mut Recorder,
+    stays: &[bool],
+    passage: &Passage,
+    event: f64,
+) {
     let kept = back::kept(mesh, stays);
     for v in mesh.vertices().filter(|v| !kept[v.0 as usize]) {
-        recorder.knot_at(mesh, v, places[v.0 as usize], event);
+        for (isovalue, place) in passage.stops_of(v) {
+            recorder.knot_at(mesh, v, place, isovalue);
+        }
+        recorder.knot_at(mesh, v, passage.at_event[v.0 as usize], event);
     }
     let faces: Vec<Face> = mesh.faces().filter(|f| !stays[f.0 as usize]).collect();
     faces.into_iter().for_each(|f| recorder.end_face(f, event));

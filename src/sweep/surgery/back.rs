@@ -22,14 +22,35 @@ const SHORT_OF: f64 = 0.02;
 /// A vertex does not go back farther than this, voxels.
 const MOST_MOTION: f32 = 1.0;
 
-/// So many times what is in the way of others is put back.
-const ROUNDS: usize = 3;
+/// In so many stops a way is gone, and so many times what is in the way of others is put back by one.
+const STOPS: usize = 8;
+const ROUNDS: usize = 24;
 
 /// Faces are looked at within this distance from the block, voxels.
 const NEAR_BLOCK: f32 = 1.0;
 
-/// The positions of all vertices at the event, by slot: those that stayed are on their way from before to
-/// after, those that came in have gone back, as far as they can.
+/// Where the vertices of a mesh are at the event, and on their way there.
+pub(super) struct Passage {
+    /// By slot, voxel frame.
+    pub(super) at_event: Vec<Vec3>,
+    /// The isovalues of stops on the way, and by slot where the vertices are that have got so far.
+    pub(super) between: Vec<(f64, Vec<Option<Vec3>>)>,
+}
+
+impl Passage {
+    /// Of vertices that go straight.
+    fn straight(at_event: Vec<Vec3>) -> Passage {
+        Passage { at_event, between: Vec::new() }
+    }
+
+    /// The stops of a vertex on its way.
+    pub(super) fn stops_of(&self, v: Vertex) -> impl Iterator<Item = (f64, Vec3)> + '_ {
+        self.between.iter().filter_map(move |(c, places)| Some((*c, places[v.0 as usize]?)))
+    }
+}
+
+/// The vertices of a mesh after the surgery: those that stayed are on their way from before to after, those
+/// that came in have gone back, as far as they can.
 pub(super) fn at_event(
     sweep: &Sweep,
     operation: &Operation,
@@ -37,7 +58,7 @@ pub(super) fn at_event(
     patched: &Patched,
     block: &Block,
     kernels: &mut dyn Kernels,
-) -> Result<Vec<Vec3>> {
+) -> Result<Passage> {
     sweep.cancelled()?;
     let mesh = &patched.mesh;
     let all = 0..mesh.vertex_slots() as u32;
@@ -53,12 +74,12 @@ pub(super) fn at_event(
         short_of: if operation.repaired { 0.0 } else { SHORT_OF },
     };
     let goes = |v: Vertex| v.0 as usize >= n_kept;
-    let places = followed(mesh, &way, &held, goes, kernels)?;
-    Ok(in_nobodys_way(mesh, block, held, places))
+    let stops = followed(mesh, &way, held, goes, kernels)?;
+    Ok(in_nobodys_way(mesh, block, &way, stops))
 }
 
-/// The positions of all vertices of a mesh that arrives at the event, by slot: those that stay are on their
-/// way to where they have `moved` afterwards, the others have gone forth, as far as they can.
+/// The vertices of a mesh that arrives at the event: those that stay are on their way to where they have
+/// `moved` afterwards, the others have gone forth, as far as they can.
 pub(super) fn before_event(
     operation: &Operation,
     front: &Front,
@@ -66,7 +87,7 @@ pub(super) fn before_event(
     stays: &[bool],
     block: &Block,
     kernels: &mut dyn Kernels,
-) -> Result<Vec<Vec3>> {
+) -> Result<Passage> {
     let mesh = &front.mesh;
     let t = ((operation.event - front.at) / (operation.after - front.at)) as f32;
     let is_kept = kept(mesh, stays);
@@ -78,12 +99,12 @@ pub(super) fn before_event(
         })
         .collect();
     if operation.repaired {
-        return Ok(held);
+        return Ok(Passage::straight(held));
     }
     let way = Way { from: front.at, to: operation.event, short_of: SHORT_OF };
     let goes = |v: Vertex| !is_kept[v.0 as usize];
-    let places = followed(mesh, &way, &held, goes, kernels)?;
-    Ok(in_nobodys_way(mesh, block, held, places))
+    let stops = followed(mesh, &way, held, goes, kernels)?;
+    Ok(in_nobodys_way(mesh, block, &way, stops))
 }
 
 /// The vertices, by slot, of faces that stay.
@@ -95,28 +116,41 @@ pub(super) fn kept(mesh: &Mesh, stays: &[bool]) -> Vec<bool> {
     kept
 }
 
-/// The places with those put back to where they are `held` that are in the way of others.
-fn in_nobodys_way(mesh: &Mesh, block: &Block, held: Vec<Vec3>, mut places: Vec<Vec3>) -> Vec<Vec3> {
+/// The way to the last stop of every vertex, but for those that are in the way of others there: to an
+/// earlier one.
+fn in_nobodys_way(mesh: &Mesh, block: &Block, way: &Way, stops: Vec<Vec<Vec3>>) -> Passage {
+    let mut places = stops[STOPS].clone();
+    let mut stop_of = vec![STOPS; places.len()];
     let faces: Vec<Face> = mesh
         .faces()
         .filter(|&f| {
-            mesh.face_vertices(f).iter().any(|v| places[v.0 as usize] != held[v.0 as usize])
+            mesh.face_vertices(f).iter().any(|v| places[v.0 as usize] != stops[0][v.0 as usize])
                 || block.touches_triangle(mesh.corners(f), NEAR_BLOCK)
         })
         .collect();
     for _ in 0..ROUNDS {
-        let mut is_in_the_way = false;
-        for f in bad(mesh, &faces, &places) {
-            for v in mesh.face_vertices(f).map(|v| v.0 as usize) {
-                is_in_the_way |= places[v] != held[v];
-                places[v] = held[v];
-            }
+        let mut in_the_way: Vec<usize> = bad(mesh, &faces, &places)
+            .into_iter()
+            .flat_map(|f| mesh.face_vertices(f))
+            .map(|v| v.0 as usize)
+            .filter(|&v| places[v] != stops[0][v])
+            .collect();
+        in_the_way.sort_unstable();
+        in_the_way.dedup();
+        if in_the_way.is_empty() {
+            let between = (1..STOPS).map(|k| {
+                let is_there = |v: usize| stop_of[v] >= k && places[v] != stops[0][v];
+                let at = |v: usize| is_there(v).then(|| stops[k][v]);
+                (way.isovalue(k), (0..places.len()).map(at).collect())
+            });
+            return Passage { between: between.collect(), at_event: places };
         }
-        if !is_in_the_way {
-            return places;
+        for v in in_the_way {
+            stop_of[v] -= 1;
+            places[v] = stops[stop_of[v]][v];
         }
     }
-    held
+    Passage::straight(stops.into_iter().next().unwrap_or_default())
 }
 
 /// The way of vertices from one isovalue towards another, short of it by a share.
@@ -126,34 +160,43 @@ struct Way {
     short_of: f64,
 }
 
-/// The positions at the end of a way of those vertices that go it and get there; of the others, where they
-/// are `held`.
+impl Way {
+    /// The isovalue of a stop. Beside a saddle the isosurface moves like the square root of the isovalue: the
+    /// last stops are close together.
+    fn isovalue(&self, stop: usize) -> f64 {
+        let to = self.to + self.short_of * (self.from - self.to);
+        let left = 1.0 - stop as f64 / STOPS as f64;
+        to + left * left * (self.from - to)
+    }
+}
+
+/// The positions at the stops of a way, the first of them where the vertices are `held`. Those that do not
+/// go, or get no farther, stay.
 fn followed(
     mesh: &Mesh,
     way: &Way,
-    held: &[Vec3],
+    held: Vec<Vec3>,
     goes: impl Fn(Vertex) -> bool,
     kernels: &mut dyn Kernels,
-) -> Result<Vec<Vec3>> {
-    let to = way.to + way.short_of * (way.from - way.to);
+) -> Result<Vec<Vec<Vec3>>> {
     let c = mesh.compacted();
     kernels.load(&c.connectivity, &c.positions)?;
     let mut is_lost = vec![false; c.vertices.len()];
-    for at in [0.5 * (way.from + to), to] {
-        kernels.project(at, MOST_MOTION)?;
-        for (lost, status) in is_lost.iter_mut().zip(kernels.status()?) {
-            *lost |= status == Status::Failed;
+    let mut stops = vec![held];
+    for stop in 1..=STOPS {
+        kernels.project(way.isovalue(stop), MOST_MOTION)?;
+        let (status, positions) = (kernels.status()?, kernels.positions()?);
+        let mut places = stops[stop - 1].clone();
+        for (i, &v) in c.vertices.iter().enumerate() {
+            let (slot, p) = (v.0 as usize, Vec3::from(positions[i]));
+            is_lost[i] |= status[i] == Status::Failed || p.distance(stops[0][slot]) > MOST_MOTION;
+            if goes(v) && !is_lost[i] && !is_of_cap(mesh, v) {
+                places[slot] = p;
+            }
         }
+        stops.push(places);
     }
-    let mut places = held.to_vec();
-    for ((&v, p), lost) in c.vertices.iter().zip(kernels.positions()?).zip(is_lost) {
-        let (slot, p) = (v.0 as usize, Vec3::from(p));
-        let follows = !lost && p.distance(held[slot]) <= MOST_MOTION;
-        if goes(v) && follows && !is_of_cap(mesh, v) {
-            places[slot] = p;
-        }
-    }
-    Ok(places)
+    Ok(stops)
 }
 
 /// The faces that fold between the event and where the mesh is, or pass through others at the event or
