@@ -39,7 +39,7 @@ fn loops_of_component(
     (low, high): (u32, u32),
 ) -> HashMap<u32, u8> {
     let isovalue_key = field.isovalue_key(isovalue);
-    let strides = field.strides();
+    let (strides, offsets) = (field.strides(), field.cell_offsets());
     let axis_of =
         |a: u32, b: u32| strides.iter().position(|&s| s == a.abs_diff(b)).expect("a lattice edge");
     let first = (low.min(high), axis_of(low, high));
@@ -50,7 +50,7 @@ fn loops_of_component(
         let [u, v] = [strides[(axis + 1) % 3], strides[(axis + 2) % 3]];
         for corner in [from, from - u, from - v, from - u - v] {
             let edge = EDGES.iter().position(|&(a, b)| {
-                let [a, b] = [a, b].map(|c| corner + field.cell_offsets()[c as usize]);
+                let [a, b] = [a, b].map(|c| corner + offsets[c as usize]);
                 (a, b) == (from, from + strides[axis])
             });
             let edge = edge.expect("the edge belongs to the four cells around it") as u8;
@@ -70,7 +70,7 @@ fn loops_of_component(
             for l in std::iter::once(with_edge).chain(joined) {
                 *loops |= 1 << l;
                 for &edge in surface.loop_edges(l) {
-                    let from = corner + field.cell_offsets()[EDGES[edge as usize].0 as usize];
+                    let from = corner + offsets[EDGES[edge as usize].0 as usize];
                     let beside = (from, edge as usize / 4);
                     if seen.insert(beside) {
                         stack.push(beside);

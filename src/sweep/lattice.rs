@@ -185,15 +185,15 @@ impl Slab {
         ends: [f64; 2],
     ) -> Vec<Key> {
         let has_inner = surface.crossings.contains(&None);
+        let mut isovalues = INNER_SHARES.map(|share| ends[0] + share * (ends[1] - ends[0]));
         let placed = has_inner.then(|| {
-            INNER_SHARES.map(|share| {
-                let e = extract_cell(&sweep.exact, corner, ends[0] + share * (ends[1] - ends[0]));
+            isovalues.map(|c| {
+                let e = extract_cell(&sweep.exact, corner, c);
                 // The same vertices in the same order, however they are joined.
                 let same = e.crossings == surface.crossings;
                 if same { e.positions } else { surface.positions.clone() }
             })
         });
-        let mut isovalues = INNER_SHARES.map(|share| ends[0] + share * (ends[1] - ends[0]));
         (isovalues[0], isovalues[INNER_SHARES.len() - 1]) = (ends[0], ends[1]);
         let strides = sweep.exact.strides();
         let crossings = surface.crossings.iter().enumerate();

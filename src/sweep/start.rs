@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::caps::beyond;
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
@@ -83,9 +84,8 @@ pub(super) fn of_arcs(
 /// where it has no vertex inside the volume.
 pub(super) fn motion(sweep: &Sweep, isosurface: &Extraction, change: f64) -> f64 {
     let field = &sweep.field;
-    let end = (field.dims().as_vec3() - 1.0) * field.cell_size();
     let inside = isosurface.positions.iter().map(|&p| Vec3::from(p));
-    let inside = inside.filter(|p| p.cmpge(Vec3::ZERO).all() && p.cmple(end).all());
+    let inside = inside.filter(|&p| beyond(field, p).max_element() <= 0.0);
     let stride = isosurface.positions.len() / MOTION_VERTICES + 1;
     let mut slopes: Vec<f32> = inside.step_by(stride).map(|p| field.gradient(p).length()).collect();
     if slopes.is_empty() {

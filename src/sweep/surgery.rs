@@ -133,7 +133,13 @@ pub(super) fn operate(
                                 )
                             })
                             .collect::<Result<Vec<_>>>()?;
-                        return Ok(Ok(record(operation, fronts, patched, (&before, &places))));
+                        return Ok(Ok(record(
+                            operation,
+                            fronts,
+                            &stays,
+                            patched,
+                            (&before, &places),
+                        )));
                     }
                     Err(points) => Trouble { why: "passes through itself".into(), points },
                 }
@@ -224,15 +230,15 @@ fn staying(fronts: &[Front], patched: &[Patched]) -> Vec<Vec<bool>> {
     stays
 }
 
-/// Records what the surgery changed. The passages are those of each mesh that arrives, and of
+/// Records what the surgery changed. `stays` tells which faces of each mesh stay, by slot; the passages are those of each mesh that arrives, and of
 /// each that goes on.
 fn record(
     operation: &Operation,
     mut fronts: Vec<Front>,
+    stays: &[Vec<bool>],
     patched: Vec<Patched>,
     (before, passages): (&[Passage], &[Passage]),
 ) -> Outcome {
-    let stays = staying(&fronts, &patched);
     let toil = Toil::of_operation(fronts.iter().map(|f| f.toil));
     let mut others: Vec<Recorder> =
         fronts.iter_mut().map(|f| std::mem::take(&mut f.recorder)).collect();
