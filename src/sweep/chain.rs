@@ -21,10 +21,13 @@ use crate::error::{Error, Result};
 use crate::extract::Extraction;
 
 /// Pieces shorter than this share of the range do not get a mesh of their own, nor those over which
-/// the isosurface moves less than this, in voxels: where events crowd so, a mesh would be operated on
-/// all the time.
+/// the isosurface moves less than this, in voxels: making it would take longer than it lasts.
 const SHORT_SHARE: f64 = 5e-5;
 const SHORT_MOTION: f64 = 0.01;
+
+/// A mesh that arrives is led through shorter pieces too, as far as its toil allows, but not through
+/// those shorter than this share of the range: an operation needs isovalues on both sides of the event.
+const TINY_SHARE: f64 = 1e-7;
 
 /// Nor do small components, at the middle of their arc, if the arc is a smaller share of the range than
 /// this; nor the smallest ones.
@@ -45,8 +48,10 @@ struct Chain<'a> {
     graph: Graph,
     /// The isovalue the sweep starts from.
     start: f64,
-    /// Pieces shorter than this do not get a mesh.
+    /// Pieces shorter than this do not get a mesh of their own.
     short: f64,
+    /// Pieces shorter than this get no mesh at all.
+    tiny: f64,
     waiting: Vec<Mutex<Arrivals>>,
     log: Mutex<Log>,
     leftovers: Mutex<Vec<Piece>>,
@@ -69,12 +74,13 @@ pub(super) fn sweep_all(
     counts: &mut Counts,
 ) -> Result<Swept> {
     let graph = Graph::new(sweep);
-    let shortest = SHORT_SHARE * (sweep.range.1 - sweep.range.0);
+    let length = sweep.range.1 - sweep.range.0;
     let slope = typical_slope(sweep);
     let chain = Chain {
         sweep,
         start,
-        short: shortest.max(SHORT_MOTION * slope),
+        short: (SHORT_SHARE * length).max(SHORT_MOTION * slope),
+        tiny: TINY_SHARE * length,
         waiting: graph.nodes.iter().map(|_| Mutex::default()).collect(),
         graph,
         log: Mutex::default(),
@@ -349,15 +355,11 @@ impl<'a> Chain<'a> {
         let (from, fronts): (Vec<usize>, Vec<Front>) =
             arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front?))).unzip();
         let mut counts = Counts::default();
-        if arcs.iter().all(|&a| self.is_short(a)) && !arcs.is_empty() {
-            self.end_before(node, direction, from, fronts, &mut counts)?;
-            lock(&self.counts).add(&counts);
-            return self.start_beyond(arcs, scope);
-        }
         if fronts.is_empty() {
             return self.start_beyond(arcs, scope);
         }
-        if fronts.iter().any(|f| f.toil.is_too_much()) {
+        let leads_nowhere = !arcs.is_empty() && arcs.iter().all(|&a| self.length(a) < self.tiny);
+        if leads_nowhere || fronts.iter().any(|f| f.toil.is_too_much()) {
             self.end_before(node, direction, from, fronts, &mut counts)?;
             lock(&self.counts).add(&counts);
             return self.start_beyond(arcs, scope);
@@ -419,8 +421,12 @@ impl<'a> Chain<'a> {
 
     /// Whether an arc is too short for a mesh of its own.
     fn is_short(&self, arc: usize) -> bool {
+        self.length(arc) < self.short
+    }
+
+    fn length(&self, arc: usize) -> f64 {
         let piece = self.piece(arc);
-        piece.high - piece.low < self.short
+        piece.high - piece.low
     }
 
     /// Starts arcs in their middle.
