@@ -30,6 +30,8 @@ pub(super) struct Advanced {
     pub(super) normals: Vec<[f32; 3]>,
     /// 95th percentile of how far vertices moved, voxels.
     pub(super) moved: f32,
+    /// How many faces pass through others.
+    pub(super) n_crossing: usize,
 }
 
 /// A sampling step that is tried.
@@ -137,7 +139,7 @@ pub(super) fn advance(
         .collect();
     let i = moved.len() * 95 / 100;
     let (_, &mut moved, _) = moved.select_nth_unstable_by(i, f32::total_cmp);
-    Ok(Ok(Advanced { positions, normals, moved }))
+    Ok(Ok(Advanced { positions, normals, moved, n_crossing: crossing.len() }))
 }
 
 /// How far most vertices will move, from the field's gradient.

@@ -2,7 +2,7 @@
 //! remeshed afresh, there or a little farther on.
 
 use super::recorder::{Direction, Log};
-use super::start::{FRESH_MOTION, extraction_of_arcs, fresh_mesh, motion};
+use super::start::{extraction_of_arcs, fresh_mesh, motion};
 use super::surgery::Front;
 use super::{Counts, Piece, SMALL_FACES, Sweep};
 use crate::error::Result;
@@ -16,6 +16,10 @@ const MOST_FACES: usize = 400_000;
 /// A mesh that has come this far, as a share of what is left of its arc, begins again where it is; else
 /// farther on by this share, and twice as far each time.
 const PROGRESS: f64 = 0.03;
+
+/// Nor where the isosurface moves less than this, in voxels, over what is left of the arc. That is less than
+/// what a mesh of an arc's own must last for: this one has come far, and goes on beyond.
+const LEAST_MOTION: f64 = 0.08;
 
 /// How one mesh begins again on its way through an arc.
 pub(super) struct Again<'a> {
@@ -71,7 +75,7 @@ impl<'a> Again<'a> {
             let at = from + self.direction.sign() * self.gap;
             let (extraction, _) = extraction_of_arcs(self.sweep, at, &[self.arc])?;
             self.faces += extraction.faces.len();
-            if motion(self.sweep, &extraction, (self.last - at).abs()) < FRESH_MOTION {
+            if motion(self.sweep, &extraction, (self.last - at).abs()) < LEAST_MOTION {
                 return Ok(None);
             }
             let mesh = fresh_mesh(self.sweep, at, &extraction, kernels)?;

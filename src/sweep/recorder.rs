@@ -251,10 +251,14 @@ impl Recorder {
         self.rising = born.map(|v| (v, mesh.position(v))).collect();
     }
 
-    /// Brings new vertices onto the isosurface over the first part of the way to an isovalue.
+    /// Brings new vertices onto the isosurface over the first part of the way to an isovalue; those that
+    /// have no knot there yet stay to be brought.
     fn rise(&mut self, isovalue: f64) {
         for (v, position) in std::mem::take(&mut self.rising) {
-            let Some([last, first]) = self.last_two(v) else { continue };
+            let Some([last, first]) = self.last_two(v) else {
+                self.rising.push((v, position));
+                continue;
+            };
             let (from, to) = (self.log.knots[first], self.log.knots[last]);
             if to.isovalue == isovalue && from.isovalue != isovalue {
                 let from = Unranked { position: position.to_array(), ..from };

@@ -120,10 +120,6 @@ pub(super) fn operate(
             Ok(stitched) => {
                 match patch::improve_all(sweep, operation, stitched, &block, kernels)? {
                     Ok(patched) => {
-                        let places = patched
-                            .iter()
-                            .map(|p| back::at_event(sweep, operation, &fronts, p, &block, kernels))
-                            .collect::<Result<Vec<_>>>()?;
                         let stays = staying(&fronts, &patched);
                         let before = (0..fronts.len())
                             .map(|r| {
@@ -132,6 +128,10 @@ pub(super) fn operate(
                                     operation, front, moved, &stays[r], &block, kernels,
                                 )
                             })
+                            .collect::<Result<Vec<_>>>()?;
+                        let places = patched
+                            .iter()
+                            .map(|p| back::at_event(sweep, operation, &before, p, &block, kernels))
                             .collect::<Result<Vec<_>>>()?;
                         return Ok(Ok(record(
                             operation,
@@ -243,7 +243,7 @@ fn record(
     let mut others: Vec<Recorder> =
         fronts.iter_mut().map(|f| std::mem::take(&mut f.recorder)).collect();
     for p in &patched {
-        end_collapsed(&fronts, before, &mut others, p, operation.event);
+        pass_event(&fronts, before, &mut others, p, operation);
     }
     let mut after = Vec::new();
     for (p, passage) in patched.into_iter().zip(passages) {
@@ -274,17 +274,23 @@ fn record(
     Outcome { fronts: after, log }
 }
 
-/// Ends the vertices that stayed and were collapsed by the improvement at the event.
-fn end_collapsed(
+/// Records the way to the event of the vertices that stay; for those that the improvement has collapsed it
+/// is the end.
+fn pass_event(
     fronts: &[Front],
     before: &[Passage],
     others: &mut [Recorder],
     p: &Patched,
-    event: f64,
+    operation: &Operation,
 ) {
     for (slot, &(r, v)) in p.stitched.kept_vertices.iter().enumerate() {
-        if !p.mesh.has_vertex(Vertex(slot as u32)) {
-            others[r].knot_at(&fronts[r].mesh, v, before[r].at_event[v.0 as usize], event);
+        let ends = !p.mesh.has_vertex(Vertex(slot as u32));
+        if ends || !operation.repaired {
+            let mesh = &fronts[r].mesh;
+            for (isovalue, place) in before[r].stops_of(v) {
+                others[r].knot_at(mesh, v, place, isovalue);
+            }
+            others[r].knot_at(mesh, v, before[r].at_event[v.0 as usize], operation.event);
         }
     }
 }

@@ -15,7 +15,7 @@ use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, PINNED};
-use crate::mesh::{Compacted, Mesh, area};
+use crate::mesh::{Compacted, Mesh, area, intersecting};
 use glam::Vec3;
 
 /// How far most vertices may move in one sampling step, voxels.
@@ -178,14 +178,21 @@ pub(crate) fn track(
             break;
         }
         compacted.positions = advanced.positions;
+        let unedited = front.mesh.clone();
         let edits = edit(&mut front.mesh, field, parameters, next);
-        recorder.glide(&front.mesh, &glides(&compacted, &edits), next);
-        recorder.edits(&front.mesh, &edits.collapsed, next, way.direction);
+        let edited = front.mesh.compacted();
+        if intersecting(&edited.positions, &edited.connectivity.faces).len() > advanced.n_crossing {
+            // The next step would be refused, however short.
+            front.mesh = unedited;
+        } else {
+            recorder.glide(&front.mesh, &glides(&compacted, &edits), next);
+            recorder.edits(&front.mesh, &edits.collapsed, next, way.direction);
+            compacted = edited;
+        }
         if is_too_dense(&front.mesh) {
             log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
             return Ok(End::TooDense);
         }
-        compacted = front.mesh.compacted();
         let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         step = (next - at).abs() * f64::from(growth);
