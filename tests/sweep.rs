@@ -136,11 +136,12 @@ fn a_sphere_is_tracked_and_not_only_extracted() {
     assert!(spectrum.triangles.iter().any(|t| live_on(&t)), "{counts}");
 }
 
-/// Share of the triangles alive just before an isovalue that are alive just after it.
-fn survival(spectrum: &Spectrum, isovalue: f64) -> f64 {
+/// Share of the triangles alive just before the first of some isovalues that are alive just after the last.
+fn survival(spectrum: &Spectrum, isovalues: &[f64]) -> f64 {
     let tiny = 1e-7 * (spectrum.range.1 - spectrum.range.0);
     let rank = |isovalue: f64| spectrum.rank_at(isovalue).expect("inside the range");
-    let (before, after) = (rank(isovalue - tiny), rank(isovalue + tiny));
+    let (first, last) = (isovalues[0], isovalues[isovalues.len() - 1]);
+    let (before, after) = (rank(first - tiny), rank(last + tiny));
     let alive = |rank: u32| move |t: &&Triangle| t.birth <= rank && rank < t.death;
     let n_before = spectrum.triangles.iter().filter(alive(before)).count();
     let n_both = spectrum.triangles.iter().filter(alive(before)).filter(alive(after)).count();
@@ -181,8 +182,39 @@ fn most_triangles_live_through_a_merge() {
     assert!(counts["surgeries"].as_u64().is_some_and(|n| n > 0), "{counts}");
     // Seen from low values, the one part of the isosurface splits in two.
     let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
-    let share = survival(&spectrum, split.isovalue);
+    let share = survival(&spectrum, &[split.isovalue]);
     assert!(share > 0.8, "{share} of the triangles live through {split:?}");
+}
+
+/// Three blobs in a row; the necks between them are the same, but for a trace.
+fn two_necks_a_trace_apart() -> Arc<Volume> {
+    let dims = [56usize, 22, 22];
+    let blob = |p: [f64; 3], x: f64| {
+        let r2 = (p[0] - x).powi(2) + (p[1] - 10.5).powi(2) + (p[2] - 10.5).powi(2);
+        (-r2 / 40.0).exp()
+    };
+    let sample = |i: usize| {
+        let p = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]].map(|x| x as f64);
+        (blob(p, 12.5) + blob(p, 27.5) + (1.0 + 5e-5) * blob(p, 42.5)) as f32
+    };
+    let samples = (0..dims.iter().product()).map(sample).collect();
+    let volume = Volume::new("necks", dims, Samples::F32(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn most_triangles_live_through_two_events_next_to_each_other() {
+    let parameters = Parameters { range: Some((0.4, 0.6)), ..Parameters::default() };
+    let backend = backend(Choice::Cpu);
+    let spectrum = compute(&two_necks_a_trace_apart(), &parameters, &backend, &Silent);
+    let spectrum = spectrum.expect("a spectrum");
+    let counts = &spectrum.parameters["counts"];
+    let splits = spectrum.events.iter().filter(|e| e.kind == EventKind::Split);
+    let splits: Vec<f64> = splits.map(|e| e.isovalue).collect();
+    let [first, second] = splits[..] else { panic!("two splits: {splits:?}") };
+    assert!((1e-6..5e-5).contains(&(second - first)), "{splits:?}");
+    let share = survival(&spectrum, &splits);
+    assert!(share > 0.6, "{share} of the triangles live from {first} to {second}: {counts}");
 }
 
 /// Distance of a point from the isosurface, to first order, voxels.

@@ -172,6 +172,24 @@ fn the_surface_does_not_jump_where_an_edge_is_split_and_where_it_is_collapsed() 
 }
 
 #[test]
+fn a_new_vertex_rises_though_others_have_knots_before_it() {
+    let mut mesh = octahedron();
+    let (start, [mut recorder, _]) = begun(&mesh, 0.0);
+    knots(&mut recorder, &mesh, 1.0);
+    let before = mesh.compacted();
+    let mut born = Vec::new();
+    split_edge_of(&mut mesh, Edge(0), Vec3::new(2.0, 2.0, 0.0), &mut born);
+    let edits = Edits { born, collapsed: Vec::new() };
+    recorder.glide(&mesh, &glides(&before, &edits), 1.0);
+    recorder.edits(&mesh, &[], 1.0, Direction::Up);
+    recorder.knot_at(&mesh, Vertex(5), mesh.position(Vertex(5)), 1.5);
+    knots(&mut recorder, &mesh, 2.0);
+    let patch = patch(start, [recorder.finish(2.0)]);
+    assert_eq!(knot_isovalues(&patch, 5), [0.0, 1.0, 1.5, 2.0]);
+    assert_eq!(knot_isovalues(&patch, 6), [1.0, 1.0 + GLIDE_SHARE, 2.0]);
+}
+
+#[test]
 fn what_never_shows_is_left_out() {
     let mut mesh = octahedron();
     let (start, [mut recorder, _]) = begun(&mesh, 0.0);
