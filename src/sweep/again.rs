@@ -2,7 +2,7 @@
 //! remeshed afresh, there or a little farther on.
 
 use super::recorder::{Direction, Log};
-use super::start::{extraction_of_arcs, fresh_mesh, motion};
+use super::start::{FRESH_MOTION, extraction_of_arcs, fresh_mesh, motion};
 use super::surgery::Front;
 use super::{Counts, Piece, SMALL_FACES, Sweep};
 use crate::error::Result;
@@ -17,8 +17,9 @@ const MOST_FACES: usize = 400_000;
 /// farther on by this share, and twice as far each time.
 const PROGRESS: f64 = 0.03;
 
-/// Nor where the isosurface moves less than this, in voxels, over what is left of the arc. That is less than
-/// what a mesh of an arc's own must last for: this one has come far, and goes on beyond.
+/// A mesh that has moved so far, in voxels, since it was made begins again even if the isosurface moves no more
+/// than this over what is left of the arc: it will go on beyond.
+const FAR: f32 = 1.0;
 const LEAST_MOTION: f64 = 0.08;
 
 /// How one mesh begins again on its way through an arc.
@@ -33,6 +34,8 @@ pub(super) struct Again<'a> {
     gap: f64,
     times: u32,
     faces: usize,
+    /// How far the mesh had moved when it began again.
+    moved: f32,
 }
 
 /// What the mesh before has left.
@@ -50,7 +53,8 @@ impl<'a> Again<'a> {
         direction: Direction,
         last: f64,
     ) -> Again<'a> {
-        Again { sweep, arc, direction, last, begun: None, gap: 0.0, times: 0, faces: 0 }
+        let (begun, gap, times, faces, moved) = (None, 0.0, 0, 0, 0.0);
+        Again { sweep, arc, direction, last, begun, gap, times, faces, moved }
     }
 
     /// Puts a fresh mesh in the place of one that goes no farther; `None` if there is none.
@@ -70,12 +74,14 @@ impl<'a> Again<'a> {
         if front.toil.is_too_much() {
             return Ok(None);
         }
+        let is_far = front.toil.moved() - self.moved >= FAR;
+        let least = if is_far { LEAST_MOTION } else { FRESH_MOTION };
         while self.times < MOST && self.faces < MOST_FACES && self.gap < 0.5 * left {
             self.times += 1;
             let at = from + self.direction.sign() * self.gap;
             let (extraction, _) = extraction_of_arcs(self.sweep, at, &[self.arc])?;
             self.faces += extraction.faces.len();
-            if motion(self.sweep, &extraction, (self.last - at).abs()) < LEAST_MOTION {
+            if motion(self.sweep, &extraction, (self.last - at).abs()) < least {
                 return Ok(None);
             }
             let mesh = fresh_mesh(self.sweep, at, &extraction, kernels)?;
@@ -91,6 +97,7 @@ impl<'a> Again<'a> {
             toil.add_operation();
             let before = std::mem::replace(front, Front { mesh, recorder, at, toil });
             self.begun = Some(at);
+            self.moved = front.toil.moved();
             return Ok(Some(Before {
                 log: before.recorder.finish(from),
                 untracked: (self.gap > 0.0).then(|| Piece {

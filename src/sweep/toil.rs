@@ -37,6 +37,11 @@ impl Toil {
         self.moved += moved;
     }
 
+    /// How far most of the mesh has moved, voxels.
+    pub(super) fn moved(&self) -> f32 {
+        self.moved
+    }
+
     /// Whether the mesh should be given up.
     pub(super) fn is_too_much(&self) -> bool {
         self.operations as f32 > AHEAD + PER_VOXEL * self.moved
