@@ -182,7 +182,8 @@ pub(crate) fn track(
         let edits = edit(&mut front.mesh, field, parameters, next);
         let edited = front.mesh.compacted();
         if intersecting(&edited.positions, &edited.connectivity.faces).len() > advanced.n_crossing {
-            // The next step would be refused, however short.
+            // The next step would be refused, however short. What the last one pinned is free again.
+            compacted = unedited.compacted();
             front.mesh = unedited;
         } else {
             recorder.glide(&front.mesh, &glides(&compacted, &edits), next);
