@@ -19,6 +19,7 @@ mod glide;
 mod graph;
 mod initial;
 mod lattice;
+mod opening;
 mod parameters;
 mod recorder;
 mod refine;

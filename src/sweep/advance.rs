@@ -4,6 +4,7 @@
 use super::border::{Leaving, leaving, overrun};
 use super::caps::{is_of_cap, smooth_caps};
 use super::criteria::Criteria;
+use super::opening::{Opening, openings};
 use super::track::Tracking;
 use super::{Counts, Parameters};
 use crate::error::Result;
@@ -41,6 +42,8 @@ pub(super) struct Step {
     pub(super) at: f64,
     /// The isovalue to go to.
     pub(super) next: f64,
+    /// From where on the mesh was tracked: caps that were wrong there are not looked at.
+    pub(super) since: f64,
     /// Whether few folded or off faces are no reason to refuse it.
     pub(super) tolerant: bool,
     /// Whether vertices in the way of the border curve are a reason to refuse it.
@@ -54,6 +57,8 @@ pub(super) struct Refusal {
     pub(super) crossing: Vec<u32>,
     /// Vertices that leave the volume, or that the border curve runs over.
     pub(super) left: Vec<Leaving>,
+    /// Dents that open in caps.
+    pub(super) opened: Vec<Opening>,
     /// Where it was refused, voxel frame.
     pub(super) points: Vec<Vec3>,
 }
@@ -68,7 +73,7 @@ pub(super) fn advance(
     counts: &mut Counts,
 ) -> Result<std::result::Result<Advanced, Refusal>> {
     let &Tracking { field, parameters, way, .. } = tracking;
-    let Step { at, next, tolerant, may_retreat } = step;
+    let Step { at, next, since, tolerant, may_retreat } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, compacted, field, at, next);
     let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
@@ -100,7 +105,13 @@ pub(super) fn advance(
     if !left.is_empty() {
         counts.refused.left_volume += 1;
         let points = left.iter().map(|l| mesh.position(l.vertex)).collect();
-        return Ok(Err(Refusal { left, points, crossing: Vec::new() }));
+        return Ok(Err(Refusal { left, points, ..Refusal::default() }));
+    }
+    let opened = openings(mesh, field, compacted, &positions, [since, next], parameters.error as f32);
+    if !opened.is_empty() {
+        counts.refused.left_volume += 1;
+        let points = opened.iter().map(|o| o.place).collect();
+        return Ok(Err(Refusal { opened, points, ..Refusal::default() }));
     }
     let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
     let folded = folds(mesh, compacted, &positions, &normals);
@@ -124,7 +135,7 @@ pub(super) fn advance(
         counts.refused.intersecting += 1;
         let points = crossing.iter().map(|&f| middle(compacted.faces[f as usize])).collect();
         let corners = crossing.iter().flat_map(|&f| compacted.connectivity.faces[f as usize]);
-        return Ok(Err(Refusal { crossing: corners.collect(), left: Vec::new(), points }));
+        return Ok(Err(Refusal { crossing: corners.collect(), points, ..Refusal::default() }));
     }
     let failed_allowed = positions.len() / if tolerant { 500 } else { 2_000 };
     if lost.len() > failed_allowed {
@@ -132,17 +143,24 @@ pub(super) fn advance(
         let points = lost.iter().map(|&v| mesh.position(v)).collect();
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
-    let mut moved: Vec<f32> = positions
-        .iter()
-        .zip(&compacted.positions)
-        .map(|(&p, &q)| Vec3::from(p).distance(Vec3::from(q)))
-        .collect();
-    let i = moved.len() * 95 / 100;
-    let (_, &mut moved, _) = moved.select_nth_unstable_by(i, f32::total_cmp);
+    let moved = motion_of_most(mesh, compacted, &positions);
     Ok(Ok(Advanced { positions, normals, moved, n_crossing: crossing.len() }))
 }
 
-/// How far most vertices will move, from the field's gradient.
+/// How far most vertices that are not of caps have moved, voxels.
+fn motion_of_most(mesh: &Mesh, compacted: &Compacted, positions: &[[f32; 3]]) -> f32 {
+    let both = compacted.vertices.iter().zip(positions.iter().zip(&compacted.positions));
+    let moving = both.filter(|&(&v, _)| !is_of_cap(mesh, v));
+    let mut moved: Vec<f32> =
+        moving.map(|(_, (&p, &q))| Vec3::from(p).distance(Vec3::from(q))).collect();
+    if moved.is_empty() {
+        return 0.0;
+    }
+    let i = moved.len() * 95 / 100;
+    *moved.select_nth_unstable_by(i, f32::total_cmp).1
+}
+
+/// How far most vertices that are not of caps will move, from the field's gradient, voxels.
 pub(super) fn expected_motion(
     mesh: &Mesh,
     compacted: &Compacted,
@@ -151,9 +169,13 @@ pub(super) fn expected_motion(
     next: f64,
 ) -> f32 {
     let change = (field.isovalue(next) - field.isovalue(at)).abs();
-    let stride = compacted.vertices.len() / 500 + 1;
-    let mut motion: Vec<f32> = compacted
-        .vertices
+    let moving: Vec<Vertex> =
+        compacted.vertices.iter().copied().filter(|&v| !is_of_cap(mesh, v)).collect();
+    if moving.is_empty() {
+        return 0.0;
+    }
+    let stride = moving.len() / 500 + 1;
+    let mut motion: Vec<f32> = moving
         .iter()
         .step_by(stride)
         .map(|&v| change / field.gradient(mesh.position(v)).length().max(1e-12))

@@ -37,7 +37,7 @@ pub(crate) fn beyond(field: &Field, p: Vec3) -> Vec3 {
 }
 
 /// The border planes, as bits of [`Mesh::border`], that a point of a cap lies in or beyond.
-fn planes(field: &Field, p: Vec3) -> u8 {
+pub(super) fn planes(field: &Field, p: Vec3) -> u8 {
     let beyond = beyond(field, p);
     (0..3).filter(|&a| beyond[a] > -ON_PLANE).fold(0, |planes, a| planes | 1 << a)
 }

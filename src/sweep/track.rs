@@ -2,10 +2,11 @@
 
 use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
 use super::border::{Cleared, Leaving, clear};
-use super::caps::split_chamfers;
+use super::caps::{is_of_cap, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::glide::{Edits, glides};
+use super::opening::Opening;
 use super::recorder::Direction;
 use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
@@ -39,6 +40,9 @@ const MOST_RETREATS: u32 = 4;
 
 /// How far most vertices may move, in voxels, in a step on which some are in the way of the border curve.
 const BORDER_MOTION: f32 = 0.3;
+
+/// How far most vertices may move, in voxels, where a dent opens in a cap.
+const OPENING_MOTION: f32 = 0.15;
 
 /// A mesh is repaired at most so many times on its way through one arc: as many times as make up this
 /// many faces, within bounds.
@@ -119,12 +123,12 @@ pub(crate) fn track(
     let mut step = first_step(&front.mesh, field, way, front.at);
     let mut compacted = front.mesh.compacted();
     let (mut steps, mut repairs) = (0, 0);
-    let (mut retreats, mut limit) = (0, f64::INFINITY);
+    let (mut retreats, mut limit, mut since) = (0, f64::INFINITY, front.at);
     while (way.last - front.at) * sign > 0.0 {
         cancelled()?;
         let at = front.at;
         let may_retreat = retreats < MOST_RETREATS;
-        let (mesh, step_from) = (&front.mesh, (at, step.min(limit), limit));
+        let (mesh, step_from) = (&front.mesh, [at, step.min(limit), limit, since]);
         let tried =
             longest_step(mesh, &mut compacted, kernels, tracking, step_from, may_retreat, counts)?;
         let Some((next, halved, advanced)) = tried.advanced else {
@@ -146,6 +150,11 @@ pub(crate) fn track(
                 compacted = front.mesh.compacted();
                 continue;
             }
+            if !tried.opened.is_empty() { log::debug!("OPEN {} at {at} failed {} limit {limit} n {} first {:?} min {}", front.mesh.n_faces(), tried.failed_at, tried.opened.len(), tried.opened[0], way.min_step); }
+            if let Some(gap) = gap_to_opening(&tried.opened, at, way) {
+                limit = gap;
+                continue;
+            }
             if (way.last - at).abs() <= way.window {
                 return Ok(End::Arrived);
             }
@@ -154,11 +163,13 @@ pub(crate) fn track(
                 .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
                 .min(REPAIRS_AHEAD + steps / STEPS_PER_REPAIR);
             let is_over = repairs > most || front.toil.is_too_much();
-            if is_over || !repair(front, (tried.failed_at, &tried.points), kernels, counts)? {
+            let target = target_of_repair(front, &compacted, field, &tried, way);
+            if is_over || !repair(front, (target.0, &target.1), kernels, counts)? {
                 return Ok(End::Stuck);
             }
             compacted = front.mesh.compacted();
             step = (front.at - at).abs();
+            (limit, since) = (f64::INFINITY, front.at);
             if is_too_dense(&front.mesh) {
                 return Ok(End::TooDense);
             }
@@ -216,8 +227,43 @@ struct Tried {
     failed_at: f64,
     /// The vertices that would leave the volume there.
     left: Vec<Leaving>,
+    /// The dents that open in caps up to there.
+    opened: Vec<Opening>,
     /// Where the last step was refused, voxel frame.
     points: Vec<Vec3>,
+}
+
+impl Tried {
+    /// A step to an isovalue that was refused.
+    fn refused(failed_at: f64, refusal: Refusal) -> Tried {
+        let Refusal { left, opened, points, .. } = refusal;
+        Tried { advanced: None, failed_at, left, opened, points }
+    }
+}
+
+/// How far it is to just before the first dent opens; `None` if that is here.
+fn gap_to_opening(opened: &[Opening], at: f64, way: &Way) -> Option<f64> {
+    let gaps = opened.iter().map(|o| (o.isovalue - at) * way.direction.sign());
+    let gap = gaps.min_by(f64::total_cmp)?;
+    (gap > 2.0 * way.min_step).then_some(gap - way.min_step)
+}
+
+/// To which isovalue a mesh is repaired, and at which points: where the step failed; but where dents open,
+/// it is not as far as most of the mesh may move at once, and the dents are those that have opened there.
+fn target_of_repair(
+    front: &Front,
+    compacted: &Compacted,
+    field: &Field,
+    tried: &Tried,
+    way: &Way,
+) -> (f64, Vec<Vec3>) {
+    if tried.opened.is_empty() {
+        return (tried.failed_at, tried.points.clone());
+    }
+    let far = expected_motion(&front.mesh, compacted, field, front.at, tried.failed_at);
+    let to = front.at + (tried.failed_at - front.at) * f64::from((OPENING_MOTION / far).min(1.0));
+    let has_opened = |o: &&Opening| (o.isovalue - to) * way.direction.sign() <= 0.0;
+    (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
 }
 
 /// Takes the longest step, halved as often as it takes, that passes the checks. If vertices `may_retreat`,
@@ -227,7 +273,7 @@ fn longest_step(
     compacted: &mut Compacted,
     kernels: &mut dyn Kernels,
     tracking: &Tracking,
-    (at, step, limit): (f64, f64, f64),
+    [at, step, limit, since]: [f64; 4],
     may_retreat: bool,
     counts: &mut Counts,
 ) -> Result<Tried> {
@@ -243,19 +289,19 @@ fn longest_step(
     let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
     loop {
         let tolerant = halved >= TOLERANT_FROM;
-        let step = Step { at, next, tolerant, may_retreat };
+        let step = Step { at, next, since, tolerant, may_retreat };
         let before = counts.refused;
         let refusal = match advance(mesh, compacted, kernels, tracking, step, counts)? {
             Ok(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
                 let advanced = Some((next, halved, a));
-                return Ok(Tried { advanced, failed_at: next, left: vec![], points: vec![] });
+                let refused = Tried::refused(next, Refusal::default());
+                return Ok(Tried { advanced, ..refused });
             }
             Ok(_) => Refusal::default(),
             Err(refusal) => refusal,
         };
-        if may_retreat && !refusal.left.is_empty() {
-            let Refusal { left, points, .. } = refusal;
-            return Ok(Tried { advanced: None, failed_at: next, left, points });
+        if may_retreat && !refusal.left.is_empty() || !refusal.opened.is_empty() {
+            return Ok(Tried::refused(next, refusal));
         }
         let is_broken = counts.refused.off_midway == before.off_midway && counts.refused != before;
         if !refusal.crossing.is_empty() && pinned < PIN_ROUNDS {
@@ -270,7 +316,7 @@ fn longest_step(
         broken += u32::from(is_broken);
         next = at + 0.5 * (next - at);
         if broken > MOST_BROKEN || halved > MOST_HALVINGS || (next - at).abs() < way.min_step {
-            return Ok(Tried { advanced: None, failed_at, left: vec![], points: refusal.points });
+            return Ok(Tried::refused(failed_at, Refusal { left: vec![], ..refusal }));
         }
     }
 }
@@ -290,8 +336,12 @@ fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
 
 /// A first guess of the step: what moves most vertices by half of what they may move.
 fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
+    let moving = mesh.vertices().filter(|&v| !is_of_cap(mesh, v));
     let mut slopes: Vec<f32> =
-        mesh.vertices().map(|v| field.gradient(mesh.position(v)).length()).collect();
+        moving.map(|v| field.gradient(mesh.position(v)).length()).collect();
+    if slopes.is_empty() {
+        return (way.last - at).abs();
+    }
     let i = slopes.len() / 10;
     let (_, slope, _) = slopes.select_nth_unstable_by(i, f32::total_cmp);
     let unit = f64::from(field.isovalue(at + 1.0) - field.isovalue(at)).max(1e-12);

@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 
+use super::caps::is_of_cap;
 use super::graph::Node;
 use super::{Piece, Sweep};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Vertex};
 
 /// Share of an arc, at an event, over which surgery leads at most and at least.
 const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
@@ -34,14 +35,19 @@ pub(super) fn window(sweep: &Sweep, node: &Node, piece: &Piece, mesh: &Mesh) -> 
     let mut changes: Vec<f64> = node.events.iter().map(change_around).collect();
     changes.sort_by(f64::total_cmp);
     let apart = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-    let stride = mesh.n_vertices() / 500 + 1;
-    let mut slopes: Vec<f32> = mesh
-        .vertices()
+    let moving: Vec<Vertex> = mesh.vertices().filter(|&v| !is_of_cap(mesh, v)).collect();
+    let stride = moving.len() / 500 + 1;
+    let mut slopes: Vec<f32> = moving
+        .iter()
         .step_by(stride)
-        .map(|v| field.gradient(mesh.position(v)).length())
+        .map(|&v| field.gradient(mesh.position(v)).length())
         .collect();
     let i = slopes.len() / 4;
-    let slope = f64::from(*slopes.select_nth_unstable_by(i, f32::total_cmp).1);
+    let slope = if slopes.is_empty() {
+        f64::INFINITY
+    } else {
+        f64::from(*slopes.select_nth_unstable_by(i, f32::total_cmp).1)
+    };
     let length = piece.high - piece.low;
     apart
         .min(WINDOW_MOTION * slope / unit.max(1e-300))
