@@ -1,6 +1,10 @@
 //! Triangles of a mesh that pass through each other.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
+use rayon::prelude::*;
+
+/// So many cells of the grid are one task.
+const BINS_AT_ONCE: usize = 512;
 
 /// Parameters within this of an end or side do not count as a crossing.
 const EDGE_MARGIN: f64 = 1e-9;
@@ -14,52 +18,73 @@ pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> 
     let corners: Vec<[Vec3; 3]> =
         triangles.iter().map(|t| t.map(|v| Vec3::from(positions[v as usize]))).collect();
     let mut hit = vec![false; triangles.len()];
-    for_each_candidate(&corners, |f, g| {
-        if !(hit[f] && hit[g]) && intersect(triangles[f], corners[f], triangles[g], corners[g]) {
-            (hit[f], hit[g]) = (true, true);
-        }
-    });
+    let Some(grid) = Grid::new(&corners) else { return Vec::new() };
+    let bins: Vec<&[(u64, u32)]> = grid.entries.chunk_by(|a, b| a.0 == b.0).collect();
+    let crossing = |f: u32, g: u32| {
+        let (f, g) = (f as usize, g as usize);
+        intersect(triangles[f], corners[f], triangles[g], corners[g])
+    };
+    let pairs: Vec<[u32; 2]> = bins
+        .par_iter()
+        .with_min_len(BINS_AT_ONCE)
+        .flat_map_iter(|bin| grid.pairs_of(bin).filter(|&[f, g]| crossing(f, g)))
+        .collect();
+    pairs.into_iter().flatten().for_each(|f| hit[f as usize] = true);
     (0..triangles.len() as u32).filter(|&f| hit[f as usize]).collect()
 }
 
-/// Calls `visit` for pairs whose bounding boxes meet, each pair once.
-fn for_each_candidate(corners: &[[Vec3; 3]], mut visit: impl FnMut(usize, usize)) {
-    if corners.is_empty() {
-        return;
-    }
-    let boxes: Vec<(Vec3, Vec3)> =
-        corners.iter().map(|t| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))).collect();
-    let mean = boxes.iter().map(|b| (b.1 - b.0).max_element()).sum::<f32>() / boxes.len() as f32;
-    let cell = (1.5 * mean).max(1e-6);
-    let origin = boxes.iter().fold(Vec3::INFINITY, |o, b| o.min(b.0));
-    let place = |p: Vec3| ((p - origin) / cell).as_ivec3();
-    let mut entries: Vec<(u64, u32)> = Vec::with_capacity(corners.len() * 4);
-    for (f, b) in boxes.iter().enumerate() {
-        let (low, high) = (place(b.0), place(b.1));
-        for z in low.z..=high.z {
-            for y in low.y..=high.y {
-                for x in low.x..=high.x {
-                    entries.push((((z as u64) << 42) | ((y as u64) << 21) | x as u64, f as u32));
+/// Triangles by the cells of a uniform grid that their bounding boxes cover.
+struct Grid {
+    boxes: Vec<(Vec3, Vec3)>,
+    origin: Vec3,
+    cell: f32,
+    /// A cell and a triangle, ascending.
+    entries: Vec<(u64, u32)>,
+}
+
+impl Grid {
+    /// `None` without triangles.
+    fn new(corners: &[[Vec3; 3]]) -> Option<Grid> {
+        let boxes: Vec<(Vec3, Vec3)> =
+            corners.iter().map(|t| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))).collect();
+        let size = boxes.iter().map(|b| (b.1 - b.0).max_element()).sum::<f32>();
+        let origin = boxes.iter().map(|b| b.0).reduce(Vec3::min)?;
+        let cell = (1.5 * size / boxes.len() as f32).max(1e-6);
+        let mut grid = Grid { boxes, origin, cell, entries: Vec::with_capacity(corners.len() * 4) };
+        for (f, b) in grid.boxes.iter().enumerate() {
+            let (low, high) = (grid.place(b.0), grid.place(b.1));
+            for z in low.z..=high.z {
+                for y in low.y..=high.y {
+                    for x in low.x..=high.x {
+                        grid.entries.push((key(IVec3::new(x, y, z)), f as u32));
+                    }
                 }
             }
         }
+        grid.entries.par_sort_unstable();
+        Some(grid)
     }
-    entries.sort_unstable();
-    for bin in entries.chunk_by(|a, b| a.0 == b.0) {
-        for (i, &(key, f)) in bin.iter().enumerate() {
-            for &(_, g) in &bin[i + 1..] {
-                let (a, b) = (boxes[f as usize], boxes[g as usize]);
-                if a.0.cmpgt(b.1).any() || b.0.cmpgt(a.1).any() {
-                    continue;
-                }
-                // The pair is visited in the first cell that both boxes cover.
-                let first = place(a.0.max(b.0));
-                if ((first.z as u64) << 42) | ((first.y as u64) << 21) | first.x as u64 == key {
-                    visit(f as usize, g as usize);
-                }
-            }
-        }
+
+    fn place(&self, p: Vec3) -> IVec3 {
+        ((p - self.origin) / self.cell).as_ivec3()
     }
+
+    /// The pairs of a cell's triangles whose bounding boxes meet, if it is the first that both cover.
+    fn pairs_of<'a>(&'a self, bin: &'a [(u64, u32)]) -> impl Iterator<Item = [u32; 2]> + 'a {
+        bin.iter().enumerate().flat_map(move |(i, &(cell, f))| {
+            let a = self.boxes[f as usize];
+            bin[i + 1..].iter().filter_map(move |&(_, g)| {
+                let b = self.boxes[g as usize];
+                let meet = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
+                (meet && key(self.place(a.0.max(b.0))) == cell).then_some([f, g])
+            })
+        })
+    }
+}
+
+/// The key of a grid's cell.
+fn key(cell: IVec3) -> u64 {
+    ((cell.z as u64) << 42) | ((cell.y as u64) << 21) | cell.x as u64
 }
 
 /// Whether two triangles that share no edge intersect.
@@ -68,6 +93,9 @@ fn intersect(f: [u32; 3], a: [Vec3; 3], g: [u32; 3], b: [Vec3; 3]) -> bool {
         return false;
     }
     let (a, b) = (a.map(|p| p.as_dvec3()), b.map(|p| p.as_dvec3()));
+    if is_beside(f, a, g, b) || is_beside(g, b, f, a) {
+        return false;
+    }
     let crosses = |f: [u32; 3], a: [DVec3; 3], g: [u32; 3], b: [DVec3; 3]| {
         (0..3).any(|i| {
             let j = (i + 1) % 3;
@@ -75,6 +103,17 @@ fn intersect(f: [u32; 3], a: [Vec3; 3], g: [u32; 3], b: [Vec3; 3]) -> bool {
         })
     };
     crosses(f, a, g, b) || crosses(g, b, f, a)
+}
+
+/// Whether the corners of the first triangle that are not the other's lie on one side of the other's plane.
+fn is_beside(f: [u32; 3], a: [DVec3; 3], g: [u32; 3], b: [DVec3; 3]) -> bool {
+    let n = (b[1] - b[0]).cross(b[2] - b[0]);
+    let own = (0..3).filter(|&i| !g.contains(&f[i]));
+    let (low, high) = own.map(|i| (a[i] - b[0]).dot(n)).fold(
+        (f64::INFINITY, f64::NEG_INFINITY),
+        |(low, high), d| (low.min(d), high.max(d)),
+    );
+    low > 0.0 || high < 0.0
 }
 
 /// Whether the open segment pq crosses the inside of a triangle (Möller and Trumbore 1997).

@@ -4,6 +4,7 @@
 use super::recorder::{Direction, Log};
 use super::start::{FRESH_MOTION, extraction_of_arcs, fresh_mesh, motion};
 use super::surgery::Front;
+use super::toil::FAR;
 use super::{Counts, Piece, SMALL_FACES, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
@@ -17,9 +18,8 @@ const MOST_FACES: usize = 400_000;
 /// farther on by this share, and twice as far each time.
 const PROGRESS: f64 = 0.03;
 
-/// A mesh that has moved so far, in voxels, since it was made begins again even if the isosurface moves no more
-/// than this over what is left of the arc: it will go on beyond.
-const FAR: f32 = 1.0;
+/// A mesh that was worth making, by how far it has moved, begins again even if the isosurface moves no more
+/// than this over what is left of the arc, in voxels: it will go on beyond.
 const LEAST_MOTION: f64 = 0.08;
 
 /// How one mesh begins again on its way through an arc.

@@ -14,8 +14,9 @@ use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
 use super::start::{FRESH_MOTION, extraction_of_arcs, motion, of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
+use super::toil::{LEAST_WAIT, Toil};
 use super::track::{End, Repair, Tracking, Way, track};
-use super::window::{typical_slope, window};
+use super::window::{Slopes, window};
 use super::{Counts, Piece, SMALL_FACES, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::Extraction;
@@ -48,6 +49,8 @@ struct Chain<'a> {
     graph: Graph,
     /// The isovalue the sweep starts from.
     start: f64,
+    /// How fast the field rises.
+    slopes: Slopes,
     /// Pieces shorter than this do not get a mesh of their own.
     short: f64,
     /// Pieces shorter than this get no mesh at all.
@@ -59,8 +62,39 @@ struct Chain<'a> {
     failed: Mutex<Option<Error>>,
 }
 
-/// The arcs that have arrived at a node, with their meshes.
-type Arrivals = Vec<(usize, Option<Front>)>;
+/// The arcs that have arrived at a node, each with its mesh, or with what is known of the stretch without
+/// one.
+type Arrivals = Vec<(usize, std::result::Result<Front, Idle>)>;
+
+/// How long a component has gone without a mesh. Where events follow each other closely no arc is worth a
+/// mesh of its own; but once the isosurface has moved far enough through all of them, it is time for one
+/// that goes on through the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Idle {
+    /// How far the isosurface has moved meanwhile, at the typical slope, voxels.
+    moved: f64,
+    /// How far it is to move before a mesh is begun again.
+    wanted: f64,
+}
+
+impl Idle {
+    /// From where nothing came before.
+    const NONE: Idle = Idle { moved: 0.0, wanted: LEAST_WAIT as f64 };
+
+    /// From where a mesh ended.
+    fn after(toil: Toil) -> Idle {
+        Idle { moved: 0.0, wanted: f64::from(toil.next_wait()) }
+    }
+
+    /// What a mesh begins with that is made then.
+    fn toil(self) -> Toil {
+        Toil::after_waiting(if self.is_over() { self.wanted as f32 } else { 0.0 })
+    }
+
+    fn is_over(self) -> bool {
+        self.moved >= self.wanted
+    }
+}
 
 /// A lock, also where another task has panicked.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
@@ -75,11 +109,12 @@ pub(super) fn sweep_all(
 ) -> Result<Swept> {
     let graph = Graph::new(sweep);
     let length = sweep.range.1 - sweep.range.0;
-    let slope = typical_slope(sweep);
+    let slopes = Slopes::new(sweep);
     let chain = Chain {
         sweep,
         start,
-        short: (SHORT_SHARE * length).max(SHORT_MOTION * slope),
+        short: (SHORT_SHARE * length).max(SHORT_MOTION * slopes.typical),
+        slopes,
         tiny: TINY_SHARE * length,
         waiting: graph.nodes.iter().map(|_| Mutex::default()).collect(),
         graph,
@@ -125,7 +160,7 @@ impl<'a> Chain<'a> {
             })
             .collect();
         let found = || of_arcs(self.sweep, whole, self.start, &at_start);
-        self.attempt(|| self.start_found(found()?, self.start, scope));
+        self.attempt(|| self.start_found(found()?, self.start, Idle::NONE, scope));
         for node in 0..self.graph.nodes.len() {
             let direction = self.direction_of(node);
             if inputs(&self.graph.nodes[node], direction).is_empty() {
@@ -145,8 +180,14 @@ impl<'a> Chain<'a> {
     }
 
     /// Extracts arcs at an isovalue and tracks each both ways.
-    fn start_arcs<'s>(&'s self, arcs: &[usize], isovalue: f64, scope: &Scope<'s>) -> Result<()> {
-        self.start_found(extraction_of_arcs(self.sweep, isovalue, arcs)?, isovalue, scope)
+    fn start_arcs<'s>(
+        &'s self,
+        arcs: &[usize],
+        isovalue: f64,
+        idle: Idle,
+        scope: &Scope<'s>,
+    ) -> Result<()> {
+        self.start_found(extraction_of_arcs(self.sweep, isovalue, arcs)?, isovalue, idle, scope)
     }
 
     /// Tracks arcs both ways from their exact extraction.
@@ -154,11 +195,12 @@ impl<'a> Chain<'a> {
         &'s self,
         (extraction, order): (Extraction, Vec<usize>),
         isovalue: f64,
+        idle: Idle,
         scope: &Scope<'s>,
     ) -> Result<()> {
         for (exact, arc) in extraction.into_components().into_iter().zip(order) {
             scope.spawn(move |scope| {
-                self.attempt(|| self.start_arc(&self.piece(arc), isovalue, &exact, scope));
+                self.attempt(|| self.start_arc(&self.piece(arc), isovalue, &exact, idle, scope));
             });
         }
         Ok(())
@@ -170,6 +212,7 @@ impl<'a> Chain<'a> {
         piece: &Piece,
         isovalue: f64,
         exact: &Extraction,
+        idle: Idle,
         scope: &Scope<'s>,
     ) -> Result<()> {
         let sweep = self.sweep;
@@ -177,17 +220,20 @@ impl<'a> Chain<'a> {
         let is_still = motion(sweep, exact, piece.high - piece.low) < FRESH_MOTION;
         let is_long = piece.high - piece.low >= LONG_SHARE * self.range_length();
         let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
-        let front = if (is_still || exact.faces.len() < smallest) && !given {
+        let is_over = idle.is_over();
+        let front = if (is_still && !is_over || exact.faces.len() < smallest) && !given {
             None
         } else {
             let mut kernels = sweep.backend.kernels(&sweep.field)?;
             lock(&self.counts).extracted_afresh += 1;
             start_front(sweep, piece, isovalue, exact, kernels.as_mut())?
         };
-        let Some(front) = front else {
-            self.leave(piece.arc, scope);
+        let Some(mut front) = front else {
+            let idle = if is_over { Idle::after(idle.toil()) } else { idle };
+            self.leave(piece.arc, idle, scope);
             return Ok(());
         };
+        front.toil = idle.toil();
         let branch = |run: Run| Front {
             mesh: front.mesh.clone(),
             recorder: front.recorder.branch(run.of_arc(piece.arc)),
@@ -203,12 +249,19 @@ impl<'a> Chain<'a> {
     }
 
     /// Leaves all of an arc to the exact extraction.
-    fn leave<'s>(&'s self, arc: usize, scope: &Scope<'s>) {
+    fn leave<'s>(&'s self, arc: usize, idle: Idle, scope: &Scope<'s>) {
         let piece = self.piece(arc);
+        let idle = self.beyond(idle, arc);
         self.sweep.advance_progress(self.sweep.weight(&piece));
         lock(&self.leftovers).push(piece);
-        self.arrive(arc, Direction::Up, None, scope);
-        self.arrive(arc, Direction::Down, None, scope);
+        self.arrive(arc, Direction::Up, Err(idle), scope);
+        self.arrive(arc, Direction::Down, Err(idle), scope);
+    }
+
+    /// After all of an arc without a mesh.
+    fn beyond(&self, idle: Idle, arc: usize) -> Idle {
+        let Piece { low, high, .. } = self.piece(arc);
+        Idle { moved: idle.moved + self.slopes.motion(low, high), ..idle }
     }
 
     /// Tracks the mesh of an arc to its end in one direction.
@@ -241,10 +294,11 @@ impl<'a> Chain<'a> {
         lock(&self.counts).add(&counts);
         self.sweep.advance_progress(0.5 * self.sweep.weight(&piece));
         let front = if arrived && goes_on {
-            Some(front)
+            Ok(front)
         } else {
+            let idle = Idle::after(front.toil);
             self.end(front, arc, direction, arrived);
-            None
+            Err(idle)
         };
         self.arrive(arc, direction, front, scope);
         Ok(())
@@ -334,7 +388,7 @@ impl<'a> Chain<'a> {
         &'s self,
         arc: usize,
         direction: Direction,
-        front: Option<Front>,
+        front: std::result::Result<Front, Idle>,
         scope: &Scope<'s>,
     ) {
         let Some(node) = self.node_ahead(arc, direction) else { return };
@@ -352,17 +406,19 @@ impl<'a> Chain<'a> {
         let node = &self.graph.nodes[node];
         let arcs = outputs(node, direction);
         arrivals.sort_by_key(|a| a.0);
+        let idle = longest_idle(&arrivals);
         let (from, fronts): (Vec<usize>, Vec<Front>) =
-            arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front?))).unzip();
+            arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front.ok()?))).unzip();
         let mut counts = Counts::default();
         if fronts.is_empty() {
-            return self.start_beyond(arcs, scope);
+            return self.start_beyond(arcs, idle, scope);
         }
+        let toil = Toil::of_operation(fronts.iter().map(|f| f.toil));
         let leads_nowhere = !arcs.is_empty() && arcs.iter().all(|&a| self.length(a) < self.tiny);
         if leads_nowhere || fronts.iter().any(|f| f.toil.is_too_much()) {
             self.end_before(node, direction, from, fronts, &mut counts)?;
             lock(&self.counts).add(&counts);
-            return self.start_beyond(arcs, scope);
+            return self.start_beyond(arcs, Idle::after(toil), scope);
         }
         let points: Vec<Vec3> = node
             .events
@@ -397,7 +453,8 @@ impl<'a> Chain<'a> {
                 counts.surgeries_failed += 1;
                 self.end_before(node, direction, from, fronts, &mut counts)?;
                 lock(&self.counts).add(&counts);
-                self.start_beyond(arcs, scope)
+                let idle = if idle.is_over() { idle } else { Idle::after(toil) };
+                self.start_beyond(arcs, idle, scope)
             }
         }
     }
@@ -430,16 +487,24 @@ impl<'a> Chain<'a> {
     }
 
     /// Starts arcs in their middle.
-    fn start_beyond<'s>(&'s self, arcs: &[usize], scope: &Scope<'s>) -> Result<()> {
+    fn start_beyond<'s>(&'s self, arcs: &[usize], idle: Idle, scope: &Scope<'s>) -> Result<()> {
         for &arc in arcs {
-            if self.is_short(arc) {
-                self.leave(arc, scope);
+            let is_over = self.beyond(idle, arc).is_over() && self.length(arc) >= self.tiny;
+            if self.is_short(arc) && !is_over {
+                self.leave(arc, idle, scope);
             } else {
-                self.start_arcs(&[arc], self.sweep.middle(&self.piece(arc)), scope)?;
+                let idle = self.beyond(idle, arc);
+                self.start_arcs(&[arc], self.sweep.middle(&self.piece(arc)), idle, scope)?;
             }
         }
         Ok(())
     }
+}
+
+/// How long the component has gone without a mesh that has gone longest without one.
+fn longest_idle(arrivals: &Arrivals) -> Idle {
+    let idle = arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied());
+    idle.max_by(|a, b| a.moved.total_cmp(&b.moved)).unwrap_or(Idle::NONE)
 }
 
 /// The arcs that lead to a node.

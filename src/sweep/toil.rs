@@ -8,6 +8,15 @@
 const AHEAD: f32 = 12.0;
 const PER_VOXEL: f32 = 24.0;
 
+/// A mesh that has moved so far, in voxels, was worth making.
+pub(super) const FAR: f32 = 1.0;
+
+/// How far the isosurface moves, in voxels, before there is a mesh again: after one that was worth making; and
+/// at least and at most after another.
+pub(super) const LEAST_WAIT: f32 = 0.25;
+const LONG_WAIT: f32 = 1.0;
+const MOST_WAIT: f32 = 16.0;
+
 /// What has been done to a mesh since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Toil {
@@ -15,14 +24,28 @@ pub(super) struct Toil {
     operations: u32,
     /// How far most of it has moved, voxels.
     moved: f32,
+    /// How far the isosurface had moved without a mesh before this one was begun, voxels.
+    waited: f32,
 }
 
 impl Toil {
+    /// Of a mesh that is begun after the isosurface has moved so far without one, voxels.
+    pub(super) fn after_waiting(waited: f32) -> Toil {
+        Toil { waited, ..Toil::default() }
+    }
+
+    /// How far the isosurface is to move without a mesh, in voxels, once this one is given up: not far where
+    /// it has come far, else farther each time.
+    pub(super) fn next_wait(&self) -> f32 {
+        if self.moved >= FAR { LEAST_WAIT } else { (2.0 * self.waited).clamp(LONG_WAIT, MOST_WAIT) }
+    }
+
     /// After an operation on the meshes of some components.
     pub(super) fn of_operation(before: impl Iterator<Item = Toil>) -> Toil {
         let mut most = before.fold(Toil::default(), |a, b| Toil {
             operations: a.operations.max(b.operations),
             moved: a.moved.max(b.moved),
+            waited: a.waited.max(b.waited),
         });
         most.add_operation();
         most

@@ -16,7 +16,7 @@ const WINDOW_MOTION: f64 = 0.15;
 /// Distance from an event, voxels, at which the field tells how far sheets are apart.
 const WINDOW_RADIUS: f32 = 0.35;
 
-/// How many cells are asked for the typical slope of the field.
+/// How many cells are asked how fast the field rises.
 const SLOPE_CELLS: usize = 20_000;
 
 /// How far from a node, in isovalues, an arc's mesh is given up or begun: where the sheets that
@@ -54,25 +54,70 @@ pub(super) fn window(sweep: &Sweep, node: &Node, piece: &Piece, mesh: &Mesh) -> 
         .clamp(WINDOW_SHARE.0 * length, WINDOW_SHARE.1 * length)
 }
 
-/// Median change of the field over a cell that is not constant, in isovalues per voxel.
-pub(super) fn typical_slope(sweep: &Sweep) -> f64 {
+/// So many isovalues of the range are asked how fast the field rises there.
+const SLOPE_ISOVALUES: usize = 64;
+
+/// How fast the field typically rises, in isovalues per voxel.
+pub(super) struct Slopes {
+    /// Median over all cells that are not constant.
+    pub(super) typical: f64,
+    /// Median over the cells that the isosurface crosses, at isovalues spread evenly over the range.
+    by_isovalue: Vec<f64>,
+    range: (f64, f64),
+}
+
+impl Slopes {
+    /// From some of the cells of the volume.
+    pub(super) fn new(sweep: &Sweep) -> Slopes {
+        let range = sweep.range;
+        let cells = some_cells(sweep);
+        let by_isovalue = (0..SLOPE_ISOVALUES).map(|i| {
+            let share = (i as f64 + 0.5) / SLOPE_ISOVALUES as f64;
+            let isovalue = range.0 + share * (range.1 - range.0);
+            let crossed = cells.iter().filter(|c| c.low <= isovalue && isovalue < c.high);
+            median(crossed.map(|c| c.slope).collect())
+        });
+        let by_isovalue = by_isovalue.collect();
+        Slopes { typical: median(cells.iter().map(|c| c.slope).collect()), by_isovalue, range }
+    }
+
+    /// How far the isosurface typically moves from one isovalue to another, voxels.
+    pub(super) fn motion(&self, low: f64, high: f64) -> f64 {
+        let share = (0.5 * (low + high) - self.range.0) / (self.range.1 - self.range.0);
+        let i = (share * SLOPE_ISOVALUES as f64).clamp(0.0, SLOPE_ISOVALUES as f64 - 1.0) as usize;
+        let slope = if self.by_isovalue[i] > 0.0 { self.by_isovalue[i] } else { self.typical };
+        (high - low) / slope.max(1e-300)
+    }
+}
+
+/// What a cell says of the field.
+struct CellSlope {
+    low: f64,
+    high: f64,
+    /// Isovalues per voxel.
+    slope: f64,
+}
+
+/// Some of the cells that are not constant.
+fn some_cells(sweep: &Sweep) -> Vec<CellSlope> {
     let volume = sweep.exact.volume();
     let [nx, ny, nz] = volume.dims();
     let n = (nx - 1) * (ny - 1) * (nz - 1);
-    let mut slopes: Vec<f64> = (0..n)
-        .step_by(n / SLOPE_CELLS + 1)
-        .filter_map(|i| {
-            let [x, y, z] = [i % (nx - 1), i / (nx - 1) % (ny - 1), i / (nx - 1) / (ny - 1)];
-            let here = volume.sample(x, y, z);
-            let beside = [
-                volume.sample(x + 1, y, z),
-                volume.sample(x, y + 1, z),
-                volume.sample(x, y, z + 1),
-            ];
-            let slope = beside.iter().map(|b| (b - here).powi(2)).sum::<f64>().sqrt();
-            (slope > 0.0).then_some(slope)
-        })
-        .collect();
-    slopes.sort_by(f64::total_cmp);
-    slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
+    let cell = |i: usize| {
+        let [x, y, z] = [i % (nx - 1), i / (nx - 1) % (ny - 1), i / (nx - 1) / (ny - 1)];
+        let here = volume.sample(x, y, z);
+        let beside =
+            [volume.sample(x + 1, y, z), volume.sample(x, y + 1, z), volume.sample(x, y, z + 1)];
+        let slope = beside.iter().map(|b| (b - here).powi(2)).sum::<f64>().sqrt();
+        let low = beside.iter().copied().fold(here, f64::min);
+        let high = beside.iter().copied().fold(here, f64::max);
+        (slope > 0.0).then_some(CellSlope { low, high, slope })
+    };
+    (0..n).step_by(n / SLOPE_CELLS + 1).filter_map(cell).collect()
+}
+
+/// The median; 0 of nothing.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -259,7 +259,9 @@ impl Parts {
         let euler = sweep.topology.arcs[arc].euler;
         if mesh.euler() != euler {
             let why = format!("Euler characteristic {}, expected {euler}", mesh.euler());
-            return Err(Trouble::everywhere(why));
+            let points = beside_largest(&triangles, positions.len());
+            let points = points.into_iter().map(|v| positions[v as usize].into()).collect();
+            return Err(Trouble { why, points });
         }
         Ok(Stitched {
             arc,
@@ -269,6 +271,20 @@ impl Parts {
             on_rim: vertices.iter().map(|&v| self.on_rim[v]).collect(),
         })
     }
+}
+
+/// The vertices that are not joined to most: what should be one component fell apart there.
+fn beside_largest(triangles: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
+    let mut sets = DisjointSets::new(n_vertices);
+    for &[a, b, c] in triangles {
+        sets.join(a, b);
+        sets.join(b, c);
+    }
+    let mut sizes = vec![0u32; n_vertices];
+    (0..n_vertices as u32).for_each(|v| sizes[sets.find(v) as usize] += 1);
+    // Of equal ones the first: `max_by_key` takes the last, so reversed.
+    let largest = (0..n_vertices as u32).rev().max_by_key(|&v| sizes[v as usize]);
+    (0..n_vertices as u32).filter(|&v| Some(sets.find(v)) != largest).collect()
 }
 
 /// The ends of sides that two triangles have in the same direction: they cannot be one surface there.
