@@ -48,8 +48,10 @@ use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
-/// Meshes with fewer faces are left to the exact extraction where they do not follow by themselves.
+/// Components with fewer faces are left to the exact extraction, but where they last long; and those with fewer
+/// than the second, where they do not follow by themselves.
 const SMALL_FACES: usize = 300;
+const SMALLEST_FACES: usize = 40;
 
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;

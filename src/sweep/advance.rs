@@ -2,7 +2,7 @@
 //! checks that the mesh must pass.
 
 use super::border::{Leaving, leaving, overrun};
-use super::caps::{is_of_cap, smooth_caps};
+use super::caps::{inner_slope, is_of_cap, smooth_caps};
 use super::criteria::Criteria;
 use super::opening::{Opening, openings};
 use super::track::Tracking;
@@ -178,7 +178,7 @@ pub(super) fn expected_motion(
     let mut motion: Vec<f32> = moving
         .iter()
         .step_by(stride)
-        .map(|&v| change / field.gradient(mesh.position(v)).length().max(1e-12))
+        .map(|&v| change / inner_slope(field, mesh.position(v)).max(1e-12))
         .collect();
     let i = motion.len() * 9 / 10;
     *motion.select_nth_unstable_by(i, f32::total_cmp).1

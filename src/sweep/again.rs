@@ -5,7 +5,7 @@ use super::recorder::{Direction, Log};
 use super::start::{FRESH_MOTION, extraction_of_arcs, fresh_mesh, motion};
 use super::surgery::Front;
 use super::toil::FAR;
-use super::{Counts, Piece, SMALL_FACES, Sweep};
+use super::{Counts, Piece, SMALLEST_FACES, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
 
@@ -64,7 +64,7 @@ impl<'a> Again<'a> {
         kernels: &mut dyn Kernels,
         counts: &mut Counts,
     ) -> Result<Option<Before>> {
-        if front.mesh.n_faces() < SMALL_FACES {
+        if front.mesh.n_faces() < SMALLEST_FACES {
             return Ok(None);
         }
         let from = front.at;

@@ -36,6 +36,12 @@ pub(crate) fn beyond(field: &Field, p: Vec3) -> Vec3 {
     (-p).max(p - top(field))
 }
 
+/// How steep the field is at a point of the isosurface proper, seen from inside the volume where it lies on the
+/// border: the layer is much steeper.
+pub(crate) fn inner_slope(field: &Field, p: Vec3) -> f32 {
+    field.gradient(p.clamp(Vec3::splat(ON_PLANE), top(field) - ON_PLANE)).length()
+}
+
 /// The border planes, as bits of [`Mesh::border`], that a point of a cap lies in or beyond.
 pub(super) fn planes(field: &Field, p: Vec3) -> u8 {
     let beyond = beyond(field, p);

@@ -14,10 +14,10 @@ use super::graph::{Graph, Node};
 use super::recorder::{Direction, Log, Run};
 use super::start::{FRESH_MOTION, extraction_of_arcs, motion, of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
-use super::toil::{LEAST_WAIT, Toil};
+use super::toil::Toil;
 use super::track::{End, Repair, Tracking, Way, track};
 use super::window::{Slopes, window};
-use super::{Counts, Piece, SMALL_FACES, Sweep};
+use super::{Counts, Piece, SMALL_FACES, SMALLEST_FACES, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::Extraction;
 
@@ -31,9 +31,9 @@ const SHORT_MOTION: f64 = 0.01;
 const TINY_SHARE: f64 = 1e-7;
 
 /// Nor do small components, at the middle of their arc, if the arc is a smaller share of the range than
-/// this; nor the smallest ones.
+/// this and the isosurface moves less over it, in voxels; nor the smallest ones.
 const LONG_SHARE: f64 = 0.05;
-const SMALLEST_FACES: usize = 40;
+const LONG_MOTION: f64 = 1.0;
 
 /// What a sweep leaves besides its counts.
 pub(super) struct Swept {
@@ -79,7 +79,7 @@ struct Idle {
 
 impl Idle {
     /// From where nothing came before.
-    const NONE: Idle = Idle { moved: 0.0, wanted: LEAST_WAIT as f64 };
+    const NONE: Idle = Idle { moved: 0.0, wanted: FRESH_MOTION };
 
     /// From where a mesh ended.
     fn after(toil: Toil) -> Idle {
@@ -217,8 +217,10 @@ impl<'a> Chain<'a> {
     ) -> Result<()> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
-        let is_still = motion(sweep, exact, piece.high - piece.low) < FRESH_MOTION;
-        let is_long = piece.high - piece.low >= LONG_SHARE * self.range_length();
+        let motion = motion(sweep, exact, piece.high - piece.low);
+        let is_still = motion < FRESH_MOTION;
+        let is_long =
+            motion >= LONG_MOTION || piece.high - piece.low >= LONG_SHARE * self.range_length();
         let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
         let is_over = idle.is_over();
         let front = if (is_still && !is_over || exact.faces.len() < smallest) && !given {

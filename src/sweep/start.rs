@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::caps::beyond;
+use super::caps::{beyond, inner_slope};
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
@@ -87,7 +87,7 @@ pub(super) fn motion(sweep: &Sweep, isosurface: &Extraction, change: f64) -> f64
     let inside = isosurface.positions.iter().map(|&p| Vec3::from(p));
     let inside = inside.filter(|&p| beyond(field, p).max_element() <= 0.0);
     let stride = isosurface.positions.len() / MOTION_VERTICES + 1;
-    let mut slopes: Vec<f32> = inside.step_by(stride).map(|p| field.gradient(p).length()).collect();
+    let mut slopes: Vec<f32> = inside.step_by(stride).map(|p| inner_slope(field, p)).collect();
     if slopes.is_empty() {
         return f64::INFINITY;
     }

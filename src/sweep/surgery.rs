@@ -36,7 +36,7 @@ use stitch::{Stitched, Trouble, stitch};
 
 /// So many blocks are tried, and so many for a repair.
 const ATTEMPTS: u32 = 8;
-const REPAIR_ATTEMPTS: u32 = 4;
+const REPAIR_ATTEMPTS: u32 = 6;
 
 /// Radius of the block around an event, voxels.
 const EVENT_RADIUS: f32 = 0.8;

@@ -11,10 +11,9 @@ const PER_VOXEL: f32 = 24.0;
 /// A mesh that has moved so far, in voxels, was worth making.
 pub(super) const FAR: f32 = 1.0;
 
-/// How far the isosurface moves, in voxels, before there is a mesh again: after one that was worth making; and
-/// at least and at most after another.
-pub(super) const LEAST_WAIT: f32 = 0.25;
-const LONG_WAIT: f32 = 1.0;
+/// How far the isosurface moves, in voxels, before there is another mesh after one that was not: at least and at
+/// most.
+const LEAST_WAIT: f32 = 0.25;
 const MOST_WAIT: f32 = 16.0;
 
 /// What has been done to a mesh since it was made.
@@ -37,7 +36,7 @@ impl Toil {
     /// How far the isosurface is to move without a mesh, in voxels, once this one is given up: not far where
     /// it has come far, else farther each time.
     pub(super) fn next_wait(&self) -> f32 {
-        if self.moved >= FAR { LEAST_WAIT } else { (2.0 * self.waited).clamp(LONG_WAIT, MOST_WAIT) }
+        if self.moved >= FAR { 0.0 } else { (2.0 * self.waited).clamp(LEAST_WAIT, MOST_WAIT) }
     }
 
     /// After an operation on the meshes of some components.

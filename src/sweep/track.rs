@@ -2,7 +2,7 @@
 
 use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
 use super::border::{Cleared, Leaving, clear};
-use super::caps::{is_of_cap, split_chamfers};
+use super::caps::{inner_slope, is_of_cap, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::glide::{Edits, glides};
@@ -150,7 +150,6 @@ pub(crate) fn track(
                 compacted = front.mesh.compacted();
                 continue;
             }
-            if !tried.opened.is_empty() { log::debug!("OPEN {} at {at} failed {} limit {limit} n {} first {:?} min {}", front.mesh.n_faces(), tried.failed_at, tried.opened.len(), tried.opened[0], way.min_step); }
             if let Some(gap) = gap_to_opening(&tried.opened, at, way) {
                 limit = gap;
                 continue;
@@ -338,7 +337,7 @@ fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
 fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
     let moving = mesh.vertices().filter(|&v| !is_of_cap(mesh, v));
     let mut slopes: Vec<f32> =
-        moving.map(|v| field.gradient(mesh.position(v)).length()).collect();
+        moving.map(|v| inner_slope(field, mesh.position(v))).collect();
     if slopes.is_empty() {
         return (way.last - at).abs();
     }

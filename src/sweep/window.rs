@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::caps::is_of_cap;
+use super::caps::{inner_slope, is_of_cap};
 use super::graph::Node;
 use super::{Piece, Sweep};
 use crate::mesh::{Mesh, Vertex};
@@ -40,7 +40,7 @@ pub(super) fn window(sweep: &Sweep, node: &Node, piece: &Piece, mesh: &Mesh) -> 
     let mut slopes: Vec<f32> = moving
         .iter()
         .step_by(stride)
-        .map(|&v| field.gradient(mesh.position(v)).length())
+        .map(|&v| inner_slope(field, mesh.position(v)))
         .collect();
     let i = slopes.len() / 4;
     let slope = if slopes.is_empty() {
