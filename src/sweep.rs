@@ -17,6 +17,7 @@ mod criteria;
 mod flips;
 mod glide;
 mod graph;
+mod idle;
 mod initial;
 mod lattice;
 mod opening;

@@ -109,10 +109,9 @@ fn intersect(f: [u32; 3], a: [Vec3; 3], g: [u32; 3], b: [Vec3; 3]) -> bool {
 fn is_beside(f: [u32; 3], a: [DVec3; 3], g: [u32; 3], b: [DVec3; 3]) -> bool {
     let n = (b[1] - b[0]).cross(b[2] - b[0]);
     let own = (0..3).filter(|&i| !g.contains(&f[i]));
-    let (low, high) = own.map(|i| (a[i] - b[0]).dot(n)).fold(
-        (f64::INFINITY, f64::NEG_INFINITY),
-        |(low, high), d| (low.min(d), high.max(d)),
-    );
+    let (low, high) = own
+        .map(|i| (a[i] - b[0]).dot(n))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), d| (low.min(d), high.max(d)));
     low > 0.0 || high < 0.0
 }
 

@@ -107,7 +107,8 @@ pub(super) fn advance(
         let points = left.iter().map(|l| mesh.position(l.vertex)).collect();
         return Ok(Err(Refusal { left, points, ..Refusal::default() }));
     }
-    let opened = openings(mesh, field, compacted, &positions, [since, next], parameters.error as f32);
+    let opened =
+        openings(mesh, field, compacted, &positions, [since, next], parameters.error as f32);
     if !opened.is_empty() {
         counts.refused.left_volume += 1;
         let points = opened.iter().map(|o| o.place).collect();

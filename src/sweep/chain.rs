@@ -11,6 +11,7 @@ use rayon::Scope;
 
 use super::again::Again;
 use super::graph::{Graph, Node};
+use super::idle::{Idle, longest};
 use super::recorder::{Direction, Log, Run};
 use super::start::{FRESH_MOTION, extraction_of_arcs, motion, of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
@@ -65,36 +66,6 @@ struct Chain<'a> {
 /// The arcs that have arrived at a node, each with its mesh, or with what is known of the stretch without
 /// one.
 type Arrivals = Vec<(usize, std::result::Result<Front, Idle>)>;
-
-/// How long a component has gone without a mesh. Where events follow each other closely no arc is worth a
-/// mesh of its own; but once the isosurface has moved far enough through all of them, it is time for one
-/// that goes on through the next.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Idle {
-    /// How far the isosurface has moved meanwhile, at the typical slope, voxels.
-    moved: f64,
-    /// How far it is to move before a mesh is begun again.
-    wanted: f64,
-}
-
-impl Idle {
-    /// From where nothing came before.
-    const NONE: Idle = Idle { moved: 0.0, wanted: FRESH_MOTION };
-
-    /// From where a mesh ended.
-    fn after(toil: Toil) -> Idle {
-        Idle { moved: 0.0, wanted: f64::from(toil.next_wait()) }
-    }
-
-    /// What a mesh begins with that is made then.
-    fn toil(self) -> Toil {
-        Toil::after_waiting(if self.is_over() { self.wanted as f32 } else { 0.0 })
-    }
-
-    fn is_over(self) -> bool {
-        self.moved >= self.wanted
-    }
-}
 
 /// A lock, also where another task has panicked.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
@@ -263,7 +234,7 @@ impl<'a> Chain<'a> {
     /// After all of an arc without a mesh.
     fn beyond(&self, idle: Idle, arc: usize) -> Idle {
         let Piece { low, high, .. } = self.piece(arc);
-        Idle { moved: idle.moved + self.slopes.motion(low, high), ..idle }
+        idle.go_on(self.slopes.motion(low, high))
     }
 
     /// Tracks the mesh of an arc to its end in one direction.
@@ -408,7 +379,7 @@ impl<'a> Chain<'a> {
         let node = &self.graph.nodes[node];
         let arcs = outputs(node, direction);
         arrivals.sort_by_key(|a| a.0);
-        let idle = longest_idle(&arrivals);
+        let idle = longest(arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied()));
         let (from, fronts): (Vec<usize>, Vec<Front>) =
             arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front.ok()?))).unzip();
         let mut counts = Counts::default();
@@ -501,12 +472,6 @@ impl<'a> Chain<'a> {
         }
         Ok(())
     }
-}
-
-/// How long the component has gone without a mesh that has gone longest without one.
-fn longest_idle(arrivals: &Arrivals) -> Idle {
-    let idle = arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied());
-    idle.max_by(|a, b| a.moved.total_cmp(&b.moved)).unwrap_or(Idle::NONE)
 }
 
 /// The arcs that lead to a node.

@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 
 use glam::{IVec3, Vec3};
 
-use super::caps::planes;
+use super::caps::{inner_slope, planes};
 use crate::kernels::field::Field;
 use crate::mesh::{Compacted, Mesh};
 use crate::volume::Volume;
 
-/// A sample lies under a cap that should not, where no curve opens, if the isosurface is so far from it, in tolerances: the
-/// polygon that the border curve is cuts off less.
+/// Where no curve opens, a sample lies under a cap wrongly if the isosurface is so far from it, in tolerances:
+/// the polygon that the border curve is cuts off less.
 const LEAST_DEPTH: f32 = 2.0;
 
 /// How far beyond a triangle's sides, as a share of its size, a sample still lies under it.
@@ -29,8 +29,9 @@ pub(super) struct Opening {
     pub(super) isovalue: f64,
 }
 
-/// The samples of the border that lie on the outer side of the isosurface by so many voxels of depth,
-/// under a cap of the mesh with its vertices at `positions`; in the order of the grid.
+/// The samples of the border that the isovalue has passed on its way from `since` to `next`, where the mesh has
+/// its vertices at `positions` (voxel frame, in the order of the compacted mesh), and that lie under its caps all
+/// the same. In the order of the grid; none where caps grow. `error` is the tolerance, voxels.
 pub(super) fn openings(
     mesh: &Mesh,
     field: &Field,
@@ -53,7 +54,7 @@ pub(super) fn openings(
         for_each_sample_under(field, t.map(|v| positions[v as usize].into()), |sample, axis| {
             let place = sample.as_vec3() * field.cell_size();
             let value = field.value(place);
-            let depth = (value - isovalue) * outwards / field.gradient(place).length().max(1e-12);
+            let depth = (value - isovalue) * outwards / inner_slope(field, place).max(1e-12);
             let least = if is_outermost(volume, sample, axis) { 0.0 } else { LEAST_DEPTH * error };
             let opened = sample_at(volume, sample);
             if depth > least && (opened - since) * (next - since) >= 0.0 {
@@ -77,7 +78,9 @@ fn is_outermost(volume: &Volume, sample: IVec3, axis: usize) -> bool {
     let key = |s: IVec3| (sign * sample_at(volume, s), [-s.z, -s.y, -s.x]);
     let in_plane = (0..3).filter(|&a| a != axis).flat_map(|a| [IVec3::AXES[a], -IVec3::AXES[a]]);
     let beside = in_plane.map(|d| sample + d);
-    beside.filter(|s| s.cmpge(IVec3::ZERO).all() && s.cmple(last).all()).all(|s| key(s) < key(sample))
+    beside
+        .filter(|s| s.cmpge(IVec3::ZERO).all() && s.cmple(last).all())
+        .all(|s| key(s) < key(sample))
 }
 
 /// Calls `visit` with the index of every sample of a border plane that lies under a cap's triangle
@@ -89,7 +92,8 @@ fn for_each_sample_under(field: &Field, t: [Vec3; 3], mut visit: impl FnMut(IVec
     for axis in (0..3).filter(|a| common & 1 << a != 0) {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
         let c = t.map(|p| [p[u] * inverse[u], p[v] * inverse[v]]);
-        let side = if t[0][axis] * inverse[axis] < 0.5 * last[axis] as f32 { 0 } else { last[axis] };
+        let side =
+            if t[0][axis] * inverse[axis] < 0.5 * last[axis] as f32 { 0 } else { last[axis] };
         let low = [0, 1].map(|n| c[0][n].min(c[1][n]).min(c[2][n]));
         let high = [0, 1].map(|n| c[0][n].max(c[1][n]).max(c[2][n]));
         let samples = |n: usize, axis: usize| {

@@ -336,8 +336,7 @@ fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
 /// A first guess of the step: what moves most vertices by half of what they may move.
 fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
     let moving = mesh.vertices().filter(|&v| !is_of_cap(mesh, v));
-    let mut slopes: Vec<f32> =
-        moving.map(|v| inner_slope(field, mesh.position(v))).collect();
+    let mut slopes: Vec<f32> = moving.map(|v| inner_slope(field, mesh.position(v))).collect();
     if slopes.is_empty() {
         return (way.last - at).abs();
     }

@@ -37,11 +37,8 @@ pub(super) fn window(sweep: &Sweep, node: &Node, piece: &Piece, mesh: &Mesh) -> 
     let apart = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
     let moving: Vec<Vertex> = mesh.vertices().filter(|&v| !is_of_cap(mesh, v)).collect();
     let stride = moving.len() / 500 + 1;
-    let mut slopes: Vec<f32> = moving
-        .iter()
-        .step_by(stride)
-        .map(|&v| inner_slope(field, mesh.position(v)))
-        .collect();
+    let mut slopes: Vec<f32> =
+        moving.iter().step_by(stride).map(|&v| inner_slope(field, mesh.position(v))).collect();
     let i = slopes.len() / 4;
     let slope = if slopes.is_empty() {
         f64::INFINITY
