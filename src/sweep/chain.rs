@@ -11,7 +11,7 @@ use rayon::Scope;
 
 use super::again::Again;
 use super::graph::{Graph, Node};
-use super::idle::{Idle, longest};
+use super::idle::{self, Idle};
 use super::recorder::{Direction, Log, Run};
 use super::start::{FRESH_MOTION, extraction_of_arcs, motion, of_arcs, start_front};
 use super::surgery::{Front, Operation, end_all, operate, repair};
@@ -379,7 +379,7 @@ impl<'a> Chain<'a> {
         let node = &self.graph.nodes[node];
         let arcs = outputs(node, direction);
         arrivals.sort_by_key(|a| a.0);
-        let idle = longest(arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied()));
+        let idle = idle::joined(arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied()));
         let (from, fronts): (Vec<usize>, Vec<Front>) =
             arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front.ok()?))).unzip();
         let mut counts = Counts::default();

@@ -1,7 +1,6 @@
 //! How long components go without a mesh.
 
-use super::start::FRESH_MOTION;
-use super::toil::Toil;
+use super::toil::{FAR, Toil};
 
 /// How long a component has gone without a mesh. Where events follow each other closely no arc is worth a
 /// mesh of its own; but once the isosurface has moved far enough through all of them, it is time for one
@@ -12,15 +11,17 @@ pub(super) struct Idle {
     moved: f64,
     /// How far it is to move before a mesh is begun again.
     wanted: f64,
+    /// Whether it had one.
+    had_mesh: bool,
 }
 
 impl Idle {
-    /// From where nothing came before.
-    pub(super) const NONE: Idle = Idle { moved: 0.0, wanted: FRESH_MOTION };
+    /// From where nothing came before. Noise has thousands of parts that come and go within a voxel.
+    pub(super) const NONE: Idle = Idle { moved: 0.0, wanted: FAR as f64, had_mesh: false };
 
     /// From where a mesh ended.
     pub(super) fn after(toil: Toil) -> Idle {
-        Idle { moved: 0.0, wanted: f64::from(toil.next_wait()) }
+        Idle { moved: 0.0, wanted: f64::from(toil.next_wait()), had_mesh: true }
     }
 
     /// What a mesh begins with that is made then.
@@ -39,9 +40,14 @@ impl Idle {
     }
 }
 
-/// Of what is known of several components that meet: that of the one that has gone longest without a mesh.
-pub(super) fn longest(idle: impl Iterator<Item = Idle>) -> Idle {
-    idle.max_by(|a, b| a.moved.total_cmp(&b.moved)).unwrap_or(Idle::NONE)
+/// What counts of several components that meet: the longest wait, of those that have had a mesh if there are
+/// any. The parts that noise makes and joins to a component know nothing of the meshes it has lost.
+pub(super) fn joined(idle: impl Iterator<Item = Idle>) -> Idle {
+    let by_wait = |a: &Idle, b: &Idle| {
+        let (x, y) = (a.wanted - a.moved, b.wanted - b.moved);
+        a.had_mesh.cmp(&b.had_mesh).then(x.total_cmp(&y))
+    };
+    idle.max_by(by_wait).unwrap_or(Idle::NONE)
 }
 
 #[cfg(test)]
@@ -52,21 +58,23 @@ mod tests {
     fn a_mesh_that_came_far_is_followed_by_another_at_once_and_others_ever_later() {
         let mut toil = Idle::NONE.toil();
         let mut waits = Vec::new();
-        for _ in 0..4 {
+        for _ in 0..3 {
             let idle = Idle::after(toil);
             assert!(!idle.is_over());
             waits.push(idle.wanted);
             toil = idle.go_on(idle.wanted).toil();
         }
-        assert!(waits.windows(2).all(|w| w[1] == 2.0 * w[0]), "{waits:?}");
+        assert!(waits.windows(2).all(|w| w[1] > 2.0 * w[0]), "{waits:?}");
         toil.add_step(1.0);
         assert!(Idle::after(toil).is_over());
     }
 
     #[test]
-    fn of_components_that_meet_the_longest_wait_counts() {
-        let waits = [0.1, 0.3, 0.2].map(|moved| Idle::NONE.go_on(moved));
-        assert_eq!(longest(waits.into_iter()), waits[1]);
-        assert_eq!(longest(std::iter::empty()), Idle::NONE);
+    fn parts_that_never_had_a_mesh_do_not_shorten_the_wait_of_those_that_did() {
+        let lost = Idle::after(Idle::NONE.go_on(FAR.into()).toil());
+        let parts = [0.9, 0.3].map(|moved| Idle::NONE.go_on(moved));
+        assert_eq!(joined(parts.into_iter()), parts[1]);
+        assert_eq!(joined(parts.into_iter().chain([lost])), lost);
+        assert_eq!(joined(std::iter::empty()), Idle::NONE);
     }
 }

@@ -14,7 +14,10 @@ pub(super) const FAR: f32 = 1.0;
 /// How far the isosurface moves, in voxels, before there is another mesh after one that was not: at least and at
 /// most.
 const LEAST_WAIT: f32 = 0.25;
-const MOST_WAIT: f32 = 16.0;
+const MOST_WAIT: f32 = 64.0;
+
+/// How much longer each time.
+const GROWTH: f32 = 4.0;
 
 /// What has been done to a mesh since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,7 +39,7 @@ impl Toil {
     /// How far the isosurface is to move without a mesh, in voxels, once this one is given up: not far where
     /// it has come far, else farther each time.
     pub(super) fn next_wait(&self) -> f32 {
-        if self.moved >= FAR { 0.0 } else { (2.0 * self.waited).clamp(LEAST_WAIT, MOST_WAIT) }
+        if self.moved >= FAR { 0.0 } else { (GROWTH * self.waited).clamp(LEAST_WAIT, MOST_WAIT) }
     }
 
     /// After an operation on the meshes of some components.
