@@ -2,7 +2,7 @@
 //! checks that the mesh must pass.
 
 use super::border::{Leaving, leaving, overrun};
-use super::caps::{inner_slope, is_of_cap, smooth_caps};
+use super::caps::{inner_slopes, is_of_cap, smooth_caps};
 use super::criteria::Criteria;
 use super::opening::{Opening, openings};
 use super::track::Tracking;
@@ -21,6 +21,9 @@ const MIDWAY_SHARE: f32 = 0.02;
 
 /// Share of faces that may look away from their vertices' normals: sharp creases turn them.
 const FOLDED_SHARE: f32 = 0.001;
+
+/// So many vertices are asked how far they will move.
+const MOTION_VERTICES: usize = 500;
 
 /// How many faces are looked at half-way.
 const MIDWAY_FACES: usize = 1500;
@@ -75,7 +78,7 @@ pub(super) fn advance(
     let &Tracking { field, parameters, way, .. } = tracking;
     let Step { at, next, since, tolerant, may_retreat } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
-    let expected = expected_motion(mesh, compacted, field, at, next);
+    let expected = expected_motion(mesh, field, at, next);
     let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
     let mut failed = 0;
     for i in 1..=n {
@@ -162,25 +165,13 @@ fn motion_of_most(mesh: &Mesh, compacted: &Compacted, positions: &[[f32; 3]]) ->
 }
 
 /// How far most vertices that are not of caps will move, from the field's gradient, voxels.
-pub(super) fn expected_motion(
-    mesh: &Mesh,
-    compacted: &Compacted,
-    field: &Field,
-    at: f64,
-    next: f64,
-) -> f32 {
+pub(super) fn expected_motion(mesh: &Mesh, field: &Field, at: f64, next: f64) -> f32 {
     let change = (field.isovalue(next) - field.isovalue(at)).abs();
-    let moving: Vec<Vertex> =
-        compacted.vertices.iter().copied().filter(|&v| !is_of_cap(mesh, v)).collect();
-    if moving.is_empty() {
+    let slopes = inner_slopes(mesh, field, MOTION_VERTICES);
+    let mut motion: Vec<f32> = slopes.into_iter().map(|s| change / s.max(1e-12)).collect();
+    if motion.is_empty() {
         return 0.0;
     }
-    let stride = moving.len() / 500 + 1;
-    let mut motion: Vec<f32> = moving
-        .iter()
-        .step_by(stride)
-        .map(|&v| change / inner_slope(field, mesh.position(v)).max(1e-12))
-        .collect();
     let i = motion.len() * 9 / 10;
     *motion.select_nth_unstable_by(i, f32::total_cmp).1
 }

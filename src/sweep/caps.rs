@@ -42,6 +42,14 @@ pub(crate) fn inner_slope(field: &Field, p: Vec3) -> f32 {
     field.gradient(p.clamp(Vec3::splat(ON_PLANE), top(field) - ON_PLANE)).length()
 }
 
+/// How steep the field is at the vertices of a mesh that are not of caps, in their order; at evenly chosen ones
+/// where there are more than `most`.
+pub(crate) fn inner_slopes(mesh: &Mesh, field: &Field, most: usize) -> Vec<f32> {
+    let moving: Vec<Vertex> = mesh.vertices().filter(|&v| !is_of_cap(mesh, v)).collect();
+    let chosen = moving.iter().step_by(moving.len() / most + 1);
+    chosen.map(|&v| inner_slope(field, mesh.position(v))).collect()
+}
+
 /// The border planes, as bits of [`Mesh::border`], that a point of a cap lies in or beyond.
 pub(super) fn planes(field: &Field, p: Vec3) -> u8 {
     let beyond = beyond(field, p);

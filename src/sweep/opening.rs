@@ -55,7 +55,11 @@ pub(super) fn openings(
             let place = sample.as_vec3() * field.cell_size();
             let value = field.value(place);
             let depth = (value - isovalue) * outwards / inner_slope(field, place).max(1e-12);
-            let least = if is_outermost(volume, sample, axis) { 0.0 } else { LEAST_DEPTH * error };
+            let least = if is_outermost(volume, sample, axis, outwards) {
+                0.0
+            } else {
+                LEAST_DEPTH * error
+            };
             let opened = sample_at(volume, sample);
             if depth > least && (opened - since) * (next - since) >= 0.0 {
                 found.insert([sample.z, sample.y, sample.x], Opening { place, isovalue: opened });
@@ -70,12 +74,11 @@ fn sample_at(volume: &Volume, sample: IVec3) -> f64 {
     volume.sample(x, y, z)
 }
 
-/// Whether the value of a sample on the border plane across an axis is farther out than those of all its
+/// Whether the value of a sample on the border plane across an axis is farther `outwards` than those of all its
 /// neighbours on the plane, of equal ones that of the first: there a curve opens.
-fn is_outermost(volume: &Volume, sample: IVec3, axis: usize) -> bool {
+fn is_outermost(volume: &Volume, sample: IVec3, axis: usize, outwards: f32) -> bool {
     let last = IVec3::from(volume.dims().map(|d| d as i32 - 1));
-    let sign = (volume.outside_value() - volume.range().0).signum();
-    let key = |s: IVec3| (sign * sample_at(volume, s), [-s.z, -s.y, -s.x]);
+    let key = |s: IVec3| (f64::from(outwards) * sample_at(volume, s), [-s.z, -s.y, -s.x]);
     let in_plane = (0..3).filter(|&a| a != axis).flat_map(|a| [IVec3::AXES[a], -IVec3::AXES[a]]);
     let beside = in_plane.map(|d| sample + d);
     beside

@@ -2,7 +2,7 @@
 
 use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
 use super::border::{Cleared, Leaving, clear};
-use super::caps::{inner_slope, is_of_cap, split_chamfers};
+use super::caps::{inner_slopes, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::glide::{Edits, glides};
@@ -134,7 +134,7 @@ pub(crate) fn track(
         let Some((next, halved, advanced)) = tried.advanced else {
             if !tried.left.is_empty() {
                 let half = 0.5 * (tried.failed_at - at).abs();
-                let far = expected_motion(&front.mesh, &compacted, field, at, tried.failed_at);
+                let far = expected_motion(&front.mesh, field, at, tried.failed_at);
                 let crowd = tried.left.len() > 2 + compacted.vertices.len() / 300;
                 let most = if crowd { 0.2 * BORDER_MOTION } else { BORDER_MOTION };
                 if far > most && half > way.min_step {
@@ -162,8 +162,11 @@ pub(crate) fn track(
                 .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
                 .min(REPAIRS_AHEAD + steps / STEPS_PER_REPAIR);
             let is_over = repairs > most || front.toil.is_too_much();
-            let target = target_of_repair(front, &compacted, field, &tried, way);
-            if is_over || !repair(front, (target.0, &target.1), kernels, counts)? {
+            if is_over {
+                return Ok(End::Stuck);
+            }
+            let (to, points) = target_of_repair(front, field, tried, way);
+            if !repair(front, (to, &points), kernels, counts)? {
                 return Ok(End::Stuck);
             }
             compacted = front.mesh.compacted();
@@ -249,17 +252,11 @@ fn gap_to_opening(opened: &[Opening], at: f64, way: &Way) -> Option<f64> {
 
 /// To which isovalue a mesh is repaired, and at which points: where the step failed; but where dents open,
 /// it is not as far as most of the mesh may move at once, and the dents are those that have opened there.
-fn target_of_repair(
-    front: &Front,
-    compacted: &Compacted,
-    field: &Field,
-    tried: &Tried,
-    way: &Way,
-) -> (f64, Vec<Vec3>) {
+fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f64, Vec<Vec3>) {
     if tried.opened.is_empty() {
-        return (tried.failed_at, tried.points.clone());
+        return (tried.failed_at, tried.points);
     }
-    let far = expected_motion(&front.mesh, compacted, field, front.at, tried.failed_at);
+    let far = expected_motion(&front.mesh, field, front.at, tried.failed_at);
     let to = front.at + (tried.failed_at - front.at) * f64::from((OPENING_MOTION / far).min(1.0));
     let has_opened = |o: &&Opening| (o.isovalue - to) * way.direction.sign() <= 0.0;
     (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
@@ -281,7 +278,7 @@ fn longest_step(
     if (next - at).abs() > limit {
         next = at + way.direction.sign() * limit;
     }
-    let far = expected_motion(mesh, compacted, field, at, next) / MOST_MOTION;
+    let far = expected_motion(mesh, field, at, next) / MOST_MOTION;
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
     }
@@ -335,8 +332,7 @@ fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
 
 /// A first guess of the step: what moves most vertices by half of what they may move.
 fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
-    let moving = mesh.vertices().filter(|&v| !is_of_cap(mesh, v));
-    let mut slopes: Vec<f32> = moving.map(|v| inner_slope(field, mesh.position(v))).collect();
+    let mut slopes = inner_slopes(mesh, field, usize::MAX);
     if slopes.is_empty() {
         return (way.last - at).abs();
     }

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::caps::{inner_slope, is_of_cap};
+use super::caps::inner_slopes;
 use super::graph::Node;
 use super::{Piece, Sweep};
-use crate::mesh::{Mesh, Vertex};
+use crate::mesh::Mesh;
 
 /// Share of an arc, at an event, over which surgery leads at most and at least.
 const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
@@ -15,6 +15,9 @@ const WINDOW_MOTION: f64 = 0.15;
 
 /// Distance from an event, voxels, at which the field tells how far sheets are apart.
 const WINDOW_RADIUS: f32 = 0.35;
+
+/// So many vertices are asked how far the mesh moves.
+const WINDOW_VERTICES: usize = 500;
 
 /// How many cells are asked how fast the field rises.
 const SLOPE_CELLS: usize = 20_000;
@@ -35,10 +38,7 @@ pub(super) fn window(sweep: &Sweep, node: &Node, piece: &Piece, mesh: &Mesh) -> 
     let mut changes: Vec<f64> = node.events.iter().map(change_around).collect();
     changes.sort_by(f64::total_cmp);
     let apart = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-    let moving: Vec<Vertex> = mesh.vertices().filter(|&v| !is_of_cap(mesh, v)).collect();
-    let stride = moving.len() / 500 + 1;
-    let mut slopes: Vec<f32> =
-        moving.iter().step_by(stride).map(|&v| inner_slope(field, mesh.position(v))).collect();
+    let mut slopes = inner_slopes(mesh, field, WINDOW_VERTICES);
     let i = slopes.len() / 4;
     let slope = if slopes.is_empty() {
         f64::INFINITY

@@ -203,11 +203,7 @@ impl Parts {
 
     /// The components, one per arc, each with the arc's topology.
     fn components(self, sweep: &Sweep, arcs: &[usize]) -> Result<Vec<Stitched>, Trouble> {
-        let mut sets = DisjointSets::new(self.positions.len());
-        for &[a, b, c] in &self.faces {
-            sets.join(a, b);
-            sets.join(b, c);
-        }
+        let mut sets = joined(&self.faces, self.positions.len());
         let mut arc_of_root: Vec<Option<usize>> = vec![None; self.positions.len()];
         for v in 0..self.positions.len() as u32 {
             if let Some(arc) = self.arcs[v as usize] {
@@ -273,13 +269,19 @@ impl Parts {
     }
 }
 
-/// The vertices that are not joined to most: what should be one component fell apart there.
-fn beside_largest(triangles: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
+/// The vertices of each component as one set.
+fn joined(triangles: &[[u32; 3]], n_vertices: usize) -> DisjointSets {
     let mut sets = DisjointSets::new(n_vertices);
     for &[a, b, c] in triangles {
         sets.join(a, b);
         sets.join(b, c);
     }
+    sets
+}
+
+/// The vertices that are not joined to most: what should be one component fell apart there.
+fn beside_largest(triangles: &[[u32; 3]], n_vertices: usize) -> Vec<u32> {
+    let mut sets = joined(triangles, n_vertices);
     let mut sizes = vec![0u32; n_vertices];
     (0..n_vertices as u32).for_each(|v| sizes[sets.find(v) as usize] += 1);
     // Of equal ones the first: `max_by_key` takes the last, so reversed.
