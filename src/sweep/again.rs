@@ -5,6 +5,7 @@ use super::recorder::{Direction, Log};
 use super::start::{FRESH_MOTION, extraction_of_arcs, fresh_mesh, motion};
 use super::surgery::Front;
 use super::toil::FAR;
+use super::track::End;
 use super::{Counts, Piece, SMALLEST_FACES, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
@@ -57,10 +58,12 @@ impl<'a> Again<'a> {
         Again { sweep, arc, direction, last, begun, gap, times, faces, moved }
     }
 
-    /// Puts a fresh mesh in the place of one that goes no farther; `None` if there is none.
+    /// Puts a fresh mesh in the place of one whose tracking has come to an `end` before its arc has; `None` if
+    /// there is none.
     pub(super) fn begin(
         &mut self,
         front: &mut Front,
+        end: End,
         kernels: &mut dyn Kernels,
         counts: &mut Counts,
     ) -> Result<Option<Before>> {
@@ -75,7 +78,11 @@ impl<'a> Again<'a> {
             return Ok(None);
         }
         let is_far = front.toil.moved() - self.moved >= FAR;
-        let least = if is_far { LEAST_MOTION } else { FRESH_MOTION };
+        let least = match end {
+            End::TooDense => f64::from(FAR),
+            _ if is_far => LEAST_MOTION,
+            _ => FRESH_MOTION,
+        };
         while self.times < MOST && self.faces < MOST_FACES && self.gap < 0.5 * left {
             self.times += 1;
             let at = from + self.direction.sign() * self.gap;

@@ -335,12 +335,11 @@ impl<'a> Chain<'a> {
         let mut kernels = sweep.backend.kernels(&sweep.field)?;
         let mut again = Again::new(sweep, arc, direction, last);
         loop {
-            match track(front, kernels.as_mut(), &tracking, counts)? {
-                End::Arrived => return Ok(true),
-                End::TooDense => return Ok(false),
-                End::Stuck => {}
+            let end = track(front, kernels.as_mut(), &tracking, counts)?;
+            if end == End::Arrived {
+                return Ok(true);
             }
-            match again.begin(front, kernels.as_mut(), counts)? {
+            match again.begin(front, end, kernels.as_mut(), counts)? {
                 Some(before) => {
                     lock(&self.log).append(before.log);
                     lock(&self.leftovers).extend(before.untracked);

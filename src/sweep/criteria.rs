@@ -93,11 +93,11 @@ impl<'a> Criteria<'a> {
         face_deviation(self.field, t[0], t[1], t[2], self.isovalue, 1.0)
     }
 
-    /// Whether a face that changes from `before` to `after` keeps its side and follows the surface.
-    pub(crate) fn may_change(&self, before: [Vec3; 3], after: [Vec3; 3], worst: f32) -> bool {
+    /// Whether a face that changes from `before` to `after` keeps its side and deviates by at most `most`.
+    pub(crate) fn may_change(&self, before: [Vec3; 3], after: [Vec3; 3], most: f32) -> bool {
         let (n, m) = (normal(before), normal(after));
         let turn = n.dot(m);
-        turn > MAX_TURN * n.length() * m.length() && self.deviation(after) <= worst.max(self.error)
+        turn > MAX_TURN * n.length() * m.length() && self.deviation(after) <= most
     }
 
     /// Where the middle of an edge belongs on the isosurface; the middle itself if the isosurface

@@ -1,4 +1,4 @@
-//! Edge flips towards better triangles.
+//! Edge flips towards better triangles, and towards ones that follow the isosurface.
 
 use glam::Vec3;
 
@@ -9,9 +9,18 @@ use crate::mesh::{Edge, Mesh, normal, radius_ratio};
 /// A flip must raise the worse radius ratio of the two triangles by this much.
 const GAIN: f32 = 0.02;
 
+/// Triangles that deviate by more than this share of the tolerance are off: no flip makes any.
+const OFF_SHARE: f32 = 0.7;
+
+/// A flip that brings triangles nearer that are off lowers their deviation to this share, and leaves no
+/// radius ratio below the second.
+const NEARER: f32 = 0.75;
+const NEARER_QUALITY: f32 = 0.5;
+
 /// Flips every edge whose flip makes the worse of its two triangles better, while the mesh stays as
-/// close to the isosurface, and the edges before and after are at most `most_apart` voxels apart: so far
-/// the surface jumps. At most `passes` times over all edges. Returns the number of flips.
+/// close to the isosurface, and every edge whose flip brings triangles nearer to it that are off, while they
+/// stay good. The edges before and after are at most `most_apart` voxels apart: so far the surface jumps.
+/// At most `passes` times over all edges. Returns the number of flips.
 pub(crate) fn flip_edges(
     mesh: &mut Mesh,
     criteria: &Criteria,
@@ -42,7 +51,8 @@ pub(crate) fn flip_edges(
     total
 }
 
-/// Whether the triangles after the flip are better and follow the isosurface as well.
+/// Whether the triangles after the flip are better and follow the isosurface as well, or follow it better and
+/// are good.
 fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) -> bool {
     let h = e.halfedge();
     if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
@@ -61,7 +71,14 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) ->
         return false;
     }
     let worst = |t: [[Vec3; 3]; 2]| radius_ratio(t[0]).min(radius_ratio(t[1]));
-    if worst(after) < worst(before) + GAIN {
+    let deviation = |t: [[Vec3; 3]; 2]| criteria.deviation(t[0]).max(criteria.deviation(t[1]));
+    let worst_after = worst(after);
+    let is_nearer = || {
+        let far = deviation(before);
+        far > OFF_SHARE * criteria.error && deviation(after) < NEARER * far
+    };
+    let is_better = worst_after >= worst(before) + GAIN;
+    if !is_better && (is_cap || worst_after < NEARER_QUALITY || !is_nearer()) {
         return false;
     }
     // Both new triangles face the side that both old ones face.
@@ -70,7 +87,72 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) ->
     if after.iter().any(|&t| normal(t).normalize_or_zero().dot(n) < 0.7) {
         return false;
     }
-    let deviation = |t: [[Vec3; 3]; 2]| criteria.deviation(t[0]).max(criteria.deviation(t[1]));
     let after_deviation = deviation(after);
-    after_deviation <= 0.7 * criteria.error || after_deviation <= deviation(before)
+    after_deviation <= OFF_SHARE * criteria.error || after_deviation <= deviation(before)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::kernels::field::Field;
+    use crate::mesh::Vertex;
+    use crate::sweep::Parameters;
+    use crate::volume::{Placement, Samples, Volume};
+
+    /// Samples along an axis, and the isovalue that the roof is looked at.
+    const N: usize = 21;
+    const ISOVALUE: f64 = 8.0;
+
+    /// Where the ridge of the roof is, as y and z, voxels.
+    const RIDGE: [f32; 2] = [10.0, 12.0];
+
+    /// A field that falls upwards and, with a slope, away from a plane: its isosurface is a roof.
+    fn roof(slope: f32) -> Field {
+        let value = |i: usize| {
+            let [y, z] = [i / N % N, i / N / N].map(|x| x as f32);
+            ISOVALUE as f32 + RIDGE[1] - z - slope * (y - RIDGE[0]).abs()
+        };
+        let samples = Samples::F32((0..N.pow(3)).map(value).collect());
+        let volume = Volume::new("roof", [N; 3], samples, Placement::default());
+        Field::new(Arc::new(volume.expect("a valid volume")))
+    }
+
+    /// Two triangles over the square of two vertices of the ridge, 0 and 1, and one of either side, 2 and 3,
+    /// whose common edge goes across the ridge; closed from below.
+    fn across(slope: f32) -> Mesh {
+        let [y, z] = RIDGE;
+        let low = z - 4.0 * slope;
+        let positions =
+            [[6.0, y, z], [14.0, y, z], [10.0, y - 4.0, low], [10.0, y + 4.0, low], [10.0, y, 2.0]];
+        let triangles = [[0, 2, 3], [1, 3, 2], [2, 0, 4], [0, 3, 4], [3, 1, 4], [1, 2, 4]];
+        Mesh::from_triangles(&positions, &[0; 5], &triangles, &[false; 6]).expect("closed")
+    }
+
+    /// Whether the edge over the square goes along the ridge after all flips are made.
+    fn goes_along_ridge(slope: f32, most_apart: f32) -> bool {
+        let (field, mut mesh) = (roof(slope), across(slope));
+        let criteria = Criteria::new(&field, ISOVALUE, &Parameters::default());
+        flip_edges(&mut mesh, &criteria, 2, most_apart);
+        mesh.check().expect("flips keep the invariants");
+        mesh.find_halfedge(Vertex(0), Vertex(1)).is_some()
+    }
+
+    #[test]
+    fn an_edge_across_a_ridge_is_flipped_though_the_triangles_get_no_better() {
+        assert!(goes_along_ridge(0.3, f32::INFINITY));
+    }
+
+    #[test]
+    fn triangles_that_follow_the_isosurface_stay() {
+        assert!(!goes_along_ridge(0.01, f32::INFINITY));
+    }
+
+    #[test]
+    fn the_surface_jumps_no_farther_than_told() {
+        // The two edges are 4 slopes apart.
+        assert!(goes_along_ridge(0.3, 1.3));
+        assert!(!goes_along_ridge(0.3, 1.1));
+    }
 }

@@ -5,14 +5,14 @@ use super::caps::{smooth_caps, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::refine::{refine, split_long};
-use super::simplify::simplify;
+use super::simplify::{Bounds, simplify};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex};
 use crate::sweep::Parameters;
 
 /// Share of the largest deviation at which the wanted edge length aims.
-pub(crate) const SIZING_GOAL: f32 = 0.45;
+pub(crate) const SIZING_GOAL: f32 = 0.8;
 
 /// Relaxes what is not pinned on the isosurface and takes the new positions.
 pub(crate) fn relax(
@@ -73,7 +73,7 @@ pub(crate) fn remesh(
         let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
         split_long(mesh, criteria, &length, 1.4, &mut Vec::new());
         extend_sizing(mesh, &mut length);
-        collapsed.extend(simplify(mesh, criteria, &length, 0.75));
+        collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.75, share: 1.0 }));
         flip_edges(mesh, criteria, 3, f32::INFINITY);
         relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
         if mesh.n_faces() > most {
@@ -89,7 +89,7 @@ pub(crate) fn remesh(
         relax(mesh, criteria, kernels, isovalue, parameters, 2)?;
     }
     let length = vec![0.0; mesh.vertex_slots()];
-    collapsed.extend(simplify(mesh, criteria, &length, 0.0));
+    collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.0, share: 1.0 }));
     flip_edges(mesh, criteria, 2, f32::INFINITY);
     Ok((mesh.n_faces() <= most).then_some(collapsed))
 }

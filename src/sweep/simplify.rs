@@ -6,14 +6,22 @@ use super::caps::follows_border;
 use super::criteria::Criteria;
 use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
 
-/// Collapses the edges shorter than `short` times the wanted length at both ends, and the shortest
-/// edges of triangles that are too small or too thin, as far as the criteria allow. Returns the
-/// vertices removed and those in their place.
+/// Which collapses are made.
+#[derive(Clone, Copy)]
+pub(crate) struct Bounds {
+    /// Edges shorter than so many times the wanted length at both ends collapse.
+    pub(crate) short: f32,
+    /// Share of the tolerance within which the faces around must come out.
+    pub(crate) share: f32,
+}
+
+/// Collapses the short edges, and the shortest edges of triangles that are too small or too thin, as far
+/// as the criteria allow. Returns the vertices removed and those in their place.
 pub(crate) fn simplify(
     mesh: &mut Mesh,
     criteria: &Criteria,
     length: &[f32],
-    short: f32,
+    bounds: Bounds,
 ) -> Vec<(Vertex, Vertex)> {
     let mut candidates: Vec<(f32, HalfEdge)> = Vec::new();
     for e in mesh.edges() {
@@ -23,7 +31,7 @@ pub(crate) fn simplify(
         }
         let l = mesh.length(e);
         let wanted = length[mesh.from(h).0 as usize].min(length[mesh.to(h).0 as usize]);
-        let is_short = l < short * wanted;
+        let is_short = l < bounds.short * wanted;
         if is_short
             || is_shortest_of_bad_face(mesh, criteria, h)
             || is_shortest_of_bad_face(mesh, criteria, h.twin())
@@ -37,7 +45,8 @@ pub(crate) fn simplify(
         if !mesh.has_edge(h.edge()) {
             continue;
         }
-        let directions = [h, h.twin()].map(|h| (h, collapse_quality(mesh, criteria, length, h)));
+        let directions =
+            [h, h.twin()].map(|h| (h, collapse_quality(mesh, criteria, length, (h, bounds))));
         let best = directions.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("two directions");
         if best.1 > 0.0 {
             let c = mesh.collapse(best.0);
@@ -59,7 +68,12 @@ fn is_shortest_of_bad_face(mesh: &Mesh, criteria: &Criteria, h: HalfEdge) -> boo
 /// Worst radius ratio of the faces that the collapse would leave around its target; zero if the
 /// collapse is not legal, or leaves a face that turns over, is thinner than before, too long, or
 /// off the isosurface.
-fn collapse_quality(mesh: &Mesh, criteria: &Criteria, length: &[f32], h: HalfEdge) -> f32 {
+fn collapse_quality(
+    mesh: &Mesh,
+    criteria: &Criteria,
+    length: &[f32],
+    (h, bounds): (HalfEdge, Bounds),
+) -> f32 {
     if !mesh.can_collapse(h) {
         return 0.0;
     }
@@ -89,12 +103,12 @@ fn collapse_quality(mesh: &Mesh, criteria: &Criteria, length: &[f32], h: HalfEdg
     if worst_after < 1.5 * criteria.min_quality && worst_after <= worst_before {
         return 0.0;
     }
-    let worst_deviation = if worst_before < criteria.min_quality {
-        faces.iter().map(|f| criteria.deviation(f.0)).fold(0.0, f32::max)
+    let wanted = bounds.share * criteria.error;
+    let most = if worst_before < criteria.min_quality {
+        faces.iter().map(|f| criteria.deviation(f.0)).fold(wanted, f32::max)
     } else {
-        0.0
+        wanted
     };
-    let good =
-        faces.iter().all(|&(before, after)| criteria.may_change(before, after, worst_deviation));
+    let good = faces.iter().all(|&(before, after)| criteria.may_change(before, after, most));
     if good { worst_after } else { 0.0 }
 }

@@ -16,7 +16,7 @@ use crate::mesh::{Mesh, Vertex, intersecting};
 use glam::Vec3;
 
 /// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
-const MOST_GROWTH: f32 = 1.4;
+const MOST_GROWTH: f32 = 1.1;
 
 /// Small meshes may grow to so many faces.
 const GROWS_TO: usize = 5_000;

@@ -10,7 +10,7 @@ use super::opening::Opening;
 use super::recorder::Direction;
 use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
-use super::simplify::simplify;
+use super::simplify::{Bounds, simplify};
 use super::surgery::Front;
 use super::{Counts, Parameters};
 use crate::error::Result;
@@ -62,6 +62,9 @@ const FACES_PER_AREA: f32 = 2.6;
 
 /// A flip may move the surface by so many tolerances.
 const FLIP_SHARE: f32 = 1.0;
+
+/// What is collapsed at a sampling isovalue: less than refinement would split again soon.
+const COLLAPSES: Bounds = Bounds { short: 0.7, share: 0.3 };
 
 /// Smaller meshes may have as many faces as they need.
 const DENSE_FROM: usize = 5_000;
@@ -347,6 +350,8 @@ fn first_step(mesh: &Mesh, field: &Field, way: &Way, at: f64) -> f64 {
 fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edits {
     split_chamfers(mesh, field);
     let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
+    // What a flip can mend needs no refinement.
+    flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
     let deviations = criteria.deviations(mesh);
     let mut born = Vec::new();
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
@@ -354,7 +359,7 @@ fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edi
     extend_sizing(mesh, &mut length);
     split_long(mesh, &criteria, &length, 2.0, &mut born);
     extend_sizing(mesh, &mut length);
-    let collapsed = simplify(mesh, &criteria, &length, 0.5);
+    let collapsed = simplify(mesh, &criteria, &length, COLLAPSES);
     flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
     Edits { born, collapsed }
 }
