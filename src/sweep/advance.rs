@@ -205,20 +205,19 @@ fn follows_midway(
     at: f64,
     next: f64,
 ) -> bool {
-    let [here, midway] = [at, 0.5 * (at + next)].map(|c| Criteria::new(field, c, parameters));
-    let is_off = |criteria: &Criteria, t| criteria.deviation(t) > parameters.error as f32;
+    let from = |v: u32| Vec3::from(compacted.positions[v as usize]);
+    let middle = |v: u32| 0.5 * (from(v) + Vec3::from(positions[v as usize]));
     let faces = &compacted.connectivity.faces;
     let stride = faces.len() / MIDWAY_FACES + 1;
-    let (mut seen, mut off, mut off_here) = (0usize, 0usize, 0usize);
-    for (i, t) in faces.iter().enumerate().step_by(stride) {
-        if mesh.is_cap(compacted.faces[i]) {
-            continue;
-        }
-        let before = t.map(|v| Vec3::from(compacted.positions[v as usize]));
-        let after = t.map(|v| Vec3::from(positions[v as usize]));
-        seen += 1;
-        off += usize::from(is_off(&midway, [0, 1, 2].map(|k| 0.5 * (before[k] + after[k]))));
-        off_here += usize::from(is_off(&here, before));
-    }
-    off.saturating_sub(off_here) as f32 <= 1.0 + MIDWAY_SHARE * seen as f32
+    let sampled = compacted.faces.iter().zip(faces).step_by(stride);
+    let looked_at: Vec<[u32; 3]> =
+        sampled.filter(|&(&f, _)| !mesh.is_cap(f)).map(|(_, &t)| t).collect();
+    let n_off = |isovalue: f64, place: &dyn Fn(u32) -> Vec3| {
+        let criteria = Criteria::new(field, isovalue, parameters);
+        let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > parameters.error as f32;
+        looked_at.iter().filter(is_off).count()
+    };
+    let most = 1.0 + MIDWAY_SHARE * looked_at.len() as f32;
+    let off = n_off(0.5 * (at + next), &middle);
+    off as f32 <= most || off.saturating_sub(n_off(at, &from)) as f32 <= most
 }

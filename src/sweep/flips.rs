@@ -70,25 +70,24 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) ->
     if is_cap && after.iter().any(|&t| !follows_border(criteria.field, t)) {
         return false;
     }
-    let worst = |t: [[Vec3; 3]; 2]| radius_ratio(t[0]).min(radius_ratio(t[1]));
-    let deviation = |t: [[Vec3; 3]; 2]| criteria.deviation(t[0]).max(criteria.deviation(t[1]));
-    let worst_after = worst(after);
-    let is_nearer = || {
-        let far = deviation(before);
-        far > OFF_SHARE * criteria.error && deviation(after) < NEARER * far
-    };
-    let is_better = worst_after >= worst(before) + GAIN;
-    if !is_better && (is_cap || worst_after < NEARER_QUALITY || !is_nearer()) {
-        return false;
-    }
     // Both new triangles face the side that both old ones face.
     let n = (normal(before[0]).normalize_or_zero() + normal(before[1]).normalize_or_zero())
         .normalize_or_zero();
     if after.iter().any(|&t| normal(t).normalize_or_zero().dot(n) < 0.7) {
         return false;
     }
-    let after_deviation = deviation(after);
-    after_deviation <= OFF_SHARE * criteria.error || after_deviation <= deviation(before)
+    let worst = |t: [[Vec3; 3]; 2]| radius_ratio(t[0]).min(radius_ratio(t[1]));
+    let deviation = |t: [[Vec3; 3]; 2]| criteria.deviation(t[0]).max(criteria.deviation(t[1]));
+    let worst_after = worst(after);
+    if worst_after >= worst(before) + GAIN {
+        let after = deviation(after);
+        return after <= OFF_SHARE * criteria.error || after <= deviation(before);
+    }
+    if is_cap || worst_after < NEARER_QUALITY {
+        return false;
+    }
+    let far = deviation(before);
+    far > OFF_SHARE * criteria.error && deviation(after) < NEARER * far
 }
 
 #[cfg(test)]
