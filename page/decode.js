@@ -2,10 +2,10 @@
 // the page itself where a worker may not be.
 
 /** All that is made of a packed spectrum before anything of it is drawn. */
-async function unpacked(packed, { step, normalRadius }) {
-    const spectrum = spectrumOf(await inflated(bytesOfLetters(packed)), normalRadius);
+async function unpacked(packed, about) {
+    const spectrum = spectrumOf(await inflated(bytesOfLetters(packed)), about);
     spectrum.orders = ordersOf(spectrum);
-    spectrum.tables = tablesOf(spectrum, step);
+    spectrum.tables = tablesOf(spectrum, about.step);
     return spectrum;
 }
 

@@ -75,16 +75,34 @@ function sectionsOf(bytes) {
 }
 
 /**
- * The columns of what the predictions of knots miss, three of positions and two of normals: those of
- * the first knots of all vertices, and those of all others.
+ * The columns of sections POSN and NRML: which vertices are lattice vertices, where these start and which way they
+ * go, and what the predictions miss of all others' positions and of normals, by kind of knot.
  */
-function missesOf(sections, { firstKnot }) {
-    let nFirst = 0;
-    for (let v = 0; v + 1 < firstKnot.length; v++) if (firstKnot[v] < firstKnot[v + 1]) nFirst++;
-    const nOthers = firstKnot.at(-1) - nFirst;
-    const columns = (from, n) => sections.slice(from, from + 5)
-        .map((section) => new Columns(section).signedColumn(n));
-    return { firsts: columns(0, nFirst), others: columns(5, nOthers) };
+function toldOf(positionSection, normalSection, { firstKnot }) {
+    const nVertices = firstKnot.length - 1;
+    const nKnots = (v) => firstKnot[v + 1] - firstKnot[v];
+    const positions = new Columns(positionSection);
+    let nPairs = 0;
+    for (let v = 0; v < nVertices; v++) if (nKnots(v) === 2) nPairs++;
+    const flags = positions.column(nPairs);
+    const isLattice = new Uint8Array(nVertices);
+    const n = [0, 0, 0];
+    for (let v = 0, i = 0; v < nVertices; v++) {
+        if (nKnots(v) === 2) isLattice[v] = flags[i++];
+        if (isLattice[v]) n[LATTICE] += 2;
+        else if (nKnots(v) > 0) {
+            n[FIRST] += 1;
+            n[FURTHER] += nKnots(v) - 1;
+        }
+    }
+    const several = (columns, count, length) =>
+        Array.from({ length: count }, () => columns.signedColumn(length));
+    const starts = several(positions, 3, n[LATTICE] / 2);
+    const ways = positions.column(n[LATTICE] / 2);
+    const others = [FIRST, FURTHER].map((kind) => several(positions, 3, n[kind]));
+    const columns = new Columns(normalSection);
+    const normals = n.map((length) => several(columns, 2, length));
+    return { isLattice, starts, ways, positions: [[], ...others], normals };
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */
@@ -105,13 +123,15 @@ function isovaluesOf(section) {
  * there are), ranks, positions (3 per knot, whole steps), normals (2 per knot, -radius to radius),
  * and triangles with vertices (3 per triangle), births, deaths and caps.
  */
-function spectrumOf(bytes, radius) {
-    const [info, isovalueSection, rankSection, triangleSection, ...misses] = sectionsOf(bytes);
+function spectrumOf(bytes, { step, normalRadius: radius }) {
+    const [info, isovalueSection, rankSection, triangleSection, positionSection, normalSection] =
+        sectionsOf(bytes);
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
-    const missed = missesOf(misses, trajectories);
-    const places = placesOf(missed, trajectories, isovalues, triangles, radius);
     const described = JSON.parse(new TextDecoder().decode(info));
+    const told = toldOf(positionSection, normalSection, trajectories);
+    const samples = new Samples(described.volume, 1 / step);
+    const places = placesOf(told, samples, trajectories, isovalues, triangles, radius);
     return { info: described, isovalues, radius, ...trajectories, ...triangles, ...places };
 }

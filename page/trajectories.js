@@ -1,6 +1,6 @@
 // When, where and which way the vertices are. FORMAT.md, sections VERT, POSN and NRML, with coarser
-// normals; the twin of src/file/trajectories.rs and src/file/predict.rs. What is a whole number there is one here: all
-// of them are below 2^53.
+// normals; the twin of src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. What is a whole
+// number there is one here: all of them are below 2^53.
 
 /** First knots and ranks from section VERT. */
 function ranksOf(section) {
@@ -167,15 +167,16 @@ function between(a, b, t) {
     return a + Math.floor((t * (b - a) + 32768) * (1 / 65536));
 }
 
-/** Positions and normals from what their predictions miss. */
-function placesOf({ firsts, others }, trajectories, isovalues, triangles, radius) {
+/** Positions and normals from what their predictions miss, and from samples. */
+function placesOf(told, samples, trajectories, isovalues, triangles, radius) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);
     const known = new KnownKnots(trajectories, isovalues, radius);
     const sum = new Float64Array(PLACE);
     const flat = new Int32Array(2);
     let last = -1;
-    let nFirst = 0;
+    const next = [0, 0, 0];
+    const [latticeU, latticeV] = told.normals[LATTICE];
 
     /** Expects the first knot of a vertex at the mean of its neighbours, else where the last was. */
     const expectFirst = (v, rank) => {
@@ -201,23 +202,57 @@ function placesOf({ firsts, others }, trajectories, isovalues, triangles, radius
         if (count > 1) for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / count);
         known.add(knot - 1, sum);
     };
+    /** The sample of a lattice vertex. */
+    const at = new Float64Array(3);
+    /** Enters knot i of a lattice vertex, and moves on to its sample. */
+    const enterLattice = (knot, i) => {
+        const n = next[LATTICE]++;
+        const pair = n >> 1;
+        if (i > 0) {
+            const way = told.ways[pair];
+            at[way >> 1] += way & 1 ? 1 : -1;
+        } else {
+            for (let a = 0; a < 3; a++) {
+                at[a] = samples.nearest(a, limited(sum[a])) + told.starts[a][pair];
+            }
+        }
+        const index = samples.index(at[0], at[1], at[2]);
+        samples.readNormal(index, flat);
+        const u = around(flat[0] + latticeU[n], radius);
+        const v = around(flat[1] + latticeV[n], radius);
+        samples.setNormal(index, u, v);
+        known.write(
+            knot,
+            samples.place(0, at[0]),
+            samples.place(1, at[1]),
+            samples.place(2, at[2]),
+            u,
+            v,
+        );
+    };
+    /** Enters a knot of another vertex. */
+    const enter = (knot, kind) => {
+        const n = next[kind]++;
+        const [x, y, z] = told.positions[kind];
+        const [u, v] = told.normals[kind];
+        known.write(
+            knot,
+            limited(sum[0]) + x[n],
+            limited(sum[1]) + y[n],
+            limited(sum[2]) + z[n],
+            around(flat[0] + u[n], radius),
+            around(flat[1] + v[n], radius),
+        );
+    };
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
             for (let j = 0; j < PLACE; j++) sum[j] = 0;
-            const isFirst = knot === firstKnot[v];
-            if (isFirst) expectFirst(v, ranks[knot]);
+            const i = knot - firstKnot[v];
+            if (i === 0) expectFirst(v, ranks[knot]);
             else expectNext(v, knot, ranks[knot]);
-            const missed = isFirst ? firsts : others;
-            const i = isFirst ? nFirst++ : knot - nFirst;
             flatten(sum[3], sum[4], sum[5], radius, flat);
-            known.write(
-                knot,
-                limited(sum[0]) + missed[0][i],
-                limited(sum[1]) + missed[1][i],
-                limited(sum[2]) + missed[2][i],
-                around(flat[0] + missed[3][i], radius),
-                around(flat[1] + missed[4][i], radius),
-            );
+            if (told.isLattice[v]) enterLattice(knot, i);
+            else enter(knot, i === 0 ? FIRST : FURTHER);
         }
     }
     return { positions: known.positions, normals: known.normals };

@@ -9,21 +9,24 @@ mod beside;
 mod column;
 mod connectivity;
 mod front;
+mod geometry;
 mod parts;
 mod predict;
+mod samples;
 mod section;
 mod tables;
 pub mod thesis;
 mod trajectories;
 mod triangles;
+mod version_1;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 pub use beside::write_beside;
-pub(crate) use column::write_column;
-pub(crate) use parts::{Parts, parts};
+pub(crate) use geometry::Units;
+pub(crate) use parts::parts;
 
 use crate::error::{Error, Result};
 use crate::spectrum::{Spectrum, VolumeInfo};
@@ -34,8 +37,8 @@ use trajectories::Ranks;
 /// changed line ends or cut the eighth bit, as those of PNG do.
 pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 
-/// The version of the format this library writes, and the only one it reads.
-pub const VERSION: u32 = 1;
+/// The version of the format this library writes; it reads this one and all before.
+pub const VERSION: u32 = 2;
 
 /// Length of what precedes the first section: magic, version, checksum of both.
 const HEAD: usize = 16;
@@ -115,7 +118,7 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     file.extend(crc32fast::hash(&file).to_le_bytes());
     let (spectrum, walk) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
-    let (positions, normals) = trajectories::write_geometry(&spectrum, &ranks);
+    let (positions, normals) = geometry::write_geometry(&spectrum, &ranks, geometry::FILE);
     write_section(&mut file, *b"INFO", &info, Packing::Raw);
     for (tag, content) in [
         (*b"EVNT", tables::write_events(&spectrum.events)),
@@ -138,7 +141,7 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
 /// [`Error::Input`] if they are not a spectrum file, are damaged, or the spectrum does not pass
 /// [`Spectrum::check`].
 pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
-    let mut rest = after_head(bytes)?;
+    let (version, mut rest) = after_head(bytes)?;
     let mut next = |tag: &[u8; 4]| read_section(&mut rest, *tag);
     let info: Info<VolumeInfo, serde_json::Value> = serde_json::from_slice(&next(b"INFO")?)
         .map_err(|e| Error::input(format!("section INFO: {e}")))?;
@@ -149,8 +152,13 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks, isovalues.len())
         .map_err(within("TRIA"))?;
     let (positions, normals) = (next(b"POSN")?, next(b"NRML")?);
-    let knots = trajectories::read_geometry(&positions, &normals, &ranks, &isovalues, &triangles)
-        .map_err(within("POSN or NRML"))?;
+    let knots = if version == 1 {
+        version_1::read_geometry(&positions, &normals, &ranks, &isovalues, &triangles)
+    } else {
+        let volume = &info.volume;
+        geometry::read_geometry(&positions, &normals, volume, &ranks, &isovalues, &triangles)
+    };
+    let knots = knots.map_err(within("POSN or NRML"))?;
     let collapses = tables::read_collapses(&next(b"COLL")?).map_err(within("COLL"))?;
     if !rest.is_empty() {
         return Err(Error::input(format!("{} bytes after the last section", rest.len())));
@@ -171,8 +179,8 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     Ok(spectrum)
 }
 
-/// What follows magic and version.
-fn after_head(bytes: &[u8]) -> Result<&[u8]> {
+/// The version, and what follows it.
+fn after_head(bytes: &[u8]) -> Result<(u32, &[u8])> {
     let magic = bytes.get(..MAGIC.len()).unwrap_or(bytes);
     if bytes.is_empty() || !MAGIC.starts_with(magic) {
         return Err(Error::input("not a spectrum file: it does not start with \\x89ISP"));
@@ -184,13 +192,13 @@ fn after_head(bytes: &[u8]) -> Result<&[u8]> {
     if crc32fast::hash(&head[..12]) != number(12) {
         return Err(Error::input("the head of the file is damaged: its checksum does not fit"));
     }
-    if number(8) != VERSION {
+    let version = number(8);
+    if !(1..=VERSION).contains(&version) {
         return Err(Error::input(format!(
-            "format version {}, expected {VERSION}; a newer isospectrum may read it",
-            number(8)
+            "format version {version}, expected 1 to {VERSION}; a newer isospectrum may read it"
         )));
     }
-    Ok(rest)
+    Ok((version, rest))
 }
 
 /// Says in which section something was wrong.

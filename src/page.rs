@@ -33,10 +33,11 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 17] = [
+const SCRIPTS: [&str; 18] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
+    include_str!("../page/samples.js"),
     include_str!("../page/trajectories.js"),
     include_str!("../page/active.js"),
     include_str!("../page/mesh.js"),

@@ -9,7 +9,7 @@ use isospectrum::Error;
 use isospectrum::export::parse_ply;
 use isospectrum::file::{from_bytes, thesis, to_bytes};
 use isospectrum::spectrum::Spectrum;
-use synthetic::{Growth, growing_sphere, small};
+use synthetic::{Growth, growing_sphere, on_lattice, small};
 
 /// Length of what precedes the content of a section, and of what precedes the first section.
 const SECTION_HEAD: usize = 28;
@@ -100,9 +100,14 @@ fn every_prefix_of_a_file_is_refused() {
     assert_refused(from_bytes(&[&file[..], b"x"].concat()), "1 bytes after the last section");
 }
 
+/// A small file with vertices on lattice edges.
+fn tiny_lattice() -> Vec<u8> {
+    to_bytes(&on_lattice(2, 0.0)).expect("valid")
+}
+
 #[test]
 fn every_flipped_bit_is_noticed() {
-    let mut file = tiny();
+    let mut file = tiny_lattice();
     for bit in 0..8 * file.len() {
         file[bit / 8] ^= 1 << (bit % 8);
         assert!(matches!(from_bytes(&file), Err(Error::Input(_))), "bit {bit} went unnoticed");
@@ -113,14 +118,15 @@ fn every_flipped_bit_is_noticed() {
 
 #[test]
 fn a_flipped_bit_under_a_checksum_that_fits_is_refused_or_still_valid() {
-    let file = tiny();
-    let mut sections = unpacked(&file);
-    assert!(from_bytes(&assembled(&file, &sections)).is_ok(), "packing is free");
-    for s in 0..sections.len() {
-        for bit in 0..8 * sections[s].1.len() {
-            sections[s].1[bit / 8] ^= 1 << (bit % 8);
-            assert_refused_or_valid(from_bytes(&assembled(&file, &sections)));
-            sections[s].1[bit / 8] ^= 1 << (bit % 8);
+    for file in [tiny(), tiny_lattice()] {
+        let mut sections = unpacked(&file);
+        assert!(from_bytes(&assembled(&file, &sections)).is_ok(), "packing is free");
+        for s in 0..sections.len() {
+            for bit in 0..8 * sections[s].1.len() {
+                sections[s].1[bit / 8] ^= 1 << (bit % 8);
+                assert_refused_or_valid(from_bytes(&assembled(&file, &sections)));
+                sections[s].1[bit / 8] ^= 1 << (bit % 8);
+            }
         }
     }
 }

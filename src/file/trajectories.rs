@@ -1,18 +1,11 @@
-//! Sections `VERT`, `POSN` and `NRML`: when, where and which way the vertices are.
+//! Section `VERT`: when the vertices are somewhere.
 //!
 //! Ranks come before the triangles in the file and positions after them, so that a position can be
-//! predicted from the neighbours that are known already ([`super::predict`]); the columns hold what
-//! the prediction misses.
+//! predicted from the neighbours that are known already ([`super::geometry`]).
 
 use super::column::{Columns, write_column, zigzag};
-use super::predict::Predictor;
 use crate::error::{Error, Result};
-use crate::spectrum::{
-    Knot, Spectrum, Triangle, from_fixed, narrow_normal, to_fixed, widen_normal,
-};
-
-/// Largest component of a code of a normal in a file.
-const RADIUS: i8 = 127;
+use crate::spectrum::Spectrum;
 
 /// The ranks of all trajectories: what of them is known before positions are.
 #[derive(Clone, Debug, Default)]
@@ -104,96 +97,4 @@ pub(super) fn read_ranks(bytes: &[u8], n_isovalues: usize) -> Result<Ranks> {
         }
     }
     Ok(Ranks { first_knot, ranks })
-}
-
-/// Writes sections `POSN` and `NRML`.
-pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks) -> (Vec<u8>, Vec<u8>) {
-    let (positions, normals) = residuals(spectrum, ranks, RADIUS);
-    let (mut position_bytes, mut normal_bytes) = (Vec::new(), Vec::new());
-    positions.iter().for_each(|column| write_column(&mut position_bytes, column));
-    normals.iter().for_each(|column| write_column(&mut normal_bytes, column));
-    (position_bytes, normal_bytes)
-}
-
-/// The columns of `POSN` and `NRML`, zigzag coded: what the predictions miss. Codes of normals go
-/// from -`radius` to `radius`.
-pub(super) fn residuals(
-    spectrum: &Spectrum,
-    ranks: &Ranks,
-    radius: i8,
-) -> ([Vec<u64>; 3], [Vec<u64>; 2]) {
-    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles, radius);
-    let n = spectrum.knots.len();
-    let mut positions: [Vec<u64>; 3] = std::array::from_fn(|_| Vec::with_capacity(n));
-    let mut normals: [Vec<u64>; 2] = std::array::from_fn(|_| Vec::with_capacity(n));
-    for v in 0..ranks.n_vertices() {
-        for knot in spectrum.trajectory(v) {
-            let (position, normal) = predictor.predict(v);
-            let stored = knot.position.map(to_fixed);
-            let code = knot.normal.map(|s| narrow_normal(s, radius));
-            for a in 0..3 {
-                positions[a].push(zigzag(i64::from(stored[a]) - i64::from(position[a])));
-            }
-            for a in 0..2 {
-                let miss = i64::from(code[a]) - i64::from(normal[a]);
-                normals[a].push(zigzag(around(miss, radius)));
-            }
-            predictor.push(stored, code);
-        }
-    }
-    (positions, normals)
-}
-
-/// Reads sections `POSN` and `NRML`.
-pub(super) fn read_geometry(
-    position_bytes: &[u8],
-    normal_bytes: &[u8],
-    ranks: &Ranks,
-    isovalues: &[f64],
-    triangles: &[Triangle],
-) -> Result<Vec<Knot>> {
-    let n = ranks.ranks.len();
-    let mut columns = Columns::new(position_bytes);
-    let positions = [columns.column(n, 34)?, columns.column(n, 34)?, columns.column(n, 34)?];
-    columns.end()?;
-    let mut columns = Columns::new(normal_bytes);
-    let normals = [columns.column(n, 8)?, columns.column(n, 8)?];
-    columns.end()?;
-    let mut predictor = Predictor::new(ranks, isovalues, triangles, RADIUS);
-    let mut knots = Vec::with_capacity(n);
-    for v in 0..ranks.n_vertices() {
-        for &rank in ranks.of(v).expect("the vertex exists") {
-            let (position, normal) = predictor.predict(v);
-            let i = knots.len();
-            let mut stored = [0i32; 3];
-            for a in 0..3 {
-                let x = i64::from(position[a]) + positions[a].get_signed(i)?;
-                stored[a] = i32::try_from(x)
-                    .ok()
-                    .filter(|&x| to_fixed(from_fixed(x)) == x)
-                    .ok_or_else(|| {
-                        Error::input(format!(
-                            "knot {i} of vertex {v} lies at {x} quanta, expected less"
-                        ))
-                    })?;
-            }
-            let mut code = [0i8; 2];
-            for a in 0..2 {
-                code[a] = around(i64::from(normal[a]) + normals[a].get_signed(i)?, RADIUS) as i8;
-            }
-            predictor.push(stored, code);
-            knots.push(Knot {
-                rank,
-                position: stored.map(from_fixed),
-                normal: code.map(widen_normal),
-            });
-        }
-    }
-    Ok(knots)
-}
-
-/// A difference of two components of a normal modulo 2 `radius` + 1, in -`radius` to `radius`.
-fn around(difference: i64, radius: i8) -> i64 {
-    let radius = i64::from(radius);
-    (difference + radius).rem_euclid(2 * radius + 1) - radius
 }

@@ -1,11 +1,8 @@
 //! The spectrum as a page holds it: rounded, compressed, in letters.
 //!
-//! One deflate stream of sections, each a length (u64) and that many bytes: `INFO`, `ISOV`, `VERT`
-//! and `TRIA` as FORMAT.md describes them; then the columns of `POSN` and `NRML` of the first knots
-//! of all vertices, and those of all others. First knots miss their prediction by far more than the
-//! others do: apart, both deflate better (by 11 % on the nucleon and 15 % on one isosurface of the
-//! hydrogen volume). Positions count steps of the page, and codes of normals go up to
-//! [`NORMAL_RADIUS`].
+//! One deflate stream of sections, each a length (u64) and that many bytes: `INFO`, `ISOV`, `VERT`,
+//! `TRIA`, `POSN` and `NRML` as FORMAT.md describes them, but positions count steps of the page, and codes
+//! of normals go up to [`NORMAL_RADIUS`].
 
 use std::io::Write as _;
 
@@ -13,7 +10,7 @@ use flate2::Compression;
 use flate2::write::DeflateEncoder;
 
 use crate::error::{Error, Result};
-use crate::file::{Parts, parts, write_column};
+use crate::file::{Units, parts};
 use crate::spectrum::{MAX_COORDINATE, QUANTUM, Spectrum};
 
 /// Positions are rounded to multiples of this many voxels unless asked otherwise: a sixth of the
@@ -35,27 +32,12 @@ pub(super) fn compressed(spectrum: &Spectrum, step: f64) -> Result<Vec<u8>> {
         }
         *x = place as f32;
     }
-    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
-    let done = encoder.write_all(&sections(&parts(&stepped, NORMAL_RADIUS)?));
-    Ok(done.and_then(|()| encoder.finish()).expect("memory takes every byte"))
-}
-
-/// All sections.
-fn sections(parts: &Parts) -> Vec<u8> {
     let mut bytes = Vec::new();
-    for section in [&parts.info, &parts.isovalues, &parts.ranks, &parts.triangles] {
-        append(&mut bytes, section);
-    }
-    for first in [true, false] {
-        for column in parts.positions.iter().chain(&parts.normals) {
-            let chosen = column.iter().zip(&parts.is_first).filter(|(_, is)| **is == first);
-            let chosen: Vec<u64> = chosen.map(|(miss, _)| *miss).collect();
-            let mut section = Vec::new();
-            write_column(&mut section, &chosen);
-            append(&mut bytes, &section);
-        }
-    }
-    bytes
+    let units = Units { per_voxel: 1.0 / step, radius: NORMAL_RADIUS };
+    parts(&stepped, units)?.iter().for_each(|section| append(&mut bytes, section));
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
+    let done = encoder.write_all(&bytes);
+    Ok(done.and_then(|()| encoder.finish()).expect("memory takes every byte"))
 }
 
 fn append(bytes: &mut Vec<u8>, section: &[u8]) {

@@ -14,7 +14,7 @@ const LARGEST_TURN = 3 * Math.SQRT2 * (0.5 / 63 + 0.5 / 127);
 
 /** The page's way from bytes to a spectrum. */
 function decoder() {
-    const scripts = ["letters", "file", "connectivity", "trajectories", "active", "mesh"];
+    const scripts = ["letters", "file", "connectivity", "samples", "trajectories", "active", "mesh"];
     const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
     return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, decodedNormal, ActiveSet, Query };`)();
 }
@@ -26,7 +26,7 @@ function embedded() {
     const spectrum = (id) => {
         const { bytesOfLetters, spectrumOf } = decoder();
         const bytes = new Uint8Array(inflateRawSync(bytesOfLetters(content(id))));
-        return spectrumOf(bytes, about.normalRadius);
+        return spectrumOf(bytes, about);
     };
     return { about, spectrum: spectrum("data"), first: spectrum("first") };
 }

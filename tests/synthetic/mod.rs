@@ -77,6 +77,46 @@ pub(crate) fn growing_sphere(growth: &Growth) -> Spectrum {
     surface.into_spectrum(growth, &mut numbers)
 }
 
+/// A row of octahedra around samples of [`volume_info`], whose vertices run from there to the neighbouring
+/// samples, as those of the exact extraction do; each knot is up to `off` voxels beside its sample.
+pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
+    let mut spectrum = small();
+    let size = [1.0, 1.0, 0.3 / 0.1];
+    let mut numbers = Numbers(3);
+    let mut place = |sample: [i32; 3]| {
+        [0, 1, 2].map(|a| {
+            let beside = off * numbers.below(1000) as f32 / 1000.0;
+            (f64::from(sample[a]) * size[a]) as f32 + beside
+        })
+    };
+    (spectrum.knots, spectrum.triangles, spectrum.collapses) = (vec![], vec![], vec![]);
+    for k in 0..n {
+        let middle = [10 + 2 * k as i32, 11, 12 + (k % 3) as i32];
+        for way in 0..6u32 {
+            let mut end = middle;
+            end[way as usize / 2] += if way % 2 == 0 { -1 } else { 1 };
+            for (rank, sample) in [(0, middle), (1 + k % 2, end)] {
+                let turned = [0.1 + k as f32, sample[0] as f32, 1.0];
+                let length = turned.iter().map(|x| x * x).sum::<f32>().sqrt();
+                let normal = normal::encode(turned.map(|x| x / length));
+                spectrum.knots.push(Knot { rank, position: place(sample), normal });
+            }
+        }
+        let death = 1 + k % 2;
+        for [x, y, z] in [[1, 3, 5], [3, 0, 5], [0, 2, 5], [2, 1, 5]] {
+            let faces = [[x, y, z], [y, x, 4]];
+            spectrum.triangles.extend(faces.map(|face| Triangle {
+                vertices: face.map(|v| 6 * k + v),
+                birth: 0,
+                death,
+                cap: false,
+            }));
+        }
+    }
+    spectrum.first_knot = (0..=6 * n).map(|v| 2 * v).collect();
+    spectrum
+}
+
 struct Surface {
     directions: Vec<[f64; 3]>,
     births: Vec<u32>,
