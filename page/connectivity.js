@@ -130,7 +130,7 @@ function trianglesOf(section, { firstKnot, ranks }, nIsovalues) {
     const jumps = counted(true);
     const starts = counted();
     const n = born.reduce((sum, count) => sum + count, 0);
-    const early = columns.column(n);
+    const deathCodes = columns.column(n);
     const caps = Uint8Array.from(columns.column(n));
 
     const vertices = new Uint32Array(3 * n);
@@ -172,7 +172,10 @@ function trianglesOf(section, { firstKnot, ranks }, nIsovalues) {
             vertices[3 * t + 1] = b;
             vertices[3 * t + 2] = c;
             births[t] = rank;
-            deaths[t] = Math.min(lastRank(a), lastRank(b), lastRank(c)) - early[t];
+            const last = Math.min(lastRank(a), lastRank(b), lastRank(c));
+            // With a vertex, with the triangle before, or so many ranks before the vertex, less one.
+            const kind = deathCodes[t];
+            deaths[t] = kind === 0 ? last : kind === 1 ? deaths[t - 1] : last - kind + 1;
             front.add(t, a, b, c, deaths[t], atGate);
             t++;
         }

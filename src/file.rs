@@ -149,7 +149,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let isovalues = tables::read_isovalues(&next(b"ISOV")?).map_err(within("ISOV"))?;
     let ranks =
         trajectories::read_ranks(&next(b"VERT")?, isovalues.len()).map_err(within("VERT"))?;
-    let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks, isovalues.len())
+    let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks, isovalues.len(), version)
         .map_err(within("TRIA"))?;
     let (positions, normals) = (next(b"POSN")?, next(b"NRML")?);
     let knots = if version == 1 {

@@ -1,8 +1,9 @@
 //! Section `TRIA`: triangles and lifetimes.
 //!
 //! A triangle lives within the trajectories of its vertices, and often as long as the first of them
-//! to end. So its death is stored as the distance from that: small, and a lifetime that its
-//! vertices do not cover cannot be written down. What it joins and when it is born is
+//! to end, or as long as the triangle before it: those of one cell of the exact extraction die together.
+//! So its death is stored as one of the two, or as the distance from the first, which is small; a lifetime
+//! that its vertices do not cover is refused. What it joins and when it is born is
 //! [`super::connectivity`]'s.
 
 use super::column::{Columns, write_column};
@@ -10,6 +11,11 @@ use super::connectivity::{Walk, WalkReader, arrange};
 use super::trajectories::Ranks;
 use crate::error::{Error, Result};
 use crate::spectrum::{Collapse, Spectrum, Triangle};
+
+/// Codes of deaths: with the first of the triangle's vertices to end; with the triangle before; and, beyond that, so
+/// many ranks before the first of its vertices.
+const WITH_A_VERTEX: u64 = 0;
+const AS_BEFORE: u64 = 1;
 
 /// The spectrum in the order of the file, and the walk that tells its triangles.
 pub(super) fn arranged(spectrum: &Spectrum) -> (Spectrum, Walk) {
@@ -51,32 +57,47 @@ pub(super) fn write_triangles(walk: &Walk, triangles: &[Triangle], ranks: &Ranks
     let mut bytes = Vec::new();
     walk.write(&mut bytes);
     let end = |t: &Triangle| span(t.vertices, ranks).expect("checked vertices have knots").1;
-    write_column(
-        &mut bytes,
-        &triangles.iter().map(|t| (end(t) - t.death).into()).collect::<Vec<_>>(),
-    );
+    let mut before = 0;
+    let mut code = |t: &Triangle| {
+        let is_as_before = t.death == std::mem::replace(&mut before, t.death);
+        match end(t) - t.death {
+            0 => WITH_A_VERTEX,
+            _ if is_as_before => AS_BEFORE,
+            early => AS_BEFORE + u64::from(early),
+        }
+    };
+    write_column(&mut bytes, &triangles.iter().map(&mut code).collect::<Vec<_>>());
     write_column(&mut bytes, &triangles.iter().map(|t| t.cap.into()).collect::<Vec<_>>());
     bytes
 }
 
-/// Reads section `TRIA`.
+/// Reads section `TRIA` of a version.
 pub(super) fn read_triangles(
     bytes: &[u8],
     ranks: &Ranks,
     n_isovalues: usize,
+    version: u32,
 ) -> Result<Vec<Triangle>> {
     let mut columns = Columns::new(bytes);
     let walk = WalkReader::new(&mut columns)?;
     let n = walk.n_triangles()?;
-    let deaths = columns.column(n, 32)?;
+    let deaths = columns.column(n, 33)?;
     let caps = columns.column(n, 1)?;
     columns.end()?;
+    let mut before = 0;
     let death = |i: usize, vertices: [u32; 3], birth: u32| {
-        let early = deaths.get(i)?;
+        let code = deaths.get(i)?;
         let death = span(vertices, ranks).and_then(|(first, last)| {
-            let death = u64::from(last).checked_sub(early)? as u32;
-            (first <= birth && birth < death).then_some(death)
+            let death = match code {
+                // In version 1 the distance itself.
+                _ if version == 1 => u64::from(last).checked_sub(code)? as u32,
+                WITH_A_VERTEX => last,
+                AS_BEFORE => before,
+                _ => u64::from(last).checked_sub(code - AS_BEFORE)? as u32,
+            };
+            (first <= birth && birth < death && death <= last).then_some(death)
         });
+        before = death.unwrap_or(0);
         death.ok_or_else(|| Error::input(format!("triangle {i} outlives its vertices")))
     };
     let triangles = walk.triangles(ranks.n_vertices() as usize, n_isovalues, death)?;
