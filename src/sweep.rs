@@ -20,6 +20,7 @@ mod graph;
 mod idle;
 mod initial;
 mod lattice;
+mod missed;
 mod opening;
 mod parameters;
 mod recorder;
@@ -91,6 +92,8 @@ pub struct Refused {
     pub intersecting: u64,
     /// Part of it left the volume, where it wants a cap, or ran over one.
     pub left_volume: u64,
+    /// It went by a bump of the isosurface.
+    pub missed: u64,
 }
 
 impl Refused {
@@ -100,6 +103,7 @@ impl Refused {
         self.off_midway += o.off_midway;
         self.intersecting += o.intersecting;
         self.left_volume += o.left_volume;
+        self.missed += o.missed;
     }
 }
 

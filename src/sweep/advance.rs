@@ -4,6 +4,7 @@
 use super::border::{Leaving, leaving, overrun};
 use super::caps::{inner_slopes, is_of_cap, smooth_caps};
 use super::criteria::Criteria;
+use super::missed::{self, missed};
 use super::opening::{Opening, openings};
 use super::track::Tracking;
 use super::{Counts, Parameters};
@@ -38,6 +39,15 @@ pub(super) struct Advanced {
     pub(super) n_crossing: usize,
 }
 
+/// From which isovalues on the samples that are passed count.
+#[derive(Clone, Copy)]
+pub(super) struct Since {
+    /// Those under caps.
+    pub(super) dents: f64,
+    /// Those that the mesh goes by.
+    pub(super) bumps: f64,
+}
+
 /// A sampling step that is tried.
 #[derive(Clone, Copy)]
 pub(super) struct Step {
@@ -45,8 +55,8 @@ pub(super) struct Step {
     pub(super) at: f64,
     /// The isovalue to go to.
     pub(super) next: f64,
-    /// From where on the mesh was tracked: caps that were wrong there are not looked at.
-    pub(super) since: f64,
+    /// From where on the mesh was tracked: what was wrong there is not looked at.
+    pub(super) since: Since,
     /// Whether few folded or off faces are no reason to refuse it.
     pub(super) tolerant: bool,
     /// Whether vertices in the way of the border curve are a reason to refuse it.
@@ -60,8 +70,10 @@ pub(super) struct Refusal {
     pub(super) crossing: Vec<u32>,
     /// Vertices that leave the volume, or that the border curve runs over.
     pub(super) left: Vec<Leaving>,
-    /// Dents that open in caps.
+    /// Dents that open in caps, or bumps.
     pub(super) opened: Vec<Opening>,
+    /// Whether these are bumps that the mesh goes by.
+    pub(super) missed: bool,
     /// Where it was refused, voxel frame.
     pub(super) points: Vec<Vec3>,
 }
@@ -111,11 +123,23 @@ pub(super) fn advance(
         return Ok(Err(Refusal { left, points, ..Refusal::default() }));
     }
     let opened =
-        openings(mesh, field, compacted, &positions, [since, next], parameters.error as f32);
+        openings(mesh, field, compacted, &positions, [since.dents, next], parameters.error as f32);
     if !opened.is_empty() {
         counts.refused.left_volume += 1;
         let points = opened.iter().map(|o| o.place).collect();
         return Ok(Err(Refusal { opened, points, ..Refusal::default() }));
+    }
+    let passed = missed::Way {
+        since: since.bumps,
+        next,
+        sign: way.direction.sign(),
+        error: parameters.error,
+    };
+    let opened = missed(mesh, field, compacted, &positions, passed);
+    if !opened.is_empty() {
+        counts.refused.missed += 1;
+        let points = opened.iter().map(|o| o.place).collect();
+        return Ok(Err(Refusal { opened, points, missed: true, ..Refusal::default() }));
     }
     let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
     let folded = folds(mesh, compacted, &positions, &normals);

@@ -45,7 +45,7 @@ const EVENT_RADIUS: f32 = 0.8;
 const BAD_RADIUS: f32 = 0.3;
 
 /// Smaller meshes are not repaired: the exact extraction shows them as well.
-const REPAIRED_FROM: usize = 400;
+pub(super) const REPAIRED_FROM: usize = 400;
 
 /// By how much, times the number of the attempt, the block grows around trouble, voxels.
 const GROWTH: f32 = 0.4;

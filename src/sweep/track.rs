@@ -1,6 +1,6 @@
 //! Tracking: one component of the isosurface from one isovalue to another, its topology constant.
 
-use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
+use super::advance::{Advanced, Refusal, Since, Step, advance, expected_motion};
 use super::border::{Cleared, Leaving, clear};
 use super::caps::{inner_slopes, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
@@ -11,7 +11,7 @@ use super::recorder::Direction;
 use super::refine::{refine, split_long};
 use super::remesh::SIZING_GOAL;
 use super::simplify::{Bounds, simplify};
-use super::surgery::Front;
+use super::surgery::{Front, REPAIRED_FROM};
 use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::field::Field;
@@ -125,13 +125,14 @@ pub(crate) fn track(
     let sign = way.direction.sign();
     let mut step = first_step(&front.mesh, field, way, front.at);
     let mut compacted = front.mesh.compacted();
-    let (mut steps, mut repairs) = (0, 0);
-    let (mut retreats, mut limit, mut since) = (0, f64::INFINITY, front.at);
+    let (mut steps, mut repairs, mut bumps) = (0, 0, 0);
+    let (mut retreats, mut limit) = (0, f64::INFINITY);
+    let mut since = Since { dents: front.at, bumps: front.at };
     while (way.last - front.at) * sign > 0.0 {
         cancelled()?;
         let at = front.at;
         let may_retreat = retreats < MOST_RETREATS;
-        let (mesh, step_from) = (&front.mesh, [at, step.min(limit), limit, since]);
+        let (mesh, step_from) = (&front.mesh, ([at, step.min(limit), limit], since));
         let tried =
             longest_step(mesh, &mut compacted, kernels, tracking, step_from, may_retreat, counts)?;
         let Some((next, halved, advanced)) = tried.advanced else {
@@ -160,21 +161,26 @@ pub(crate) fn track(
             if (way.last - at).abs() <= way.window {
                 return Ok(End::Arrived);
             }
-            repairs += 1;
+            let n = if tried.missed { &mut bumps } else { &mut repairs };
+            *n += 1;
             let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
                 .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
                 .min(REPAIRS_AHEAD + steps / STEPS_PER_REPAIR);
-            let is_over = repairs > most || front.toil.is_too_much();
-            if is_over {
-                return Ok(End::Stuck);
-            }
+            let is_over = *n > most || front.toil.is_too_much();
+            let (missed, failed_at) = (tried.missed, tried.failed_at);
             let (to, points) = target_of_repair(front, field, tried, way);
-            if !repair(front, (to, &points), kernels, counts)? {
-                return Ok(End::Stuck);
+            if is_over || !repair(front, (to, &points), kernels, counts)? {
+                // A large mesh that goes by a bump is better than none.
+                if !missed || front.mesh.n_faces() < REPAIRED_FROM {
+                    return Ok(End::Stuck);
+                }
+                since.bumps = if is_over { way.last } else { failed_at };
+                continue;
             }
             compacted = front.mesh.compacted();
             step = (front.at - at).abs();
-            (limit, since) = (f64::INFINITY, front.at);
+            limit = f64::INFINITY;
+            since = Since { dents: front.at, bumps: front.at };
             if is_too_dense(&front.mesh) {
                 return Ok(End::TooDense);
             }
@@ -232,8 +238,10 @@ struct Tried {
     failed_at: f64,
     /// The vertices that would leave the volume there.
     left: Vec<Leaving>,
-    /// The dents that open in caps up to there.
+    /// The dents that open in caps up to there, or the samples that the mesh has on the wrong side.
     opened: Vec<Opening>,
+    /// Whether these are samples that the mesh goes by.
+    missed: bool,
     /// Where the last step was refused, voxel frame.
     points: Vec<Vec3>,
 }
@@ -241,20 +249,20 @@ struct Tried {
 impl Tried {
     /// A step to an isovalue that was refused.
     fn refused(failed_at: f64, refusal: Refusal) -> Tried {
-        let Refusal { left, opened, points, .. } = refusal;
-        Tried { advanced: None, failed_at, left, opened, points }
+        let Refusal { left, opened, points, missed, .. } = refusal;
+        Tried { advanced: None, failed_at, left, opened, points, missed }
     }
 }
 
-/// How far it is to just before the first dent opens; `None` if that is here.
+/// How far it is to just before the first dent or bump opens; `None` if that is here.
 fn gap_to_opening(opened: &[Opening], at: f64, way: &Way) -> Option<f64> {
     let gaps = opened.iter().map(|o| (o.isovalue - at) * way.direction.sign());
     let gap = gaps.min_by(f64::total_cmp)?;
     (gap > 2.0 * way.min_step).then_some(gap - way.min_step)
 }
 
-/// To which isovalue a mesh is repaired, and at which points: where the step failed; but where dents open,
-/// it is not as far as most of the mesh may move at once, and the dents are those that have opened there.
+/// To which isovalue a mesh is repaired, and at which points: where the step failed; but where dents or
+/// bumps open, it is not as far as most of the mesh may move at once, and they are those that have opened there.
 fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f64, Vec<Vec3>) {
     if tried.opened.is_empty() {
         return (tried.failed_at, tried.points);
@@ -272,7 +280,7 @@ fn longest_step(
     compacted: &mut Compacted,
     kernels: &mut dyn Kernels,
     tracking: &Tracking,
-    [at, step, limit, since]: [f64; 4],
+    ([at, step, limit], since): ([f64; 3], Since),
     may_retreat: bool,
     counts: &mut Counts,
 ) -> Result<Tried> {
