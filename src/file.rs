@@ -31,7 +31,6 @@ pub(crate) use parts::parts;
 use crate::error::{Error, Result};
 use crate::spectrum::{Spectrum, VolumeInfo};
 use section::{Packing, read_section, write_section};
-use trajectories::Ranks;
 
 /// The first bytes of every spectrum file. They differ from text and show whether a transfer
 /// changed line ends or cut the eighth bit, as those of PNG do.
@@ -111,20 +110,17 @@ fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
-    spectrum.check()?;
-    let info = info(spectrum)?;
+    let (spectrum, [info, isovalues, ranks, triangles, positions, normals]) =
+        parts(spectrum, geometry::FILE)?;
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());
-    let (spectrum, walk) = triangles::arranged(spectrum);
-    let ranks = Ranks::new(&spectrum);
-    let (positions, normals) = geometry::write_geometry(&spectrum, &ranks, geometry::FILE);
     write_section(&mut file, *b"INFO", &info, Packing::Raw);
     for (tag, content) in [
         (*b"EVNT", tables::write_events(&spectrum.events)),
-        (*b"ISOV", tables::write_isovalues(&spectrum.isovalues)),
-        (*b"VERT", trajectories::write_ranks(&ranks)),
-        (*b"TRIA", triangles::write_triangles(&walk, &spectrum.triangles, &ranks)),
+        (*b"ISOV", isovalues),
+        (*b"VERT", ranks),
+        (*b"TRIA", triangles),
         (*b"POSN", positions),
         (*b"NRML", normals),
         (*b"COLL", tables::write_collapses(&spectrum.collapses)),

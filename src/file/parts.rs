@@ -1,4 +1,4 @@
-//! The sections of a file, for a container of another kind: the page.
+//! The sections that a file and a container of another kind, the page, have in common.
 
 use super::geometry::{Units, write_geometry};
 use super::trajectories::{Ranks, write_ranks};
@@ -6,24 +6,25 @@ use super::{info, tables, triangles};
 use crate::error::Result;
 use crate::spectrum::Spectrum;
 
-/// The contents of `INFO`, `ISOV`, `VERT`, `TRIA`, `POSN` and `NRML` as FORMAT.md describes them, but with positions
+/// The spectrum in the order of a file, and the contents of `INFO`, `ISOV`, `VERT`, `TRIA`, `POSN` and `NRML` as FORMAT.md describes them, but with positions
 /// and normals in other units: positions must be multiples of [`crate::spectrum::QUANTUM`], one for each unit.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Input`] if the spectrum does not pass [`Spectrum::check`].
-pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<[Vec<u8>; 6]> {
+pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec<u8>; 6])> {
     spectrum.check()?;
     let info = info(spectrum)?;
     let (spectrum, walk) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
     let (positions, normals) = write_geometry(&spectrum, &ranks, units);
-    Ok([
+    let sections = [
         info,
         tables::write_isovalues(&spectrum.isovalues),
         write_ranks(&ranks),
         triangles::write_triangles(&walk, &spectrum.triangles, &ranks),
         positions,
         normals,
-    ])
+    ];
+    Ok((spectrum, sections))
 }

@@ -34,7 +34,8 @@ pub(super) fn compressed(spectrum: &Spectrum, step: f64) -> Result<Vec<u8>> {
     }
     let mut bytes = Vec::new();
     let units = Units { per_voxel: 1.0 / step, radius: NORMAL_RADIUS };
-    parts(&stepped, units)?.iter().for_each(|section| append(&mut bytes, section));
+    let (_, sections) = parts(&stepped, units)?;
+    sections.iter().for_each(|section| append(&mut bytes, section));
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
     let done = encoder.write_all(&bytes);
     Ok(done.and_then(|()| encoder.finish()).expect("memory takes every byte"))

@@ -4,7 +4,7 @@
 use super::border::{Leaving, leaving, overrun};
 use super::caps::{inner_slopes, is_of_cap, smooth_caps};
 use super::criteria::Criteria;
-use super::missed::{self, missed};
+use super::missed::{Passage, missed};
 use super::opening::{Opening, openings};
 use super::track::Tracking;
 use super::{Counts, Parameters};
@@ -78,6 +78,14 @@ pub(super) struct Refusal {
     pub(super) points: Vec<Vec3>,
 }
 
+impl Refusal {
+    /// For dents, or for bumps that the mesh has `missed`.
+    fn opened(opened: Vec<Opening>, missed: bool) -> Refusal {
+        let points = opened.iter().map(|o| o.place).collect();
+        Refusal { opened, points, missed, ..Refusal::default() }
+    }
+}
+
 /// Moves every vertex to the isosurface of `next` and relaxes there, unless a check fails.
 pub(super) fn advance(
     mesh: &Mesh,
@@ -126,20 +134,14 @@ pub(super) fn advance(
         openings(mesh, field, compacted, &positions, [since.dents, next], parameters.error as f32);
     if !opened.is_empty() {
         counts.refused.left_volume += 1;
-        let points = opened.iter().map(|o| o.place).collect();
-        return Ok(Err(Refusal { opened, points, ..Refusal::default() }));
+        return Ok(Err(Refusal::opened(opened, false)));
     }
-    let passed = missed::Way {
-        since: since.bumps,
-        next,
-        sign: way.direction.sign(),
-        error: parameters.error,
-    };
-    let opened = missed(mesh, field, compacted, &positions, passed);
+    let passage =
+        Passage { since: since.bumps, next, sign: way.direction.sign(), error: parameters.error };
+    let opened = missed(mesh, field, compacted, &positions, passage);
     if !opened.is_empty() {
         counts.refused.missed += 1;
-        let points = opened.iter().map(|o| o.place).collect();
-        return Ok(Err(Refusal { opened, points, missed: true, ..Refusal::default() }));
+        return Ok(Err(Refusal::opened(opened, true)));
     }
     let middle = |f: Face| mesh.corners(f).iter().sum::<Vec3>() / 3.0;
     let folded = folds(mesh, compacted, &positions, &normals);

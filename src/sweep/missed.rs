@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use glam::{IVec3, Vec3};
 
-use super::opening::Opening;
+use super::opening::{Opening, sample_at};
 use crate::kernels::field::Field;
 use crate::mesh::{Compacted, Mesh, normal};
 use crate::volume::Volume;
@@ -26,7 +26,7 @@ const LEAST_DEPTH: f64 = 0.5;
 
 /// A way of the isovalue on which it passes samples.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct Passage {
     /// From where on samples count, not included.
     pub(super) since: f64,
     /// The isovalue of the mesh.
@@ -37,7 +37,7 @@ pub(super) struct Way {
     pub(super) error: f64,
 }
 
-impl Way {
+impl Passage {
     fn has_passed(&self, isovalue: f64) -> bool {
         (isovalue - self.since) * self.sign > 0.0 && (self.next - isovalue) * self.sign >= 0.0
     }
@@ -50,15 +50,15 @@ pub(super) fn missed(
     field: &Field,
     compacted: &Compacted,
     positions: &[[f32; 3]],
-    way: Way,
+    passage: Passage,
 ) -> Vec<Opening> {
     let volume = field.volume();
     let mut found: BTreeMap<[i32; 3], Opening> = BTreeMap::new();
-    for_each_wrong(mesh, field, compacted, positions, way.next, |s, off| {
-        let value = sample(volume, s);
-        let isovalue = value + LEAST_DEPTH * way.error * rise(volume, s, way.next);
-        let counts = f64::from(off) > LEAST_MISSED * way.error;
-        if counts && way.has_passed(value) && way.has_passed(isovalue) {
+    for_each_wrong(mesh, field, compacted, positions, passage.next, |s, off| {
+        let value = sample_at(volume, s);
+        let isovalue = value + LEAST_DEPTH * passage.error * rise(volume, s, passage.next);
+        let counts = f64::from(off) > LEAST_MISSED * passage.error;
+        if counts && passage.has_passed(value) && passage.has_passed(isovalue) {
             let place = s.as_vec3() * field.cell_size();
             found.insert([s.z, s.y, s.x], Opening { place, isovalue });
         }
@@ -96,24 +96,19 @@ fn for_each_wrong(
 /// Which end of a lattice edge a face has on the wrong side that crosses it and looks up or down it; none where
 /// the isosurface crosses it, too. A face looks to lower values: the mesh has its inside behind it.
 fn wrong_end(volume: &Volume, ends: [IVec3; 2], looks_up: bool, isovalue: f64) -> Option<IVec3> {
-    let [low, high] = ends.map(|s| sample(volume, s) > isovalue);
+    let [low, high] = ends.map(|s| sample_at(volume, s) > isovalue);
     (low == high).then(|| if looks_up == low { ends[1] } else { ends[0] })
-}
-
-fn sample(volume: &Volume, s: IVec3) -> f64 {
-    let [x, y, z] = s.to_array().map(|i| i as usize);
-    volume.sample(x, y, z)
 }
 
 /// How far it is from the value of a sample to the nearest of its neighbours' values on the other side of the
 /// isovalue; zero where all are on its own.
 fn rise(volume: &Volume, s: IVec3, isovalue: f64) -> f64 {
-    let value = sample(volume, s);
+    let value = sample_at(volume, s);
     let last = IVec3::from(volume.dims().map(|d| d as i32 - 1));
     let beside = (0..3).flat_map(|a| [IVec3::AXES[a], -IVec3::AXES[a]]).map(|d| s + d);
     let steps = beside
         .filter(|n| n.cmpge(IVec3::ZERO).all() && n.cmple(last).all())
-        .map(|n| sample(volume, n))
+        .map(|n| sample_at(volume, n))
         .filter(|n| (*n > isovalue) != (value > isovalue))
         .map(|n| n - value);
     steps.min_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
@@ -191,8 +186,8 @@ mod tests {
     fn octahedron_misses(radius: f32, field: &Field, since: f64, next: f64) -> Vec<Opening> {
         let mesh = octahedron(Vec3::splat(3.0) * field.cell_size(), radius);
         let compacted = mesh.compacted();
-        let way = Way { since, next, sign: (next - since).signum(), error: ERROR };
-        missed(&mesh, field, &compacted, &compacted.positions, way)
+        let passage = Passage { since, next, sign: (next - since).signum(), error: ERROR };
+        missed(&mesh, field, &compacted, &compacted.positions, passage)
     }
 
     #[test]

@@ -20,12 +20,13 @@ const LEAST_DEPTH: f32 = 2.0;
 /// How far beyond a triangle's sides, as a share of its size, a sample still lies under it.
 const BESIDE: f32 = 1e-4;
 
-/// A sample of the border over which there is a cap, though it lies on the outer side.
+/// A sample that a mesh has on the wrong side: one of the border over which there is a cap, though it lies on the
+/// outer side, or one in a bump that the mesh goes by ([`super::missed`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Opening {
     /// Where it is, voxel frame.
     pub(super) place: Vec3,
-    /// Its value: the isovalue at which the dent opens.
+    /// The isovalue at which the dent opens, which is its value, or at which the bump counts.
     pub(super) isovalue: f64,
 }
 
@@ -69,7 +70,8 @@ pub(super) fn openings(
     found.into_values().collect()
 }
 
-fn sample_at(volume: &Volume, sample: IVec3) -> f64 {
+/// The sample with an index inside the volume.
+pub(super) fn sample_at(volume: &Volume, sample: IVec3) -> f64 {
     let [x, y, z] = sample.to_array().map(|i| i as usize);
     volume.sample(x, y, z)
 }
