@@ -7,7 +7,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use isospectrum::gpu::Gpu;
 use isospectrum::render::{Painter, View};
-use isospectrum::spectrum::{Knot, Spectrum, Triangle, normal};
+use isospectrum::spectrum::{Knot, Spectrum, Triangle};
 
 #[path = "../tests/synthetic/mod.rs"]
 mod synthetic;
@@ -39,7 +39,6 @@ fn spectrum(n_generations: u32) -> Spectrum {
                 knots.extend([0, 1].map(|end| Knot {
                     rank: generation + end,
                     position: n.map(|x| 64.0 + (30.0 + 4.0 * end as f32) * x),
-                    normal: normal::encode(n),
                 }));
             }
         }

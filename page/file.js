@@ -75,34 +75,32 @@ function sectionsOf(bytes) {
 }
 
 /**
- * The columns of sections POSN and NRML: which vertices are lattice vertices, where these start and which way they
- * go, and what the predictions miss of all others' positions and of normals, by kind of knot.
+ * The columns of section POSN: which vertices are lattice vertices, where these start and which way they
+ * go, which axis the others face, and what the predictions miss of these by kind of knot.
  */
-function toldOf(positionSection, normalSection, { firstKnot }) {
+function toldOf(section, { firstKnot }) {
     const nVertices = firstKnot.length - 1;
     const nKnots = (v) => firstKnot[v + 1] - firstKnot[v];
-    const positions = new Columns(positionSection);
+    const columns = new Columns(section);
     let nPairs = 0;
     for (let v = 0; v < nVertices; v++) if (nKnots(v) === 2) nPairs++;
-    const flags = positions.column(nPairs);
+    const flags = columns.column(nPairs);
     const isLattice = new Uint8Array(nVertices);
-    const n = [0, 0, 0];
+    let nLattice = 0;
+    const n = [0, 0];
     for (let v = 0, i = 0; v < nVertices; v++) {
         if (nKnots(v) === 2) isLattice[v] = flags[i++];
-        if (isLattice[v]) n[LATTICE] += 2;
+        if (isLattice[v]) nLattice++;
         else if (nKnots(v) > 0) {
             n[FIRST] += 1;
             n[FURTHER] += nKnots(v) - 1;
         }
     }
-    const several = (columns, count, length) =>
-        Array.from({ length: count }, () => columns.signedColumn(length));
-    const starts = several(positions, 3, n[LATTICE] / 2);
-    const ways = positions.column(n[LATTICE] / 2);
-    const others = [FIRST, FURTHER].map((kind) => several(positions, 3, n[kind]));
-    const columns = new Columns(normalSection);
-    const normals = n.map((length) => several(columns, 2, length));
-    return { isLattice, starts, ways, positions: [[], ...others], normals };
+    const three = (length) => Array.from({ length: 3 }, () => columns.signedColumn(length));
+    const starts = three(nLattice);
+    const ways = columns.column(nLattice);
+    const facing = columns.column(n[FIRST]);
+    return { isLattice, starts, ways, facing, positions: n.map(three) };
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */
@@ -120,18 +118,18 @@ function isovaluesOf(section) {
 
 /**
  * The spectrum in the bytes: its description, isovalues, first knot of each vertex (one more than
- * there are), ranks, positions (3 per knot, whole steps), normals (2 per knot, -radius to radius),
+ * there are), ranks, positions (3 per knot, whole steps), normals (2 per knot, an octahedral code),
  * and triangles with vertices (3 per triangle), births, deaths and caps.
  */
-function spectrumOf(bytes, { step, normalRadius: radius }) {
-    const [info, isovalueSection, rankSection, triangleSection, positionSection, normalSection] =
-        sectionsOf(bytes);
+function spectrumOf(bytes, { step, along }) {
+    const [info, isovalueSection, rankSection, triangleSection, positionSection] = sectionsOf(bytes);
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
     const described = JSON.parse(new TextDecoder().decode(info));
-    const told = toldOf(positionSection, normalSection, trajectories);
+    const told = toldOf(positionSection, trajectories);
     const samples = new Samples(described.volume, 1 / step);
-    const places = placesOf(told, samples, trajectories, isovalues, triangles, radius);
-    return { info: described, isovalues, radius, ...trajectories, ...triangles, ...places };
+    const positions = positionsOf(told, samples, trajectories, isovalues, triangles, along);
+    const normals = normalsOf(isovalues, trajectories, triangles, positions, step);
+    return { info: described, isovalues, ...trajectories, ...triangles, positions, normals };
 }

@@ -1,15 +1,6 @@
 // The mesh at one isovalue as numbers: for downloads, measures, and what the pointer points at.
 // The twin of src/spectrum/query.rs.
 
-/** The unit vector of an octahedral code with components from -radius to radius. */
-function decodedNormal(u, v, radius) {
-    let [x, y] = [u / radius, v / radius];
-    const z = 1 - Math.abs(x) - Math.abs(y);
-    if (z < 0) [x, y] = [withSign(1 - Math.abs(y), x), withSign(1 - Math.abs(x), y)];
-    const length = Math.hypot(x, y, z);
-    return [x / length, y / length, z / length];
-}
-
 /** Answers what the mesh at an isovalue is. Positions are in voxels. */
 class Query {
     constructor(spectrum, step) {
@@ -34,7 +25,7 @@ class Query {
      * index `at` on.
      */
     vertex(v, position, normal, at = 0) {
-        const { firstKnot, ranks, isovalues, positions, normals, radius } = this.spectrum;
+        const { firstKnot, ranks, isovalues, positions, normals } = this.spectrum;
         const a = knotAt(firstKnot, ranks, v, this.active.rank);
         const b = Math.min(a + 1, firstKnot[v + 1] - 1);
         const low = 0.5 * isovalues[ranks[a]];
@@ -44,7 +35,7 @@ class Query {
             position[at + i] = this.step * ((1 - t) * positions[3 * a + i] + t * positions[3 * b + i]);
         }
         if (!normal) return;
-        const [p, q] = [a, b].map((k) => decodedNormal(normals[2 * k], normals[2 * k + 1], radius));
+        const [p, q] = [a, b].map((k) => decodedNormal(normals[2 * k], normals[2 * k + 1]));
         const n = p.map((x, i) => (1 - t) * x + t * q[i]);
         const length = Math.hypot(...n);
         for (let i = 0; i < 3; i++) normal[at + i] = length > 1e-6 ? n[i] / length : p[i];

@@ -1,6 +1,6 @@
-// When, where and which way the vertices are. FORMAT.md, sections VERT, POSN and NRML, with coarser
-// normals; the twin of src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. What is a whole
-// number there is one here: all of them are below 2^53.
+// When and where the vertices are. FORMAT.md, sections VERT and POSN, in the units of src/page/data.rs; the twin of
+// src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. What is a whole number there is one
+// here: all of them are below 2^53.
 
 /** First knots and ranks from section VERT. */
 function ranksOf(section) {
@@ -67,51 +67,36 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
     return { first, neighbours };
 }
 
-/** Numbers of a place: three of the position, three of the normal on the octahedron. */
-const PLACE = 6;
-
 /** Knots of which some are known, and the neighbours of one vertex on their way through them. */
 class KnownKnots {
-    constructor({ firstKnot, ranks }, isovalues, radius) {
-        Object.assign(this, { firstKnot, ranks, isovalues, radius });
+    constructor({ firstKnot, ranks }, isovalues) {
+        Object.assign(this, { firstKnot, ranks, isovalues });
         this.positions = new Int32Array(3 * ranks.length);
-        this.normals = new Int8Array(2 * ranks.length);
-        /** Points of the octahedron, three numbers each. */
-        this.points = new Int8Array(3 * ranks.length);
         this.resize(64);
     }
 
     /** Makes room for so many neighbours. */
     resize(n) {
         /** Where each was last. */
-        this.places = new Float64Array(PLACE * n);
+        this.places = new Float64Array(3 * n);
         /** The last knot before that. */
         this.knots = new Uint32Array(n);
     }
 
     /** Enters a knot. */
-    write(knot, x, y, z, u, v) {
-        const { positions, normals, points, radius } = this;
+    write(knot, x, y, z) {
+        const { positions } = this;
         positions[3 * knot] = x;
         positions[3 * knot + 1] = y;
         positions[3 * knot + 2] = z;
-        normals[2 * knot] = u;
-        normals[2 * knot + 1] = v;
-        const w = radius - Math.abs(u) - Math.abs(v);
-        points[3 * knot] = w >= 0 ? u : withSign(radius - Math.abs(v), u);
-        points[3 * knot + 1] = w >= 0 ? v : withSign(radius - Math.abs(u), v);
-        points[3 * knot + 2] = w;
     }
 
     /** Adds the place of a knot. */
     add(knot, sum) {
-        const { positions, points } = this;
+        const { positions } = this;
         sum[0] += positions[3 * knot];
         sum[1] += positions[3 * knot + 1];
         sum[2] += positions[3 * knot + 2];
-        sum[3] += points[3 * knot];
-        sum[4] += points[3 * knot + 1];
-        sum[5] += points[3 * knot + 2];
     }
 
     /**
@@ -119,19 +104,16 @@ class KnownKnots {
      * adds its way there. What it has gone before counts only where it `continues`.
      */
     move(i, u, knot, rank, continues, sum) {
-        const { ranks, isovalues, positions, points, places } = this;
+        const { ranks, isovalues, positions, places } = this;
         const last = this.firstKnot[u + 1] - 1;
         while (knot < last && ranks[knot + 1] <= rank) knot++;
         this.knots[i] = knot;
-        const at = PLACE * i;
+        const at = 3 * i;
         const p = 3 * knot;
         // Loops over so few numbers take twice as long as what is in them.
         let x = positions[p];
         let y = positions[p + 1];
         let z = positions[p + 2];
-        let a = points[p];
-        let b = points[p + 1];
-        let c = points[p + 2];
         if (knot < last && ranks[knot] < rank) {
             const low = 0.5 * isovalues[ranks[knot]];
             const high = 0.5 * isovalues[ranks[knot + 1]];
@@ -140,24 +122,15 @@ class KnownKnots {
             x = between(x, positions[p + 3], t);
             y = between(y, positions[p + 4], t);
             z = between(z, positions[p + 5], t);
-            a = between(a, points[p + 3], t);
-            b = between(b, points[p + 4], t);
-            c = between(c, points[p + 5], t);
         }
         if (continues) {
             sum[0] -= places[at];
             sum[1] -= places[at + 1];
             sum[2] -= places[at + 2];
-            sum[3] -= places[at + 3];
-            sum[4] -= places[at + 4];
-            sum[5] -= places[at + 5];
         }
         sum[0] += places[at] = x;
         sum[1] += places[at + 1] = y;
         sum[2] += places[at + 2] = z;
-        sum[3] += places[at + 3] = a;
-        sum[4] += places[at + 4] = b;
-        sum[5] += places[at + 5] = c;
     }
 }
 
@@ -167,16 +140,14 @@ function between(a, b, t) {
     return a + Math.floor((t * (b - a) + 32768) * (1 / 65536));
 }
 
-/** Positions and normals from what their predictions miss, and from samples. */
-function placesOf(told, samples, trajectories, isovalues, triangles, radius) {
+/** Positions, in steps, from what their predictions miss and from samples; `along` steps are counted along the surface. */
+function positionsOf(told, samples, trajectories, isovalues, triangles, along) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);
-    const known = new KnownKnots(trajectories, isovalues, radius);
-    const sum = new Float64Array(PLACE);
-    const flat = new Int32Array(2);
+    const known = new KnownKnots(trajectories, isovalues);
+    const sum = new Float64Array(3);
     let last = -1;
-    const next = [0, 0, 0];
-    const [latticeU, latticeV] = told.normals[LATTICE];
+    const next = [0, 0];
 
     /** Expects the first knot of a vertex at the mean of its neighbours, else where the last was. */
     const expectFirst = (v, rank) => {
@@ -187,7 +158,7 @@ function placesOf(told, samples, trajectories, isovalues, triangles, radius) {
             known.move(i, u, knotAt(firstKnot, ranks, u, rank), rank, false, sum);
         }
         if (count === 0 && last >= 0) known.add(firstKnot[last], sum);
-        if (count > 1) for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / count);
+        if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
         last = v;
     };
     /** Expects a further knot where the vertex gets when it moves as its neighbours do. */
@@ -199,85 +170,53 @@ function placesOf(told, samples, trajectories, isovalues, triangles, radius) {
             known.move(i, u, known.knots[i], rank, true, sum);
             count++;
         }
-        if (count > 1) for (let j = 0; j < PLACE; j++) sum[j] = Math.floor(sum[j] / count);
+        if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
         known.add(knot - 1, sum);
     };
     /** The sample of a lattice vertex. */
     const at = new Float64Array(3);
+    let nLattice = 0;
     /** Enters knot i of a lattice vertex, and moves on to its sample. */
     const enterLattice = (knot, i) => {
-        const n = next[LATTICE]++;
-        const pair = n >> 1;
         if (i > 0) {
-            const way = told.ways[pair];
+            const way = told.ways[nLattice++];
             at[way >> 1] += way & 1 ? 1 : -1;
         } else {
             for (let a = 0; a < 3; a++) {
-                at[a] = samples.nearest(a, limited(sum[a])) + told.starts[a][pair];
+                at[a] = samples.nearest(a, limited(sum[a])) + told.starts[a][nLattice];
             }
         }
-        const index = samples.index(at[0], at[1], at[2]);
-        samples.readNormal(index, flat);
-        const u = around(flat[0] + latticeU[n], radius);
-        const v = around(flat[1] + latticeV[n], radius);
-        samples.setNormal(index, u, v);
-        known.write(
-            knot,
-            samples.place(0, at[0]),
-            samples.place(1, at[1]),
-            samples.place(2, at[2]),
-            u,
-            v,
-        );
+        known.write(knot, samples.place(0, at[0]), samples.place(1, at[1]), samples.place(2, at[2]));
     };
-    /** Enters a knot of another vertex. */
-    const enter = (knot, kind) => {
+    let nOthers = 0;
+    /** Enters knot i of another vertex. */
+    const enter = (knot, i) => {
+        const kind = i === 0 ? FIRST : FURTHER;
+        if (i === 0) nOthers++;
+        const facing = told.facing[nOthers - 1];
         const n = next[kind]++;
-        const [x, y, z] = told.positions[kind];
-        const [u, v] = told.normals[kind];
-        known.write(
-            knot,
-            limited(sum[0]) + x[n],
-            limited(sum[1]) + y[n],
-            limited(sum[2]) + z[n],
-            around(flat[0] + u[n], radius),
-            around(flat[1] + v[n], radius),
-        );
+        const columns = told.positions[kind];
+        for (let k = 0; k < 3; k++) {
+            const a = (facing + k) % 3;
+            const unit = k === 0 ? 1 : along;
+            sum[a] = unit * (Math.floor((limited(sum[a]) + (unit >> 1)) / unit) + columns[k][n]);
+        }
+        known.write(knot, sum[0], sum[1], sum[2]);
     };
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
-            for (let j = 0; j < PLACE; j++) sum[j] = 0;
+            sum.fill(0);
             const i = knot - firstKnot[v];
             if (i === 0) expectFirst(v, ranks[knot]);
             else expectNext(v, knot, ranks[knot]);
-            flatten(sum[3], sum[4], sum[5], radius, flat);
             if (told.isLattice[v]) enterLattice(knot, i);
-            else enter(knot, i === 0 ? FIRST : FURTHER);
+            else enter(knot, i);
         }
     }
-    return { positions: known.positions, normals: known.normals };
+    return known.positions;
 }
 
 /** What 32-bit signed numbers hold. */
 function limited(x) {
     return x < -2147483648 ? -2147483648 : x > 2147483647 ? 2147483647 : x;
-}
-
-/** Writes the code of the direction of a point near the octahedron. */
-function flatten(x, y, z, radius, into) {
-    const length = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
-    const u = Math.floor((2 * radius * x + length) / (2 * length));
-    const v = Math.floor((2 * radius * y + length) / (2 * length));
-    into[0] = z < 0 ? withSign(radius - Math.abs(v), u) : u;
-    into[1] = z < 0 ? withSign(radius - Math.abs(u), v) : v;
-}
-
-/** A size with a sign; zero counts as positive. */
-function withSign(size, sign) {
-    return sign < 0 ? -size : size;
-}
-
-/** A component of a normal modulo 2 radius + 1, from -radius to radius. */
-function around(x, radius) {
-    return x > radius ? x - 2 * radius - 1 : x < -radius ? x + 2 * radius + 1 : x;
 }

@@ -25,11 +25,10 @@ function tablesOf(spectrum, step) {
     spectrum.isovalues.forEach((c, i) => isovalues.set(scaledIsovalue(spectrum, c), 2 * i));
     const knots = new Uint32Array(5 * ranks.length);
     const numbers = new Float32Array(knots.buffer);
-    const wide = (s) => Math.round((s * 32767) / spectrum.radius) & 0xffff;
     for (let i = 0; i < ranks.length; i++) {
         knots[5 * i] = ranks[i];
         for (let axis = 0; axis < 3; axis++) numbers[5 * i + 1 + axis] = step * positions[3 * i + axis];
-        knots[5 * i + 4] = wide(normals[2 * i]) | (wide(normals[2 * i + 1]) << 16);
+        knots[5 * i + 4] = (normals[2 * i] & 0xffff) | (normals[2 * i + 1] << 16);
     }
     return { isovalues, firstKnot, knots };
 }

@@ -8,6 +8,7 @@
 mod beside;
 mod column;
 mod connectivity;
+mod facing;
 mod front;
 mod geometry;
 mod parts;
@@ -25,7 +26,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use beside::write_beside;
-pub(crate) use geometry::Units;
+pub(crate) use facing::Units;
 pub(crate) use parts::parts;
 
 use crate::error::{Error, Result};
@@ -37,7 +38,11 @@ use section::{Packing, read_section, write_section};
 pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 
 /// The version of the format this library writes; it reads this one and all before.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
+
+/// Up to this version files told normals, in a section of its own. It is checked and not looked at: normals
+/// follow from the mesh.
+const LAST_WITH_NORMALS: u32 = 2;
 
 /// Length of what precedes the first section: magic, version, checksum of both.
 const HEAD: usize = 16;
@@ -110,8 +115,7 @@ fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
-    let (spectrum, [info, isovalues, ranks, triangles, positions, normals]) =
-        parts(spectrum, geometry::FILE)?;
+    let (spectrum, [info, isovalues, ranks, triangles, positions]) = parts(spectrum, Units::FILE)?;
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());
@@ -122,7 +126,6 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
         (*b"VERT", ranks),
         (*b"TRIA", triangles),
         (*b"POSN", positions),
-        (*b"NRML", normals),
         (*b"COLL", tables::write_collapses(&spectrum.collapses)),
     ] {
         write_section(&mut file, tag, &content, Packing::Deflated);
@@ -147,14 +150,16 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
         trajectories::read_ranks(&next(b"VERT")?, isovalues.len()).map_err(within("VERT"))?;
     let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks, isovalues.len(), version)
         .map_err(within("TRIA"))?;
-    let (positions, normals) = (next(b"POSN")?, next(b"NRML")?);
+    let positions = next(b"POSN")?;
     let knots = if version == 1 {
-        version_1::read_geometry(&positions, &normals, &ranks, &isovalues, &triangles)
+        version_1::read_geometry(&positions, &ranks, &isovalues, &triangles)
     } else {
-        let volume = &info.volume;
-        geometry::read_geometry(&positions, &normals, volume, &ranks, &isovalues, &triangles)
+        geometry::read_geometry(&positions, &info.volume, &ranks, &isovalues, &triangles)
     };
-    let knots = knots.map_err(within("POSN or NRML"))?;
+    let knots = knots.map_err(within("POSN"))?;
+    if version <= LAST_WITH_NORMALS {
+        next(b"NRML")?;
+    }
     let collapses = tables::read_collapses(&next(b"COLL")?).map_err(within("COLL"))?;
     if !rest.is_empty() {
         return Err(Error::input(format!("{} bytes after the last section", rest.len())));

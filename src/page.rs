@@ -33,12 +33,13 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 18] = [
+const SCRIPTS: [&str; 19] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
     include_str!("../page/samples.js"),
     include_str!("../page/trajectories.js"),
+    include_str!("../page/normals.js"),
     include_str!("../page/active.js"),
     include_str!("../page/mesh.js"),
     include_str!("../page/camera.js"),
@@ -124,7 +125,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     };
     let about = serde_json::json!({
         "step": page.step,
-        "normalRadius": data::NORMAL_RADIUS,
+        "along": data::ALONG,
         "open": page.open,
         "isovalue": page.isovalue,
         "knots": spectrum.knots.len(),

@@ -16,6 +16,7 @@ mod check;
 pub mod interval_tree;
 mod live_list;
 pub mod normal;
+mod normals;
 mod numbers;
 mod quantise;
 mod query;
@@ -24,8 +25,9 @@ pub use active_set::ActiveSet;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
 pub use live_list::LiveList;
+pub use normals::Normals;
 pub use quantise::QUANTUM;
-pub(crate) use quantise::{from_fixed, narrow_normal, to_fixed, widen_normal};
+pub(crate) use quantise::{from_fixed, to_fixed};
 pub use query::Query;
 
 use serde::{Deserialize, Serialize};
@@ -85,8 +87,6 @@ pub struct Knot {
     pub rank: u32,
     /// Position, voxel frame.
     pub position: [f32; 3],
-    /// Unit normal towards lower values, octahedral: see [`crate::spectrum::normal`].
-    pub normal: [i16; 2],
 }
 
 /// One triangle: counter-clockwise seen from lower values.
@@ -145,7 +145,8 @@ pub struct Spectrum {
 pub struct SurfaceMesh {
     /// Positions, voxel frame (exports place them in the world).
     pub positions: Vec<[f32; 3]>,
-    /// Unit normals towards lower values.
+    /// Unit normals towards lower values: area-weighted means over the triangles around each vertex, over caps only
+    /// where it has no others.
     pub normals: Vec<[f32; 3]>,
     /// Vertex indices, counter-clockwise seen from lower values.
     pub triangles: Vec<[u32; 3]>,

@@ -153,7 +153,7 @@ fn fewer_knots_stay_within_the_distance() {
     assert!(fewer.knots.len() < whole.knots.len());
     for v in 0..whole.n_vertices() as u32 {
         for knot in whole.trajectory(v) {
-            let (p, _) = fewer.vertex_at(v, knot.rank, whole.isovalues[knot.rank as usize]);
+            let p = fewer.vertex_at(v, knot.rank, whole.isovalues[knot.rank as usize]);
             let squares = (0..3).map(|i| f64::from(p[i] - knot.position[i]).powi(2));
             // Single precision.
             assert!(squares.sum::<f64>().sqrt() <= DISTANCE + 1e-5);

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use isospectrum::Error;
 use isospectrum::spectrum::interval_tree::IntervalTree;
 use isospectrum::spectrum::{
-    Knot, Patch, Query, Spectrum, SpectrumBuilder, SurfaceMesh, Triangle, normal,
+    Knot, Normals, Patch, Query, Spectrum, SpectrumBuilder, SurfaceMesh, Triangle,
 };
 use proptest::prelude::*;
 use synthetic::{Growth, any_spectrum, growing_sphere, isovalue, small, volume_info};
@@ -153,9 +153,8 @@ fn knots_are_met_exactly() {
     let spectrum = small();
     for v in 0..spectrum.n_vertices() as u32 {
         for knot in spectrum.trajectory(v) {
-            let (position, normal) = spectrum.vertex_at(v, knot.rank, isovalue(knot.rank));
+            let position = spectrum.vertex_at(v, knot.rank, isovalue(knot.rank));
             assert_eq!(position, knot.position);
-            assert_eq!(normal, normal::decode(knot.normal));
         }
     }
 }
@@ -187,26 +186,88 @@ fn outside_the_range_is_an_error_and_leaves_the_mesh_alone() {
 }
 
 #[test]
-fn opposite_normals_still_give_a_unit_normal() {
+fn a_mesh_without_area_still_has_unit_normals() {
     let mut spectrum = small();
-    let up = normal::encode([0.0, 0.0, 1.0]);
-    let down = normal::encode([0.0, 0.0, -1.0]);
-    for knots in spectrum.knots.chunks_mut(2) {
-        knots.iter_mut().zip([up, down]).for_each(|(knot, n)| knot.normal = n);
+    for knot in &mut spectrum.knots {
+        knot.position = [1.0, 2.0, 3.0];
     }
     for c in probes(&spectrum) {
         assert_compact(&spectrum.mesh_at(c).expect("inside the range"), &spectrum, c);
     }
 }
 
+/// The middle of the sphere.
+const MIDDLE: f32 = 64.0;
+
+/// A sphere that only grows.
+fn plain() -> Spectrum {
+    let growth = Growth { subdivisions: 3, n_steps: 12, splits: 0, flips: 0, knot_distance: 1 };
+    growing_sphere(&growth)
+}
+
+/// One whose lower half is a cap.
+fn capped() -> Spectrum {
+    let mut spectrum = plain();
+    let middle = |spectrum: &Spectrum, t: &Triangle| -> f32 {
+        t.vertices.iter().map(|&v| spectrum.trajectory(v)[0].position[2] - MIDDLE).sum()
+    };
+    for i in 0..spectrum.triangles.len() {
+        spectrum.triangles[i].cap = middle(&spectrum, &spectrum.triangles[i]) < 0.0;
+    }
+    spectrum
+}
+
+#[test]
+fn normals_are_those_of_the_mesh_and_caps_count_only_where_there_is_nothing_else() {
+    for spectrum in [plain(), capped()] {
+        let has_caps = spectrum.triangles.iter().any(|t| t.cap);
+        let normals = Normals::of(&spectrum);
+        assert_eq!(normals.codes().len(), spectrum.knots.len());
+        for c in probes(&spectrum) {
+            let mesh = spectrum.mesh_at(c).expect("inside the range");
+            let rank = spectrum.rank_at(c).expect("in the table");
+            let used: BTreeSet<u32> = (spectrum.triangles.iter())
+                .filter(|t| t.birth <= rank && rank < t.death)
+                .flat_map(|t| t.vertices)
+                .collect();
+            for ((&v, n), p) in used.iter().zip(&mesh.normals).zip(&mesh.positions) {
+                let p = &p.map(|x| x - MIDDLE);
+                let cosine = |a: &[f32; 3], b: &[f32; 3]| -> f32 {
+                    let size = |x: &[f32; 3]| x.iter().map(|x| x * x).sum::<f32>().sqrt();
+                    a.iter().zip(b).map(|(x, y)| x * y).sum::<f32>() / (size(a) * size(b))
+                };
+                // The sphere has ripples; along the seam its normals are those of one side.
+                let least = if has_caps { 0.8 } else { 0.85 };
+                assert!(cosine(n, p) > least, "{n:?} at {p:?}");
+                let between = normals.at(&spectrum, v, rank, c);
+                // Where triangles come and go between caps and others, normals turn at once.
+                assert!(has_caps || cosine(&between, n) > least, "{between:?}, {n:?} at {c}");
+                // Its ends are looked at a little inside.
+                let [_, inner @ .., _] = spectrum.trajectory(v) else { continue };
+                let is_knot = inner.iter().any(|knot| knot.rank == rank);
+                if is_knot && c == spectrum.isovalues[rank as usize] {
+                    assert!(cosine(&between, n) > 0.9999, "{between:?} instead of {n:?} at {c}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn normals_do_not_depend_on_the_order_of_triangles() {
+    let spectrum = capped();
+    let mut turned = spectrum.clone();
+    turned.triangles.reverse();
+    for (i, triangle) in turned.triangles.iter_mut().enumerate() {
+        triangle.vertices.rotate_left(i % 3);
+    }
+    assert_eq!(Normals::of(&turned), Normals::of(&spectrum));
+}
+
 /// One triangle that moves along z with the isovalue.
 fn patch(isovalues: &[f64]) -> Patch {
     let n = isovalues.len() as u32;
-    let knot = |v: u32, rank: u32| Knot {
-        rank,
-        position: [v as f32, (v * v) as f32, rank as f32],
-        normal: normal::encode([0.0, 0.0, -1.0]),
-    };
+    let knot = |v: u32, rank: u32| Knot { rank, position: [v as f32, (v * v) as f32, rank as f32] };
     Patch {
         isovalues: isovalues.to_vec(),
         first_knot: vec![0, 2, 4, 6],

@@ -1,7 +1,7 @@
 //! Verification finds what is wrong with a spectrum, and nothing with a right one.
 
 use isospectrum::extract::extract;
-use isospectrum::spectrum::{Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo, normal};
+use isospectrum::spectrum::{Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo};
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Volume, phantom};
@@ -20,9 +20,8 @@ fn sphere() -> Volume {
 fn unmoving(volume: &Volume) -> Spectrum {
     let field = ExactField::new(volume).expect("a small volume");
     let mesh = extract(&field, ISOVALUE);
-    let knots = mesh.positions.iter().flat_map(|&position| {
-        [0, 1].map(|rank| Knot { rank, position, normal: normal::encode([0.0, 0.0, 1.0]) })
-    });
+    let knots =
+        mesh.positions.iter().flat_map(|&position| [0, 1].map(|rank| Knot { rank, position }));
     let range = (ISOVALUE - HALF_RANGE, ISOVALUE + HALF_RANGE);
     Spectrum {
         volume: VolumeInfo {

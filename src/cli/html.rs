@@ -47,7 +47,7 @@ pub(super) struct Html {
     /// Leave out knots within this distance of the trajectory that remains, voxels
     #[arg(long, value_name = "VOXELS", default_value_t = 0.0, value_parser = not_negative)]
     tolerance: f64,
-    /// Round positions to whole multiples of this, voxels
+    /// Round positions to whole multiples of this across the surface, and of four times this along it, voxels
     #[arg(long, value_name = "VOXELS", default_value_t = DEFAULT_STEP, value_parser = positive)]
     step: f64,
     /// Leave out the triangles that close the mesh at the border of the volume, until asked for

@@ -1,30 +1,29 @@
 //! The sections that a file and a container of another kind, the page, have in common.
 
-use super::geometry::{Units, write_geometry};
+use super::facing::Units;
+use super::geometry::write_geometry;
 use super::trajectories::{Ranks, write_ranks};
 use super::{info, tables, triangles};
 use crate::error::Result;
 use crate::spectrum::Spectrum;
 
-/// The spectrum in the order of a file, and the contents of `INFO`, `ISOV`, `VERT`, `TRIA`, `POSN` and `NRML` as FORMAT.md describes them, but with positions
-/// and normals in other units: positions must be multiples of [`crate::spectrum::QUANTUM`], one for each unit.
+/// The spectrum in the order of a file, and the contents of `INFO`, `ISOV`, `VERT`, `TRIA` and `POSN` as
+/// FORMAT.md describes them, but with positions in other units, as [`Units::rounded`] leaves them.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Input`] if the spectrum does not pass [`Spectrum::check`].
-pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec<u8>; 6])> {
+pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec<u8>; 5])> {
     spectrum.check()?;
     let info = info(spectrum)?;
     let (spectrum, walk) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
-    let (positions, normals) = write_geometry(&spectrum, &ranks, units);
     let sections = [
         info,
         tables::write_isovalues(&spectrum.isovalues),
         write_ranks(&ranks),
         triangles::write_triangles(&walk, &spectrum.triangles, &ranks),
-        positions,
-        normals,
+        write_geometry(&spectrum, &ranks, units),
     ];
     Ok((spectrum, sections))
 }

@@ -26,29 +26,16 @@ pub(super) struct Predictor<'a> {
     first_neighbour: Vec<u32>,
     neighbours: Vec<u32>,
     positions: Vec<[i32; 3]>,
-    normals: Vec<[i8; 2]>,
-    /// Largest component of the codes of normals.
-    radius: i64,
     /// The vertex that had knots last.
     last_vertex: Option<u32>,
 }
 
-/// Where a vertex is, quanta, and its normal on the octahedron of the codes' radius.
-#[derive(Clone, Copy, Debug, Default)]
-struct Place {
-    position: [i64; 3],
-    normal: [i64; 3],
-}
+/// A place or a way, quanta.
+type Place = [i64; 3];
 
 impl<'a> Predictor<'a> {
     /// A predictor that knows no knot yet. The triangles must lie within the trajectories.
-    /// Codes of normals go from -`radius` to `radius`.
-    pub(super) fn new(
-        ranks: &'a Ranks,
-        isovalues: &'a [f64],
-        triangles: &[Triangle],
-        radius: i8,
-    ) -> Self {
+    pub(super) fn new(ranks: &'a Ranks, isovalues: &'a [f64], triangles: &[Triangle]) -> Self {
         let (first_neighbour, neighbours) = lower_neighbours(ranks, triangles);
         Predictor {
             ranks,
@@ -56,20 +43,17 @@ impl<'a> Predictor<'a> {
             first_neighbour,
             neighbours,
             positions: Vec::with_capacity(ranks.ranks.len()),
-            normals: Vec::with_capacity(ranks.ranks.len()),
-            radius: radius.into(),
             last_vertex: None,
         }
     }
 
     /// The next knot is this.
-    pub(super) fn push(&mut self, position: [i32; 3], normal: [i8; 2]) {
+    pub(super) fn push(&mut self, position: [i32; 3]) {
         self.positions.push(position);
-        self.normals.push(normal);
     }
 
-    /// What the next knot, one of vertex `v`, is expected to be.
-    pub(super) fn predict(&mut self, v: u32) -> ([i32; 3], [i8; 2]) {
+    /// Where the next knot, one of vertex `v`, is expected to be.
+    pub(super) fn predict(&mut self, v: u32) -> [i32; 3] {
         let knot = self.positions.len();
         let rank = self.ranks.ranks[knot];
         let range = self.first_neighbour[v as usize]..self.first_neighbour[v as usize + 1];
@@ -94,18 +78,12 @@ impl<'a> Predictor<'a> {
             });
             combine(here, mean(moves), |here, step| here + step)
         };
-        (
-            place.position.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32),
-            flat(place.normal, self.radius),
-        )
+        place.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
     }
 
     /// A knot that is known.
     fn place(&self, knot: usize) -> Place {
-        Place {
-            position: self.positions[knot].map(i64::from),
-            normal: on_octahedron(self.normals[knot], self.radius),
-        }
+        self.positions[knot].map(i64::from)
     }
 
     /// Vertex `u`, all of whose knots are known, at `rank`.
@@ -156,10 +134,7 @@ fn lower_neighbours(ranks: &Ranks, triangles: &[Triangle]) -> (Vec<u32>, Vec<u32
 }
 
 fn combine(a: Place, b: Place, f: impl Fn(i64, i64) -> i64) -> Place {
-    Place {
-        position: std::array::from_fn(|i| f(a.position[i], b.position[i])),
-        normal: std::array::from_fn(|i| f(a.normal[i], b.normal[i])),
-    }
+    std::array::from_fn(|i| f(a[i], b[i]))
 }
 
 /// The mean, rounded down; zero of nothing.
@@ -170,25 +145,4 @@ fn mean(places: impl Iterator<Item = Place>) -> Place {
         n += 1;
     }
     combine(sum, Place::default(), |sum, _| sum.div_euclid(n.max(1)))
-}
-
-/// The point of the octahedron |x| + |y| + |z| = `radius` of a code.
-fn on_octahedron(code: [i8; 2], radius: i64) -> [i64; 3] {
-    let [u, v] = code.map(|s| i64::from(s).max(-radius));
-    let z = radius - u.abs() - v.abs();
-    if z >= 0 { [u, v, z] } else { [towards(radius - v.abs(), u), towards(radius - u.abs(), v), z] }
-}
-
-/// The code of the direction of an octahedron's point, which need not lie on it.
-fn flat([x, y, z]: [i64; 3], radius: i64) -> [i8; 2] {
-    let length = (x.abs() + y.abs() + z.abs()).max(1);
-    let [x, y] = [x, y].map(|s| (2 * radius * s + length).div_euclid(2 * length));
-    let [u, v] =
-        if z >= 0 { [x, y] } else { [towards(radius - y.abs(), x), towards(radius - x.abs(), y)] };
-    [u as i8, v as i8]
-}
-
-/// `size` with the sign of `sign`; zero counts as positive.
-fn towards(size: i64, sign: i64) -> i64 {
-    if sign < 0 { -size } else { size }
 }

@@ -4,28 +4,23 @@
 //!
 //! Where no mesh is tracked the exact extraction shows, and its vertices lie on lattice edges: each is born at one
 //! sample and ends at a neighbour. Such a *lattice vertex* is told by its sample and one of six ways, and takes
-//! a byte where two free positions take eight. All lattice vertices have the same normal at the same sample,
-//! so it is told once. In spectra of noisy volumes most vertices are of this kind.
-
-use std::collections::HashMap;
+//! a byte where two free positions take eight. In spectra of noisy volumes most vertices are of this kind.
 
 use super::trajectories::Ranks;
 use crate::spectrum::VolumeInfo;
 
-/// The samples of a volume in the whole numbers that positions are stored in, and the normals there.
+/// The samples of a volume in the whole numbers that positions are stored in.
 #[derive(Debug)]
-pub(super) struct Samples {
+pub(crate) struct Samples {
     /// Samples along x, y, z.
     dims: [i64; 3],
     /// Units of a position per cell, along x, y, z.
     cell: [f64; 3],
-    /// The codes of normals at samples that lattice vertices had last.
-    normals: HashMap<[i64; 3], [i8; 2]>,
 }
 
 impl Samples {
     /// The samples of a volume whose positions count `per_voxel` units. None where it is not known where they lie.
-    pub(super) fn new(volume: &VolumeInfo, per_voxel: f64) -> Self {
+    pub(crate) fn new(volume: &VolumeInfo, per_voxel: f64) -> Self {
         let spacing = volume.placement.spacing;
         let least = spacing[0].min(spacing[1]).min(spacing[2]);
         let is_known = volume.placement.check().is_ok();
@@ -33,7 +28,6 @@ impl Samples {
         Samples {
             dims: if is_known { dims } else { [0; 3] },
             cell: spacing.map(|s| s / least * per_voxel),
-            normals: HashMap::new(),
         }
     }
 
@@ -57,23 +51,13 @@ impl Samples {
     }
 
     /// The sample that a vertex starts at and its way, if these say where its two knots are.
-    pub(super) fn way_of(&self, knots: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
+    pub(crate) fn way_of(&self, knots: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
         let start = self.nearest(knots[0]);
         let end = self.nearest(knots[1]);
         if self.place(start) != Some(knots[0]) || self.place(end) != Some(knots[1]) {
             return None;
         }
         (0..6).find(|&way| Samples::neighbour(start, way) == end).map(|way| (start, way))
-    }
-
-    /// The normal that lattice vertices had last at a sample.
-    pub(super) fn normal(&self, sample: [i64; 3]) -> Option<[i8; 2]> {
-        self.normals.get(&sample).copied()
-    }
-
-    /// This is the normal at a sample.
-    pub(super) fn set_normal(&mut self, sample: [i64; 3], normal: [i8; 2]) {
-        self.normals.insert(sample, normal);
     }
 }
 

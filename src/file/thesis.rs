@@ -17,7 +17,7 @@ use std::path::Path;
 
 use super::write_beside;
 use crate::error::{Error, Result};
-use crate::spectrum::{Collapse, Knot, Spectrum, Triangle, VolumeInfo, normal};
+use crate::spectrum::{Collapse, Knot, Normals, Spectrum, Triangle, VolumeInfo, normal};
 use crate::volume::{Outside, Placement};
 
 /// Writes a spectrum in the layout of the thesis; beside `path` first, then renamed.
@@ -47,13 +47,15 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     spectrum.check()?;
     let isovalue = |rank: u32| spectrum.isovalues[rank as usize] as f32;
+    let normals = Normals::of(spectrum);
+    let mut codes = normals.codes().iter();
     let mut file = Vec::new();
     file.extend((spectrum.n_vertices() as u32).to_le_bytes());
     for v in 0..spectrum.n_vertices() as u32 {
         let trajectory = spectrum.trajectory(v);
         file.extend((trajectory.len() as u32).to_le_bytes());
-        for knot in trajectory {
-            let row = knot.position.into_iter().chain(normal::decode(knot.normal));
+        for (knot, &code) in trajectory.iter().zip(&mut codes) {
+            let row = knot.position.into_iter().chain(normal::decode(code));
             row.chain([isovalue(knot.rank)]).for_each(|x| file.extend(x.to_le_bytes()));
         }
     }
@@ -201,7 +203,7 @@ fn trajectories(file: &Layout) -> Result<(Vec<u32>, Vec<Knot>)> {
     let (mut first_knot, mut knots) = (vec![0], Vec::<Knot>::new());
     for (v, rows) in file.vertices.iter().enumerate() {
         let start = knots.len();
-        for &[x, y, z, nx, ny, nz, c] in rows {
+        for &[x, y, z, _, _, _, c] in rows {
             let rank = file.rank(c);
             let last = knots[start..].last().map(|knot| knot.rank);
             if last > Some(rank) {
@@ -212,7 +214,7 @@ fn trajectories(file: &Layout) -> Result<(Vec<u32>, Vec<Knot>)> {
             if last == Some(rank) {
                 knots.pop();
             }
-            knots.push(Knot { rank, position: [x, y, z], normal: normal::encode([nx, ny, nz]) });
+            knots.push(Knot { rank, position: [x, y, z] });
         }
         first_knot.push(knots.len() as u32);
     }

@@ -1,40 +1,32 @@
 //! The spectrum as a page holds it: rounded, compressed, in letters.
 //!
 //! One deflate stream of sections, each a length (u64) and that many bytes: `INFO`, `ISOV`, `VERT`,
-//! `TRIA`, `POSN` and `NRML` as FORMAT.md describes them, but positions count steps of the page, and codes
-//! of normals go up to [`NORMAL_RADIUS`].
+//! `TRIA` and `POSN` as FORMAT.md describes them, but positions count steps of the page, and [`ALONG`] steps
+//! along the surface. Which axis each vertex faces that is no lattice vertex stands before the columns of first knots, which
+//! begin with the coordinate along it and go on with the next axes in the order x, y, z, x.
 
 use std::io::Write as _;
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::file::{Units, parts};
-use crate::spectrum::{MAX_COORDINATE, QUANTUM, Spectrum};
+use crate::spectrum::Spectrum;
 
 /// Positions are rounded to multiples of this many voxels unless asked otherwise: a sixth of the
 /// usual tolerance of 0.1 voxel, and a tenth of a pixel where a voxel is six pixels wide.
 pub const DEFAULT_STEP: f64 = 1.0 / 64.0;
 
-/// Largest component of a code of a normal: within two degrees, a step or two of grey.
-pub(super) const NORMAL_RADIUS: i8 = 63;
+/// Coordinates along the surface are rounded to so many steps: a vertex that lies a thirtieth of a voxel beside its
+/// place on the surface leaves the surface as it is.
+pub(super) const ALONG: i64 = 4;
 
 /// The raw deflate stream of a spectrum whose positions count steps of `step` voxels.
 pub(super) fn compressed(spectrum: &Spectrum, step: f64) -> Result<Vec<u8>> {
-    let mut stepped = spectrum.clone();
-    for x in stepped.knots.iter_mut().flat_map(|knot| &mut knot.position) {
-        let place = (f64::from(*x) / step).round() * QUANTUM;
-        if place.abs() > f64::from(MAX_COORDINATE) {
-            return Err(Error::Usage(format!(
-                "step of {step} voxels, expected more: a coordinate of {x} voxels has too many"
-            )));
-        }
-        *x = place as f32;
-    }
+    let units = Units { per_voxel: 1.0 / step, along: ALONG };
+    let (_, sections) = parts(&units.rounded(spectrum)?, units)?;
     let mut bytes = Vec::new();
-    let units = Units { per_voxel: 1.0 / step, radius: NORMAL_RADIUS };
-    let (_, sections) = parts(&stepped, units)?;
     sections.iter().for_each(|section| append(&mut bytes, section));
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
     let done = encoder.write_all(&bytes);

@@ -5,7 +5,7 @@
 
 use super::data;
 use crate::error::Result;
-use crate::spectrum::{Knot, Query, Spectrum, Triangle, normal};
+use crate::spectrum::{Knot, Query, Spectrum, Triangle};
 
 /// The raw deflate stream of the isosurface of `isovalue`; none where nothing is to be seen.
 pub(super) fn compressed(spectrum: &Spectrum, isovalue: f64, step: f64) -> Result<Option<Vec<u8>>> {
@@ -14,10 +14,8 @@ pub(super) fn compressed(spectrum: &Spectrum, isovalue: f64, step: f64) -> Resul
     if mesh.triangles.is_empty() || !after.is_finite() {
         return Ok(None);
     }
-    let knots = mesh.positions.iter().zip(&mesh.normals).flat_map(|(&position, &n)| {
-        let normal = normal::encode(n);
-        [0, 1].map(|rank| Knot { rank, position, normal })
-    });
+    let knots =
+        mesh.positions.iter().flat_map(|&position| [0, 1].map(|rank| Knot { rank, position }));
     let triangles = mesh.triangles.iter().zip(&mesh.caps);
     let first = Spectrum {
         volume: spectrum.volume.clone(),

@@ -1,7 +1,7 @@
 //! A part of a spectrum's range, so that no more is published than is wanted.
 
 use crate::error::{Error, Result};
-use crate::spectrum::{Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle, normal};
+use crate::spectrum::{Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
 
 /// The spectrum between two isovalues: its isosurfaces there are those of `spectrum`, and nothing
 /// of the others is left but the parts of trajectories that reach to the next knot.
@@ -57,8 +57,8 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
 fn cut(spectrum: &Spectrum, v: u32, first: u32, last: u32, knots: &mut Vec<Knot>) {
     let trajectory = spectrum.trajectory(v);
     let at = |rank: u32| {
-        let (position, n) = spectrum.vertex_at(v, rank, spectrum.isovalues[rank as usize]);
-        Knot { rank, position, normal: normal::encode(n) }
+        let isovalue = spectrum.isovalues[rank as usize];
+        Knot { rank, position: spectrum.vertex_at(v, rank, isovalue) }
     };
     let has = |rank: u32| trajectory.binary_search_by_key(&rank, |k| k.rank).is_ok();
     let lives_before = trajectory.first().is_some_and(|k| k.rank < first);

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::layout::Palette;
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
-use crate::spectrum::{Spectrum, Triangle};
+use crate::spectrum::{Normals, Spectrum, Triangle};
 
 /// What the colour of a triangle shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +27,8 @@ pub enum Color {
     Quality,
     /// Length of the triangle's lifetime as a share of the spectrum's range, 0 to 1.
     Lifetime,
-    /// Mean curvature, 1/voxel, positive where the surface bulges towards lower values.
+    /// Mean curvature, 1/voxel, positive where the surface bulges towards lower values; by the mesh's normals,
+    /// which lean towards larger triangles (by a sixth of it on a sphere of triangles that differ in size).
     Curvature,
     /// Connected component of the closed mesh, the largest first.
     Component,
@@ -100,15 +101,17 @@ pub(super) struct Attributes {
 /// is `rank`. The largest curvature the palette shows is `largest_curvature`, or is found from the
 /// mesh.
 pub(super) fn attributes(
-    spectrum: &Spectrum,
+    (spectrum, normals): (&Spectrum, &Normals),
     active: &[u32],
     (isovalue, rank): (f64, u32),
     color: Color,
     largest_curvature: Option<f64>,
 ) -> Attributes {
     let triangle = |i: &u32| &spectrum.triangles[*i as usize];
-    let corners = |i: &u32| triangle(i).vertices.map(|v| spectrum.vertex_at(v, rank, isovalue));
-    let positions = |i: &u32| corners(i).map(|(p, _)| vector(p));
+    let positions =
+        |i: &u32| triangle(i).vertices.map(|v| vector(spectrum.vertex_at(v, rank, isovalue)));
+    let corner_normals =
+        |i: &u32| triangle(i).vertices.map(|v| vector(normals.at(spectrum, v, rank, isovalue)));
     match color {
         Color::None | Color::Normal => Attributes { values: vec![0.0; active.len()], ends: None },
         Color::Quality => Attributes {
@@ -122,10 +125,7 @@ pub(super) fn attributes(
         Color::Curvature => {
             let curvatures: Vec<f64> = active
                 .par_iter()
-                .map(|i| {
-                    let corners = corners(i);
-                    mean_curvature(corners.map(|(p, _)| vector(p)), corners.map(|(_, n)| vector(n)))
-                })
+                .map(|i| mean_curvature(positions(i), corner_normals(i)))
                 .collect();
             let inner = active.iter().zip(&curvatures).filter(|(i, _)| !triangle(i).cap);
             let largest =

@@ -7,7 +7,7 @@ use super::View;
 use super::attribute::{Attributes, Color, attributes};
 use super::layout::{ActiveTriangle, Cut, Frame};
 use super::table::Table;
-use crate::spectrum::{LiveList, Spectrum};
+use crate::spectrum::{LiveList, Normals, Spectrum};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
@@ -54,7 +54,13 @@ impl Layer {
 
     /// Lists the active triangles with their attributes, unless the last picture had the same;
     /// `in_order` of their index, or as the moves of the isovalue have left them.
-    pub(super) fn list(&mut self, spectrum: &Spectrum, isovalue: f64, view: &View, in_order: bool) {
+    pub(super) fn list(
+        &mut self,
+        (spectrum, normals): (&Spectrum, &Normals),
+        isovalue: f64,
+        view: &View,
+        in_order: bool,
+    ) {
         let key =
             (isovalue.to_bits(), view.color, view.largest_curvature.map(f64::to_bits), view.open);
         if self.listed.key == Some(key) {
@@ -70,7 +76,7 @@ impl Layer {
         }
         // Caps are left out last, so that they do not change what the others show.
         let Attributes { values, ends } = attributes(
-            spectrum,
+            (spectrum, normals),
             active,
             (isovalue, rank.unwrap_or(0)),
             view.color,
@@ -110,7 +116,7 @@ impl Layer {
                 .par_iter()
                 .map(|t| {
                     let sum: Vec3 = (t.vertices.iter())
-                        .map(|&v| Vec3::from(spectrum.vertex_at(v, rank, isovalue).0))
+                        .map(|&v| Vec3::from(spectrum.vertex_at(v, rank, isovalue)))
                         .sum();
                     sum / 3.0
                 })

@@ -33,10 +33,11 @@ pub(super) struct Knot {
     pub(super) normal: u32,
 }
 
-impl From<&crate::spectrum::Knot> for Knot {
-    fn from(knot: &crate::spectrum::Knot) -> Self {
+impl Knot {
+    /// A knot and the code of its normal.
+    pub(super) fn new(knot: &crate::spectrum::Knot, normal: [i16; 2]) -> Self {
         let [x, y, z] = knot.position;
-        let [u, v] = knot.normal.map(|s| u32::from(s as u16));
+        let [u, v] = normal.map(|s| u32::from(s as u16));
         Knot { rank: knot.rank, x, y, z, normal: u | v << 16 }
     }
 }

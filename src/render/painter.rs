@@ -18,7 +18,7 @@ use super::{Background, Image, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Normals, Spectrum};
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
 /// between them. Every call takes the spectrum that it was made for.
@@ -31,6 +31,8 @@ pub struct Painter {
     isovalues: Table,
     first_knot: Table,
     knots: Table,
+    /// Of all knots of the spectrum.
+    normals: Normals,
     /// Whether the tables hold the whole spectrum.
     resident: bool,
     /// Most triangles drawn at once.
@@ -62,6 +64,7 @@ impl Painter {
                 isovalues: table("surface.isovalues"),
                 first_knot: table("surface.first_knot"),
                 knots: table("surface.knots"),
+                normals: Normals::of(spectrum),
                 resident: tables::largest_table(spectrum) <= bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
                 in_order: false,
@@ -73,7 +76,8 @@ impl Painter {
         })?;
         if painter.resident {
             let device = painter.device.clone();
-            caught(&device, || painter.upload_tables(&tables::all(spectrum)))?;
+            let tables = tables::all(spectrum, &painter.normals);
+            caught(&device, || painter.upload_tables(&tables))?;
         }
         Ok(painter)
     }
@@ -105,7 +109,7 @@ impl Painter {
             self.layers.push(layer);
         }
         for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
-            layer.list(spectrum, isovalue, view, self.in_order);
+            layer.list((spectrum, &self.normals), isovalue, view, self.in_order);
             if view.opacity < 1.0 {
                 layer.sort_by_depth(spectrum, isovalue, projection.eye_from_voxel);
             }
@@ -302,7 +306,7 @@ impl Painter {
             return rank;
         }
         let mut triangles = triangles.to_vec();
-        let (tables, rank) = tables::selected(spectrum, &mut triangles, rank);
+        let (tables, rank) = tables::selected(spectrum, &self.normals, &mut triangles, rank);
         table.write(&self.device, &self.queue, &triangles);
         self.upload_tables(&tables);
         rank

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::active_set::ActiveSet;
 use super::numbers::Numbers;
-use super::{Knot, Spectrum, SurfaceMesh, normal};
+use super::{Knot, Spectrum, SurfaceMesh, normals};
 use crate::error::{Error, Result};
 
 /// Vertices that one thread interpolates at a time: about a millisecond, which starting another one
@@ -105,26 +105,25 @@ impl<'a> Query<'a> {
         }
         // Not cleared before: all of it is written.
         mesh.positions.resize(self.vertices.len(), [0.0; 3]);
-        mesh.normals.resize(self.vertices.len(), [0.0; 3]);
-        let interpolate = |((vertices, positions), normals): ((&[u32], &mut [_]), &mut [_])| {
-            for ((&v, position), normal) in vertices.iter().zip(positions).zip(normals) {
-                (*position, *normal) = self.vertex_at(v, rank, isovalue);
+        let interpolate = |(vertices, positions): (&[u32], &mut [_])| {
+            for (&v, position) in vertices.iter().zip(positions) {
+                *position = self.vertex_at(v, rank, isovalue);
             }
         };
         if self.vertices.len() <= VERTICES_PER_TASK {
-            interpolate(((&self.vertices, &mut mesh.positions), &mut mesh.normals));
+            interpolate((&self.vertices, &mut mesh.positions));
         } else {
             (self.vertices.par_chunks(VERTICES_PER_TASK))
                 .zip(mesh.positions.par_chunks_mut(VERTICES_PER_TASK))
-                .zip(mesh.normals.par_chunks_mut(VERTICES_PER_TASK))
                 .for_each(interpolate);
         }
+        normals::of_mesh(&mesh.positions, &mesh.triangles, &mesh.caps, &mut mesh.normals);
         Ok(())
     }
 
     /// As [`Spectrum::vertex_at`].
     #[inline]
-    fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> ([f32; 3], [f32; 3]) {
+    fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
         let first_knot = &self.spectrum.first_knot;
         let range = first_knot[v as usize] as usize..first_knot[v as usize + 1] as usize;
         let trajectory = &self.knots[range.clone()];
@@ -136,29 +135,22 @@ impl<'a> Query<'a> {
         let before = &trajectory[next.saturating_sub(1)];
         let after = &trajectory[next.min(trajectory.len() - 1)];
         if before.isovalue == after.isovalue || before.isovalue == isovalue {
-            return (before.position, before.normal);
+            return before.position;
         }
         between(before, after, fraction(isovalue, before.isovalue, after.isovalue))
     }
 }
 
-/// A knot as meshes need it: with its isovalue, so that no table has to be asked for it, and its
-/// normal as a vector, which takes a root to find. 32 bytes, of which two fill a cache line.
+/// A knot as meshes need it: with its isovalue, so that no table has to be asked for it.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
 struct TimedKnot {
     isovalue: f64,
     position: [f32; 3],
-    normal: [f32; 3],
 }
 
 impl TimedKnot {
     fn new(knot: &Knot, isovalues: &[f64]) -> Self {
-        TimedKnot {
-            isovalue: isovalues[knot.rank as usize],
-            position: knot.position,
-            normal: normal::decode(knot.normal),
-        }
+        TimedKnot { isovalue: isovalues[knot.rank as usize], position: knot.position }
     }
 }
 
@@ -169,46 +161,45 @@ impl Spectrum {
         n.checked_sub(1).map(|rank| rank as u32)
     }
 
-    /// Position (voxel frame) and unit normal of vertex `v` at `isovalue`, whose rank is `rank`:
+    /// Position (voxel frame) of vertex `v` at `isovalue`, whose rank is `rank`:
     /// linear between the knots on either side, exact at a knot, that of the first or last knot
     /// beyond them.
     ///
     /// # Panics
     ///
     /// If the vertex has no knots.
-    pub fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> ([f32; 3], [f32; 3]) {
-        let trajectory = self.trajectory(v);
-        let next = trajectory.partition_point(|knot| knot.rank <= rank);
-        let after = trajectory[next.min(trajectory.len() - 1)];
-        let before = trajectory[next.saturating_sub(1)];
+    pub fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
+        let [before, after] = self.knots_around(v, rank).map(|i| self.knots[i]);
         if before.rank == after.rank
             || before.rank == rank && self.isovalues[rank as usize] == isovalue
         {
-            return (before.position, normal::decode(before.normal));
+            return before.position;
         }
         let [before, after] = [before, after].map(|k| TimedKnot::new(&k, &self.isovalues));
         between(&before, &after, fraction(isovalue, before.isovalue, after.isovalue))
     }
+
+    /// The last knot of vertex `v` not above `rank` and the first one above, as indices among all knots;
+    /// twice the same before the first and from the last on.
+    pub(super) fn knots_around(&self, v: u32, rank: u32) -> [usize; 2] {
+        let trajectory = self.trajectory(v);
+        let next = trajectory.partition_point(|knot| knot.rank <= rank);
+        let first = self.first_knot[v as usize] as usize;
+        [first + next.saturating_sub(1), first + next.min(trajectory.len() - 1)]
+    }
 }
 
-/// Where `isovalue` lies between `low` and `high`, in [0, 1]; halved first, so that even the
+/// Where `isovalue` lies between `low` and `high`, in [0, 1], 0 where these are equal; halved first, so that even the
 /// widest range does not overflow.
-fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
-    ((0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low)).clamp(0.0, 1.0)
+pub(super) fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
+    let share = (0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low);
+    if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Position and unit normal at the fraction `t` of the way between two knots.
+/// The position at the fraction `t` of the way between two knots.
 #[inline]
-fn between(before: &TimedKnot, after: &TimedKnot, t: f64) -> ([f32; 3], [f32; 3]) {
-    // Positions in double precision: a coordinate of a large volume has no bits to spare.
+fn between(before: &TimedKnot, after: &TimedKnot, t: f64) -> [f32; 3] {
+    // In double precision: a coordinate of a large volume has no bits to spare.
     let (p, q) = (before.position, after.position);
-    let position =
-        std::array::from_fn(|i| ((1.0 - t) * f64::from(p[i]) + t * f64::from(q[i])) as f32);
-    let (a, b) = (before.normal, after.normal);
-    let t = t as f32;
-    let n: [f32; 3] = std::array::from_fn(|i| (1.0 - t) * a[i] + t * b[i]);
-    let squared = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    // Opposite normals have no direction between them; a mesh may well turn over near an event.
-    let scale = 1.0 / squared.sqrt();
-    (position, if squared > 1e-12 { n.map(|x| x * scale) } else { a })
+    std::array::from_fn(|i| ((1.0 - t) * f64::from(p[i]) + t * f64::from(q[i])) as f32)
 }

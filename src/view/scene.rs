@@ -155,7 +155,7 @@ impl Scene {
             let rank = spectrum.rank_at(isovalue).unwrap_or(0);
             self.painter.triangles(i).map(move |vertices| {
                 vertices.map(|v| {
-                    let (position, _) = spectrum.vertex_at(v, rank, isovalue);
+                    let position = spectrum.vertex_at(v, rank, isovalue);
                     DVec3::from_array(position.map(f64::from))
                 })
             })

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use isospectrum::gpu::Gpu;
 use isospectrum::render::{BORDER, Background, Camera, FIELD_OF_VIEW, FILL, Image, Renderer, View};
-use isospectrum::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, normal};
+use isospectrum::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
 use isospectrum::volume::{Outside, Placement};
 
 /// How far the outline of a drawn shape may lie from that of the shape, pixels: an outline is known
@@ -104,7 +104,6 @@ pub(crate) fn add(spectrum: &mut Spectrum, (positions, faces): &Mesh, at: &[(u32
             spectrum.knots.push(Knot {
                 rank,
                 position: std::array::from_fn(|i| (middle[i] + radius * p[i]) as f32),
-                normal: normal::encode(unit(p).map(|x| x as f32)),
             });
         }
         spectrum.first_knot.push(spectrum.knots.len() as u32);

@@ -8,9 +8,7 @@
 
 use std::collections::HashMap;
 
-use isospectrum::spectrum::{
-    Collapse, Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo, normal,
-};
+use isospectrum::spectrum::{Collapse, Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo};
 use isospectrum::volume::{Outside, Placement};
 use proptest::prelude::*;
 
@@ -96,10 +94,7 @@ pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
             let mut end = middle;
             end[way as usize / 2] += if way % 2 == 0 { -1 } else { 1 };
             for (rank, sample) in [(0, middle), (1 + k % 2, end)] {
-                let turned = [0.1 + k as f32, sample[0] as f32, 1.0];
-                let length = turned.iter().map(|x| x * x).sum::<f32>().sqrt();
-                let normal = normal::encode(turned.map(|x| x / length));
-                spectrum.knots.push(Knot { rank, position: place(sample), normal });
+                spectrum.knots.push(Knot { rank, position: place(sample) });
             }
         }
         // Some end before their vertices do.
@@ -247,8 +242,7 @@ impl Surface {
         for (v, d) in self.directions.iter().enumerate() {
             let mut rank = self.births[v];
             loop {
-                let code = normal::encode(d.map(|x| x as f32));
-                knots.push(Knot { rank, position: point(*d, isovalue(rank)), normal: code });
+                knots.push(Knot { rank, position: point(*d, isovalue(rank)) });
                 if rank >= deaths[v] {
                     break;
                 }
@@ -304,8 +298,7 @@ pub(crate) fn any_spectrum() -> impl Strategy<Value = Spectrum> {
                 for rank in (0..n_ranks).filter(|_| numbers.below(3) > 0).collect::<Vec<_>>() {
                     let mut x = || numbers.below(1 << 20) as f32 / 4096.0 - 3.0;
                     let position = [x(), x(), x()];
-                    let normal = normal::encode([x() - 100.0, x() - 100.0, x() - 100.0]);
-                    knots.push(Knot { rank, position, normal });
+                    knots.push(Knot { rank, position });
                 }
                 first_knot.push(knots.len() as u32);
             }

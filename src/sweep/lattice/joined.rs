@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::shown::Shown;
 use super::{INNER_SHARES, Inner, Key, Slab};
-use crate::spectrum::{Knot, Patch, Triangle, normal};
+use crate::spectrum::{Knot, Patch, Triangle};
 use crate::sweep::Sweep;
 
 /// How near to a sample, as a share of the lattice edge, a vertex comes.
@@ -14,8 +14,8 @@ const EDGE_MARGIN: f64 = 1e-4;
 /// nearer could be taken for the isosurface proper.
 const CAP_MARGIN: f64 = 0.01;
 
-/// A knot before its isovalue has a rank: isovalue, position, normal.
-type Unranked = (f64, Vec3, [i16; 2]);
+/// A knot before its isovalue has a rank: isovalue, position.
+type Unranked = (f64, Vec3);
 
 /// The trajectories of a patch: the knots of one from one entry of `first` to the next.
 struct Trajectories {
@@ -43,7 +43,7 @@ pub(super) fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
     let mut triangles: Vec<([u32; 3], f64, f64, bool)> = Vec::new();
     for slab in slabs {
         let inner_base = trajectories.len() as u32;
-        slab.inner.iter().for_each(|i| trajectories.push(&inner_trajectory(sweep, i)));
+        slab.inner.iter().for_each(|i| trajectories.push(&inner_trajectory(i)));
         for r in &slab.records {
             let vertices = r.vertices.map(|key| match key {
                 Key::Inner(i) => inner_base + i,
@@ -66,7 +66,7 @@ pub(super) fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
     isovalues.dedup();
     let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
     let mut patch = Patch { first_knot: trajectories.first, ..Patch::default() };
-    let knot = |(c, p, normal): Unranked| Knot { rank: rank(c), position: p.to_array(), normal };
+    let knot = |(c, p): Unranked| Knot { rank: rank(c), position: p.to_array() };
     patch.knots = trajectories.knots.into_iter().map(knot).collect();
     patch.triangles = triangles
         .into_iter()
@@ -104,38 +104,17 @@ fn edge_trajectory(sweep: &Sweep, from: u32, axis: u8, range: (f64, f64)) -> [Un
     let (near_from, near_to) = (margin(to), 1.0 - margin(from));
     let base = Vec3::from(sweep.exact.position(from).map(|x| x as f32));
     let voxel = Vec3::from(sweep.exact.volume().voxel_size().map(|x| x as f32));
-    let (na, nb) = (sample_normal(sweep, from), sample_normal(sweep, to));
     let at = |c: f64| {
         let t = ((c - fa) / (fb - fa)).clamp(near_from, near_to) as f32;
         let mut p = base;
         p[axis as usize] += t;
-        (c, p * voxel, normal::encode(na.lerp(nb, t).normalize_or(Vec3::Z).to_array()))
+        (c, p * voxel)
     };
     let (low, high) = (fa.min(fb).max(range.0), fa.max(fb).min(range.1));
     [at(low), at(high)]
 }
 
 /// The trajectory of a vertex inside a cell.
-fn inner_trajectory(sweep: &Sweep, inner: &Inner) -> [Unranked; INNER_SHARES.len()] {
-    std::array::from_fn(|i| {
-        let p = Vec3::from(inner.positions[i]);
-        let n = -sweep.field.gradient(p).normalize_or(Vec3::NEG_Z);
-        (inner.isovalues[i], p, normal::encode(n.to_array()))
-    })
-}
-
-/// Unit normal at a sample, towards lower values, from central differences.
-fn sample_normal(sweep: &Sweep, vertex: u32) -> Vec3 {
-    let dims = sweep.exact.volume().dims().map(|d| d as i64);
-    let voxel = sweep.exact.volume().voxel_size();
-    let p = sweep.exact.position(vertex);
-    let inside = std::array::from_fn::<i64, 3, _>(|a| p[a].clamp(0, dims[a] - 1));
-    let value = |q: [i64; 3]| sweep.exact.volume().padded(q[0], q[1], q[2]);
-    let slope = |a: usize| {
-        let (mut before, mut after) = (inside, inside);
-        before[a] = (inside[a] - 1).max(0);
-        after[a] = (inside[a] + 1).min(dims[a] - 1);
-        ((value(after) - value(before)) / ((after[a] - before[a]).max(1) as f64 * voxel[a])) as f32
-    };
-    -Vec3::new(slope(0), slope(1), slope(2)).normalize_or(Vec3::NEG_Z)
+fn inner_trajectory(inner: &Inner) -> [Unranked; INNER_SHARES.len()] {
+    std::array::from_fn(|i| (inner.isovalues[i], Vec3::from(inner.positions[i])))
 }

@@ -63,11 +63,7 @@ impl Log {
             while patch.first_knot.len() <= *i as usize {
                 patch.first_knot.push(patch.knots.len() as u32);
             }
-            patch.knots.push(Knot {
-                rank: rank(k.isovalue),
-                position: k.position,
-                normal: k.normal,
-            });
+            patch.knots.push(Knot { rank: rank(k.isovalue), position: k.position });
         }
         patch.first_knot.push(patch.knots.len() as u32);
         let vertex = |t: Trajectory| index(t).expect("a vertex of a triangle");
