@@ -8,6 +8,7 @@ use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
 use super::surgery::Front;
 use super::toil::Toil;
+use super::track::begins_too_dense;
 use super::{Piece, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract, extract_component};
@@ -99,7 +100,7 @@ pub(super) fn motion(sweep: &Sweep, isosurface: &Extraction, change: f64) -> f64
 }
 
 /// The mesh that a piece starts from: the one given for it, or its exact extraction remeshed.
-/// `None` where remeshing makes the mesh pass through itself.
+/// `None` where [`fresh_mesh`] gives none.
 pub(super) fn start_front(
     sweep: &Sweep,
     piece: &Piece,
@@ -119,14 +120,16 @@ pub(super) fn start_front(
     Ok(Some(Front { mesh, recorder, at: isovalue, toil: Toil::default() }))
 }
 
-/// An exact extraction, remeshed. `None` where remeshing makes the mesh pass through itself.
+/// An exact extraction, remeshed. `None` where remeshing makes the mesh pass through itself, or leaves it so dense
+/// that it would be given up after a step.
 pub(super) fn fresh_mesh(
     sweep: &Sweep,
     isovalue: f64,
     exact: &Extraction,
     kernels: &mut dyn Kernels,
 ) -> Result<Option<Mesh>> {
-    remeshed(sweep, isovalue, mesh_of(exact)?, kernels)
+    let mesh = remeshed(sweep, isovalue, mesh_of(exact)?, kernels)?;
+    Ok(mesh.filter(|mesh| !begins_too_dense(mesh)))
 }
 
 /// The mesh of an extraction.

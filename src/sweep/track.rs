@@ -57,8 +57,10 @@ const REPAIRS_AHEAD: usize = 6;
 /// From so many halvings on, a step is not refused for few folded or off faces any more.
 const TOLERANT_FROM: u32 = 2;
 
-/// More faces per square voxel than this are too many: an exact marching cubes has about 2.2.
+/// More faces per square voxel than this are too many: an exact marching cubes has about 2.2. A mesh that is
+/// begun with nearly as many has too many after a step.
 const FACES_PER_AREA: f32 = 2.6;
+const FACES_PER_AREA_AT_FIRST: f32 = 2.3;
 
 /// A flip may move the surface by so many tolerances.
 const FLIP_SHARE: f32 = 1.0;
@@ -226,8 +228,18 @@ pub(crate) fn track(
 /// Whether the mesh takes more faces than the exact extraction: where the isosurface hugs the
 /// lattice, as it does beside a plateau, finer triangles do not follow it any better.
 fn is_too_dense(mesh: &Mesh) -> bool {
+    has_more_faces(mesh, FACES_PER_AREA)
+}
+
+/// Whether a mesh has so many faces from the beginning that it will not come far.
+pub(super) fn begins_too_dense(mesh: &Mesh) -> bool {
+    has_more_faces(mesh, FACES_PER_AREA_AT_FIRST)
+}
+
+/// Whether a mesh, if it is not small, has more faces per square voxel.
+fn has_more_faces(mesh: &Mesh, per_area: f32) -> bool {
     let area = || mesh.faces().map(|f| area(mesh.corners(f))).sum::<f32>();
-    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > FACES_PER_AREA * area()
+    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > per_area * area()
 }
 
 /// What came of trying to step.
