@@ -53,38 +53,52 @@ class AreaVectors {
      * that of the caps where there is nothing else. None of no area.
      */
     around(v, rank, isovalue) {
-        const { vertices, births, deaths, place, sum, capSum } = this;
+        const { vertices, births, deaths, sum, capSum } = this;
         sum.fill(0);
         capSum.fill(0);
         this.placeAt(v, rank, isovalue, 0);
         for (let i = this.first[v]; i < this.first[v + 1]; i++) {
             const t = this.triangles[i];
             if (births[t] > rank || deaths[t] <= rank) continue;
-            const [a, b, c] = [vertices[3 * t], vertices[3 * t + 1], vertices[3 * t + 2]];
+            const a = vertices[3 * t];
+            const b = vertices[3 * t + 1];
+            const c = vertices[3 * t + 2];
             this.placeAt(a === v ? b : b === v ? c : a, rank, isovalue, 3);
             this.placeAt(a === v ? c : b === v ? a : b, rank, isovalue, 6);
             this.add(this.caps[t] ? capSum : sum);
         }
-        const areas = [sum, capSum].find(([x, y, z]) => x !== 0 || y !== 0 || z !== 0);
-        return areas;
+        if (hasLength(sum)) return sum;
+        return hasLength(capSum) ? capSum : null;
     }
 
     /** Adds the product of the two corners seen from the vertex. */
     add(sum) {
         const p = this.place;
         const unit = (this.step * this.step) / AREA_UNIT;
-        const [ax, ay, az] = [p[3] - p[0], p[4] - p[1], p[5] - p[2]];
-        const [bx, by, bz] = [p[6] - p[0], p[7] - p[1], p[8] - p[2]];
+        // Pairs taken apart would be arrays: this is done millions of times.
+        const ax = p[3] - p[0];
+        const ay = p[4] - p[1];
+        const az = p[5] - p[2];
+        const bx = p[6] - p[0];
+        const by = p[7] - p[1];
+        const bz = p[8] - p[2];
         sum[0] += Math.round(unit * (ay * bz - az * by));
         sum[1] += Math.round(unit * (az * bx - ax * bz));
         sum[2] += Math.round(unit * (ax * by - ay * bx));
     }
 }
 
+/** Whether a vector is not zero. */
+function hasLength(vector) {
+    return vector[0] !== 0 || vector[1] !== 0 || vector[2] !== 0;
+}
+
 /** Writes the octahedral code of a direction: src/spectrum/normal.rs. */
-function encodeNormal([x, y, z], codes, at) {
-    const length = Math.abs(x) + Math.abs(y) + Math.abs(z);
-    const [u, v] = [x / length, y / length];
+function encodeNormal(direction, codes, at) {
+    const z = direction[2];
+    const length = Math.abs(direction[0]) + Math.abs(direction[1]) + Math.abs(z);
+    const u = direction[0] / length;
+    const v = direction[1] / length;
     codes[at] = Math.round(NORMAL_ONE * (z < 0 ? withSign(1 - Math.abs(v), u) : u));
     codes[at + 1] = Math.round(NORMAL_ONE * (z < 0 ? withSign(1 - Math.abs(u), v) : v));
 }

@@ -61,7 +61,7 @@ impl Units {
             }
             for (knot, place) in rounded.knots[first..].iter_mut().zip(places) {
                 knot.position = (place * QUANTUM).to_array().map(|x| x as f32);
-                if !(place.abs().max_element() * QUANTUM <= f64::from(MAX_COORDINATE)) {
+                if place.abs().max_element() * QUANTUM > f64::from(MAX_COORDINATE) {
                     let (step, place) = (1.0 / self.per_voxel, place / self.per_voxel);
                     return Err(Error::Usage(format!(
                         "step of {step} voxels, expected more: at {place} there are too many"

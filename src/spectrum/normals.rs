@@ -14,6 +14,7 @@
 //! corner of one comes first makes a difference, so a spectrum has the same normals before and after it was a
 //! file.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::query::fraction;
@@ -192,14 +193,11 @@ fn area_vector(
             continue;
         }
         let at = triangle.vertices.iter().position(|&u| u == v).unwrap_or(0);
-        let [a, b] = [1, 2].map(|k| {
-            let place = place_at(spectrum, triangle.vertices[(at + k) % 3], rank, isovalue);
-            std::array::from_fn::<f64, 3, _>(|k| place[k] - here[k])
-        });
-        for k in 0..3 {
-            let (x, y) = ((k + 1) % 3, (k + 2) % 3);
-            let area = a[x] * b[y] - a[y] * b[x];
-            sums[usize::from(triangle.cap)][k] += (area / AREA_UNIT).round() as i128;
+        let corner = |k: usize| triangle.vertices[(at + k) % 3];
+        let [a, b] = [1, 2].map(|k| place_at(spectrum, corner(k), rank, isovalue) - here);
+        let sum = &mut sums[usize::from(triangle.cap)];
+        for (sum, area) in sum.iter_mut().zip(a.cross(b).to_array()) {
+            *sum += (area / AREA_UNIT).round() as i128;
         }
     }
     let sum = sums.into_iter().find(|sum| *sum != [0; 3])?;
@@ -207,15 +205,15 @@ fn area_vector(
 }
 
 /// Where a vertex is at an isovalue of its lifetime and the isovalue's rank, voxel frame.
-fn place_at(spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> [f64; 3] {
+fn place_at(spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> DVec3 {
     let trajectory = spectrum.trajectory(v);
     let next = trajectory.partition_point(|knot| knot.rank <= rank);
     let before = &trajectory[next.saturating_sub(1)];
-    let p = before.position.map(f64::from);
-    let Some(after) = trajectory.get(next) else { return p };
+    let place = |knot: &Knot| DVec3::from(knot.position.map(f64::from));
+    let Some(after) = trajectory.get(next) else { return place(before) };
     let half = |knot: &Knot| 0.5 * spectrum.isovalues[knot.rank as usize];
     // Halved, so that even the widest range does not overflow.
     let t = (0.5 * isovalue - half(before)) / (half(after) - half(before));
     let t = if t.is_finite() { t } else { 0.0 };
-    std::array::from_fn(|a| p[a] + t * (f64::from(after.position[a]) - p[a]))
+    place(before) + t * (place(after) - place(before))
 }
