@@ -143,7 +143,7 @@ fn jumping(by: f32) -> Spectrum {
     let moved: Vec<Knot> = (spectrum.knots.iter().enumerate())
         .map(|(i, knot)| {
             let [x, y, z] = knot.position;
-            Knot { rank: 1 + i as u32 % 2, position: [x + by, y, z], ..*knot }
+            Knot { rank: 1 + i as u32 % 2, position: [x + by, y, z] }
         })
         .collect();
     spectrum.knots.extend(moved);
