@@ -225,6 +225,7 @@ fn folder_for_the_browser() -> Folder {
         "--volume",
         "torus_24x24x24_float32.raw",
     ]);
+    folder.run(&["html", "s.isp", "-o", "fine.html", "--step", "0.0009765625"]);
     folder.run(&["convert", "s.isp", "s.thesis"]);
     let spectrum = spectrum();
     let (low, high) = spectrum.range;
