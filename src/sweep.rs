@@ -13,6 +13,7 @@ mod batches;
 mod border;
 mod caps;
 mod chain;
+mod course;
 mod criteria;
 mod flips;
 mod glide;

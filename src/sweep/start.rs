@@ -3,12 +3,13 @@
 use std::collections::HashSet;
 
 use super::caps::{beyond, inner_slope};
+use super::course::begins_too_dense;
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
 use super::surgery::Front;
 use super::toil::Toil;
-use super::track::begins_too_dense;
+
 use super::{Piece, Sweep};
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract, extract_component};

@@ -1,0 +1,269 @@
+//! A mesh on its way through an arc: the step that it takes, the edits there, and what is done where no step
+//! passes the checks.
+
+use glam::Vec3;
+
+use super::advance::{Advanced, Since, expected_motion};
+use super::border::{Cleared, clear};
+use super::caps::split_chamfers;
+use super::criteria::{Criteria, extend_sizing, sizing};
+use super::flips::flip_edges;
+use super::glide::{Edits, glides};
+use super::opening::Opening;
+use super::refine::{refine, split_long};
+use super::remesh::SIZING_GOAL;
+use super::simplify::{Bounds, simplify};
+use super::surgery::{Front, REPAIRED_FROM};
+use super::track::{End, STEP_LENGTH, Tracking, Tried, Way};
+use super::{Counts, Parameters};
+use crate::error::Result;
+use crate::kernels::Kernels;
+use crate::kernels::field::Field;
+use crate::mesh::{Compacted, Mesh, area, intersecting};
+
+/// So many times per step vertices get out of the way of the border curve.
+const MOST_RETREATS: u32 = 4;
+
+/// How far most vertices may move, in voxels, in a step on which some are in the way of the border curve.
+const BORDER_MOTION: f32 = 0.3;
+
+/// How far most vertices may move, in voxels, where a dent opens in a cap.
+const OPENING_MOTION: f32 = 0.15;
+
+/// A mesh is repaired at most so many times on its way through one arc: as many times as make up this
+/// many faces, within bounds.
+const MOST_REPAIRED_FACES: usize = 200_000;
+const MOST_REPAIRS: (usize, usize) = (8, 40);
+
+/// A mesh that is repaired more often than once in so many steps, but for the first repairs, is given
+/// up.
+const STEPS_PER_REPAIR: usize = 2;
+const REPAIRS_AHEAD: usize = 6;
+
+/// More faces per square voxel than this are too many: an exact marching cubes has about 2.2. A mesh that is
+/// begun with nearly as many has too many after a step.
+const FACES_PER_AREA: f32 = 2.6;
+const FACES_PER_AREA_AT_FIRST: f32 = 2.3;
+
+/// A flip may move the surface by so many tolerances.
+const FLIP_SHARE: f32 = 1.0;
+
+/// What is collapsed at a sampling isovalue: less than refinement would split again soon.
+const COLLAPSES: Bounds = Bounds { short: 0.7, share: 0.3 };
+
+/// Smaller meshes may have as many faces as they need.
+const DENSE_FROM: usize = 5_000;
+
+/// A mesh on its way: how far it may step, and what has been done to it so that it comes on.
+pub(super) struct Course {
+    /// The next step, and the longest that it may be.
+    pub(super) step: f64,
+    pub(super) limit: f64,
+    /// How often vertices have got out of the way of the border curve since the last step.
+    retreats: u32,
+    /// From where on passed samples count.
+    pub(super) since: Since,
+    /// Steps taken, and repairs: for bumps and for all else.
+    steps: usize,
+    repairs: usize,
+    bumps: usize,
+}
+
+impl Course {
+    /// From an isovalue on, with a first guess of the step.
+    pub(super) fn new(at: f64, step: f64) -> Course {
+        let since = Since { dents: at, bumps: at };
+        let (limit, retreats) = (f64::INFINITY, 0);
+        Course { step, limit, retreats, since, steps: 0, repairs: 0, bumps: 0 }
+    }
+
+    /// Whether vertices may get out of the way of the border curve.
+    pub(super) fn may_retreat(&self) -> bool {
+        self.retreats < MOST_RETREATS
+    }
+
+    /// Takes a step that passes the checks, and edits the mesh there.
+    pub(super) fn go_on(
+        &mut self,
+        front: &mut Front,
+        compacted: &mut Compacted,
+        (next, halved, advanced): (f64, u32, Advanced),
+        &Tracking { field, parameters, way, .. }: &Tracking,
+        counts: &mut Counts,
+    ) -> Option<End> {
+        for (&v, &p) in compacted.vertices.iter().zip(&advanced.positions) {
+            front.mesh.set_position(v, p.into());
+        }
+        let recorder = &mut front.recorder;
+        recorder.knots(&compacted.vertices, &advanced.positions, &advanced.normals, next);
+        counts.steps += 1;
+        self.steps += 1;
+        front.toil.add_step(advanced.moved);
+        (self.retreats, self.limit) = (0, f64::INFINITY);
+        let at = std::mem::replace(&mut front.at, next);
+        if (way.last - next) * way.direction.sign() <= 0.0 {
+            return Some(End::Arrived);
+        }
+        compacted.positions = advanced.positions;
+        let unedited = front.mesh.clone();
+        let edits = edit(&mut front.mesh, field, parameters, next);
+        let edited = front.mesh.compacted();
+        if intersecting(&edited.positions, &edited.connectivity.faces).len() > advanced.n_crossing {
+            // The next step would be refused, however short. What the last one pinned is free again.
+            *compacted = unedited.compacted();
+            front.mesh = unedited;
+        } else {
+            recorder.glide(&front.mesh, &glides(compacted, &edits), next);
+            recorder.edits(&front.mesh, &edits.collapsed, next, way.direction);
+            *compacted = edited;
+        }
+        if is_too_dense(&front.mesh) {
+            log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
+            return Some(End::TooDense);
+        }
+        let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
+            .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
+        self.step = (next - at).abs() * f64::from(growth);
+        None
+    }
+
+    /// Does what lets a mesh come on where no step passes the checks: shorter steps, vertices out of the way,
+    /// or a repair.
+    pub(super) fn mend(
+        &mut self,
+        front: &mut Front,
+        compacted: &mut Compacted,
+        tried: Tried,
+        kernels: &mut dyn Kernels,
+        tracking: &Tracking,
+        counts: &mut Counts,
+    ) -> Result<Option<End>> {
+        let way = tracking.way;
+        if !tried.left.is_empty() {
+            self.clear_border(front, compacted, &tried, tracking);
+            return Ok(None);
+        }
+        if let Some(gap) = gap_to_opening(&tried.opened, front.at, way) {
+            self.limit = gap;
+            return Ok(None);
+        }
+        if (way.last - front.at).abs() <= way.window {
+            return Ok(Some(End::Arrived));
+        }
+        self.repair(front, compacted, tried, kernels, tracking, counts)
+    }
+
+    /// Where vertices would leave the volume: goes on to just before that, then moves them away.
+    fn clear_border(
+        &mut self,
+        front: &mut Front,
+        compacted: &mut Compacted,
+        tried: &Tried,
+        &Tracking { field, way, .. }: &Tracking,
+    ) {
+        let at = front.at;
+        let half = 0.5 * (tried.failed_at - at).abs();
+        let far = expected_motion(&front.mesh, field, at, tried.failed_at);
+        let crowd = tried.left.len() > 2 + compacted.vertices.len() / 300;
+        let most = if crowd { 0.2 * BORDER_MOTION } else { BORDER_MOTION };
+        if far > most && half > way.min_step {
+            self.limit = half;
+            return;
+        }
+        let (mesh, recorder) = (&mut front.mesh, &mut front.recorder);
+        match clear(mesh, recorder, field, &tried.left, at, way.direction) {
+            Cleared::Some => self.retreats += 1,
+            Cleared::TooEarly if half > way.min_step => self.limit = half,
+            _ => self.retreats = MOST_RETREATS,
+        }
+        *compacted = front.mesh.compacted();
+    }
+
+    /// Asks for a repair, unless there have been too many.
+    fn repair(
+        &mut self,
+        front: &mut Front,
+        compacted: &mut Compacted,
+        tried: Tried,
+        kernels: &mut dyn Kernels,
+        tracking: &Tracking,
+        counts: &mut Counts,
+    ) -> Result<Option<End>> {
+        let &Tracking { field, way, repair, .. } = tracking;
+        let n = if tried.missed { &mut self.bumps } else { &mut self.repairs };
+        *n += 1;
+        let most = (MOST_REPAIRED_FACES / front.mesh.n_faces().max(1))
+            .clamp(MOST_REPAIRS.0, MOST_REPAIRS.1)
+            .min(REPAIRS_AHEAD + self.steps / STEPS_PER_REPAIR);
+        let is_over = *n > most || front.toil.is_too_much();
+        let (at, missed, failed_at) = (front.at, tried.missed, tried.failed_at);
+        let (to, points) = target_of_repair(front, field, tried, way);
+        if is_over || !repair(front, (to, &points), kernels, counts)? {
+            // A large mesh that goes by a bump is better than none.
+            if !missed || front.mesh.n_faces() < REPAIRED_FROM {
+                return Ok(Some(End::Stuck));
+            }
+            self.since.bumps = if is_over { way.last } else { failed_at };
+            return Ok(None);
+        }
+        *compacted = front.mesh.compacted();
+        self.step = (front.at - at).abs();
+        self.limit = f64::INFINITY;
+        self.since = Since { dents: front.at, bumps: front.at };
+        Ok(is_too_dense(&front.mesh).then_some(End::TooDense))
+    }
+}
+
+/// How far it is to just before the first dent or bump opens; `None` if that is here.
+fn gap_to_opening(opened: &[Opening], at: f64, way: &Way) -> Option<f64> {
+    let gaps = opened.iter().map(|o| (o.isovalue - at) * way.direction.sign());
+    let gap = gaps.min_by(f64::total_cmp)?;
+    (gap > 2.0 * way.min_step).then_some(gap - way.min_step)
+}
+
+/// To which isovalue a mesh is repaired, and at which points: where the step failed; but where dents or
+/// bumps open, it is not as far as most of the mesh may move at once, and they are those that have opened there.
+fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f64, Vec<Vec3>) {
+    if tried.opened.is_empty() {
+        return (tried.failed_at, tried.points);
+    }
+    let far = expected_motion(&front.mesh, field, front.at, tried.failed_at);
+    let to = front.at + (tried.failed_at - front.at) * f64::from((OPENING_MOTION / far).min(1.0));
+    let has_opened = |o: &&Opening| (o.isovalue - to) * way.direction.sign() <= 0.0;
+    (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
+}
+
+/// Whether the mesh takes more faces than the exact extraction: where the isosurface hugs the
+/// lattice, as it does beside a plateau, finer triangles do not follow it any better.
+fn is_too_dense(mesh: &Mesh) -> bool {
+    has_more_faces(mesh, FACES_PER_AREA)
+}
+
+/// Whether a mesh has so many faces from the beginning that it will not come far.
+pub(super) fn begins_too_dense(mesh: &Mesh) -> bool {
+    has_more_faces(mesh, FACES_PER_AREA_AT_FIRST)
+}
+
+/// Whether a mesh, if it is not small, has more faces per square voxel.
+fn has_more_faces(mesh: &Mesh, per_area: f32) -> bool {
+    let area = || mesh.faces().map(|f| area(mesh.corners(f))).sum::<f32>();
+    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > per_area * area()
+}
+
+/// Simplifies, refines and flips at a sampling isovalue.
+fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edits {
+    split_chamfers(mesh, field);
+    let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
+    // What a flip can mend needs no refinement.
+    flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
+    let deviations = criteria.deviations(mesh);
+    let mut born = Vec::new();
+    let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
+    refine(mesh, &criteria, &deviations, &mut born);
+    extend_sizing(mesh, &mut length);
+    split_long(mesh, &criteria, &length, 2.0, &mut born);
+    extend_sizing(mesh, &mut length);
+    let collapsed = simplify(mesh, &criteria, &length, COLLAPSES);
+    flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
+    Edits { born, collapsed }
+}
