@@ -140,7 +140,10 @@ function between(a, b, t) {
     return a + Math.floor((t * (b - a) + 32768) * (1 / 65536));
 }
 
-/** Positions, in steps, from what their predictions miss and from samples; `along` steps are counted along the surface. */
+/**
+ * Positions, in steps, from what their predictions miss and from samples; along the surface, what is told counts
+ * `along` steps.
+ */
 function positionsOf(told, samples, trajectories, isovalues, triangles, along) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);

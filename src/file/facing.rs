@@ -3,9 +3,9 @@
 //! # Theory
 //!
 //! A vertex that lies a little elsewhere on the surface leaves the surface as it is, and most of what
-//! tells a position is where along the surface it lies. So a vertex has an axis that it *faces*, the one that its normal is nearest to;
-//! its coordinate there is counted in units, the other two in `along` units each. Where these are rounded, the
-//! vertex moves in its tangent plane. A file, which loses nothing, has `along` 1.
+//! tells a position is where along the surface it lies. So a vertex has an axis that it *faces*, the one that
+//! its normal is nearest to; its coordinate there is counted in units, the other two in `along` units each.
+//! Where these are rounded, the vertex moves in its tangent plane. A file, which loses nothing, has `along` 1.
 
 use glam::DVec3;
 
@@ -38,7 +38,7 @@ impl Units {
     /// [`Error::Usage`] if a coordinate has too many units.
     pub(crate) fn rounded(self, spectrum: &Spectrum) -> Result<Spectrum> {
         let mut rounded = spectrum.clone();
-        let normals = if self.has_facing() { Normals::of(spectrum) } else { Normals::default() };
+        let normals = Normals::of(spectrum);
         let samples = Samples::new(&spectrum.volume, self.per_voxel);
         for v in 0..spectrum.n_vertices() as u32 {
             let trajectory = spectrum.trajectory(v);
@@ -51,7 +51,7 @@ impl Units {
                 _ => false,
             };
             let first = spectrum.first_knot[v as usize] as usize;
-            if self.has_facing() && !is_lattice {
+            if !is_lattice {
                 let codes = &normals.codes()[first..first + trajectory.len()];
                 let normals: Vec<DVec3> =
                     codes.iter().map(|&n| DVec3::from(normal::decode(n).map(f64::from))).collect();
@@ -92,9 +92,8 @@ impl Units {
     /// The axis that a vertex with rounded positions faces: the first one beside which they are whole in both
     /// others.
     pub(super) fn facing(self, trajectory: &[Knot]) -> usize {
-        let is_whole = |knot: &Knot, a: usize| {
-            self.along <= 1 || i64::from(to_fixed(knot.position[a % 3])) % self.along == 0
-        };
+        let is_whole =
+            |knot: &Knot, a: usize| i64::from(to_fixed(knot.position[a % 3])) % self.along == 0;
         let faces = |&a: &usize| {
             trajectory.iter().all(|knot| is_whole(knot, a + 1) && is_whole(knot, a + 2))
         };

@@ -4,14 +4,14 @@
 //!
 //! Where no mesh is tracked the exact extraction shows, and its vertices lie on lattice edges: each is born at one
 //! sample and ends at a neighbour. Such a *lattice vertex* is told by its sample and one of six ways, and takes
-//! a byte where two free positions take eight. In spectra of noisy volumes most vertices are of this kind.
+//! a byte where two free positions take six. In spectra of noisy volumes most vertices are of this kind.
 
 use super::trajectories::Ranks;
 use crate::spectrum::VolumeInfo;
 
 /// The samples of a volume in the whole numbers that positions are stored in.
 #[derive(Debug)]
-pub(crate) struct Samples {
+pub(super) struct Samples {
     /// Samples along x, y, z.
     dims: [i64; 3],
     /// Units of a position per cell, along x, y, z.
@@ -20,7 +20,7 @@ pub(crate) struct Samples {
 
 impl Samples {
     /// The samples of a volume whose positions count `per_voxel` units. None where it is not known where they lie.
-    pub(crate) fn new(volume: &VolumeInfo, per_voxel: f64) -> Self {
+    pub(super) fn new(volume: &VolumeInfo, per_voxel: f64) -> Self {
         let spacing = volume.placement.spacing;
         let least = spacing[0].min(spacing[1]).min(spacing[2]);
         let is_known = volume.placement.check().is_ok();
@@ -51,7 +51,7 @@ impl Samples {
     }
 
     /// The sample that a vertex starts at and its way, if these say where its two knots are.
-    pub(crate) fn way_of(&self, knots: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
+    pub(super) fn way_of(&self, knots: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
         let start = self.nearest(knots[0]);
         let end = self.nearest(knots[1]);
         if self.place(start) != Some(knots[0]) || self.place(end) != Some(knots[1]) {

@@ -2,8 +2,8 @@
 //!
 //! One deflate stream of sections, each a length (u64) and that many bytes: `INFO`, `ISOV`, `VERT`,
 //! `TRIA` and `POSN` as FORMAT.md describes them, but positions count steps of the page, and [`ALONG`] steps
-//! along the surface. Which axis each vertex faces that is no lattice vertex stands before the columns of first knots, which
-//! begin with the coordinate along it and go on with the next axes in the order x, y, z, x.
+//! along the surface. Which axis each vertex faces that is no lattice vertex stands before the columns of first
+//! knots; all columns begin with the coordinate along it and go on with the next axes in the order x, y, z, x.
 
 use std::io::Write as _;
 
@@ -18,8 +18,8 @@ use crate::spectrum::Spectrum;
 /// usual tolerance of 0.1 voxel, and a tenth of a pixel where a voxel is six pixels wide.
 pub const DEFAULT_STEP: f64 = 1.0 / 64.0;
 
-/// Coordinates along the surface are rounded to so many steps: a vertex that lies a thirtieth of a voxel beside its
-/// place on the surface leaves the surface as it is.
+/// Coordinates along the surface are rounded to so many steps: a vertex that lies a thirtieth of a voxel beside
+/// its place on the surface leaves the surface as it is.
 pub(super) const ALONG: i64 = 4;
 
 /// The raw deflate stream of a spectrum whose positions count steps of `step` voxels.

@@ -206,14 +206,9 @@ fn area_vector(
 
 /// Where a vertex is at an isovalue of its lifetime and the isovalue's rank, voxel frame.
 fn place_at(spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> DVec3 {
-    let trajectory = spectrum.trajectory(v);
-    let next = trajectory.partition_point(|knot| knot.rank <= rank);
-    let before = &trajectory[next.saturating_sub(1)];
+    let [before, after] = spectrum.knots_around(v, rank).map(|i| &spectrum.knots[i]);
     let place = |knot: &Knot| DVec3::from(knot.position.map(f64::from));
-    let Some(after) = trajectory.get(next) else { return place(before) };
-    let half = |knot: &Knot| 0.5 * spectrum.isovalues[knot.rank as usize];
-    // Halved, so that even the widest range does not overflow.
-    let t = (0.5 * isovalue - half(before)) / (half(after) - half(before));
-    let t = if t.is_finite() { t } else { 0.0 };
+    let time = |knot: &Knot| spectrum.isovalues[knot.rank as usize];
+    let t = fraction(isovalue, time(before), time(after));
     place(before) + t * (place(after) - place(before))
 }
