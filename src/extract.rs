@@ -280,11 +280,7 @@ impl Polygoniser<'_, '_> {
 
     /// A vertex inside a cell, near a point of it (0 to 1), moved onto the isosurface.
     fn inner_vertex(&mut self, cell: &Cell, near: [f64; 3]) -> u32 {
-        let values = std::array::from_fn(|c| {
-            let [i, j, k] = cell.corner_position(c as u8);
-            self.field.volume().padded(i, j, k) - self.isovalue
-        });
-        let inside = polygons::settle(&values, near, CELL_MARGIN);
+        let inside = polygons::settle(&self.values(cell), near, CELL_MARGIN);
         let position = std::array::from_fn(|a| cell.position[a] as f64 - 1.0 + inside[a]);
         self.mesh.positions.push(self.to_voxel(position));
         self.mesh.borders.push(0);
@@ -297,10 +293,18 @@ impl Polygoniser<'_, '_> {
         std::array::from_fn(|a| (index[a] * self.voxel_size[a]) as f32)
     }
 
+    /// The samples at a cell's corners, less the isovalue.
+    fn values(&self, cell: &Cell) -> [f64; 8] {
+        std::array::from_fn(|c| {
+            let [i, j, k] = cell.corner_position(c as u8);
+            self.field.volume().padded(i, j, k) - self.isovalue
+        })
+    }
+
     /// A vertex in coordinates of a cell, 0 to 1.
     fn in_cell(&self, cell: &Cell, vertex: u32) -> [f64; 3] {
-        let p = self.mesh.positions[vertex as usize];
-        std::array::from_fn(|a| p[a] as f64 / self.voxel_size[a] - cell.position[a] as f64 + 1.0)
+        let point = self.mesh.positions[vertex as usize].map(f64::from);
+        point_in_cell(cell, point, self.voxel_size)
     }
 
     /// Fills one loop: by chords through the cell, or where every choice of chords would lie in a
@@ -313,8 +317,10 @@ impl Polygoniser<'_, '_> {
             ring[i] = vertices[edge as usize];
             points[i] = self.mesh.positions[ring[i] as usize].map(f64::from);
         }
+        let (values, size) = (self.values(cell), self.voxel_size);
+        let deviation = |p| polygons::deviation(&values, point_in_cell(cell, p, size), size);
         let faces = &mut self.mesh.faces;
-        let filled = polygons::triangulate(edges, &points[..n], |t| {
+        let filled = polygons::triangulate(edges, &points[..n], deviation, |t| {
             faces.push(t.map(|i| ring[i]));
         });
         if !filled {
@@ -380,4 +386,9 @@ impl Polygoniser<'_, '_> {
         mesh.n_components = n_components as usize;
         mesh
     }
+}
+
+/// A point of the voxel frame in coordinates of a cell, 0 to 1.
+fn point_in_cell(cell: &Cell, p: [f64; 3], voxel_size: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|a| p[a] / voxel_size[a] - cell.position[a] as f64 + 1.0)
 }

@@ -2,15 +2,22 @@
 
 use super::cell::EDGE_FACES;
 
+/// How much a squared deviation of a triangle from the isosurface counts beside a squared length of a chord.
+/// Short chords alone gave triangles as good, but a 99th percentile of the barycentre error of 0.31 voxel
+/// instead of 0.25 on HeadMR; from 30 to 1000 little changes.
+const DEVIATION_WEIGHT: f64 = 100.0;
+
 /// Triangulates a loop of 3 to 12 lattice edges by chords of which none lies in a face of the
-/// cell, with the least sum of squared chord lengths, and hands out the triangles as places in
-/// the loop. Returns whether that is possible; if not, nothing is handed out.
+/// cell, and hands out the triangles as places in the loop: those that are nearest to the isosurface, and
+/// among equals those with the shortest chords. `deviation` says how far a point is from the isosurface.
+/// Returns whether that is possible; if not, nothing is handed out.
 ///
 /// Dynamic programming over the parts `i..=j` of the loop (Klincsek, "Minimal triangulations of
 /// polygonal domains", 1980).
 pub(super) fn triangulate(
     edges: &[u8],
     points: &[[f64; 3]],
+    deviation: impl Fn([f64; 3]) -> f64,
     mut add: impl FnMut([usize; 3]),
 ) -> bool {
     let n = edges.len();
@@ -22,8 +29,12 @@ pub(super) fn triangulate(
         let shares_face = EDGE_FACES[edges[i] as usize] & EDGE_FACES[edges[j] as usize] != 0;
         if shares_face { f64::INFINITY } else { squared_distance(points[i], points[j]) }
     };
+    let triangle = |i: usize, k: usize, j: usize| {
+        DEVIATION_WEIGHT * deviation(mean(&[points[i], points[k], points[j]])).powi(2)
+    };
     if n == 4 {
-        let (a, b) = (chord(0, 2), chord(1, 3));
+        let a = chord(0, 2) + triangle(0, 1, 2) + triangle(0, 2, 3);
+        let b = chord(1, 3) + triangle(0, 1, 3) + triangle(1, 2, 3);
         if a <= b && a.is_finite() {
             add([0, 1, 2]);
             add([0, 2, 3]);
@@ -33,8 +44,8 @@ pub(super) fn triangulate(
         }
         return a.is_finite() || b.is_finite();
     }
-    // cost[i][j]: of the chords within part i..=j, its own chord included; apex[i][j]: the third
-    // vertex of the triangle on that chord.
+    // cost[i][j]: of the triangles and chords within part i..=j, its own chord included; apex[i][j]: the
+    // third vertex of the triangle on that chord.
     let mut cost = [[0.0f64; 12]; 12];
     let mut apex = [[0u8; 12]; 12];
     for length in 2..n {
@@ -43,7 +54,11 @@ pub(super) fn triangulate(
             let own = if length == n - 1 { 0.0 } else { chord(i, j) };
             cost[i][j] = f64::INFINITY;
             for k in i + 1..j {
-                let total = cost[i][k] + cost[k][j] + own;
+                let chords = cost[i][k] + cost[k][j] + own;
+                if chords.is_infinite() {
+                    continue;
+                }
+                let total = chords + triangle(i, k, j);
                 if total < cost[i][j] {
                     cost[i][j] = total;
                     apex[i][j] = k as u8;
@@ -174,6 +189,15 @@ pub(super) fn settle(values: &[f64; 8], start: [f64; 3], margin: f64) -> [f64; 3
         p = inside(std::array::from_fn(|a| p[a] + step * shorten * gradient[a]));
     }
     best.0
+}
+
+/// How far a point of a cell is from the isosurface, to first order and at most one voxel; the cell's edges
+/// are `size` voxels long.
+pub(super) fn deviation(values: &[f64; 8], point: [f64; 3], size: [f64; 3]) -> f64 {
+    let (value, gradient) = value_and_gradient(values, point);
+    let slope = (0..3).map(|a| (gradient[a] / size[a]).powi(2)).sum::<f64>().sqrt();
+    // Where there is neither value nor slope, the division gives no number, and `min` the other one.
+    (value.abs() / slope).min(1.0)
 }
 
 /// The trilinear field and its gradient at a point of a cell.
