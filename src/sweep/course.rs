@@ -147,10 +147,12 @@ impl Course {
             self.limit = gap;
             return Ok(None);
         }
-        if (way.last - front.at).abs() <= way.window {
+        let left = (way.last - front.at).abs();
+        if left <= 0.25 * way.window {
             return Ok(Some(End::Arrived));
         }
-        self.repair(front, compacted, tried, kernels, tracking, counts)
+        let end = self.repair(front, compacted, tried, kernels, tracking, counts)?;
+        Ok(match end { Some(End::Stuck) if left <= way.window => Some(End::Arrived), e => e })
     }
 
     /// Where vertices would leave the volume: goes on to just before that, then moves them away.
