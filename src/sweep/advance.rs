@@ -123,7 +123,7 @@ pub(super) fn advance(
     }
     let mut left = leaving(mesh, field, compacted, &positions);
     if may_retreat {
-        left.extend(overrun(mesh, compacted, &positions, &lost));
+        left.extend(overrun(mesh, (field, next), compacted, &positions, &lost));
     }
     if !left.is_empty() {
         counts.refused.left_volume += 1;

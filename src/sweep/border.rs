@@ -7,8 +7,7 @@
 
 use glam::Vec3;
 
-use super::caps::{LIFT, beyond, follows_border, is_of_cap, top};
-use super::recorder::{Direction, Recorder};
+use super::caps::{LIFT, beyond, follows_border, is_of_cap, looks_in, top};
 use crate::kernels::field::Field;
 use crate::mesh::{Compacted, HalfEdge, Mesh, Vertex, normal, radius_ratio};
 
@@ -40,14 +39,21 @@ impl Leaving {
 }
 
 /// What became of the vertices in the way of the border curve.
-#[derive(Debug, PartialEq)]
-pub(crate) enum Cleared {
-    /// Some have gone.
-    Some,
-    /// None may go before the isosurface is nearer to the border.
-    TooEarly,
-    /// None can go.
-    None,
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Cleared {
+    /// The vertices that were collapsed onto the curve, and those in their place.
+    pub(crate) collapsed: Vec<(Vertex, Vertex)>,
+    /// The vertices that have passed the border.
+    pub(crate) passed: Vec<Vertex>,
+    /// Whether others may pass it when the isosurface is nearer to it.
+    pub(crate) is_early: bool,
+}
+
+impl Cleared {
+    /// Whether none has gone.
+    pub(crate) fn is_nothing(&self) -> bool {
+        self.collapsed.is_empty() && self.passed.is_empty()
+    }
 }
 
 /// The border planes beyond which a vertex of the isosurface proper lies at `p`: there the isosurface,
@@ -80,17 +86,19 @@ pub(crate) fn leaving(
 /// of which only the curve around is left, and it is `lost` in part.
 pub(crate) fn overrun(
     mesh: &Mesh,
+    (field, isovalue): (&Field, f64),
     compacted: &Compacted,
     positions: &[[f32; 3]],
     lost: &[Vertex],
 ) -> Vec<Leaving> {
+    let isovalue = field.isovalue(isovalue);
     let mut found = Vec::new();
     for (&f, t) in compacted.faces.iter().zip(&compacted.connectivity.faces) {
         if !mesh.is_cap(f) {
             continue;
         }
-        let after = normal(t.map(|v| positions[v as usize].into()));
-        if after.dot(normal(mesh.corners(f))) < 0.0 {
+        let after = t.map(|v| positions[v as usize].into());
+        if looks_in(field, isovalue, after) && !looks_in(field, isovalue, mesh.corners(f)) {
             let own = mesh.face_vertices(f).into_iter().filter(|&v| is_of_cap(mesh, v));
             found.extend(own.map(|vertex| Leaving { vertex, planes: plane_beside(mesh, vertex) }));
         }
@@ -111,14 +119,7 @@ fn plane_beside(mesh: &Mesh, v: Vertex) -> u8 {
 }
 
 /// Takes vertices out of the way of the border curve, as far as it goes.
-pub(crate) fn clear(
-    mesh: &mut Mesh,
-    recorder: &mut Recorder,
-    field: &Field,
-    leaving: &[Leaving],
-    at: f64,
-    direction: Direction,
-) -> Cleared {
+pub(crate) fn clear(mesh: &mut Mesh, field: &Field, leaving: &[Leaving]) -> Cleared {
     let vertices: Vec<Vertex> = leaving.iter().map(|l| l.vertex).collect();
     let collapsed = retreat(mesh, field, &vertices);
     let mut passed = Vec::new();
@@ -144,13 +145,7 @@ pub(crate) fn clear(
         pass(mesh, field, v, l.plane());
         passed.push(v);
     }
-    recorder.renew(&passed);
-    recorder.edits(mesh, &collapsed, at, direction);
-    match (collapsed.is_empty() && passed.is_empty(), is_early) {
-        (false, _) => Cleared::Some,
-        (true, true) => Cleared::TooEarly,
-        (true, false) => Cleared::None,
-    }
+    Cleared { collapsed, passed, is_early }
 }
 
 /// How far a vertex has to go to pass a border plane, voxels: to the plane, or for a cap's vertex to the

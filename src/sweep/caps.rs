@@ -10,7 +10,7 @@
 use glam::Vec3;
 
 use crate::kernels::field::Field;
-use crate::mesh::{Edge, Mesh, Vertex};
+use crate::mesh::{Edge, Mesh, Vertex, normal};
 
 /// Least distance of a cap's own vertices from the border, voxels.
 pub(crate) const LIFT: f32 = 0.002;
@@ -18,8 +18,11 @@ pub(crate) const LIFT: f32 = 0.002;
 /// Within this distance a point lies in a border plane, voxels.
 const ON_PLANE: f32 = 1e-5;
 
-/// How often a cap's vertices move to the middle of their neighbours.
+/// How often a cap's vertices move to the middle of their neighbours, by shares of the way there; and how far,
+/// in voxels, away from a side of the ring around them that is in their way.
 const ROUNDS: usize = 16;
+const MIDDLE_SHARES: [f32; 3] = [1.0, 0.5, 0.25];
+const APART: [f32; 2] = [0.5, 0.1];
 
 /// Whether a vertex belongs to caps only.
 pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
@@ -60,6 +63,18 @@ pub(super) fn planes(field: &Field, p: Vec3) -> u8 {
 pub(crate) fn follows_border(field: &Field, t: [Vec3; 3]) -> bool {
     let [a, b, c] = t.map(|p| planes(field, p));
     a & b != 0 && b & c != 0 && c & a != 0
+}
+
+/// Whether a cap's triangle looks into the volume: then it lies over others.
+pub(crate) fn looks_in(field: &Field, isovalue: f32, t: [Vec3; 3]) -> bool {
+    let shared = t.into_iter().fold(u8::MAX, |shared, p| shared & planes(field, p));
+    if shared == 0 {
+        return false;
+    }
+    let a = shared.trailing_zeros() as usize;
+    let is_low = t[0][a] < 0.5 * top(field)[a];
+    let falls_outwards = field.outside() < isovalue;
+    (normal(t)[a] < 0.0) != (is_low == falls_outwards)
 }
 
 /// Splits the edges of caps that cut off an edge of the volume, beyond it.
@@ -109,26 +124,50 @@ pub(crate) fn smooth_caps(
     let at = |v: Vertex, positions: &[[f32; 3]]| {
         vertices.binary_search(&v).map_or(mesh.position(v), |i| positions[i].into())
     };
+    let isovalue = field.isovalue(isovalue);
+    // Caps look to the lower values.
+    let out = if field.outside() < isovalue { 1.0 } else { -1.0 };
     let rings: Vec<Vec<Vertex>> =
         caps.iter().map(|&i| mesh.one_ring(vertices[i]).collect()).collect();
     for _ in 0..ROUNDS {
-        let moved: Vec<Vec3> = rings
-            .iter()
-            .map(|r| r.iter().map(|&w| at(w, positions)).sum::<Vec3>() / r.len() as f32)
-            .collect();
-        for (&i, &middle) in caps.iter().zip(&moved) {
-            let p = Vec3::from(positions[i]);
-            let outside = p.cmplt(Vec3::ZERO) | p.cmpgt(top);
-            // Beyond an edge of the volume there is no one direction along the border.
-            if outside.bitmask().count_ones() == 1 {
-                positions[i] = Vec3::select(outside, p, middle.clamp(Vec3::ZERO, top)).to_array();
-            }
+        for (&i, ring) in caps.iter().zip(&rings) {
+            let around: Vec<Vec3> = ring.iter().map(|&w| at(w, positions)).collect();
+            positions[i] = smoothed(positions[i].into(), &around, out, top).to_array();
         }
     }
-    let isovalue = field.isovalue(isovalue);
     for &i in &caps {
         positions[i] = lifted(field, isovalue, top, positions[i].into()).to_array();
     }
+}
+
+/// Where a cap's vertex goes along the border: to the middle of the ring around it, or part of the way; but
+/// where that turns a face over, or one is turned over, away from the side of the ring that is in its way.
+/// `out` is 1 if the cap looks out of the volume, else -1.
+fn smoothed(p: Vec3, ring: &[Vec3], out: f32, top: Vec3) -> Vec3 {
+    let outside = p.cmplt(Vec3::ZERO) | p.cmpgt(top);
+    // Beyond an edge of the volume there is no one direction along the border.
+    if outside.bitmask().count_ones() != 1 {
+        return p;
+    }
+    let along = |q: Vec3| Vec3::select(outside, p, q.clamp(Vec3::ZERO, top));
+    let up = Vec3::select(outside, out * (p - p.clamp(Vec3::ZERO, top)), Vec3::ZERO).normalize();
+    let middle = ring.iter().sum::<Vec3>() / ring.len() as f32;
+    let (room, off) = least_room(p, ring, up);
+    let to_middle = MIDDLE_SHARES.map(|share| along(p.lerp(middle, share)));
+    let apart = APART.map(|distance| along(p + distance * off));
+    let mut places = to_middle.into_iter().chain(apart);
+    places.find(|&q| least_room(q, ring, up).0 > room.min(0.0)).unwrap_or(p)
+}
+
+/// How far a point of a cap is from the nearest line through a side of the ring around it, and the direction away
+/// from it: negative where the face beside it would lie face down. `up` is the unit normal of the cap.
+fn least_room(p: Vec3, ring: &[Vec3], up: Vec3) -> (f32, Vec3) {
+    let next = ring.iter().cycle().skip(1);
+    let rooms = ring.iter().zip(next).map(|(&a, &b)| {
+        let inwards = up.cross(b - a).normalize_or_zero();
+        ((p - a).dot(inwards), inwards)
+    });
+    rooms.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, Vec3::ZERO))
 }
 
 /// A cap's vertex, put onto the isosurface across the border, at least [`LIFT`] off it.
@@ -151,4 +190,47 @@ fn lifted(field: &Field, isovalue: f32, top: Vec3, mut p: Vec3) -> Vec3 {
         }
     }
     p
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TOP: Vec3 = Vec3::splat(9.0);
+
+    /// A ring that is not convex in the plane z = 9, counter-clockwise seen from outside: its middle lies
+    /// outside it.
+    fn sickle() -> Vec<Vec3> {
+        [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0], [3.0, 1.0], [0.0, 1.0]]
+            .map(|[x, y]| Vec3::new(1.0 + x, 1.0 + y, 9.0))
+            .to_vec()
+    }
+
+    fn room(p: Vec3) -> f32 {
+        least_room(p, &sickle(), Vec3::Z).0
+    }
+
+    #[test]
+    fn a_caps_vertex_turns_no_face_over() {
+        let p = Vec3::new(4.5, 1.5, 9.002);
+        assert!(room(p) > 0.0);
+        let middle = sickle().iter().sum::<Vec3>() / 6.0;
+        assert!(room(middle) < 0.0);
+        let q = smoothed(p, &sickle(), 1.0, TOP);
+        assert!(room(q) > 0.0 && q.z == p.z, "{q}");
+    }
+
+    #[test]
+    fn a_caps_vertex_that_was_run_over_comes_back() {
+        let mut p = Vec3::new(4.5, 0.8, 9.002);
+        assert!(room(p) < 0.0);
+        for _ in 0..ROUNDS {
+            p = smoothed(p, &sickle(), 1.0, TOP);
+        }
+        assert!(room(p) > 0.0, "{p}");
+        // Beyond z = 0, where lower values are inside, the same ring looks in.
+        let lowered: Vec<Vec3> = sickle().iter().map(|v| v.with_z(0.0)).collect();
+        let q = smoothed(Vec3::new(4.5, 1.5, -0.002), &lowered, -1.0, TOP);
+        assert!(least_room(q, &lowered, Vec3::Z).0 > 0.0, "{q}");
+    }
 }

@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::advance::{Advanced, Since, expected_motion};
-use super::border::{Cleared, clear};
+use super::border::clear;
 use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
@@ -108,7 +108,7 @@ impl Course {
         let unedited = front.mesh.clone();
         let edits = edit(&mut front.mesh, field, parameters, next);
         let edited = front.mesh.compacted();
-        if intersecting(&edited.positions, &edited.connectivity.faces).len() > advanced.n_crossing {
+        if n_crossing(&edited) > advanced.n_crossing {
             // The next step would be refused, however short. What the last one pinned is free again.
             *compacted = unedited.compacted();
             front.mesh = unedited;
@@ -152,7 +152,10 @@ impl Course {
             return Ok(Some(End::Arrived));
         }
         let end = self.repair(front, compacted, tried, kernels, tracking, counts)?;
-        Ok(match end { Some(End::Stuck) if left <= way.window => Some(End::Arrived), e => e })
+        Ok(match end {
+            Some(End::Stuck) if left <= way.window => Some(End::Arrived),
+            e => e,
+        })
     }
 
     /// Where vertices would leave the volume: goes on to just before that, then moves them away.
@@ -172,13 +175,25 @@ impl Course {
             self.limit = half;
             return;
         }
-        let (mesh, recorder) = (&mut front.mesh, &mut front.recorder);
-        match clear(mesh, recorder, field, &tried.left, at, way.direction) {
-            Cleared::Some => self.retreats += 1,
-            Cleared::TooEarly if half > way.min_step => self.limit = half,
-            _ => self.retreats = MOST_RETREATS,
+        let mut mesh = front.mesh.clone();
+        let cleared = clear(&mut mesh, field, &tried.left);
+        if cleared.is_nothing() {
+            if cleared.is_early && half > way.min_step {
+                self.limit = half;
+            } else {
+                self.retreats = MOST_RETREATS;
+            }
+            return;
         }
-        *compacted = front.mesh.compacted();
+        let after = mesh.compacted();
+        if n_crossing(&after) > n_crossing(compacted) {
+            self.retreats = MOST_RETREATS;
+            return;
+        }
+        front.recorder.renew(&cleared.passed);
+        front.recorder.edits(&mesh, &cleared.collapsed, at, way.direction);
+        (front.mesh, *compacted) = (mesh, after);
+        self.retreats += 1;
     }
 
     /// Asks for a repair, unless there have been too many.
@@ -214,6 +229,11 @@ impl Course {
         self.since = Since { dents: front.at, bumps: front.at };
         Ok(is_too_dense(&front.mesh).then_some(End::TooDense))
     }
+}
+
+/// How many faces pass through others.
+fn n_crossing(mesh: &Compacted) -> usize {
+    intersecting(&mesh.positions, &mesh.connectivity.faces).len()
 }
 
 /// How far it is to just before the first dent or bump opens; `None` if that is here.

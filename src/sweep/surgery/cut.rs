@@ -9,7 +9,7 @@ use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
 use crate::mesh::{Face, Mesh, Vertex, intersecting, normal};
 use crate::sweep::border::planes_left;
-use crate::sweep::caps::{is_of_cap, smooth_caps};
+use crate::sweep::caps::{is_of_cap, looks_in, smooth_caps};
 
 /// A vertex that moves farther than this, in voxels, is not sure to have followed its surface.
 const MOST_MOTION: f32 = 1.0;
@@ -62,7 +62,13 @@ impl Moved {
             // At the border the normals are also those of the caps.
             let inner = t.iter().filter(|&&v| mesh.border(v) == 0);
             let mean: Vec3 = inner.map(|v| normals[v.0 as usize]).sum();
-            if !mesh.is_cap(f) && normal(t.map(|v| positions[v.0 as usize])).dot(mean) < 0.0 {
+            let after = t.map(|v| positions[v.0 as usize]);
+            let is_folded = if mesh.is_cap(f) {
+                looks_in(field, field.isovalue(to), after)
+            } else {
+                normal(after).dot(mean) < 0.0
+            };
+            if is_folded {
                 folded.push(f);
             }
         }
