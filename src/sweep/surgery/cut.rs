@@ -107,7 +107,8 @@ impl Moved {
     }
 
     /// Which faces stay, by slot: those that followed and lie beside the block, such that what is
-    /// taken away has no rim along the border of the volume and no rim meets another.
+    /// taken away has no rim along the border of the volume, none ends in it on one side only, and no rim meets
+    /// another.
     pub(super) fn staying(&self, mesh: &Mesh, block: &Block) -> Vec<bool> {
         let mut stays = vec![false; mesh.face_slots()];
         let mut removed: Vec<Face> = Vec::new();
@@ -127,7 +128,7 @@ impl Moved {
                     removed.push(g);
                 }
                 let v = mesh.from(h);
-                if n_fans(mesh, v, &stays) > 1 {
+                if n_fans(mesh, v, &stays) > 1 || is_one_sided(mesh, v, &stays) {
                     for g in mesh.spokes(v).map(|s| mesh.face(s)) {
                         if std::mem::replace(&mut stays[g.0 as usize], false) {
                             removed.push(g);
@@ -149,6 +150,15 @@ impl Moved {
             cap,
         }
     }
+}
+
+/// Whether only caps, or only others, stay around a vertex in the border of the volume: it would not lie on the
+/// curve in which the isosurface meets the border any more.
+fn is_one_sided(mesh: &Mesh, v: Vertex, stays: &[bool]) -> bool {
+    let faces = mesh.spokes(v).map(|h| mesh.face(h)).filter(|f| stays[f.0 as usize]);
+    let mut kinds = faces.map(|f| mesh.is_cap(f));
+    let first = kinds.next();
+    mesh.border(v) != 0 && first.is_some_and(|first| kinds.all(|k| k == first))
 }
 
 /// Into how many fans the faces that stay around a vertex fall.

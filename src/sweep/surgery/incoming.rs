@@ -109,7 +109,7 @@ impl<'a> Incoming<'a> {
     }
 
     /// Takes away what meets the rest at single vertices only, or at the border of the volume along
-    /// an edge.
+    /// an edge or on one side.
     fn unpinch(&mut self) {
         loop {
             let mut changed = false;
@@ -118,7 +118,7 @@ impl<'a> Incoming<'a> {
                 let open = around.iter().filter(|&&f| {
                     self.comes_in[f as usize] && self.starts_rim_at(f as usize, v as u32)
                 });
-                if open.count() > 1 {
+                if open.count() > 1 || self.is_one_sided(v, around) {
                     for &f in around {
                         changed |= std::mem::replace(&mut self.comes_in[f as usize], false);
                     }
@@ -138,6 +138,17 @@ impl<'a> Incoming<'a> {
                 return;
             }
         }
+    }
+
+    /// Whether a vertex in the border of the volume has only caps, or none, among what comes in: it would not lie
+    /// on the curve in which the isosurface meets the border.
+    fn is_one_sided(&self, v: usize, around: &[u32]) -> bool {
+        let mut kinds = around
+            .iter()
+            .filter(|&&f| self.comes_in[f as usize])
+            .map(|&f| self.extraction.caps[f as usize]);
+        let first = kinds.next();
+        self.extraction.borders[v] != 0 && first.is_some_and(|first| kinds.all(|k| k == first))
     }
 
     /// Whether the side of a face that starts at a vertex belongs to a rim.
