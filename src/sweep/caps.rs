@@ -39,10 +39,15 @@ pub(crate) fn beyond(field: &Field, p: Vec3) -> Vec3 {
     (-p).max(p - top(field))
 }
 
-/// How steep the field is at a point of the isosurface proper, seen from inside the volume where it lies on the
-/// border: the layer is much steeper.
+/// The gradient at a point of the isosurface proper, seen from inside the volume where it lies on the border: the
+/// layer is much steeper.
+pub(crate) fn inner_gradient(field: &Field, p: Vec3) -> Vec3 {
+    field.gradient(p.clamp(Vec3::splat(ON_PLANE), top(field) - ON_PLANE))
+}
+
+/// How steep the field is at a point of the isosurface proper: see [`inner_gradient`].
 pub(crate) fn inner_slope(field: &Field, p: Vec3) -> f32 {
-    field.gradient(p.clamp(Vec3::splat(ON_PLANE), top(field) - ON_PLANE)).length()
+    inner_gradient(field, p).length()
 }
 
 /// How steep the field is at the vertices of a mesh that are not of caps, in their order; at evenly chosen ones

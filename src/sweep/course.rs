@@ -10,7 +10,7 @@ use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
 use super::glide::{Edits, glides};
 use super::opening::Opening;
-use super::refine::{refine, split_long};
+use super::refine::{refine, split_curve, split_long};
 use super::remesh::SIZING_GOAL;
 use super::simplify::{Bounds, simplify};
 use super::surgery::{Front, REPAIRED_FROM};
@@ -282,6 +282,7 @@ fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edi
     let mut born = Vec::new();
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
     refine(mesh, &criteria, &deviations, &mut born);
+    split_curve(mesh, &criteria, &mut born);
     extend_sizing(mesh, &mut length);
     split_long(mesh, &criteria, &length, 2.0, &mut born);
     extend_sizing(mesh, &mut length);

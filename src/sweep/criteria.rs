@@ -8,6 +8,7 @@ use crate::kernels::project::project_point;
 use crate::kernels::ray::{Slab, Walk, walk};
 use crate::mesh::{Face, Mesh, Vertex, normal, radius_ratio};
 use crate::sweep::Parameters;
+use crate::sweep::caps::inner_gradient;
 
 /// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
@@ -114,6 +115,15 @@ impl<'a> Criteria<'a> {
         let middle = 0.5 * (p + q);
         let reach = 0.5 * p.distance(q);
         project_point(self.field, middle, along, border, self.isovalue, reach).unwrap_or(middle)
+    }
+
+    /// How far the middle of an edge of the border curve, between `p` and `q` in the border planes `border`, is
+    /// from the curve in which the isosurface meets the border; infinite if that is not within half the edge.
+    pub(crate) fn curve_deviation(&self, p: Vec3, q: Vec3, border: u8) -> f32 {
+        let middle = 0.5 * (p + q);
+        let (down, reach) = (-inner_gradient(self.field, middle), 0.5 * p.distance(q));
+        project_point(self.field, middle, down, border, self.isovalue, reach)
+            .map_or(f32::INFINITY, |on_curve| on_curve.distance(middle))
     }
 
     /// Distance of a vertex, along its normal, from the nearest other sheet of the isosurface;

@@ -131,6 +131,29 @@ pub(crate) fn split_long(
     }
 }
 
+/// Splits the edges of the border curve that are off it: where the isosurface touches the border, faces beside the
+/// curve lie along the border, and their own deviation says nothing of it. Adds the new vertices to `born`. Returns how many edges were split.
+pub(crate) fn split_curve(mesh: &mut Mesh, criteria: &Criteria, born: &mut Vec<Born>) -> usize {
+    let is_off = |mesh: &Mesh, e: Edge| {
+        let h = e.halfedge();
+        let (a, b) = (mesh.from(h), mesh.to(h));
+        let border = mesh.border(a) & mesh.border(b);
+        mesh.is_crease(e)
+            && border.count_ones() == 1
+            && !(mesh.is_pinned(a) && mesh.is_pinned(b))
+            && mesh.length(e) > criteria.min_edge
+            && {
+                let off = criteria.curve_deviation(mesh.position(a), mesh.position(b), border);
+                off > criteria.error && off.is_finite()
+            }
+    };
+    let edges: Vec<Edge> = mesh.edges().filter(|&e| is_off(mesh, e)).collect();
+    for &e in &edges {
+        split_edge(mesh, criteria, e, born);
+    }
+    edges.len()
+}
+
 /// Splits one edge in its middle and puts the new vertex onto the isosurface, unless a face would
 /// turn over there.
 fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge, born: &mut Vec<Born>) -> Vertex {

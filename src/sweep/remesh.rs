@@ -4,7 +4,7 @@
 use super::caps::{smooth_caps, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
-use super::refine::{refine, split_long};
+use super::refine::{refine, split_curve, split_long};
 use super::simplify::{Bounds, simplify};
 use crate::error::Result;
 use crate::kernels::Kernels;
@@ -82,7 +82,8 @@ pub(crate) fn remesh(
     }
     for _ in 0..effort.refinements {
         let deviations = criteria.deviations(mesh);
-        if refine(mesh, criteria, &deviations, &mut Vec::new()) == 0 {
+        let n_refined = refine(mesh, criteria, &deviations, &mut Vec::new());
+        if n_refined + split_curve(mesh, criteria, &mut Vec::new()) == 0 {
             break;
         }
         flip_edges(mesh, criteria, 3, f32::INFINITY);

@@ -104,6 +104,9 @@ fn collapse_quality(
         return 0.0;
     }
     let wanted = bounds.share * criteria.error;
+    if !keeps_curve(mesh, criteria, h) {
+        return 0.0;
+    }
     let most = if worst_before < criteria.min_quality {
         faces.iter().map(|f| criteria.deviation(f.0)).fold(wanted, f32::max)
     } else {
@@ -111,4 +114,16 @@ fn collapse_quality(
     };
     let good = faces.iter().all(|&(before, after)| criteria.may_change(before, after, most));
     if good { worst_after } else { 0.0 }
+}
+
+/// Whether the border curve is within the tolerance after a collapse, if that is one along it.
+fn keeps_curve(mesh: &Mesh, criteria: &Criteria, h: HalfEdge) -> bool {
+    let (v, w) = (mesh.from(h), mesh.to(h));
+    let Some(next) = mesh.spokes(v).find(|s| *s != h && mesh.is_crease(s.edge())) else {
+        return true;
+    };
+    let (u, border) = (mesh.to(next), mesh.border(v));
+    let deviation =
+        |a: Vertex| criteria.curve_deviation(mesh.position(a), mesh.position(u), border);
+    border == 0 || deviation(w) <= criteria.error.max(deviation(v))
 }
