@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::advance::{Advanced, Since, expected_motion};
-use super::border::clear;
+use super::border::{Cleared, Leaving, clear};
 use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
@@ -23,6 +23,9 @@ use crate::mesh::{Compacted, Mesh, area, intersecting};
 
 /// So many times per step vertices get out of the way of the border curve.
 const MOST_RETREATS: u32 = 4;
+
+/// So many of them are taken out of its way singly, where all at once would make the mesh pass through itself.
+const MOST_SINGLY: usize = 16;
 
 /// How far most vertices may move, in voxels, in a step on which some are in the way of the border curve.
 const BORDER_MOTION: f32 = 0.3;
@@ -176,24 +179,25 @@ impl Course {
             return;
         }
         let mut mesh = front.mesh.clone();
-        let cleared = clear(&mut mesh, field, &tried.left);
-        if cleared.is_nothing() {
-            if cleared.is_early && half > way.min_step {
-                self.limit = half;
-            } else {
-                self.retreats = MOST_RETREATS;
-            }
-            return;
+        let mut cleared = clear(&mut mesh, field, &tried.left);
+        let is_early = cleared.is_early;
+        let crossing = n_crossing(compacted);
+        let mut after = mesh.compacted();
+        if n_crossing(&after) > crossing {
+            mesh.clone_from(&front.mesh);
+            cleared = clear_singly(&mut mesh, field, &tried.left, crossing);
+            after = mesh.compacted();
         }
-        let after = mesh.compacted();
-        if n_crossing(&after) > n_crossing(compacted) {
+        if !cleared.is_nothing() {
+            front.recorder.renew(&cleared.passed);
+            front.recorder.edits(&mesh, &cleared.collapsed, at, way.direction);
+            (front.mesh, *compacted) = (mesh, after);
+            self.retreats += 1;
+        } else if is_early && half > way.min_step {
+            self.limit = half;
+        } else {
             self.retreats = MOST_RETREATS;
-            return;
         }
-        front.recorder.renew(&cleared.passed);
-        front.recorder.edits(&mesh, &cleared.collapsed, at, way.direction);
-        (front.mesh, *compacted) = (mesh, after);
-        self.retreats += 1;
     }
 
     /// Asks for a repair, unless there have been too many.
@@ -229,6 +233,22 @@ impl Course {
         self.since = Since { dents: front.at, bumps: front.at };
         Ok(is_too_dense(&front.mesh).then_some(End::TooDense))
     }
+}
+
+/// Takes vertices out of the way of the border curve one after the other, each only if no more than `crossing`
+/// faces pass through others then.
+fn clear_singly(mesh: &mut Mesh, field: &Field, left: &[Leaving], crossing: usize) -> Cleared {
+    let mut cleared = Cleared::default();
+    for &l in left.iter().take(MOST_SINGLY) {
+        let mut tried = mesh.clone();
+        let one = clear(&mut tried, field, &[l]);
+        if !one.is_nothing() && n_crossing(&tried.compacted()) <= crossing {
+            *mesh = tried;
+            cleared.collapsed.extend(one.collapsed);
+            cleared.passed.extend(one.passed);
+        }
+    }
+    cleared
 }
 
 /// How many faces pass through others.
