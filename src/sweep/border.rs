@@ -20,8 +20,14 @@ const MOST_TURN: f32 = 0.5;
 /// A vertex passes the border from no farther away than this, voxels: so far it jumps.
 const MOST_DEPTH: f32 = 0.3;
 
-/// Where the curve runs, around a vertex that passes the border, as a share of its edges.
+/// Where the curve runs, around a vertex that passes the border, as a share of its edges: where it is known, within
+/// bounds, and else.
 const CUT: f32 = 0.35;
+const CUTS: (f32, f32) = (0.1, 0.9);
+
+/// So many places of an edge are asked where it meets the curve, and so often the one found is halved.
+const PLACES: u32 = 8;
+const HALVINGS: u32 = 12;
 
 /// A vertex in the way of the border curve, and the border planes (bits of [`Mesh::border`]) that it
 /// would pass; none for a cap's vertex that is only in the way.
@@ -118,8 +124,8 @@ fn plane_beside(mesh: &Mesh, v: Vertex) -> u8 {
     if planes.count_ones() == 1 { planes } else { 0 }
 }
 
-/// Takes vertices out of the way of the border curve, as far as it goes.
-pub(crate) fn clear(mesh: &mut Mesh, field: &Field, leaving: &[Leaving]) -> Cleared {
+/// Takes vertices out of the way of the border curve, as far as it goes, on the way to the isovalue `next`.
+pub(crate) fn clear(mesh: &mut Mesh, field: &Field, leaving: &[Leaving], next: f64) -> Cleared {
     let vertices: Vec<Vertex> = leaving.iter().map(|l| l.vertex).collect();
     let collapsed = retreat(mesh, field, &vertices);
     let mut passed = Vec::new();
@@ -142,7 +148,7 @@ pub(crate) fn clear(mesh: &mut Mesh, field: &Field, leaving: &[Leaving]) -> Clea
         // Around it the others wait: the curve may run over them.
         let ring: Vec<Vertex> = mesh.one_ring(v).collect();
         touched.extend(ring.iter().flat_map(|&w| mesh.one_ring(w)));
-        pass(mesh, field, v, l.plane());
+        pass(mesh, (field, field.isovalue(next)), v, l.plane());
         passed.push(v);
     }
     Cleared { collapsed, passed, is_early }
@@ -159,8 +165,9 @@ fn depth(field: &Field, mesh: &Mesh, v: Vertex, plane: u8) -> f32 {
     curve.map(|w| p.distance(mesh.position(w))).fold(f32::INFINITY, f32::min)
 }
 
-/// A vertex passes a border plane.
-fn pass(mesh: &mut Mesh, field: &Field, v: Vertex, plane: u8) {
+/// A vertex passes a border plane. The curve runs around it where it will be at the next isovalue: as the
+/// isosurface touches the border, a curve is there at once.
+fn pass(mesh: &mut Mesh, (field, next): (&Field, f32), v: Vertex, plane: u8) {
     let a = plane.trailing_zeros() as usize;
     let p = mesh.position(v);
     let is_low = p[a] < 0.5 * top(field)[a];
@@ -169,12 +176,29 @@ fn pass(mesh: &mut Mesh, field: &Field, v: Vertex, plane: u8) {
         p[a] = side;
         p
     };
-    mesh.cross(v, plane, |p, q| in_plane(p.lerp(q, CUT)));
+    mesh.cross(v, plane, |p, q| {
+        let (p, q) = (in_plane(p), in_plane(q));
+        p.lerp(q, curve_between(field, next, p, q).unwrap_or(CUT))
+    });
     let mut p = in_plane(p);
     if is_of_cap(mesh, v) {
         p[a] += if is_low { -LIFT } else { LIFT };
     }
     mesh.set_position(v, p);
+}
+
+/// Where the isosurface first meets the way between two points, as a share of it.
+fn curve_between(field: &Field, isovalue: f32, p: Vec3, q: Vec3) -> Option<f32> {
+    let is_inside = |t: f32| field.value(p.lerp(q, t)) > isovalue;
+    let first = is_inside(0.0);
+    let places = (1..=PLACES).map(|i| i as f32 / PLACES as f32);
+    let mut high = places.into_iter().find(|&t| is_inside(t) != first)?;
+    let mut low = high - 1.0 / PLACES as f32;
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if is_inside(middle) == first { low = middle } else { high = middle }
+    }
+    Some(high.clamp(CUTS.0, CUTS.1))
 }
 
 /// Takes vertices that the border curve is about to run over out of its way: each is collapsed onto a

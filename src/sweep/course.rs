@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::advance::{Advanced, Since, expected_motion};
-use super::border::{Cleared, Leaving, clear};
+use super::border::{Cleared, clear};
 use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::flips::flip_edges;
@@ -179,13 +179,13 @@ impl Course {
             return;
         }
         let mut mesh = front.mesh.clone();
-        let mut cleared = clear(&mut mesh, field, &tried.left);
+        let mut cleared = clear(&mut mesh, field, &tried.left, tried.failed_at);
         let is_early = cleared.is_early;
         let crossing = n_crossing(compacted);
         let mut after = mesh.compacted();
         if n_crossing(&after) > crossing {
             mesh.clone_from(&front.mesh);
-            cleared = clear_singly(&mut mesh, field, &tried.left, crossing);
+            cleared = clear_singly(&mut mesh, field, tried, crossing);
             after = mesh.compacted();
         }
         if !cleared.is_nothing() {
@@ -237,13 +237,13 @@ impl Course {
 
 /// Takes vertices out of the way of the border curve one after the other, each only if no more than `crossing`
 /// faces pass through others then.
-fn clear_singly(mesh: &mut Mesh, field: &Field, left: &[Leaving], crossing: usize) -> Cleared {
+fn clear_singly(mesh: &mut Mesh, field: &Field, tried: &Tried, crossing: usize) -> Cleared {
     let mut cleared = Cleared::default();
-    for &l in left.iter().take(MOST_SINGLY) {
-        let mut tried = mesh.clone();
-        let one = clear(&mut tried, field, &[l]);
-        if !one.is_nothing() && n_crossing(&tried.compacted()) <= crossing {
-            *mesh = tried;
+    for &l in tried.left.iter().take(MOST_SINGLY) {
+        let mut without = mesh.clone();
+        let one = clear(&mut without, field, &[l], tried.failed_at);
+        if !one.is_nothing() && n_crossing(&without.compacted()) <= crossing {
+            *mesh = without;
             cleared.collapsed.extend(one.collapsed);
             cleared.passed.extend(one.passed);
         }
