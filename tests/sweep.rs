@@ -176,6 +176,39 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
 }
 
 #[test]
+fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
+    let volume = volume("sphere:32");
+    let spectrum = swept(&volume, Choice::Cpu);
+    let (low, _) = spectrum.range;
+    let mut query = Query::new(&spectrum);
+    let last = volume.dims().map(|d| (d - 1) as f32);
+    let is_inside = |p: [f32; 3]| (0..3).all(|a| (0.0..=last[a]).contains(&p[a]));
+    for i in 1..100 {
+        // The phantom is 1 less the distance from its centre, along axes from -1 to 1: near 0 it touches the
+        // border.
+        let isovalue = 0.1 + (low - 0.1) * f64::from(i) / 100.0;
+        let radius = (1.0 - isovalue) * f64::from(last[0]) / 2.0;
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
+        let inside = corners.filter(|t| t.iter().all(|&p| is_inside(p)));
+        let mut off: Vec<f64> = inside
+            .map(|t| {
+                let middle = |a: usize| t.iter().map(|p| f64::from(p[a])).sum::<f64>() / 3.0;
+                let centre = [0.020_710_7, 0.029_282, 0.015_737_9];
+                let from_centre =
+                    |a: usize| middle(a) - f64::from(last[a]) / 2.0 * (1.0 + centre[a]);
+                let distance = (0..3).map(|a| from_centre(a).powi(2)).sum::<f64>().sqrt();
+                (distance - radius).abs()
+            })
+            .collect();
+        off.sort_by(f64::total_cmp);
+        if let (Some(p99), Some(most)) = (off.get(off.len() * 99 / 100), off.last()) {
+            assert!(*p99 < 0.12 && *most < 0.5, "{p99}, at most {most} voxels off at {isovalue}");
+        }
+    }
+}
+
+#[test]
 fn most_triangles_live_through_a_merge() {
     let spectrum = swept(&volume("blobs:32"), Choice::Cpu);
     let counts = &spectrum.parameters["counts"];

@@ -221,6 +221,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_loop_is_filled_with_the_triangles_nearest_to_the_isosurface() {
+        // The four edges along z, the crossings of one pair higher than those of the other.
+        let edges = [8, 9, 11, 10];
+        let points = [[0.0, 0.0, 0.6], [1.0, 0.0, 0.5], [1.0, 1.0, 0.6], [0.0, 1.0, 0.5]];
+        let filled_on = |height: f64| {
+            let mut triangles = Vec::new();
+            let deviation = |p: [f64; 3]| (p[2] - height).abs();
+            assert!(triangulate(&edges, &points, deviation, |t| triangles.push(t)));
+            triangles
+        };
+        assert_eq!(filled_on(0.6), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(filled_on(0.5), [[0, 1, 3], [1, 2, 3]]);
+    }
+
+    #[test]
     fn no_strip_joins_all_of_a_loop_to_one_vertex() {
         // All of the ring is nearest to the first vertex of the other loop.
         let ring = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];

@@ -258,3 +258,30 @@ fn retreat_quality(mesh: &Mesh, field: &Field, h: HalfEdge) -> f32 {
     }
     worst
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::phantom;
+    use std::sync::Arc;
+
+    /// The phantom is 1 - |p|, p from -1 to 1 along 17 samples, but for a centre that is a little off.
+    const HALF: f32 = 8.0;
+
+    #[test]
+    fn the_curve_is_found_between_two_points_of_the_border() {
+        let field = Field::new(Arc::new(phantom("sphere:17").expect("a phantom")));
+        let radius = 3.0f32;
+        let isovalue = 1.0 - (1.0 + (radius / HALF).powi(2)).sqrt();
+        let isovalue = field.isovalue(f64::from(isovalue));
+        let centre = Vec3::new(HALF, HALF, 0.0);
+        let outer = centre + Vec3::new(6.0, 0.0, 0.0);
+        let share = curve_between(&field, isovalue, centre, outer).expect("a curve");
+        let missing = field.value(centre.lerp(outer, share)) - isovalue;
+        assert!(missing.abs() < 1e-4 * field.range(), "{share}: {missing}");
+        assert!((6.0 * share - radius).abs() < 0.5, "{share}");
+        let back = curve_between(&field, isovalue, outer, centre).expect("a curve");
+        assert!((share + back - 1.0).abs() < 1e-3, "{share} {back}");
+        assert_eq!(curve_between(&field, isovalue, centre, centre + 0.2 * Vec3::X), None);
+    }
+}

@@ -302,4 +302,33 @@ mod tests {
         mesh.check().expect("splits keep the invariants");
         assert_eq!((added.len(), mesh.n_vertices(), mesh.euler()), (12, 18, 2));
     }
+
+    #[test]
+    fn edges_of_the_border_curve_that_are_off_it_are_split() {
+        // An octahedron whose top has passed the plane z = 16: its curve is a square, the isosurface's a circle.
+        let field = field();
+        let radius = 9.0f32;
+        let criteria =
+            Criteria::new(&field, 1.0 - f64::from(radius / HALF), &Parameters::default());
+        let mut mesh = shapes::octahedron(Vec3::splat(HALF), 14.0);
+        mesh.cross(Vertex(4), 4, |p, q| p.lerp(q, (14.0 - HALF) / 14.0));
+        let curve = |mesh: &Mesh| {
+            let on_curve = mesh.vertices().filter(|&v| mesh.border(v) == 4);
+            on_curve.map(|v| mesh.position(v)).collect::<Vec<_>>()
+        };
+        let on_isosurface = (radius * radius - HALF * HALF).sqrt();
+        for v in mesh.vertices().filter(|&v| mesh.border(v) == 4).collect::<Vec<_>>() {
+            let out = (mesh.position(v) - Vec3::new(HALF, HALF, 2.0 * HALF)).with_z(0.0);
+            let p = Vec3::new(HALF, HALF, 2.0 * HALF) + on_isosurface * out.normalize();
+            mesh.set_position(v, p);
+        }
+        assert_eq!(curve(&mesh).len(), 4);
+        let n = split_curve(&mut mesh, &criteria, &mut Vec::new());
+        mesh.check().expect("splits keep the invariants");
+        assert_eq!((n, curve(&mesh).len()), (4, 8));
+        for p in curve(&mesh) {
+            let off = p.distance(Vec3::new(HALF, HALF, 2.0 * HALF)) - on_isosurface;
+            assert!(off.abs() < 0.5, "{p} is {off} off the circle");
+        }
+    }
 }
