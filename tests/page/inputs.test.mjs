@@ -247,7 +247,12 @@ describe("inputs", () => {
         assert.equal(isovalue, at(0.3));
         assert.deepEqual(view, { azimuth: 120, elevation: -10, distance: 0.8, target: [1, 2, 3] });
         await page.keyboard.press("ArrowRight");
-        await page.waitForTimeout(600);
+        await settled(page);
+        // The address follows when the isovalue has rested for a while.
+        await page.waitForFunction((least) => {
+            const told = Number(new URLSearchParams(location.hash.slice(1)).get("isovalue"));
+            return Math.abs(told - window.isospectrum.getState().isovalue) < least;
+        }, 1e-6 * (high - low));
         const url = page.url();
         assert.match(url, /#isovalue=[-\d.e]+&view=120,-10,0.8,1,2,3$/);
         const shown = await state(page);
