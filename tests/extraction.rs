@@ -466,7 +466,15 @@ fn a_component_followed_from_one_edge_is_that_of_the_whole() {
             asked += 1;
             let Some(crossing) = topology.crossing_of(&field, arc, isovalue) else { continue };
             found += 1;
-            let mesh = extract_component(&field, isovalue, crossing);
+            let up_to = |cells| extract_component(&field, isovalue, crossing, cells);
+            let mesh = up_to(usize::MAX).expect("no limit");
+            let mut cells = mesh.cells.clone();
+            cells.dedup();
+            assert!(
+                up_to(cells.len()).is_some(),
+                "grid {n} at {isovalue}: as many cells as there are"
+            );
+            assert!(up_to(cells.len() - 1).is_none(), "grid {n} at {isovalue}: one cell fewer");
             assert_eq!(mesh.n_components, 1, "grid {n} at {isovalue}");
             assert_eq!(mesh.faces.len(), expected.faces.len(), "grid {n} at {isovalue}");
             assert_eq!(mesh.cells, expected.cells, "grid {n} at {isovalue}: order of faces");

@@ -10,11 +10,16 @@ use crate::topology::exact::ExactField;
 
 /// The component of the isosurface that crosses a lattice edge, given as (sample not above the isovalue,
 /// sample above it), both of the padded grid. As that component in [`super::extract`], with the same
-/// order of faces.
-pub fn extract_component(field: &ExactField, isovalue: f64, crossing: (u32, u32)) -> Extraction {
+/// order of faces. `None` if it passes more than `most_cells`; no more than those are looked at then.
+pub fn extract_component(
+    field: &ExactField,
+    isovalue: f64,
+    crossing: (u32, u32),
+    most_cells: usize,
+) -> Option<Extraction> {
     let isovalue_key = field.isovalue_key(isovalue);
-    let mut cells: Vec<(u32, u8)> =
-        loops_of_component(field, isovalue, crossing).into_iter().collect();
+    let loops = loops_of_component(field, isovalue, crossing, most_cells)?;
+    let mut cells: Vec<(u32, u8)> = loops.into_iter().collect();
     cells.sort_unstable();
     let mut polygoniser = Polygoniser {
         field,
@@ -29,15 +34,17 @@ pub fn extract_component(field: &ExactField, isovalue: f64, crossing: (u32, u32)
         let surface = CellSurface::of(field, &cell, isovalue_key);
         polygoniser.add_loops(&cell, &surface, |l| loops >> l & 1 == 1);
     }
-    polygoniser.finish()
+    Some(polygoniser.finish())
 }
 
-/// The loops of a component: by cell (its lowest corner), bit `l` is set iff loop `l` belongs to it.
+/// The loops of a component: by cell (its lowest corner), bit `l` is set iff loop `l` belongs to it. `None` if
+/// there are more cells.
 fn loops_of_component(
     field: &ExactField,
     isovalue: f64,
     (low, high): (u32, u32),
-) -> HashMap<u32, u8> {
+    most_cells: usize,
+) -> Option<HashMap<u32, u8>> {
     let isovalue_key = field.isovalue_key(isovalue);
     let (strides, offsets) = (field.strides(), field.cell_offsets());
     let axis_of =
@@ -47,6 +54,9 @@ fn loops_of_component(
     let mut seen = HashSet::from([first]);
     let mut stack = vec![first];
     while let Some((from, axis)) = stack.pop() {
+        if cells.len() > most_cells {
+            return None;
+        }
         let [u, v] = [strides[(axis + 1) % 3], strides[(axis + 2) % 3]];
         for corner in [from, from - u, from - v, from - u - v] {
             let edge = EDGES.iter().position(|&(a, b)| {
@@ -79,5 +89,5 @@ fn loops_of_component(
             }
         }
     }
-    cells
+    (cells.len() <= most_cells).then_some(cells)
 }

@@ -194,16 +194,15 @@ impl<'a> Chain<'a> {
             motion >= LONG_MOTION || piece.high - piece.low >= LONG_SHARE * self.range_length();
         let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
         let is_over = idle.is_over();
-        let front = if (is_still && !is_over || exact.faces.len() < smallest) && !given {
-            None
-        } else {
-            let mut kernels = sweep.backend.kernels(&sweep.field)?;
-            lock(&self.counts).extracted_afresh += 1;
-            start_front(sweep, piece, isovalue, exact, kernels.as_mut())?
-        };
-        let Some(mut front) = front else {
+        if (is_still && !is_over || exact.faces.len() < smallest) && !given {
             let idle = if is_over { Idle::after(idle.toil()) } else { idle };
             self.leave(piece.arc, idle, scope);
+            return Ok(());
+        }
+        let mut kernels = sweep.backend.kernels(&sweep.field)?;
+        lock(&self.counts).extracted_afresh += 1;
+        let Some(mut front) = start_front(sweep, piece, isovalue, exact, kernels.as_mut())? else {
+            self.leave(piece.arc, Idle::after(idle.toil()), scope);
             return Ok(());
         };
         front.toil = idle.toil();

@@ -55,8 +55,9 @@ impl Effort {
     pub(crate) const PATCH: Effort = Effort { rounds: 3, refinements: 2 };
 }
 
-/// Remeshes what is not pinned of the isosurface of one isovalue. Returns the collapses; `None` if it
-/// takes more than `most` faces.
+/// Remeshes what is not pinned of the isosurface of one isovalue. Returns the collapses; `None` as soon as the
+/// mesh takes too many faces. It is asked before what takes the time: faces that are too many after the first
+/// round hardly get fewer.
 pub(crate) fn remesh(
     mesh: &mut Mesh,
     criteria: &Criteria,
@@ -64,7 +65,7 @@ pub(crate) fn remesh(
     isovalue: f64,
     parameters: &Parameters,
     effort: Effort,
-    most: usize,
+    is_too_much: &dyn Fn(&Mesh) -> bool,
 ) -> Result<Option<Vec<(Vertex, Vertex)>>> {
     let mut collapsed = Vec::new();
     for _ in 0..effort.rounds {
@@ -75,10 +76,10 @@ pub(crate) fn remesh(
         extend_sizing(mesh, &mut length);
         collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.75, share: 1.0 }));
         flip_edges(mesh, criteria, 3, f32::INFINITY);
-        relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
-        if mesh.n_faces() > most {
+        if is_too_much(mesh) {
             return Ok(None);
         }
+        relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
     }
     for _ in 0..effort.refinements {
         let deviations = criteria.deviations(mesh);
@@ -92,5 +93,5 @@ pub(crate) fn remesh(
     let length = vec![0.0; mesh.vertex_slots()];
     collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.0, share: 1.0 }));
     flip_edges(mesh, criteria, 2, f32::INFINITY);
-    Ok((mesh.n_faces() <= most).then_some(collapsed))
+    Ok((!is_too_much(mesh)).then_some(collapsed))
 }

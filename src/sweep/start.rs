@@ -47,14 +47,26 @@ pub(super) fn extraction_of_arcs(
     isovalue: f64,
     arcs: &[usize],
 ) -> Result<(Extraction, Vec<usize>)> {
+    let all = extraction_up_to(sweep, isovalue, arcs, usize::MAX)?;
+    Ok(all.expect("no component has so many cells"))
+}
+
+/// As [`extraction_of_arcs`]; `None` if a component passes more than `most_cells`.
+pub(super) fn extraction_up_to(
+    sweep: &Sweep,
+    isovalue: f64,
+    arcs: &[usize],
+    most_cells: usize,
+) -> Result<Option<(Extraction, Vec<usize>)>> {
     sweep.cancelled()?;
     let found = arcs.iter().map(|&a| sweep.topology.crossing_of(&sweep.exact, a, isovalue));
     match found.collect::<Option<Vec<_>>>() {
         Some(crossings) => {
-            let each = crossings.into_iter().map(|c| extract_component(&sweep.exact, isovalue, c));
-            Ok((Extraction::joined(each), arcs.to_vec()))
+            let component = |c| extract_component(&sweep.exact, isovalue, c, most_cells);
+            let each = crossings.into_iter().map(component).collect::<Option<Vec<_>>>();
+            Ok(each.map(|each| (Extraction::joined(each.into_iter()), arcs.to_vec())))
         }
-        None => of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs),
+        None => of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs).map(Some),
     }
 }
 
@@ -129,8 +141,7 @@ pub(super) fn fresh_mesh(
     exact: &Extraction,
     kernels: &mut dyn Kernels,
 ) -> Result<Option<Mesh>> {
-    let mesh = remeshed(sweep, isovalue, mesh_of(exact)?, kernels)?;
-    Ok(mesh.filter(|mesh| !begins_too_dense(mesh)))
+    remeshed(sweep, isovalue, mesh_of(exact)?, kernels)
 }
 
 /// The mesh of an extraction.
@@ -145,7 +156,7 @@ fn mesh_of(extraction: &Extraction) -> Result<Mesh> {
 
 /// The mesh with good triangles. Where they would pass through each other, which happens at sharp
 /// creases and between close sheets, the vertices of the extraction around are pinned, and the rest
-/// is remeshed again. `None` if that does not help.
+/// is remeshed again. `None` if that does not help, or where the mesh takes too many faces.
 fn remeshed(
     sweep: &Sweep,
     isovalue: f64,
@@ -154,11 +165,13 @@ fn remeshed(
 ) -> Result<Option<Mesh>> {
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
     let most = ((MOST_GROWTH * exact.n_faces() as f32) as usize).max(GROWS_TO);
+    let is_too_much = |mesh: &Mesh| mesh.n_faces() > most || begins_too_dense(mesh);
     for attempt in 0..ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = exact.clone();
         let (effort, parameters) = (Effort::WHOLE, sweep.parameters);
-        if remesh(&mut mesh, &criteria, kernels, isovalue, parameters, effort, most)?.is_none() {
+        let limit = &is_too_much;
+        if remesh(&mut mesh, &criteria, kernels, isovalue, parameters, effort, limit)?.is_none() {
             return Ok(None);
         }
         let c = mesh.compacted();

@@ -21,13 +21,13 @@ mod zip;
 use glam::Vec3;
 
 use super::recorder::{Direction, Log, Recorder, Run};
-use super::start::extraction_of_arcs;
+use super::start::extraction_up_to;
 use super::toil::Toil;
 use super::{Counts, Sweep};
 use crate::error::Result;
 use crate::extract::Extraction;
 use crate::kernels::Kernels;
-use crate::mesh::{Face, Mesh, Vertex};
+use crate::mesh::{Face, Mesh, Vertex, normal};
 use back::Passage;
 use block::Block;
 use cut::Moved;
@@ -52,6 +52,10 @@ const GROWTH: f32 = 0.4;
 
 /// A surgery that leaves less than this share of the extraction to the meshes is none.
 const MOST_REPLACED: f32 = 0.6;
+
+/// An isosurface passes at most so many times the cells that its area says, and small ones any number up to this.
+const MOST_CELLS_PASSED: f32 = 3.0;
+const LEAST_CELLS: usize = 1_000;
 
 /// A component's mesh at an isovalue, and what was recorded of it.
 #[derive(Debug, Default)]
@@ -84,14 +88,25 @@ pub(super) struct Outcome {
     pub(super) log: Log,
 }
 
+/// The meshes that no surgery succeeded on.
+pub(super) struct Failed {
+    pub(super) fronts: Vec<Front>,
+    /// Whether they are a small part only of the components there are afterwards.
+    pub(super) are_small: bool,
+}
+
 /// Operates on the meshes of some components. Gives them back if no attempt succeeds.
 pub(super) fn operate(
     sweep: &Sweep,
     operation: &Operation,
     fronts: Vec<Front>,
     kernels: &mut dyn Kernels,
-) -> Result<std::result::Result<Outcome, Vec<Front>>> {
-    let extraction = extraction_of_arcs(sweep, operation.after, operation.arcs)?;
+) -> Result<std::result::Result<Outcome, Failed>> {
+    let most_cells = most_cells(sweep, &fronts);
+    let extraction = extraction_up_to(sweep, operation.after, operation.arcs, most_cells)?;
+    let Some(extraction) = extraction else {
+        return Ok(Err(Failed { fronts, are_small: true }));
+    };
     let moved = fronts
         .iter()
         .map(|f| Moved::new(&f.mesh, &sweep.field, kernels, f.at, operation.after))
@@ -108,7 +123,7 @@ pub(super) fn operate(
                 "surgery at {}: {replaced} of {n_faces} faces in the block",
                 operation.event
             );
-            break;
+            return Ok(Err(Failed { fronts, are_small: attempt == 1 }));
         }
         let trouble = match stitch(
             sweep,
@@ -151,7 +166,18 @@ pub(super) fn operate(
         let seeds = if trouble.points.is_empty() { operation.points } else { &trouble.points };
         seeds.iter().for_each(|&p| block.add_around(p, radius));
     }
-    Ok(Err(fronts))
+    Ok(Err(Failed { fronts, are_small: false }))
+}
+
+/// So many cells a component passes at most if some meshes are more than a small part of it: noise that joins what
+/// has no mesh is told from its size, not from a look at all that it joins.
+fn most_cells(sweep: &Sweep, fronts: &[Front]) -> usize {
+    let cell = sweep.field.cell_size();
+    // An isosurface passes no more cells than its area projected along the three axes, where it is smooth.
+    let faces = fronts.iter().flat_map(|f| f.mesh.faces().map(|face| normal(f.mesh.corners(face))));
+    let passed: Vec3 = faces.map(|n| 0.5 * n.abs() * cell / cell.element_product()).sum();
+    let kept = MOST_CELLS_PASSED * passed.element_sum();
+    LEAST_CELLS + (kept / (1.0 - MOST_REPLACED)) as usize
 }
 
 /// Brings the mesh of an arc to an isovalue by replacing what does not follow, and what lies at some
@@ -178,8 +204,8 @@ pub(super) fn repair(
             *front = repaired;
             Ok(true)
         }
-        Err(mut fronts) => {
-            *front = fronts.pop().expect("the front that was given");
+        Err(mut failed) => {
+            *front = failed.fronts.pop().expect("the front that was given");
             Ok(false)
         }
     }

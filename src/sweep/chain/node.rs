@@ -25,8 +25,9 @@ impl Chain<'_> {
         let node = &self.graph.nodes[node];
         let arcs = outputs(node, direction);
         arrivals.sort_by_key(|a| a.0);
-        let idle =
-            idle::joined(arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied()));
+        let without: Vec<Idle> =
+            arrivals.iter().filter_map(|(_, front)| front.as_ref().err().copied()).collect();
+        let idle = idle::joined(without.iter().copied());
         let (from, fronts): (Vec<usize>, Vec<Front>) =
             arrivals.into_iter().filter_map(|(arc, front)| Some((arc, front.ok()?))).unzip();
         let mut counts = Counts::default();
@@ -34,11 +35,12 @@ impl Chain<'_> {
             return self.start_beyond(arcs, idle, scope);
         }
         let toil = Toil::of_operation(fronts.iter().map(|f| f.toil));
+        let all_lost = idle::joined(without.iter().copied().chain([Idle::after(toil)]));
         let leads_nowhere = !arcs.is_empty() && arcs.iter().all(|&a| self.length(a) < self.tiny);
         if leads_nowhere || fronts.iter().any(|f| f.toil.is_too_much()) {
             self.end_before(node, direction, from, fronts, &mut counts)?;
             lock(&self.counts).add(&counts);
-            return self.start_beyond(arcs, Idle::after(toil), scope);
+            return self.start_beyond(arcs, all_lost, scope);
         }
         let points: Vec<Vec3> = node
             .events
@@ -69,12 +71,13 @@ impl Chain<'_> {
                 }
                 Ok(())
             }
-            Err(fronts) => {
+            Err(failed) => {
                 counts.surgeries_failed += 1;
-                self.end_before(node, direction, from, fronts, &mut counts)?;
+                self.end_before(node, direction, from, failed.fronts, &mut counts)?;
                 lock(&self.counts).add(&counts);
-                let idle = if idle.is_over() { idle } else { Idle::after(toil) };
-                self.start_beyond(arcs, idle, scope)
+                // What a small part has lost says nothing of the rest.
+                let is_others = idle.is_over() || failed.are_small && !without.is_empty();
+                self.start_beyond(arcs, if is_others { idle } else { all_lost }, scope)
             }
         }
     }

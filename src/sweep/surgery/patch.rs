@@ -64,7 +64,7 @@ fn improve(
         if attempt < ATTEMPTS {
             let at = operation.after;
             let (effort, parameters) = (Effort::PATCH, sweep.parameters);
-            let done = remesh(&mut mesh, &criteria, kernels, at, parameters, effort, usize::MAX)?;
+            let done = remesh(&mut mesh, &criteria, kernels, at, parameters, effort, &|_| false)?;
             collapsed = done.expect("any number of faces will do");
         }
         let crossing = crossing_near(&mesh, block);
