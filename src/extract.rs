@@ -24,10 +24,10 @@ mod polygons;
 
 use std::collections::HashMap;
 
+use crate::disjoint_sets::DisjointSets;
 use crate::topology::exact::ExactField;
 use cell::{CellSurface, EDGES};
 pub use component::extract_component;
-pub(crate) use lattice::DisjointSets;
 use lattice::{Cell, Crossings, for_each_crossed_cell};
 
 /// How near to a sample, as a fraction of the lattice edge, a vertex may lie: an isovalue that
@@ -368,7 +368,7 @@ impl Polygoniser<'_, '_> {
     /// Labels the components.
     fn finish(self) -> Extraction {
         let mut mesh = self.mesh;
-        let mut sets = lattice::DisjointSets::new(mesh.positions.len());
+        let mut sets = DisjointSets::new(mesh.positions.len());
         for &[a, b, c] in &mesh.faces {
             sets.join(a, b);
             sets.join(b, c);

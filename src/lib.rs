@@ -20,6 +20,7 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+mod disjoint_sets;
 pub mod error;
 pub mod export;
 pub mod extract;

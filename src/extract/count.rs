@@ -10,7 +10,8 @@
 //! of each loop and of both loops of a tunnel.
 
 use super::cell::CellSurface;
-use super::lattice::{Crossing, Crossings, DisjointSets, for_each_crossed_cell};
+use super::lattice::{Crossing, Crossings, for_each_crossed_cell};
+use crate::disjoint_sets::DisjointSets;
 use crate::topology::exact::ExactField;
 
 /// One component of an isosurface.

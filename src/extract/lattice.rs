@@ -127,36 +127,3 @@ impl Crossings {
         (*place, true)
     }
 }
-
-/// Union-find with path halving; the smallest member represents its set.
-pub(crate) struct DisjointSets {
-    parents: Vec<u32>,
-}
-
-impl DisjointSets {
-    /// `n` sets of one member.
-    pub(crate) fn new(n: usize) -> Self {
-        DisjointSets { parents: (0..n as u32).collect() }
-    }
-
-    /// Adds a set of one member, the next number.
-    pub(crate) fn push(&mut self) {
-        self.parents.push(self.parents.len() as u32);
-    }
-
-    /// The representative of a member's set.
-    pub(crate) fn find(&mut self, mut x: u32) -> u32 {
-        while self.parents[x as usize] != x {
-            let grandparent = self.parents[self.parents[x as usize] as usize];
-            self.parents[x as usize] = grandparent;
-            x = grandparent;
-        }
-        x
-    }
-
-    /// Unites two sets.
-    pub(crate) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
-}

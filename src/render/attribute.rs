@@ -13,6 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::layout::Palette;
+use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
 use crate::spectrum::{Normals, Spectrum, Triangle};
@@ -190,18 +191,15 @@ fn components(triangles: &[[u32; 3]]) -> Vec<u32> {
     let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
-    let local = |v: u32| vertices.partition_point(|&w| w < v);
+    let local = |v: u32| vertices.partition_point(|&w| w < v) as u32;
 
-    // Union-find over the vertices; every root is the smallest of its set.
-    let mut parents: Vec<usize> = (0..vertices.len()).collect();
+    let mut sets = DisjointSets::new(vertices.len());
     for &[a, b, c] in triangles {
-        for other in [b, c] {
-            let (x, y) = (root(&mut parents, local(a)), root(&mut parents, local(other)));
-            parents[x.max(y)] = x.min(y);
-        }
+        sets.join(local(a), local(b));
+        sets.join(local(a), local(c));
     }
     let roots: Vec<usize> =
-        triangles.iter().map(|&[a, _, _]| root(&mut parents, local(a))).collect();
+        triangles.iter().map(|&[a, _, _]| sets.find(local(a)) as usize).collect();
 
     // (number of triangles, first triangle) of each root.
     let mut sizes = vec![(0usize, usize::MAX); vertices.len()];
@@ -215,15 +213,6 @@ fn components(triangles: &[[u32; 3]]) -> Vec<u32> {
         names[r] = name;
     }
     roots.into_iter().map(|r| names[r]).collect()
-}
-
-/// The root of `x`, halving the path to it.
-fn root(parents: &mut [usize], mut x: usize) -> usize {
-    while parents[x] != x {
-        parents[x] = parents[parents[x]];
-        x = parents[x];
-    }
-    x
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! node, at one isovalue, with the arcs that end and the arcs that begin there.
 
 use super::Sweep;
-use crate::extract::DisjointSets;
+use crate::disjoint_sets::DisjointSets;
 
 /// Some events at one isovalue and the arcs they join.
 #[derive(Clone, Debug, PartialEq)]

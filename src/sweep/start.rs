@@ -64,7 +64,7 @@ pub(super) fn extraction_up_to(
         Some(crossings) => {
             let component = |c| extract_component(&sweep.exact, isovalue, c, most_cells);
             let each = crossings.into_iter().map(component).collect::<Option<Vec<_>>>();
-            Ok(each.map(|each| (Extraction::joined(each.into_iter()), arcs.to_vec())))
+            Ok(each.map(|each| (Extraction::joined(each), arcs.to_vec())))
         }
         None => of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs).map(Some),
     }

@@ -20,6 +20,7 @@
 //! Along a chain of parents the times of absorption grow in sweep order; `next` of a node lies
 //! behind it in sweep order; exactly one node (the last) has no `next`.
 
+use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
 use crate::topology::critical::CriticalPoint;
 
@@ -118,7 +119,8 @@ impl MergeTree {
     fn run(&mut self, points: &[CriticalPoint]) -> Result<()> {
         let n = points.len() as u32;
         let (start, join) = self.direction.indices();
-        let mut union = UnionFind::new(points.len());
+        // The elder of two nodes represents both.
+        let mut union = DisjointSets::new(points.len());
         let mut latest = vec![NONE; points.len()];
         let mut n_components = 0u32;
         for step in 0..n {
@@ -269,28 +271,4 @@ fn extremum_of_each_sample(
         *end &= !NODE;
     }
     Ok(walk)
-}
-
-/// Union-find over nodes whose roots the caller chooses (the elder), with path halving.
-struct UnionFind {
-    parent: Vec<u32>,
-}
-
-impl UnionFind {
-    fn new(n: usize) -> Self {
-        UnionFind { parent: (0..n as u32).collect() }
-    }
-
-    fn find(&mut self, mut i: u32) -> u32 {
-        while self.parent[i as usize] != i {
-            let grandparent = self.parent[self.parent[i as usize] as usize];
-            self.parent[i as usize] = grandparent;
-            i = grandparent;
-        }
-        i
-    }
-
-    fn absorb(&mut self, elder: u32, younger: u32) {
-        self.parent[younger as usize] = elder;
-    }
 }

@@ -6,6 +6,8 @@
 
 use serde::Serialize;
 
+use crate::disjoint_sets::DisjointSets;
+
 /// The topology of a triangle mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct MeshTopology {
@@ -63,8 +65,8 @@ pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology 
     }
     sides.sort_unstable();
 
-    let mut components = Forest::new(n_vertices);
-    let mut fans = Forest::new(3 * triangles.len());
+    let mut components = DisjointSets::new(n_vertices);
+    let mut fans = DisjointSets::new(3 * triangles.len());
     let mut n_edges = 0;
     for edge in sides.chunk_by(|a, b| a.ends == b.ends) {
         n_edges += 1;
@@ -94,32 +96,6 @@ pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology 
     result.nonmanifold_vertices =
         fan_of_vertex.chunk_by(|a, b| a.0 == b.0).filter(|fans| fans.len() > 1).count();
     result
-}
-
-/// Disjoint sets; the root of a set is its smallest member.
-struct Forest {
-    parent: Vec<u32>,
-}
-
-impl Forest {
-    fn new(n: usize) -> Self {
-        Forest { parent: (0..n as u32).collect() }
-    }
-
-    fn find(&mut self, mut x: u32) -> u32 {
-        while self.parent[x as usize] != x {
-            // Halving the path keeps the trees flat.
-            let grandparent = self.parent[self.parent[x as usize] as usize];
-            self.parent[x as usize] = grandparent;
-            x = grandparent;
-        }
-        x
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-    }
 }
 
 #[cfg(test)]

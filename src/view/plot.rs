@@ -24,15 +24,15 @@ const CURVES: [Curve; 4] = [
     Curve {
         name: "components",
         color: Color32::from_rgb(0xE6, 0x9F, 0x00),
-        of: |p| f64::from(p.n_components),
+        of: |p| f64::from(p.measures.components),
     },
     Curve {
         name: "Euler characteristic",
         color: Color32::from_rgb(0x56, 0xB4, 0xE9),
-        of: |p| p.euler as f64,
+        of: |p| p.measures.euler as f64,
     },
-    Curve { name: "area", color: Color32::from_rgb(0x00, 0x9E, 0x73), of: |p| p.area },
-    Curve { name: "volume", color: Color32::from_rgb(0xCC, 0x79, 0xA7), of: |p| p.volume },
+    Curve { name: "area", color: Color32::from_rgb(0x00, 0x9E, 0x73), of: |p| p.measures.area },
+    Curve { name: "volume", color: Color32::from_rgb(0xCC, 0x79, 0xA7), of: |p| p.measures.volume },
 ];
 
 /// Which curves are drawn.

@@ -9,7 +9,8 @@ use super::near::Near;
 use super::rim::{Gap, RimVertex, Side, bridged, gaps, rims};
 use super::zip::{StripTriangle, zip};
 use super::{Front, Sweep};
-use crate::extract::{DisjointSets, Extraction};
+use crate::disjoint_sets::DisjointSets;
+use crate::extract::Extraction;
 use crate::mesh::{Face, Mesh, Vertex};
 
 /// Distance, voxels, that the extraction keeps from what stays.

@@ -11,8 +11,7 @@
 //!
 //! Memory: 20 bytes per sample beside the field itself.
 
-/// No sample.
-const NONE: u32 = u32::MAX;
+use crate::disjoint_sets::DisjointSets;
 
 /// Fills every basin shallower than `depth`. With `open`, samples at the border drain into the layer
 /// around the volume, which lies below all of them.
@@ -24,9 +23,10 @@ pub(super) fn fill_minima(dims: [usize; 3], field: &mut [f64], depth: f64, open:
         .sort_unstable_by(|&a, &b| field[a as usize].total_cmp(&field[b as usize]).then(b.cmp(&a)));
     // Node n is the layer. The root of a basin is its minimum.
     let layer = n as u32;
-    let mut basins = Basins { root: vec![NONE; n + 1], floor: vec![f64::NEG_INFINITY; n + 1] };
-    basins.root[n] = layer;
-    let mut basin_of = vec![NONE; n];
+    let mut basins = DisjointSets::new(n + 1);
+    // How far each basin is filled, by its minimum.
+    let mut floor = vec![f64::NEG_INFINITY; n + 1];
+    let mut basin_of = vec![0; n];
     let mut ended = Vec::new();
     let is_lower = |field: &[f64], a: u32, b: u32| {
         b != layer
@@ -35,11 +35,11 @@ pub(super) fn fill_minima(dims: [usize; 3], field: &mut [f64], depth: f64, open:
     };
     for &sample in &order {
         let mut basin = sample;
-        basins.root[sample as usize] = sample;
         let (neighbours, at_border) = neighbours(dims, sample as usize);
         let around = neighbours.into_iter().flatten();
         for neighbour in around.chain((open && at_border).then_some(layer)) {
-            if basins.root[neighbour as usize] == NONE {
+            // What is higher has not been added yet.
+            if !is_lower(field, neighbour, sample) {
                 continue;
             }
             let other = basins.find(neighbour);
@@ -48,11 +48,11 @@ pub(super) fn fill_minima(dims: [usize; 3], field: &mut [f64], depth: f64, open:
             }
             let (elder, younger) =
                 if is_lower(field, basin, other) { (basin, other) } else { (other, basin) };
-            basins.root[younger as usize] = elder;
+            basins.absorb(elder, younger);
             if younger != sample {
                 let value = field[sample as usize];
                 if value - field[younger as usize] < depth {
-                    basins.floor[younger as usize] = value;
+                    floor[younger as usize] = value;
                 }
                 ended.push((younger, elder));
             }
@@ -61,28 +61,10 @@ pub(super) fn fill_minima(dims: [usize; 3], field: &mut [f64], depth: f64, open:
         basin_of[sample as usize] = basin;
     }
     for &(younger, elder) in ended.iter().rev() {
-        let floor = basins.floor[younger as usize].max(basins.floor[elder as usize]);
-        basins.floor[younger as usize] = floor;
+        floor[younger as usize] = floor[younger as usize].max(floor[elder as usize]);
     }
     for (sample, basin) in field.iter_mut().zip(basin_of) {
-        *sample = sample.max(basins.floor[basin as usize]);
-    }
-}
-
-/// Union-find over samples, and how far each basin is filled, by its minimum.
-struct Basins {
-    root: Vec<u32>,
-    floor: Vec<f64>,
-}
-
-impl Basins {
-    fn find(&mut self, mut i: u32) -> u32 {
-        while self.root[i as usize] != i {
-            let next = self.root[self.root[i as usize] as usize];
-            self.root[i as usize] = next;
-            i = next;
-        }
-        i
+        *sample = sample.max(floor[basin as usize]);
     }
 }
 
