@@ -4,6 +4,8 @@
 //! what the vertex count is chosen by from which on meshes go to the GPU
 //! (`kernels::backend::GPU_FROM_VERTICES`): load, project, relax and read back, by size.
 
+#[path = "../tests/random/mod.rs"]
+mod random;
 #[path = "../tests/kernels/shapes.rs"]
 #[allow(dead_code, reason = "the tests use more of the shapes than the benches do")]
 mod shapes;

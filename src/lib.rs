@@ -30,6 +30,7 @@ pub mod gpu;
 pub mod kernels;
 pub mod mesh;
 pub mod page;
+mod random;
 pub mod render;
 pub mod spectrum;
 pub mod sweep;

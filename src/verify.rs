@@ -22,6 +22,7 @@ mod triangle_grid;
 
 use crate::error::{Error, Result};
 use crate::extract::count::count;
+use crate::random::Random;
 use crate::spectrum::{Query, Spectrum, SurfaceMesh};
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
@@ -32,7 +33,7 @@ pub use manifold::{MeshTopology, mesh_topology};
 pub use measure::Jump;
 pub use report::{Continuity, Limits, Report, Row, Totals};
 
-use isovalues::{Random, event_isovalues, random_isovalues};
+use isovalues::{event_isovalues, random_isovalues};
 use measure::Geometry;
 use triangle_grid::TriangleGrid;
 

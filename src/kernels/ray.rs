@@ -267,20 +267,18 @@ fn root_between(b: [f32; 4], mut low: f32, mut high: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
     use crate::volume::{Placement, Samples, Volume};
     use std::sync::Arc;
 
-    /// Uniform numbers in -1..1 (Marsaglia's xorshift).
-    fn random(state: &mut u64) -> f32 {
-        *state ^= *state << 13;
-        *state ^= *state >> 7;
-        *state ^= *state << 17;
-        (*state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    /// Uniform numbers in -1..1.
+    fn random(state: &mut Random) -> f32 {
+        (2.0 * state.unit() - 1.0) as f32
     }
 
     #[test]
     fn the_first_crossing_is_the_first_that_dense_sampling_sees() {
-        let mut state = 1;
+        let mut state = Random::new(1);
         let mut counts = [0; 3];
         for _ in 0..20_000 {
             let mut b: [f32; 4] = std::array::from_fn(|_| random(&mut state));
@@ -330,7 +328,7 @@ mod tests {
     }
 
     fn noise(dims: [usize; 3], spacing: [f64; 3]) -> Field {
-        let mut state = 9;
+        let mut state = Random::new(9);
         let samples = (0..dims.iter().product()).map(|_| random(&mut state)).collect();
         let placement = Placement { spacing, ..Placement::default() };
         let volume = Volume::new("noise", dims, Samples::F32(samples), placement);
@@ -350,7 +348,7 @@ mod tests {
     fn a_ray_from_faces_edges_and_lattice_points_finds_what_marching_finds() {
         let field = noise([7, 6, 8], [1.0, 1.5, 1.25]);
         let size = field.cell_size();
-        let mut state = 77;
+        let mut state = Random::new(77);
         let mut counts = [0; 2];
         for i in 0..2000 {
             // Integer coordinates along any subset of axes, directions along any subset too.

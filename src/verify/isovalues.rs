@@ -1,37 +1,9 @@
 //! Which isovalues a verification looks at: random ones that nobody chose beforehand, and the two
 //! sides of events.
 
+use crate::random::Random;
 use crate::spectrum::Event;
 use crate::volume::Volume;
-
-/// SplitMix64 (Steele, Lea, Flood 2014): a small generator whose sequence depends on its seed alone.
-pub(super) struct Random(u64);
-
-impl Random {
-    /// The sequence of `seed`.
-    pub(super) fn new(seed: u64) -> Self {
-        Random(seed)
-    }
-
-    /// The next 64 random bits.
-    pub(super) fn next_u64(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    pub(super) fn unit(&mut self) -> f64 {
-        (self.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform in 0..n, for n far below 2^53; n > 0.
-    pub(super) fn below(&mut self, n: usize) -> usize {
-        (self.unit() * n as f64) as usize
-    }
-}
 
 /// `n` isovalues inside `range`, sorted: every other one uniform over the range, the rest near
 /// values of samples, where most of the volume's surfaces are.

@@ -12,6 +12,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 use crate::error::{Error, Result};
+use crate::random::Random;
 use crate::volume::{Placement, Samples, Volume};
 
 /// Smallest and largest number of samples per axis of a phantom.
@@ -157,11 +158,11 @@ fn gyroid(p: [f64; 3]) -> f64 {
 /// amplitude gives the sum a variance of 1; with 64 waves it is close to a Gaussian field.
 fn noise(size: usize, seed: u64) -> Vec<f32> {
     const N_WAVES: usize = 64;
-    let mut random = SplitMix64(seed);
+    let mut random = Random::new(seed);
     let mut values = vec![0.0f64; size * size * size];
     let amplitude = (2.0 / N_WAVES as f64).sqrt();
     for _ in 0..N_WAVES {
-        let wave = random.in_ball().map(|k| 2.0 * PI / 6.0 * k);
+        let wave = in_ball(&mut random).map(|k| 2.0 * PI / 6.0 * k);
         let phase = 2.0 * PI * random.unit();
         // cos(a + b) from tables of a = phase + kx x and b = ky y + kz z.
         let along_x: Vec<(f64, f64)> =
@@ -177,30 +178,12 @@ fn noise(size: usize, seed: u64) -> Vec<f32> {
     values.into_iter().map(|v| v as f32).collect()
 }
 
-/// Steele, Lea and Flood's SplitMix64 (OOPSLA 2014): one word of state, enough for a phantom.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
-    }
-
-    /// Uniform in [0, 1), with 53 bits.
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform in the unit ball, by rejection.
-    fn in_ball(&mut self) -> [f64; 3] {
-        loop {
-            let p = [0; 3].map(|_| 2.0 * self.unit() - 1.0);
-            if dot(p, p) <= 1.0 {
-                return p;
-            }
+/// Uniform in the unit ball, by rejection.
+fn in_ball(random: &mut Random) -> [f64; 3] {
+    loop {
+        let p = [0; 3].map(|_| 2.0 * random.unit() - 1.0);
+        if dot(p, p) <= 1.0 {
+            return p;
         }
     }
 }

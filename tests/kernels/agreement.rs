@@ -1,7 +1,8 @@
 //! The GPU against its CPU twin: the same formulas in the same order, so only fused
 //! multiplications, division and square roots may round otherwise.
 
-use crate::shapes::{Mesh, Random, noise, sampled};
+use crate::random::Random;
+use crate::shapes::{Mesh, noise, sampled};
 use crate::{cpu, gpu};
 use glam::{DVec3, Vec3};
 use isospectrum::kernels::{Kernels, Status};
@@ -152,8 +153,8 @@ fn the_living_triangles_agree() {
     // More than one workgroup, and no multiple of one; lifetimes up to a fifth of the ranks.
     let lifetimes: Vec<[u32; 2]> = (0..10_007)
         .map(|_| {
-            let birth = (f64::from(random.next()) * 1000.0) as u32;
-            [birth, birth + 1 + (f64::from(random.next()) * 200.0) as u32]
+            let birth = (random.unit() * 1000.0) as u32;
+            [birth, birth + 1 + (random.unit() * 200.0) as u32]
         })
         .collect();
     let gpu = PIPELINES.gpu();

@@ -1,7 +1,8 @@
 //! The choice of a backend, and what callers see of it.
 
 use crate::cpu;
-use crate::shapes::{Mesh, Random, noise};
+use crate::random::Random;
+use crate::shapes::{Mesh, noise};
 use glam::Vec3;
 use isospectrum::error::Error;
 use isospectrum::kernels::backend::GPU_FROM_VERTICES;

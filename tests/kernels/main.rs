@@ -6,6 +6,8 @@
 
 mod agreement;
 mod backend;
+#[path = "../random/mod.rs"]
+mod random;
 mod shapes;
 mod suite;
 

@@ -1,5 +1,6 @@
 //! Meshes and volumes with known answers.
 
+use crate::random::Random;
 use glam::Vec3;
 use isospectrum::kernels::Connectivity;
 use isospectrum::volume::{Placement, Samples, Volume};
@@ -82,10 +83,10 @@ impl Mesh {
         let mut faces = Vec::new();
         let mut positions = Vec::new();
         for _ in 0..n {
-            let center = low + (high - low) * random.vector();
+            let center = low + (high - low) * vector(random);
             let first = positions.len() as u32;
             let mut corners: [Vec3; 4] =
-                std::array::from_fn(|_| center + size * (2.0 * random.vector() - 1.0));
+                std::array::from_fn(|_| center + size * (2.0 * vector(random) - 1.0));
             let volume = (corners[1] - corners[0])
                 .cross(corners[2] - corners[0])
                 .dot(corners[3] - corners[0]);
@@ -153,7 +154,7 @@ pub(crate) fn volume(dims: [usize; 3], spacing: [f64; 3], samples: Samples) -> A
 pub(crate) fn noise(dims: [usize; 3], random: &mut Random) -> Arc<Volume> {
     let [nx, ny, nz] = dims;
     let n = nx * ny * nz;
-    let mut values: Vec<f32> = (0..n).map(|_| 255.0 * random.next()).collect();
+    let mut values: Vec<f32> = (0..n).map(|_| (255.0 * random.unit()) as f32).collect();
     for stride in [1, nx, nx * ny] {
         let before = values.clone();
         for i in stride..n - stride {
@@ -163,20 +164,7 @@ pub(crate) fn noise(dims: [usize; 3], random: &mut Random) -> Arc<Volume> {
     volume(dims, [1.0; 3], Samples::U8(values.iter().map(|v| v.round() as u8).collect()))
 }
 
-/// Reproducible random numbers (Marsaglia's xorshift, 64 bits).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    /// Uniform in 0..1.
-    pub(crate) fn next(&mut self) -> f32 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    /// Uniform in the unit cube.
-    pub(crate) fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.next(), self.next(), self.next())
-    }
+/// Uniform in the unit cube.
+fn vector(random: &mut Random) -> Vec3 {
+    Vec3::from_array([0; 3].map(|_| random.unit() as f32))
 }

@@ -1,7 +1,8 @@
 //! What every backend must do, told by analytic fields. One function per promise; `main.rs` runs
 //! each on each backend.
 
-use crate::shapes::{Mesh, Random, noise, sampled, volume};
+use crate::random::Random;
+use crate::shapes::{Mesh, noise, sampled, volume};
 use glam::{DVec3, Vec3};
 use isospectrum::kernels::{CREASE, Field, Kernels, Status};
 use isospectrum::volume::{Samples, Volume};
@@ -175,11 +176,11 @@ pub(crate) fn border_components_never_change(backend: Backend) {
     let top = Vec3::new(11.0, 12.0, 13.0);
     let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, &mut random);
     for i in 0..mesh.positions.len() {
-        let bits = (random.next() * 8.0) as u8;
+        let bits = random.below(8) as u8;
         mesh.connectivity.borders[i] = bits;
         for a in 0..3 {
             if bits >> a & 1 == 1 {
-                mesh.positions[i][a] = if random.next() < 0.5 { 0.0 } else { top[a] };
+                mesh.positions[i][a] = if random.unit() < 0.5 { 0.0 } else { top[a] };
             }
         }
     }
@@ -335,7 +336,7 @@ fn shortest_over_longest_edge(mesh: &Mesh, positions: &[[f32; 3]]) -> f32 {
 
 pub(crate) fn far_from_the_origin_only_positions_are_rounded(backend: Backend) {
     let mut random = Random(5);
-    let samples: Vec<u8> = (0..1030 * 8 * 8).map(|_| (255.0 * random.next()) as u8).collect();
+    let samples: Vec<u8> = (0..1030 * 8 * 8).map(|_| (255.0 * random.unit()) as u8).collect();
     let v = volume([1030, 8, 8], [1.0; 3], Samples::U8(samples));
     let (low, high) = (Vec3::new(1016.0, 1.0, 1.0), Vec3::new(1026.0, 6.0, 6.0));
     let mesh = Mesh::tetrahedra(500, low, high, 0.5, &mut random);
