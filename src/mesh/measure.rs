@@ -69,6 +69,11 @@ pub fn radius_ratio<P: Corner>(t: [P; 3]) -> P::Number {
 }
 
 impl Mesh {
+    /// The area of all faces, caps included.
+    pub fn area(&self) -> f32 {
+        self.faces().map(|f| area(self.corners(f))).sum()
+    }
+
     /// Area-weighted unit normal of a vertex, towards lower values; zero where it cancels out.
     pub fn vertex_normal(&self, v: Vertex) -> Vec3 {
         self.spokes(v).map(|h| normal(self.corners(self.face(h)))).sum::<Vec3>().normalize_or_zero()

@@ -202,7 +202,9 @@ impl<'a> Chain<'a> {
         let mut kernels = sweep.backend.kernels(&sweep.field)?;
         lock(&self.counts).extracted_afresh += 1;
         let Some(mut front) = start_front(sweep, piece, isovalue, exact, kernels.as_mut())? else {
-            self.leave(piece.arc, Idle::after(idle.toil()), scope);
+            let idle = Idle::after(idle.toil());
+            log::debug!("no mesh of arc {} at {isovalue}: {idle:?}", piece.arc);
+            self.leave(piece.arc, idle, scope);
             return Ok(());
         };
         front.toil = idle.toil();

@@ -19,7 +19,7 @@ use super::{Counts, Parameters};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Compacted, Mesh, area, intersecting};
+use crate::mesh::{Compacted, Mesh, intersecting};
 
 /// So many times per step vertices get out of the way of the border curve.
 const MOST_RETREATS: u32 = 4;
@@ -288,8 +288,7 @@ pub(super) fn begins_too_dense(mesh: &Mesh) -> bool {
 
 /// Whether a mesh, if it is not small, has more faces per square voxel.
 fn has_more_faces(mesh: &Mesh, per_area: f32) -> bool {
-    let area = || mesh.faces().map(|f| area(mesh.corners(f))).sum::<f32>();
-    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > per_area * area()
+    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > per_area * mesh.area()
 }
 
 /// Simplifies, refines and flips at a sampling isovalue.

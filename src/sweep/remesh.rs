@@ -56,8 +56,7 @@ impl Effort {
 }
 
 /// Remeshes what is not pinned of the isosurface of one isovalue. Returns the collapses; `None` as soon as the
-/// mesh takes too many faces. It is asked before what takes the time: faces that are too many after the first
-/// round hardly get fewer.
+/// mesh takes too many faces, of which it is asked after each round, with the rounds that are done.
 pub(crate) fn remesh(
     mesh: &mut Mesh,
     criteria: &Criteria,
@@ -65,10 +64,10 @@ pub(crate) fn remesh(
     isovalue: f64,
     parameters: &Parameters,
     effort: Effort,
-    is_too_much: &dyn Fn(&Mesh) -> bool,
+    is_too_much: &dyn Fn(&Mesh, usize) -> bool,
 ) -> Result<Option<Vec<(Vertex, Vertex)>>> {
     let mut collapsed = Vec::new();
-    for _ in 0..effort.rounds {
+    for round in 1..=effort.rounds {
         split_chamfers(mesh, criteria.field);
         let deviations = criteria.deviations(mesh);
         let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
@@ -76,7 +75,8 @@ pub(crate) fn remesh(
         extend_sizing(mesh, &mut length);
         collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.75, share: 1.0 }));
         flip_edges(mesh, criteria, 3, f32::INFINITY);
-        if is_too_much(mesh) {
+        if is_too_much(mesh, round) {
+            log::debug!("{} faces are too many after {round} rounds", mesh.n_faces());
             return Ok(None);
         }
         relax(mesh, criteria, kernels, isovalue, parameters, 4)?;
@@ -93,5 +93,5 @@ pub(crate) fn remesh(
     let length = vec![0.0; mesh.vertex_slots()];
     collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.0, share: 1.0 }));
     flip_edges(mesh, criteria, 2, f32::INFINITY);
-    Ok((!is_too_much(mesh)).then_some(collapsed))
+    Ok((!is_too_much(mesh, effort.rounds)).then_some(collapsed))
 }

@@ -17,10 +17,8 @@ use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex, intersecting};
 use glam::Vec3;
 
-/// Remeshing that needs so many times the faces of the extraction does not lead anywhere.
-const MOST_GROWTH: f32 = 1.1;
-
-/// Small meshes may grow to so many faces.
+/// Remeshing that needs more faces than the extraction does not lead anywhere, but small meshes may grow to so
+/// many.
 const GROWS_TO: usize = 5_000;
 
 /// Stretches over which the isosurface moves less than this, in voxels, do not begin with a fresh mesh:
@@ -164,8 +162,10 @@ fn remeshed(
     kernels: &mut dyn Kernels,
 ) -> Result<Option<Mesh>> {
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
-    let most = ((MOST_GROWTH * exact.n_faces() as f32) as usize).max(GROWS_TO);
-    let is_too_much = |mesh: &Mesh| mesh.n_faces() > most || begins_too_dense(mesh);
+    let most = exact.n_faces().max(GROWS_TO);
+    // Where the isosurface is smooth, the first round leaves up to four times the faces that the last one does.
+    let is_too_much =
+        |mesh: &Mesh, rounds: usize| mesh.n_faces() > most || rounds > 1 && begins_too_dense(mesh);
     for attempt in 0..ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = exact.clone();

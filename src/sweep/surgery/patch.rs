@@ -64,7 +64,8 @@ fn improve(
         if attempt < ATTEMPTS {
             let at = operation.after;
             let (effort, parameters) = (Effort::PATCH, sweep.parameters);
-            let done = remesh(&mut mesh, &criteria, kernels, at, parameters, effort, &|_| false)?;
+            let done =
+                remesh(&mut mesh, &criteria, kernels, at, parameters, effort, &|_, _| false)?;
             collapsed = done.expect("any number of faces will do");
         }
         let crossing = crossing_near(&mesh, block);
