@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::block::Block;
-use super::rim::{RimVertex, Side};
+use super::rim::{RimVertex, Side, is_one_sided};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
@@ -128,7 +128,7 @@ impl Moved {
                     removed.push(g);
                 }
                 let v = mesh.from(h);
-                if n_fans(mesh, v, &stays) > 1 || is_one_sided(mesh, v, &stays) {
+                if n_fans(mesh, v, &stays) > 1 || is_beside_curve(mesh, v, &stays) {
                     for g in mesh.spokes(v).map(|s| mesh.face(s)) {
                         if std::mem::replace(&mut stays[g.0 as usize], false) {
                             removed.push(g);
@@ -152,13 +152,11 @@ impl Moved {
     }
 }
 
-/// Whether only caps, or only others, stay around a vertex in the border of the volume: it would not lie on the
-/// curve in which the isosurface meets the border any more.
-fn is_one_sided(mesh: &Mesh, v: Vertex, stays: &[bool]) -> bool {
+/// Whether a vertex in the border of the volume would not lie on the curve in which the isosurface meets the border
+/// any more.
+fn is_beside_curve(mesh: &Mesh, v: Vertex, stays: &[bool]) -> bool {
     let faces = mesh.spokes(v).map(|h| mesh.face(h)).filter(|f| stays[f.0 as usize]);
-    let mut kinds = faces.map(|f| mesh.is_cap(f));
-    let first = kinds.next();
-    mesh.border(v) != 0 && first.is_some_and(|first| kinds.all(|k| k == first))
+    mesh.border(v) != 0 && is_one_sided(faces.map(|f| mesh.is_cap(f)))
 }
 
 /// Into how many fans the faces that stay around a vertex fall.

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::near::Near;
-use super::rim::Side;
+use super::rim::{Side, is_one_sided};
 use crate::extract::Extraction;
 use crate::mesh::normal;
 
@@ -118,7 +118,7 @@ impl<'a> Incoming<'a> {
                 let open = around.iter().filter(|&&f| {
                     self.comes_in[f as usize] && self.starts_rim_at(f as usize, v as u32)
                 });
-                if open.count() > 1 || self.is_one_sided(v, around) {
+                if open.count() > 1 || self.is_beside_curve(v, around) {
                     for &f in around {
                         changed |= std::mem::replace(&mut self.comes_in[f as usize], false);
                     }
@@ -140,15 +140,11 @@ impl<'a> Incoming<'a> {
         }
     }
 
-    /// Whether a vertex in the border of the volume has only caps, or none, among what comes in: it would not lie
-    /// on the curve in which the isosurface meets the border.
-    fn is_one_sided(&self, v: usize, around: &[u32]) -> bool {
-        let mut kinds = around
-            .iter()
-            .filter(|&&f| self.comes_in[f as usize])
-            .map(|&f| self.extraction.caps[f as usize]);
-        let first = kinds.next();
-        self.extraction.borders[v] != 0 && first.is_some_and(|first| kinds.all(|k| k == first))
+    /// Whether a vertex in the border of the volume would not lie on the curve in which what comes in meets the
+    /// border.
+    fn is_beside_curve(&self, v: usize, around: &[u32]) -> bool {
+        let faces = around.iter().map(|&f| f as usize).filter(|&f| self.comes_in[f]);
+        self.extraction.borders[v] != 0 && is_one_sided(faces.map(|f| self.extraction.caps[f]))
     }
 
     /// Whether the side of a face that starts at a vertex belongs to a rim.

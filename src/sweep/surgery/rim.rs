@@ -25,6 +25,13 @@ pub(super) struct RimVertex {
 /// A directed side of a rim as its own face has it: from, to, whether the face is a cap.
 pub(super) type Side = (u32, u32, bool);
 
+/// Whether the faces around a vertex, of each of which is told whether it is a cap, are all caps or all none. A rim
+/// ends in the border of the volume with faces of both kinds.
+pub(super) fn is_one_sided(mut caps: impl Iterator<Item = bool>) -> bool {
+    let first = caps.next();
+    first.is_some_and(|first| caps.all(|cap| cap == first))
+}
+
 /// Closed rims from their sides, each as a list of its sides; or the vertices at which a rim meets
 /// itself or another.
 pub(super) fn rims(sides: &[Side]) -> Result<Vec<Vec<Side>>, Vec<u32>> {
