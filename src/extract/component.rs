@@ -10,7 +10,7 @@ use crate::topology::exact::ExactField;
 
 /// The component of the isosurface that crosses a lattice edge, given as (sample not above the isovalue,
 /// sample above it), both of the padded grid. As that component in [`super::extract`], with the same
-/// order of faces. `None` if it passes more than `most_cells`; no more than those are looked at then.
+/// order of faces. `None` if it passes more than `most_cells`; hardly more than those are looked at then.
 pub fn extract_component(
     field: &ExactField,
     isovalue: f64,
@@ -54,9 +54,6 @@ fn loops_of_component(
     let mut seen = HashSet::from([first]);
     let mut stack = vec![first];
     while let Some((from, axis)) = stack.pop() {
-        if cells.len() > most_cells {
-            return None;
-        }
         let [u, v] = [strides[(axis + 1) % 3], strides[(axis + 2) % 3]];
         for corner in [from, from - u, from - v, from - u - v] {
             let edge = EDGES.iter().position(|&(a, b)| {
@@ -88,6 +85,9 @@ fn loops_of_component(
                 }
             }
         }
+        if cells.len() > most_cells {
+            return None;
+        }
     }
-    (cells.len() <= most_cells).then_some(cells)
+    Some(cells)
 }

@@ -132,7 +132,8 @@ pub(crate) fn split_long(
 }
 
 /// Splits the edges of the border curve that are off it: where the isosurface touches the border, faces beside the
-/// curve lie along the border, and their own deviation says nothing of it. Adds the new vertices to `born`. Returns how many edges were split.
+/// curve lie along the border, and their own deviation says nothing of it. Adds the new vertices to `born`.
+/// Returns how many edges were split.
 pub(crate) fn split_curve(mesh: &mut Mesh, criteria: &Criteria, born: &mut Vec<Born>) -> usize {
     let is_off = |mesh: &Mesh, e: Edge| {
         let h = e.halfedge();

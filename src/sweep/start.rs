@@ -131,17 +131,6 @@ pub(super) fn start_front(
     Ok(Some(Front { mesh, recorder, at: isovalue, toil: Toil::default() }))
 }
 
-/// An exact extraction, remeshed. `None` where remeshing makes the mesh pass through itself, or leaves it so dense
-/// that it would be given up after a step.
-pub(super) fn fresh_mesh(
-    sweep: &Sweep,
-    isovalue: f64,
-    exact: &Extraction,
-    kernels: &mut dyn Kernels,
-) -> Result<Option<Mesh>> {
-    remeshed(sweep, isovalue, mesh_of(exact)?, kernels)
-}
-
 /// The mesh of an extraction.
 fn mesh_of(extraction: &Extraction) -> Result<Mesh> {
     Mesh::from_triangles(
@@ -152,15 +141,17 @@ fn mesh_of(extraction: &Extraction) -> Result<Mesh> {
     )
 }
 
-/// The mesh with good triangles. Where they would pass through each other, which happens at sharp
-/// creases and between close sheets, the vertices of the extraction around are pinned, and the rest
-/// is remeshed again. `None` if that does not help, or where the mesh takes too many faces.
-fn remeshed(
+/// An exact extraction, remeshed to good triangles. Where they would pass through each other, which happens at
+/// sharp creases and between close sheets, the vertices of the extraction around are pinned, and the rest is
+/// remeshed again. `None` if that does not help, or where the mesh takes so many faces that it would be given up
+/// after a step.
+pub(super) fn fresh_mesh(
     sweep: &Sweep,
     isovalue: f64,
-    mut exact: Mesh,
+    exact: &Extraction,
     kernels: &mut dyn Kernels,
 ) -> Result<Option<Mesh>> {
+    let mut exact = mesh_of(exact)?;
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
     let most = exact.n_faces().max(GROWS_TO);
     // Where the isosurface is smooth, the first round leaves up to four times the faces that the last one does.
