@@ -33,6 +33,9 @@ const BORDER_MOTION: f32 = 0.3;
 /// How far most vertices may move, in voxels, where a dent opens in a cap.
 const OPENING_MOTION: f32 = 0.15;
 
+/// A repair takes most vertices at least so far, in voxels: what is in the way here is so a little farther on, too.
+const REPAIR_MOTION: f32 = 0.1;
+
 /// A mesh is repaired at most so many times on its way through one arc: as many times as make up this
 /// many faces, within bounds.
 const MOST_REPAIRED_FACES: usize = 200_000;
@@ -55,7 +58,7 @@ const FLIP_SHARE: f32 = 1.0;
 const COLLAPSES: Bounds = Bounds { short: 0.7, share: 0.3 };
 
 /// Smaller meshes may have as many faces as they need.
-const DENSE_FROM: usize = 5_000;
+const DENSE_FROM: usize = 10_000;
 
 /// A mesh on its way: how far it may step, and what has been done to it so that it comes on.
 pub(super) struct Course {
@@ -263,15 +266,19 @@ fn gap_to_opening(opened: &[Opening], at: f64, way: &Way) -> Option<f64> {
     (gap > 2.0 * way.min_step).then_some(gap - way.min_step)
 }
 
-/// To which isovalue a mesh is repaired, and at which points: where the step failed; but where dents or
-/// bumps open, it is not as far as most of the mesh may move at once, and they are those that have opened there.
+/// To which isovalue a mesh is repaired, and at which points: where the step failed, or farther on where that moves
+/// most of the mesh by less than [`REPAIR_MOTION`]; but where dents or bumps open, it is not as far as most of it may
+/// move at once, and they are those that have opened there.
 fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f64, Vec<Vec3>) {
+    let sign = way.direction.sign();
+    let far = expected_motion(&front.mesh, field, front.at, tried.failed_at).max(1e-6);
+    let times = |share: f32| front.at + (tried.failed_at - front.at) * f64::from(share);
     if tried.opened.is_empty() {
-        return (tried.failed_at, tried.points);
+        let to = times((REPAIR_MOTION / far).max(1.0));
+        return (if (way.last - to) * sign < 0.0 { way.last } else { to }, tried.points);
     }
-    let far = expected_motion(&front.mesh, field, front.at, tried.failed_at);
-    let to = front.at + (tried.failed_at - front.at) * f64::from((OPENING_MOTION / far).min(1.0));
-    let has_opened = |o: &&Opening| (o.isovalue - to) * way.direction.sign() <= 0.0;
+    let to = times((OPENING_MOTION / far).min(1.0));
+    let has_opened = |o: &&Opening| (o.isovalue - to) * sign <= 0.0;
     (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
 }
 
