@@ -32,6 +32,7 @@ use back::Passage;
 use block::Block;
 use cut::Moved;
 use incoming::Adjacency;
+use near::Near;
 use stitch::{Stitched, Trouble, stitch};
 
 /// So many blocks are tried, and so many for a repair.
@@ -46,6 +47,9 @@ const BAD_RADIUS: f32 = 0.3;
 
 /// Smaller meshes are not repaired: the exact extraction shows them as well.
 pub(super) const REPAIRED_FROM: usize = 400;
+
+/// The extraction has the mesh beside it where that faces the same way and is so near, voxels.
+const COVERED: f32 = 0.5;
 
 /// By how much, times the number of the attempt, the block grows around trouble, voxels.
 const GROWTH: f32 = 0.4;
@@ -112,7 +116,7 @@ pub(super) fn operate(
         .map(|f| Moved::new(&f.mesh, &sweep.field, kernels, f.at, operation.after))
         .collect::<Result<Vec<Moved>>>()?;
     let adjacency = Adjacency::new(&extraction.0);
-    let mut block = first_block(sweep, operation, &fronts, &moved, &extraction.0);
+    let mut block = first_block(sweep, operation, &fronts, &moved, (&extraction.0, &adjacency));
     let attempts = if operation.repaired { REPAIR_ATTEMPTS } else { ATTEMPTS };
     for attempt in 1..=attempts {
         sweep.cancelled()?;
@@ -218,19 +222,19 @@ fn first_block(
     operation: &Operation,
     fronts: &[Front],
     moved: &[Moved],
-    extraction: &Extraction,
+    (extraction, adjacency): (&Extraction, &Adjacency),
 ) -> Block {
     let mut block = Block::new(&sweep.exact);
     let radius = if operation.repaired { BAD_RADIUS } else { EVENT_RADIUS };
     operation.points.iter().for_each(|&p| block.add_around(p, radius));
-    let mut covered = Block::new(&sweep.exact);
+    let mut covered = Near::new(COVERED);
     for (front, moved) in fronts.iter().zip(moved) {
         moved.add_bad(&front.mesh, BAD_RADIUS, &mut block);
         moved.add_covered(&front.mesh, &mut covered);
     }
-    for &p in &extraction.positions {
+    for (&p, &n) in extraction.positions.iter().zip(&adjacency.normals) {
         let p = Vec3::from(p);
-        if !covered.touches(p, p) {
+        if !covered.is_near(p, n) {
             block.add_around(p, BAD_RADIUS);
         }
     }

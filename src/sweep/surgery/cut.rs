@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::block::Block;
+use super::near::Near;
 use super::rim::{RimVertex, Side, is_one_sided};
 use crate::error::Result;
 use crate::kernels::field::Field;
@@ -97,13 +98,10 @@ impl Moved {
         }
     }
 
-    /// Adds to `covered` the cells near the faces that followed.
-    pub(super) fn add_covered(&self, mesh: &Mesh, covered: &mut Block) {
-        for f in mesh.faces().filter(|&f| self.is_good(mesh, f)) {
-            let t = self.corners(mesh, f);
-            let (low, high) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
-            covered.add_box(low - 0.3, high + 0.3);
-        }
+    /// Adds to `covered` the faces that followed.
+    pub(super) fn add_covered(&self, mesh: &Mesh, covered: &mut Near) {
+        let good = mesh.faces().filter(|&f| self.is_good(mesh, f));
+        good.for_each(|f| covered.add(self.corners(mesh, f)));
     }
 
     /// Which faces stay, by slot: those that followed and lie beside the block, such that what is

@@ -1,4 +1,4 @@
-//! What lies beside the faces that stay: they have it already.
+//! What lies beside faces of a mesh: it has that already.
 
 use std::collections::HashMap;
 
