@@ -58,7 +58,7 @@ const FLIP_SHARE: f32 = 1.0;
 const COLLAPSES: Bounds = Bounds { short: 0.7, share: 0.3 };
 
 /// Smaller meshes may have as many faces as they need.
-const DENSE_FROM: usize = 5_000;
+pub(super) const DENSE_FROM: usize = 5_000;
 
 /// A mesh on its way: how far it may step, and what has been done to it so that it comes on.
 pub(super) struct Course {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::caps::{beyond, inner_slope};
-use super::course::begins_too_dense;
+use super::course::{DENSE_FROM, begins_too_dense};
 use super::criteria::Criteria;
 use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
@@ -16,10 +16,6 @@ use crate::extract::{Extraction, extract, extract_component};
 use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex, intersecting};
 use glam::Vec3;
-
-/// Remeshing that needs more faces than the extraction does not lead anywhere, but small meshes may grow to so
-/// many.
-const GROWS_TO: usize = 5_000;
 
 /// Stretches over which the isosurface moves less than this, in voxels, do not begin with a fresh mesh:
 /// making it takes longer than following it over a hundred such stretches.
@@ -153,7 +149,8 @@ pub(super) fn fresh_mesh(
 ) -> Result<Option<Mesh>> {
     let mut exact = mesh_of(exact)?;
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
-    let most = exact.n_faces().max(GROWS_TO);
+    // Remeshing that needs more faces than the extraction does not lead anywhere, but for small meshes.
+    let most = exact.n_faces().max(DENSE_FROM);
     // Where the isosurface is smooth, the first round leaves up to four times the faces that the last one does.
     let is_too_much =
         |mesh: &Mesh, rounds: usize| mesh.n_faces() > most || rounds > 1 && begins_too_dense(mesh);

@@ -5,7 +5,6 @@ use glam::{IVec3, Vec3};
 use crate::topology::exact::ExactField;
 
 /// A set of cells of the padded grid.
-#[derive(Clone)]
 pub(super) struct Block {
     cells: Vec<bool>,
     /// Cells along each axis.
@@ -74,7 +73,7 @@ impl Block {
     }
 
     /// Whether a box touches one of the cells.
-    pub(super) fn touches(&self, low: Vec3, high: Vec3) -> bool {
+    fn touches(&self, low: Vec3, high: Vec3) -> bool {
         let (a, b) = self.cells_of(low, high);
         (a.z..=b.z).any(|z| {
             (a.y..=b.y).any(|y| (a.x..=b.x).any(|x| self.cells[self.index(IVec3::new(x, y, z))]))
