@@ -15,6 +15,7 @@ mod caps;
 mod chain;
 mod course;
 mod criteria;
+mod crowd;
 mod flips;
 mod glide;
 mod graph;

@@ -4,6 +4,7 @@
 use super::border::{Leaving, leaving, overrun};
 use super::caps::{inner_slopes, is_of_cap, smooth_caps};
 use super::criteria::Criteria;
+use super::crowd::coarseness;
 use super::missed::{Passage, missed};
 use super::opening::{Opening, openings};
 use super::track::Tracking;
@@ -238,9 +239,10 @@ fn follows_midway(
     let sampled = compacted.faces.iter().zip(faces).step_by(stride);
     let looked_at: Vec<[u32; 3]> =
         sampled.filter(|&(&f, _)| !mesh.is_cap(f)).map(|(_, &t)| t).collect();
+    let tolerance = coarseness(mesh) * parameters.error as f32;
     let n_off = |isovalue: f64, place: &dyn Fn(u32) -> Vec3| {
         let criteria = Criteria::new(field, isovalue, parameters);
-        let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > parameters.error as f32;
+        let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > tolerance;
         looked_at.iter().filter(is_off).count()
     };
     let most = 1.0 + MIDWAY_SHARE * looked_at.len() as f32;

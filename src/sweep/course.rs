@@ -7,6 +7,7 @@ use super::advance::{Advanced, Since, expected_motion};
 use super::border::{Cleared, clear};
 use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
+use super::crowd::{coarseness, is_too_dense};
 use super::flips::flip_edges;
 use super::glide::{Edits, glides};
 use super::opening::Opening;
@@ -46,19 +47,11 @@ const MOST_REPAIRS: (usize, usize) = (8, 40);
 const STEPS_PER_REPAIR: usize = 2;
 const REPAIRS_AHEAD: usize = 6;
 
-/// More faces per square voxel than this are too many: an exact marching cubes has about 2.2. A mesh that is
-/// begun with nearly as many has too many after a step.
-const FACES_PER_AREA: f32 = 2.6;
-const FACES_PER_AREA_AT_FIRST: f32 = 2.3;
-
 /// A flip may move the surface by so many tolerances.
 const FLIP_SHARE: f32 = 1.0;
 
 /// What is collapsed at a sampling isovalue: less than refinement would split again soon.
 const COLLAPSES: Bounds = Bounds { short: 0.7, share: 0.3 };
-
-/// Smaller meshes may have as many faces as they need.
-pub(super) const DENSE_FROM: usize = 5_000;
 
 /// A mesh on its way: how far it may step, and what has been done to it so that it comes on.
 pub(super) struct Course {
@@ -127,7 +120,7 @@ impl Course {
             log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
             return Some(End::TooDense);
         }
-        let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
+        let growth = (STEP_LENGTH * coarseness(&front.mesh) / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         self.step = (next - at).abs() * f64::from(growth);
         None
@@ -282,26 +275,10 @@ fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f
     (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
 }
 
-/// Whether the mesh takes more faces than the exact extraction: where the isosurface hugs the
-/// lattice, as it does beside a plateau, finer triangles do not follow it any better.
-fn is_too_dense(mesh: &Mesh) -> bool {
-    has_more_faces(mesh, FACES_PER_AREA)
-}
-
-/// Whether a mesh has so many faces from the beginning that it will not come far.
-pub(super) fn begins_too_dense(mesh: &Mesh) -> bool {
-    has_more_faces(mesh, FACES_PER_AREA_AT_FIRST)
-}
-
-/// Whether a mesh, if it is not small, has more faces per square voxel.
-fn has_more_faces(mesh: &Mesh, per_area: f32) -> bool {
-    mesh.n_faces() > DENSE_FROM && mesh.n_faces() as f32 > per_area * mesh.area()
-}
-
 /// Simplifies, refines and flips at a sampling isovalue.
 fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edits {
     split_chamfers(mesh, field);
-    let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
+    let criteria = Criteria::new(field, at, parameters).for_size_of(mesh).coarser(coarseness(mesh));
     // What a flip can mend needs no refinement.
     flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
     let deviations = criteria.deviations(mesh);

@@ -89,6 +89,11 @@ impl<'a> Criteria<'a> {
         }
     }
 
+    /// The same criteria with a larger tolerance.
+    pub(crate) fn coarser(self, times: f32) -> Self {
+        Criteria { error: times * self.error, ..self }
+    }
+
     /// Distance of a triangle's barycentre from the isosurface along its normal.
     pub(crate) fn deviation(&self, t: [Vec3; 3]) -> f32 {
         face_deviation(self.field, t[0], t[1], t[2], self.isovalue, 1.0)

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::caps::{beyond, inner_slope};
-use super::course::{DENSE_FROM, begins_too_dense};
 use super::criteria::Criteria;
+use super::crowd::{begins_too_dense, is_small};
 use super::recorder::Recorder;
 use super::remesh::{Effort, remesh};
 use super::surgery::Front;
@@ -150,10 +150,12 @@ pub(super) fn fresh_mesh(
     let mut exact = mesh_of(exact)?;
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
     // Remeshing that needs more faces than the extraction does not lead anywhere, but for small meshes.
-    let most = exact.n_faces().max(DENSE_FROM);
+    let most = exact.n_faces();
     // Where the isosurface is smooth, the first round leaves up to four times the faces that the last one does.
-    let is_too_much =
-        |mesh: &Mesh, rounds: usize| mesh.n_faces() > most || rounds > 1 && begins_too_dense(mesh);
+    let is_too_much = |mesh: &Mesh, rounds: usize| {
+        let n = mesh.n_faces();
+        n > most && !is_small(n) || rounds > 1 && begins_too_dense(mesh)
+    };
     for attempt in 0..ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = exact.clone();

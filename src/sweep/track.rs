@@ -4,6 +4,7 @@ use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
 use super::border::Leaving;
 use super::caps::inner_slopes;
 use super::course::Course;
+use super::crowd::coarseness;
 use super::opening::Opening;
 use super::recorder::Direction;
 use super::surgery::Front;
@@ -14,7 +15,7 @@ use crate::kernels::{Kernels, PINNED};
 use crate::mesh::{Compacted, Mesh};
 use glam::Vec3;
 
-/// How far most vertices may move in one sampling step, voxels.
+/// How far most vertices may move in one sampling step, in voxels, where a mesh is not crowded.
 pub(super) const STEP_LENGTH: f32 = 0.7;
 
 /// A sampling step in which most vertices would move farther, in voxels, is taken shorter.
@@ -146,13 +147,14 @@ fn longest_step(
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
     }
+    let longest = 2.0 * STEP_LENGTH * coarseness(mesh);
     let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
     loop {
         let tolerant = halved >= TOLERANT_FROM;
         let step = Step { at, next, since, tolerant, may_retreat };
         let before = counts.refused;
         let refusal = match advance(mesh, compacted, kernels, tracking, step, counts)? {
-            Ok(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
+            Ok(a) if way.fixed.is_some() || a.moved <= longest || tolerant => {
                 let advanced = Some((next, halved, a));
                 let refused = Tried::refused(next, Refusal::default());
                 return Ok(Tried { advanced, ..refused });
