@@ -14,9 +14,9 @@ use crate::error::Result;
 use crate::file::{Units, parts};
 use crate::spectrum::Spectrum;
 
-/// Positions are rounded to multiples of this many voxels unless asked otherwise: a sixth of the
+/// Positions are rounded to multiples of this many voxels unless asked otherwise: a fifth of the
 /// usual tolerance of 0.1 voxel, and a tenth of a pixel where a voxel is six pixels wide.
-pub const DEFAULT_STEP: f64 = 1.0 / 64.0;
+pub const DEFAULT_STEP: f64 = 1.0 / 50.0;
 
 /// Coordinates along the surface are rounded to so many steps: a vertex that lies a thirtieth of a voxel beside
 /// its place on the surface leaves the surface as it is.

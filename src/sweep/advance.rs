@@ -4,7 +4,6 @@
 use super::border::{Leaving, leaving, overrun};
 use super::caps::{inner_slopes, is_of_cap, smooth_caps};
 use super::criteria::Criteria;
-use super::crowd::coarseness;
 use super::missed::{Passage, missed};
 use super::opening::{Opening, openings};
 use super::track::Tracking;
@@ -58,6 +57,8 @@ pub(super) struct Step {
     pub(super) next: f64,
     /// From where on the mesh was tracked: what was wrong there is not looked at.
     pub(super) since: Since,
+    /// By how much the tolerance of the mesh has grown.
+    pub(super) coarseness: f32,
     /// Whether few folded or off faces are no reason to refuse it.
     pub(super) tolerant: bool,
     /// Whether vertices in the way of the border curve are a reason to refuse it.
@@ -97,7 +98,7 @@ pub(super) fn advance(
     counts: &mut Counts,
 ) -> Result<std::result::Result<Advanced, Refusal>> {
     let &Tracking { field, parameters, way, .. } = tracking;
-    let Step { at, next, since, tolerant, may_retreat } = step;
+    let Step { at, next, since, coarseness, tolerant, may_retreat } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, field, at, next);
     let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
@@ -151,11 +152,12 @@ pub(super) fn advance(
         let points = folded.into_iter().map(middle).collect();
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
+    let tolerance = coarseness * parameters.error as f32;
     // Told steps are refined too, but not where a whole arc is one of them.
     let is_whole = way.fixed.is_some_and(|(_, step)| (way.last - at).abs() <= step);
     if !tolerant
         && !is_whole
-        && !follows_midway(mesh, compacted, field, parameters, &positions, at, next)
+        && !follows_midway(mesh, compacted, field, (parameters, tolerance), &positions, at, next)
     {
         counts.refused.off_midway += 1;
         return Ok(Err(Refusal::default()));
@@ -227,7 +229,7 @@ fn follows_midway(
     mesh: &Mesh,
     compacted: &Compacted,
     field: &Field,
-    parameters: &Parameters,
+    (parameters, tolerance): (&Parameters, f32),
     positions: &[[f32; 3]],
     at: f64,
     next: f64,
@@ -239,7 +241,6 @@ fn follows_midway(
     let sampled = compacted.faces.iter().zip(faces).step_by(stride);
     let looked_at: Vec<[u32; 3]> =
         sampled.filter(|&(&f, _)| !mesh.is_cap(f)).map(|(_, &t)| t).collect();
-    let tolerance = coarseness(mesh) * parameters.error as f32;
     let n_off = |isovalue: f64, place: &dyn Fn(u32) -> Vec3| {
         let criteria = Criteria::new(field, isovalue, parameters);
         let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > tolerance;

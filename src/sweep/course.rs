@@ -58,6 +58,8 @@ pub(super) struct Course {
     /// The next step, and the longest that it may be.
     pub(super) step: f64,
     pub(super) limit: f64,
+    /// By how much the tolerance of the mesh has grown ([`super::crowd`]).
+    pub(super) coarseness: f32,
     /// How often vertices have got out of the way of the border curve since the last step.
     retreats: u32,
     /// From where on passed samples count.
@@ -69,11 +71,11 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// From an isovalue on, with a first guess of the step.
-    pub(super) fn new(at: f64, step: f64) -> Course {
+    /// From an isovalue on, with a first guess of the step, for a mesh of this coarseness.
+    pub(super) fn new(at: f64, step: f64, coarseness: f32) -> Course {
         let since = Since { dents: at, bumps: at };
         let (limit, retreats) = (f64::INFINITY, 0);
-        Course { step, limit, retreats, since, steps: 0, repairs: 0, bumps: 0 }
+        Course { step, limit, coarseness, retreats, since, steps: 0, repairs: 0, bumps: 0 }
     }
 
     /// Whether vertices may get out of the way of the border curve.
@@ -105,7 +107,8 @@ impl Course {
         }
         compacted.positions = advanced.positions;
         let unedited = front.mesh.clone();
-        let edits = edit(&mut front.mesh, field, parameters, next);
+        let (edits, coarseness) = edit(&mut front.mesh, field, parameters, next);
+        self.coarseness = coarseness;
         let edited = front.mesh.compacted();
         if n_crossing(&edited) > advanced.n_crossing {
             // The next step would be refused, however short. What the last one pinned is free again.
@@ -120,7 +123,7 @@ impl Course {
             log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
             return Some(End::TooDense);
         }
-        let growth = (STEP_LENGTH * coarseness(&front.mesh) / advanced.moved.max(1e-6))
+        let growth = (STEP_LENGTH * self.coarseness / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         self.step = (next - at).abs() * f64::from(growth);
         None
@@ -275,13 +278,15 @@ fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f
     (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
 }
 
-/// Simplifies, refines and flips at a sampling isovalue.
-fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edits {
+/// Simplifies, refines and flips at a sampling isovalue; and the coarseness of the mesh there.
+fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> (Edits, f32) {
     split_chamfers(mesh, field);
-    let criteria = Criteria::new(field, at, parameters).for_size_of(mesh).coarser(coarseness(mesh));
+    let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     // What a flip can mend needs no refinement.
     flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
     let deviations = criteria.deviations(mesh);
+    let coarseness = coarseness(mesh, &deviations, criteria.error);
+    let criteria = criteria.coarser(coarseness);
     let mut born = Vec::new();
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
     refine(mesh, &criteria, &deviations, &mut born);
@@ -291,5 +296,5 @@ fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edi
     extend_sizing(mesh, &mut length);
     let collapsed = simplify(mesh, &criteria, &length, COLLAPSES);
     flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
-    Edits { born, collapsed }
+    (Edits { born, collapsed }, coarseness)
 }

@@ -17,8 +17,12 @@ const GROWTH: f32 = 2.15;
 /// The most by which it grows.
 const MOST: f32 = 4.0;
 
-/// A mesh with more faces per square voxel is too dense: its tolerance is 2.3 times the one that was asked for, and
-/// the exact extraction has hardly worse triangles than it would have with a larger one.
+/// It does not grow beyond what this share of the faces keep: where the isosurface is smooth, but curved so much that
+/// faces are many, they are near it.
+const NEEDED_BY: f32 = 0.98;
+
+/// A mesh with more faces per square voxel is too dense. Its tolerance is 2.3 times what was asked for by then; with a
+/// still larger one it would be no nearer to the isosurface than the exact extraction is.
 const TOO_DENSE: f32 = 1.6;
 
 /// More faces per square voxel than this are too many for a fresh mesh. It keeps the tolerance, and has fewer
@@ -29,13 +33,21 @@ const TOO_DENSE_AT_FIRST: f32 = 2.3;
 /// part.
 const SMALL: (usize, usize) = (2_500, 5_000);
 
-/// By how much the tolerance of a mesh grows, 1 to [`MOST`].
-pub(super) fn coarseness(mesh: &Mesh) -> f32 {
+/// By how much the tolerance `error` of a mesh grows, 1 to [`MOST`]: no more than most of its faces need, which
+/// deviate by `deviations` (by face slot) from the isosurface.
+pub(super) fn coarseness(mesh: &Mesh, deviations: &[f32], error: f32) -> f32 {
     let size = (mesh.n_faces() as f32 - SMALL.0 as f32) / (SMALL.1 - SMALL.0) as f32;
     if size <= 0.0 {
         return 1.0;
     }
-    coarseness_of(mesh.n_faces() as f32 / mesh.area().max(1e-6), size)
+    let by_density = coarseness_of(mesh.n_faces() as f32 / mesh.area().max(1e-6), size);
+    if by_density <= 1.0 {
+        return 1.0;
+    }
+    let mut of_faces: Vec<f32> = mesh.faces().map(|f| deviations[f.0 as usize]).collect();
+    let i = (of_faces.len() as f32 * NEEDED_BY) as usize;
+    let needed = *of_faces.select_nth_unstable_by(i, f32::total_cmp).1 / error;
+    needed.clamp(1.0, by_density)
 }
 
 /// The same of a mesh of so many faces per square voxel, whose crowding counts by a share of at most 1.
@@ -53,8 +65,7 @@ pub(super) fn begins_too_dense(mesh: &Mesh) -> bool {
     has_more_faces(mesh, TOO_DENSE_AT_FIRST)
 }
 
-/// Whether so many faces are too many for any mesh but one with fewer before: smaller ones may have as many as they
-/// need.
+/// Whether a mesh of so many faces may have as many as it needs.
 pub(super) fn is_small(n_faces: usize) -> bool {
     n_faces <= SMALL.1
 }
@@ -62,4 +73,64 @@ pub(super) fn is_small(n_faces: usize) -> bool {
 /// Whether a mesh, if it is not small, has more faces per square voxel.
 fn has_more_faces(mesh: &Mesh, per_area: f32) -> bool {
     !is_small(mesh.n_faces()) && mesh.n_faces() as f32 > per_area * mesh.area()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::sphere;
+
+    /// A sphere with this many faces per square voxel, and the deviation of every face.
+    fn crowded(density: f32, deviation: f32) -> (Mesh, Vec<f32>) {
+        let area = sphere(1.0, 5).area();
+        let n = 8.0 * 4.0f32.powi(5);
+        let mesh = sphere((n / (density * area)).sqrt(), 5);
+        let deviations = vec![deviation; mesh.face_slots()];
+        (mesh, deviations)
+    }
+
+    fn assert_near(a: f32, b: f32) {
+        assert!((a - b).abs() < 1e-3, "{a}, expected {b}");
+    }
+
+    #[test]
+    fn the_tolerance_grows_with_the_faces_but_not_beyond_what_most_need() {
+        let coarseness_at = |density: f32, deviation: f32| {
+            let (mesh, deviations) = crowded(density, deviation);
+            coarseness(&mesh, &deviations, 0.1)
+        };
+        assert_eq!(coarseness_at(0.9, 1.0), 1.0);
+        assert_near(coarseness_at(1.5, 1.0), 1.0 + 0.5 * GROWTH);
+        assert_eq!(coarseness_at(5.0, 1.0), MOST);
+        assert_eq!(coarseness_at(5.0, 0.05), 1.0);
+        assert_near(coarseness_at(5.0, 0.25), 2.5);
+    }
+
+    #[test]
+    fn few_faces_that_are_off_do_not_count() {
+        let (mesh, mut deviations) = crowded(2.0, 0.05);
+        deviations[..100].fill(1.0);
+        assert_eq!(coarseness(&mesh, &deviations, 0.1), 1.0);
+        deviations[..200].fill(1.0);
+        assert_near(coarseness(&mesh, &deviations, 0.1), 1.0 + GROWTH);
+    }
+
+    #[test]
+    fn small_meshes_may_have_as_many_faces_as_they_need() {
+        let small = sphere(1.0, 4);
+        assert!(small.n_faces() < SMALL.0);
+        assert_eq!(coarseness(&small, &vec![1.0; small.face_slots()], 0.1), 1.0);
+        assert!(!is_too_dense(&small) && !begins_too_dense(&small));
+    }
+
+    #[test]
+    fn a_fresh_mesh_may_be_denser_than_one_on_its_way() {
+        for (density, on_its_way, at_first) in
+            [(1.5, false, false), (1.7, true, false), (2.2, true, false), (2.4, true, true)]
+        {
+            let (mesh, _) = crowded(density, 0.0);
+            assert_eq!(is_too_dense(&mesh), on_its_way, "{density}");
+            assert_eq!(begins_too_dense(&mesh), at_first, "{density}");
+        }
+    }
 }

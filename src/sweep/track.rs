@@ -4,6 +4,7 @@ use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
 use super::border::Leaving;
 use super::caps::inner_slopes;
 use super::course::Course;
+use super::criteria::Criteria;
 use super::crowd::coarseness;
 use super::opening::Opening;
 use super::recorder::Direction;
@@ -87,7 +88,10 @@ pub(crate) fn track(
     counts: &mut Counts,
 ) -> Result<End> {
     let &Tracking { field, way, cancelled, .. } = tracking;
-    let mut course = Course::new(front.at, first_step(&front.mesh, field, way, front.at));
+    let step = first_step(&front.mesh, field, way, front.at);
+    let criteria = Criteria::new(field, front.at, tracking.parameters);
+    let coarseness = coarseness(&front.mesh, &criteria.deviations(&front.mesh), criteria.error);
+    let mut course = Course::new(front.at, step, coarseness);
     let mut compacted = front.mesh.compacted();
     while (way.last - front.at) * way.direction.sign() > 0.0 {
         cancelled()?;
@@ -147,11 +151,12 @@ fn longest_step(
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
     }
-    let longest = 2.0 * STEP_LENGTH * coarseness(mesh);
+    let coarseness = course.coarseness;
+    let longest = 2.0 * STEP_LENGTH * coarseness;
     let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
     loop {
         let tolerant = halved >= TOLERANT_FROM;
-        let step = Step { at, next, since, tolerant, may_retreat };
+        let step = Step { at, next, since, coarseness, tolerant, may_retreat };
         let before = counts.refused;
         let refusal = match advance(mesh, compacted, kernels, tracking, step, counts)? {
             Ok(a) if way.fixed.is_some() || a.moved <= longest || tolerant => {
