@@ -14,8 +14,11 @@ use crate::mesh::{Compacted, Edge, Mesh, Vertex, normal};
 /// Share of a step over which vertices glide.
 pub(super) const GLIDE_SHARE: f64 = 0.25;
 
-/// Shares of a glide at which the faces around are looked at.
-const LOOKED_AT: [f32; 3] = [0.3, 0.6, 0.95];
+/// Shares of its way that a vertex glides: the longest by which no face turns over.
+const SHARES: [f32; 4] = [1.0, 0.9, 0.6, 0.3];
+
+/// A face with less of its first area is flat: those that end with a vertex are.
+const FLAT: f32 = 1e-5;
 
 /// A vertex that has split an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,34 +37,55 @@ pub(super) struct Edits {
     pub(super) collapsed: Vec<(Vertex, Vertex)>,
 }
 
-/// Where vertices begin and where they end so that nothing jumps, voxel frame.
+/// Where vertices begin and where they end so that nothing jumps.
 #[derive(Default)]
 pub(super) struct Glides {
     /// Where each new vertex begins; in the mesh it is elsewhere.
-    pub(super) born: BTreeMap<Vertex, Vec3>,
+    pub(super) born: BTreeMap<Vertex, Spot>,
     /// Where each vertex that is collapsed ends.
-    pub(super) ends: BTreeMap<Vertex, Vec3>,
+    pub(super) ends: BTreeMap<Vertex, Spot>,
+}
+
+/// A place on the surface as it was.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Spot {
+    /// Voxel frame.
+    pub(super) place: Vec3,
+    /// The vertices whose weighted mean it is: it goes with them where their trajectories are changed. Empty
+    /// if it is some other place.
+    pub(super) of: Vec<(Vertex, f32)>,
+}
+
+impl Spot {
+    /// The middle between two.
+    fn middle(&self, other: &Spot) -> Spot {
+        let both = self.of.iter().chain(&other.of);
+        let of = both.map(|&(v, weight)| (v, 0.5 * weight)).collect();
+        Spot { place: 0.5 * (self.place + other.place), of }
+    }
 }
 
 /// The glides of some edits. `before` is the mesh before them.
 pub(super) fn glides(before: &Compacted, edits: &Edits) -> Glides {
-    let mut born: BTreeMap<Vertex, Vec3> = BTreeMap::new();
-    let old =
-        |v: Vertex| before.vertices.binary_search(&v).ok().map(|i| Vec3::from(before.positions[i]));
+    let mut born: BTreeMap<Vertex, Spot> = BTreeMap::new();
+    let old = |v: Vertex| {
+        let i = before.vertices.binary_search(&v).ok()?;
+        Some(Spot { place: before.positions[i].into(), of: vec![(v, 1.0)] })
+    };
     for b in &edits.born {
-        let ends = b.between.map(|v| born.get(&v).copied().or_else(|| old(v)));
+        let ends = b.between.map(|v| born.get(&v).cloned().or_else(|| old(v)));
         if let [Some(p), Some(q)] = ends {
-            born.insert(b.vertex, 0.5 * (p + q));
+            born.insert(b.vertex, p.middle(&q));
         }
     }
     let target: BTreeMap<Vertex, Vertex> = edits.collapsed.iter().copied().collect();
-    let mut ends: BTreeMap<Vertex, Vec3> = BTreeMap::new();
+    let mut ends: BTreeMap<Vertex, Spot> = BTreeMap::new();
     for &(v, first) in edits.collapsed.iter().filter(|c| old(c.0).is_some()) {
         let mut last = first;
         while let Some(&next) = target.get(&last) {
             last = next;
         }
-        if let Some(p) = born.get(&last).copied().or_else(|| old(last)) {
+        if let Some(p) = born.get(&last).cloned().or_else(|| old(last)) {
             ends.insert(v, p);
         }
     }
@@ -69,37 +93,52 @@ pub(super) fn glides(before: &Compacted, edits: &Edits) -> Glides {
     Glides { born, ends }
 }
 
-/// Takes away the glides by which a face would turn over on the way.
-fn without_folds(before: &Compacted, ends: &mut BTreeMap<Vertex, Vec3>) {
+/// Shortens the glides by which a face would turn over on the way, or takes them away. `ends` is where vertices of
+/// the mesh go, all at once.
+fn without_folds(mesh: &Compacted, ends: &mut BTreeMap<Vertex, Spot>) {
+    let start = |i: u32| Vec3::from(mesh.positions[i as usize]);
+    let target: Vec<Option<Vec3>> =
+        mesh.vertices.iter().map(|v| Some(ends.get(v)?.place)).collect();
+    let glides = |t: &&[u32; 3]| t.iter().any(|&i| target[i as usize].is_some());
+    let faces: Vec<[u32; 3]> = mesh.connectivity.faces.iter().filter(glides).copied().collect();
+    let mut shortened = vec![0; target.len()];
+    let end = |i: u32, shortened: &[usize]| {
+        let share = SHARES.get(shortened[i as usize]);
+        target[i as usize].zip(share).map(|(to, &share)| start(i).lerp(to, share))
+    };
     loop {
-        let way = |i: u32| {
-            let p = Vec3::from(before.positions[i as usize]);
-            (p, ends.get(&before.vertices[i as usize]).copied().unwrap_or(p))
-        };
-        let turns = |t: &&[u32; 3]| {
-            let ways = t.map(way);
-            if ways.iter().all(|w| w.0 == w.1) {
-                return false;
-            }
-            let at_first = normal(ways.map(|w| w.0));
-            let turned = |&s: &f32| normal(ways.map(|w| w.0.lerp(w.1, s))).dot(at_first) <= 0.0;
-            LOOKED_AT.iter().any(turned)
-        };
-        let turning: Vec<Vertex> = before
-            .connectivity
-            .faces
-            .iter()
-            .filter(turns)
-            .flat_map(|t| t.map(|i| before.vertices[i as usize]))
-            .collect();
-        let n = ends.len();
-        turning.iter().for_each(|v| {
-            ends.remove(v);
-        });
-        if ends.len() == n {
-            return;
+        let way = |i: u32| (start(i), end(i, &shortened).unwrap_or(start(i)));
+        let mut turning: Vec<u32> =
+            faces.iter().filter(|t| turns_over(t.map(way))).flatten().copied().collect();
+        turning.retain(|&i| end(i, &shortened).is_some());
+        if turning.is_empty() {
+            break;
         }
+        turning.sort_unstable();
+        turning.dedup();
+        turning.iter().for_each(|&i| shortened[i as usize] += 1);
     }
+    for (i, v) in (0..).zip(&mesh.vertices).filter(|(i, _)| shortened[*i as usize] > 0) {
+        match end(i, &shortened) {
+            Some(place) => ends.insert(*v, Spot { place, of: Vec::new() }),
+            None => ends.remove(v),
+        };
+    }
+}
+
+/// Whether a face turns over where its corners go straight from one place to another, at once. Its normal is of second
+/// degree in the share of the way: so is its component along the normal at first, which must not be negative.
+fn turns_over(ways: [(Vec3, Vec3); 3]) -> bool {
+    let [(a, _), (b, _), (c, _)] = ways;
+    let [da, db, dc] = ways.map(|(from, to)| to - from);
+    let at_first = normal([a, b, c]);
+    let change = (b - a).cross(dc - da) + (db - da).cross(c - a);
+    let scale = at_first.length_squared().max(f32::MIN_POSITIVE);
+    // The coefficients of Bernstein's polynomials; the first is 1.
+    let middle = 1.0 + 0.5 * change.dot(at_first) / scale;
+    let last = normal(ways.map(|w| w.1)).dot(at_first) / scale;
+    let last = if last.abs() < FLAT { 0.0 } else { last };
+    last < 0.0 || middle < -last.sqrt()
 }
 
 /// Splits an edge in its middle, and writes it down.
@@ -138,8 +177,12 @@ mod tests {
         let second = split_edge_of(&mut mesh, half.edge(), Vec3::splat(8.0), &mut born);
         let glides = glides(&before, &Edits { born, collapsed: Vec::new() });
         let [p, q] = [a, b].map(|v| old[v.0 as usize]);
-        assert_eq!(glides.born[&first], 0.5 * (p + q));
-        assert_eq!(glides.born[&second], 0.75 * p + 0.25 * q);
+        assert_eq!(glides.born[&first].place, 0.5 * (p + q));
+        assert_eq!(glides.born[&second].place, 0.75 * p + 0.25 * q);
+        let weight = |v: Vertex| -> f32 {
+            glides.born[&second].of.iter().filter(|o| o.0 == v).map(|o| o.1).sum()
+        };
+        assert_eq!((weight(a), weight(b)), (0.75, 0.25));
     }
 
     #[test]
@@ -148,23 +191,49 @@ mod tests {
         let before = mesh.compacted();
         let [v, w, x] = [0, 1, 2].map(|i| before.vertices[i]);
         let edits = Edits { born: Vec::new(), collapsed: vec![(v, w), (w, x)] };
-        let target: BTreeMap<Vertex, Vec3> = glides(&before, &edits).ends;
-        // What does not turn over ends at the last target; nothing ends elsewhere.
-        assert!(target.values().all(|&p| p == mesh.position(x)), "{target:?}");
+        let ends = glides(&before, &edits).ends;
+        // What does not turn over ends at the last target.
+        let whole: Vec<&Spot> = ends.values().filter(|s| !s.of.is_empty()).collect();
+        assert!(
+            whole.iter().all(|s| s.place == mesh.position(x) && s.of == [(x, 1.0)]),
+            "{ends:?}"
+        );
     }
 
-    #[test]
-    fn glides_that_would_turn_a_face_over_are_left_out() {
+    /// How far along its way a vertex of an octahedron glides that is to go to a multiple of its place, and
+    /// from there some way towards a vertex beside it.
+    fn share_of_way(multiple: f32, towards: f32) -> f32 {
         let mesh = octahedron();
         let before = mesh.compacted();
         let v = before.vertices[0];
-        let beside = mesh.to(mesh.outgoing(v));
-        let mut fine = BTreeMap::from([(v, mesh.position(v).lerp(mesh.position(beside), 0.5))]);
-        without_folds(&before, &mut fine);
-        assert_eq!(fine.len(), 1);
-        // Through the other side of the octahedron.
-        let mut folded = BTreeMap::from([(v, -2.0 * mesh.position(v))]);
-        without_folds(&before, &mut folded);
-        assert!(folded.is_empty());
+        let from = mesh.position(v);
+        let to = (multiple * from).lerp(mesh.position(mesh.to(mesh.outgoing(v))), towards);
+        let mut ends = BTreeMap::from([(v, Spot { place: to, of: vec![(v, 1.0)] })]);
+        without_folds(&before, &mut ends);
+        let end = ends.get(&v);
+        let share = end.map_or(0.0, |s| s.place.distance(from) / to.distance(from));
+        assert_eq!(end.is_some_and(|s| !s.of.is_empty()), share == 1.0);
+        share
+    }
+
+    #[test]
+    fn glides_that_would_turn_a_face_over_are_shorter() {
+        // Beside; through the other side of the octahedron; and through that at once.
+        for (multiple, towards, share) in
+            [(1.0, 0.5, 1.0), (-1.0, 0.0, 0.6), (-0.55, 0.0, 0.9), (-20.0, 0.0, 0.0)]
+        {
+            let got = share_of_way(multiple, towards);
+            assert!((got - share).abs() < 1e-6, "{got}, expected {share} to {multiple}");
+        }
+    }
+
+    #[test]
+    fn a_face_that_ends_with_a_vertex_does_not_turn_over() {
+        let [a, b, c] = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        assert!(!turns_over([(a, a), (b, a), (c, c)]));
+        // Two corners onto the third: from the front, and past it.
+        let d = Vec3::new(0.3, 0.3, 0.0);
+        assert!(!turns_over([(a, d), (b, d), (c, c)]));
+        assert!(turns_over([(a, 2.0 * Vec3::Y), (b, 2.0 * Vec3::Y), (c, c)]));
     }
 }

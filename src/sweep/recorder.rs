@@ -5,6 +5,7 @@
 //! the trajectories and triangles that stay. Trajectories are numbered by the run that began them, so
 //! the patch does not depend on which run was done first.
 
+mod joints;
 mod patch;
 #[cfg(test)]
 mod tests;
@@ -108,10 +109,20 @@ impl Unranked {
     }
 }
 
+/// Where a trajectory begins or ends on the way of others.
+#[derive(Clone, Debug, PartialEq)]
+struct Joint {
+    trajectory: Trajectory,
+    isovalue: f64,
+    /// The others, and their weights in the mean that it lies in.
+    of: Vec<(Trajectory, f32)>,
+}
+
 /// What recorders have written down.
 #[derive(Debug, Default)]
 pub(crate) struct Log {
     knots: Vec<Unranked>,
+    joints: Vec<Joint>,
     ended: Vec<Ended>,
     collapses: Vec<(Trajectory, Trajectory, f64, bool)>,
 }
@@ -237,18 +248,34 @@ impl Recorder {
     /// Lets vertices glide that edits at an isovalue have made or removed: those removed end where
     /// others are, those made begin on the surface as it was.
     pub(crate) fn glide(&mut self, mesh: &Mesh, glides: &Glides, isovalue: f64) {
-        for (&v, &end) in &glides.ends {
+        for (&v, end) in &glides.ends {
             let Some([last, before]) = self.last_two(v) else { continue };
             let (from, to) = (self.log.knots[before], self.log.knots[last]);
             if to.isovalue == isovalue && from.isovalue != isovalue {
                 self.log.knots.push(from.towards(&to, 1.0 - GLIDE_SHARE));
-                self.log.knots[last].position = end.to_array();
+                self.log.knots[last].position = end.place.to_array();
+                self.join(v, &end.of, isovalue);
             }
         }
+        let begins = |v| glides.born.get(&v).map_or(mesh.position(v), |b| b.place);
+        self.begin_at(mesh, begins, isovalue);
         let living = |v: &Vertex| mesh.has_vertex(*v);
-        self.begin_at(mesh, |v| *glides.born.get(&v).unwrap_or(&mesh.position(v)), isovalue);
         let born = glides.born.keys().copied().filter(living);
         self.rising = born.map(|v| (v, mesh.position(v))).collect();
+        glides
+            .born
+            .iter()
+            .filter(|b| living(b.0))
+            .for_each(|(&v, b)| self.join(v, &b.of, isovalue));
+    }
+
+    /// Records that a vertex begins or ends where the mean of others is.
+    fn join(&mut self, v: Vertex, of: &[(Vertex, f32)], isovalue: f64) {
+        if !of.is_empty() {
+            let of = of.iter().map(|&(v, w)| (self.trajectory[v.0 as usize], w)).collect();
+            let trajectory = self.trajectory[v.0 as usize];
+            self.log.joints.push(Joint { trajectory, isovalue, of });
+        }
     }
 
     /// Brings new vertices onto the isosurface over the first part of the way to an isovalue; those that
@@ -369,6 +396,7 @@ impl Log {
     /// Appends what another recorder has written down.
     pub(crate) fn append(&mut self, mut other: Log) {
         self.knots.append(&mut other.knots);
+        self.joints.append(&mut other.joints);
         self.ended.append(&mut other.ended);
         self.collapses.append(&mut other.collapses);
     }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::joints::join;
 use super::{Ended, Log, Trajectory, Unranked};
 use crate::spectrum::{Collapse, Knot, Patch, Triangle, normal};
 use crate::sweep::thin::{Bound, Place, thin};
@@ -51,7 +52,8 @@ impl Log {
         });
         knots.dedup_by(|b, a| a.0 == b.0 && a.1.isovalue == b.1.isovalue);
         let edges = shortest_edges(&knots, &triangles, &used);
-        let knots = thinned(&knots, &edges, error);
+        let mut knots = thinned(&knots, &edges, error);
+        join(&mut knots, &self.joints, index);
         let mut isovalues: Vec<f64> = knots.iter().map(|k| k.1.isovalue).collect();
         isovalues.extend(triangles.iter().flat_map(|t| [t.low, t.high]));
         isovalues.extend(self.collapses.iter().map(|c| c.2));

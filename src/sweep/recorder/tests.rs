@@ -171,6 +171,53 @@ fn the_surface_does_not_jump_where_an_edge_is_split_and_where_it_is_collapsed() 
     assert_eq!(places, [0.5 * (a + b), out, out, end]);
 }
 
+/// Where a vertex of a patch is at an isovalue.
+fn place_at(patch: &Patch, v: usize, c: f64) -> Vec3 {
+    let knots = &patch.knots[patch.first_knot[v] as usize..patch.first_knot[v + 1] as usize];
+    let at = |i: usize| patch.isovalues[knots[i].rank as usize];
+    let to = (0..knots.len()).find(|&i| at(i) >= c).expect("alive");
+    let from = to.saturating_sub(usize::from(at(to) > c));
+    let share = if from == to { 0.0 } else { (c - at(from)) / (at(to) - at(from)) };
+    Vec3::from(knots[from].position).lerp(knots[to].position.into(), share as f32)
+}
+
+#[test]
+fn vertices_begin_and_end_on_the_ways_of_others_though_those_have_fewer_knots() {
+    let mut mesh = octahedron();
+    let (mut start, [mut recorder, _]) = begun(&mesh, 0.0);
+    let shake = |mesh: &mut Mesh, by: f32| {
+        for v in 0..6 {
+            mesh.set_position(Vertex(v), mesh.position(Vertex(v)) + Vec3::splat(by));
+        }
+    };
+    shake(&mut mesh, 0.02);
+    knots(&mut recorder, &mesh, 1.0);
+    let before = mesh.compacted();
+    let mut born = Vec::new();
+    let added = split_edge_of(&mut mesh, Edge(0), Vec3::new(2.0, 2.0, 0.0), &mut born);
+    let parents = born[0].between.map(|v| v.0 as usize);
+    let edits = Edits { born, collapsed: Vec::new() };
+    recorder.glide(&mesh, &glides(&before, &edits), 1.0);
+    recorder.edits(&mesh, &[], 1.0, Direction::Up);
+    shake(&mut mesh, -0.01);
+    knots(&mut recorder, &mesh, 2.0);
+    let before = mesh.compacted();
+    let spoke = mesh.outgoing(added);
+    let target = mesh.to(spoke);
+    mesh.collapse(spoke);
+    let edits = Edits { born: Vec::new(), collapsed: vec![(added, target)] };
+    recorder.glide(&mesh, &glides(&before, &edits), 2.0);
+    recorder.edits(&mesh, &[(added, target)], 2.0, Direction::Up);
+    shake(&mut mesh, -0.01);
+    knots(&mut recorder, &mesh, 3.0);
+    start.append(recorder.finish(3.0));
+    let patch = start.patch(0.05);
+    assert_eq!(knot_isovalues(&patch, parents[0]), [0.0, 3.0]);
+    let middle = parents.map(|v| place_at(&patch, v, 1.0)).iter().sum::<Vec3>() / 2.0;
+    assert!(place_at(&patch, 6, 1.0).distance(middle) < 1e-6);
+    assert!(place_at(&patch, 6, 2.0).distance(place_at(&patch, target.0 as usize, 2.0)) < 1e-6);
+}
+
 #[test]
 fn a_new_vertex_rises_though_others_have_knots_before_it() {
     let mut mesh = octahedron();
