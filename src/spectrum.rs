@@ -21,6 +21,7 @@ mod normals;
 mod numbers;
 mod quantise;
 mod query;
+mod shown_first;
 
 pub use active_set::ActiveSet;
 pub use builder::{Patch, SpectrumBuilder};

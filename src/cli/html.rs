@@ -29,9 +29,10 @@ pub(super) struct Html {
     /// Page to write (.html); - is stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Isovalue it opens at: a number, or a percentage of the range
-    #[arg(short = 'c', long, value_name = "C", default_value = "50%", allow_hyphen_values = true)]
-    isovalue: Isovalue,
+    /// Isovalue it opens at: a number, or a percentage of the range; else 50%, or the nearest with more than a trace
+    /// to see
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
+    isovalue: Option<Isovalue>,
     /// Heading of the page; else the name of the volume
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
@@ -73,7 +74,8 @@ impl Html {
         let output = Output::open(&self.output)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let spectrum = self.published(spectrum)?;
-        let isovalue = self.isovalue.in_range(spectrum.range);
+        let told = self.isovalue.map(|c| c.in_range(spectrum.range));
+        let isovalue = told.unwrap_or_else(|| spectrum.shown_first());
         let samples = self.samples(&spectrum)?;
         let still = self.still(&spectrum, isovalue)?;
         let page = Page {

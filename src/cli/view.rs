@@ -24,9 +24,10 @@ pub(super) struct View {
     /// The spectrum's volume: shows the histogram of its samples, and p99 can be typed
     #[arg(long, value_name = "FILE", requires = "file")]
     volume: Option<PathBuf>,
-    /// First isovalue: a number, or a percentage of the range such as 50%
-    #[arg(short = 'c', long, value_name = "C", default_value = "50%", allow_hyphen_values = true)]
-    isovalue: Isovalue,
+    /// First isovalue of a spectrum: a number, or a percentage of the range; else 50%, or the nearest with more than
+    /// a trace to see
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
+    isovalue: Option<Isovalue>,
     /// Width and height of the window, points
     #[arg(long, value_name = "WxH", default_value = "1280x800")]
     size: Size,
@@ -65,7 +66,7 @@ impl View {
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
         let isovalue = match &content {
-            Content::Spectrum(_, spectrum) => Some(self.isovalue.in_range(spectrum.range)),
+            Content::Spectrum(_, spectrum) => self.isovalue.map(|c| c.in_range(spectrum.range)),
             _ => None,
         };
         run(Opening {

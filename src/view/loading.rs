@@ -22,6 +22,16 @@ pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) spectrum: Spectrum,
     pub(super) samples: Option<Histogram>,
+    /// The isovalue shown first.
+    pub(super) isovalue: f64,
+}
+
+impl Loaded {
+    /// Chooses the isovalue, which takes as long as some thirty meshes.
+    pub(super) fn new(name: String, spectrum: Spectrum, samples: Option<Histogram>) -> Loaded {
+        let isovalue = spectrum.shown_first();
+        Loaded { name, spectrum, samples, isovalue }
+    }
 }
 
 /// What is to be loaded.
@@ -106,7 +116,7 @@ fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Load
         Source::File(path) => match read_spectrum(&path)? {
             Some(spectrum) => {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                return Ok(Loaded { name, spectrum, samples: None });
+                return Ok(Loaded::new(name, spectrum, None));
             }
             None => read_volume(&path, &ReadOptions::default())?,
         },
@@ -116,7 +126,7 @@ fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Load
     let samples = Some(Histogram::of(&volume));
     let backend = Backend::choose(Choice::Auto, None)?;
     let spectrum = sweep::compute(&Arc::new(volume), parameters, &backend, report)?;
-    Ok(Loaded { name, spectrum, samples })
+    Ok(Loaded::new(name, spectrum, samples))
 }
 
 /// The spectrum in a file; none if its name is not that of a spectrum.

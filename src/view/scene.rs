@@ -44,18 +44,17 @@ struct Shown {
 impl Scene {
     /// Uploads a spectrum.
     pub(super) fn new(gpu: &Gpu, loaded: Loaded, window: &egui::Context) -> Result<Self> {
-        let Loaded { name, spectrum, samples } = loaded;
+        let Loaded { name, spectrum, samples, isovalue } = loaded;
         let spectrum = Arc::new(spectrum);
         let painter = Painter::new(gpu, &spectrum, u64::MAX)?;
         let mut events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
         events.sort_by(f64::total_cmp);
         events.dedup();
-        let (low, high) = spectrum.range;
         Ok(Scene {
             name,
             curves: Curves::start(&spectrum, window),
             events,
-            isovalue: 0.5 * low + 0.5 * high,
+            isovalue,
             second: None,
             painter,
             samples,

@@ -88,7 +88,7 @@ impl Window {
             Content::Nothing => {}
             Content::Spectrum(name, spectrum) => {
                 let samples = volume.as_ref().map(Histogram::of);
-                let loaded = Loaded { name, spectrum: *spectrum, samples };
+                let loaded = Loaded::new(name, *spectrum, samples);
                 window.show_scene(loaded, context)?;
                 if let (Some(scene), Some(isovalue)) = (&mut window.scene, isovalue) {
                     let (low, high) = scene.spectrum.range;
