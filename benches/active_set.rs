@@ -2,8 +2,7 @@
 //! `cargo bench --bench active_set`; the ids are `<spectrum>/<way>/<move>`.
 //!
 //! - `tree`: the interval tree, asked anew each time; the list sorted as pictures need it;
-//! - `sorted`: a sorted list that filters itself and merges in what is born ([`ActiveSet`]);
-//! - `cursors`: a list of which only what changes is touched ([`LiveList`]);
+//! - `lists`: a set of which the lists by birth and by death change what is born and dies ([`ActiveSet`]);
 //! - `device`: all triangles looked at on the device, an indirect draw's arguments come out.
 //!
 //! Moves are of a thousandth of the range, a hundredth, and to anywhere. Spectra are lifetimes alone:
@@ -15,7 +14,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use isospectrum::gpu::Gpu;
 use isospectrum::kernels::compact::Compaction;
 use isospectrum::spectrum::interval_tree::IntervalTree;
-use isospectrum::spectrum::{ActiveSet, LiveList, Triangle};
+use isospectrum::spectrum::{ActiveSet, Triangle};
 
 /// Ranks of each spectrum.
 const N_RANKS: u32 = 1 << 20;
@@ -85,11 +84,10 @@ fn active_set(criterion: &mut Criterion) {
         let triangles = spectrum(n, alive);
         let lifetimes: Vec<(u32, u32)> = triangles.iter().map(|t| (t.birth, t.death)).collect();
         let tree = IntervalTree::new(&lifetimes);
-        let mut sorted = ActiveSet::new(&triangles);
-        let mut cursors = LiveList::new(&triangles);
+        let mut lists = ActiveSet::new(&triangles);
         let pairs: Vec<[u32; 2]> = lifetimes.iter().map(|&(birth, death)| [birth, death]).collect();
         let device = Compaction::new(&gpu, &pairs).expect("the lifetimes fit the device");
-        println!("{name}: {} alive in the middle", cursors.move_to(N_RANKS / 2).len());
+        println!("{name}: {} alive in the middle", lists.move_to(N_RANKS / 2).len());
 
         let mut group = criterion.benchmark_group(name);
         group.sample_size(10).measurement_time(std::time::Duration::from_secs(2));
@@ -106,12 +104,8 @@ fn active_set(criterion: &mut Criterion) {
                 });
             });
             let mut rank = walk(step);
-            group.bench_function(BenchmarkId::new("sorted", distance), |b| {
-                b.iter(|| sorted.move_to(rank()).len());
-            });
-            let mut rank = walk(step);
-            group.bench_function(BenchmarkId::new("cursors", distance), |b| {
-                b.iter(|| cursors.move_to(rank()).len());
+            group.bench_function(BenchmarkId::new("lists", distance), |b| {
+                b.iter(|| lists.move_to(rank()).len());
             });
             // Each move looks at all triangles, so how far it goes is no matter.
             if step.is_none() {

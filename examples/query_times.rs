@@ -8,12 +8,12 @@
 use std::io::{BufRead as _, Write as _, stdin, stdout};
 use std::time::Instant;
 
-use isospectrum::spectrum::{LiveList, Query, SurfaceMesh};
+use isospectrum::spectrum::{ActiveSet, Query, SurfaceMesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("expected the name of a spectrum")?;
     let spectrum = isospectrum::file::read(&path)?;
-    let mut list = LiveList::new(&spectrum.triangles);
+    let mut list = ActiveSet::new(&spectrum.triangles);
     let mut query = Query::new(&spectrum);
     let mut mesh = SurfaceMesh::default();
     let (low, high) = spectrum.range;

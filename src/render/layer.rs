@@ -7,12 +7,12 @@ use super::View;
 use super::attribute::{Attributes, Color, attributes};
 use super::layout::{ActiveTriangle, Cut, Frame};
 use super::table::Table;
-use crate::spectrum::{LiveList, Normals, Spectrum};
+use crate::spectrum::{ActiveSet, Normals, Spectrum};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
 pub(super) struct Layer {
-    alive: LiveList,
+    alive: ActiveSet,
     pub(super) frame: wgpu::Buffer,
     pub(super) cut: wgpu::Buffer,
     pub(super) table: Table,
@@ -44,7 +44,7 @@ impl Layer {
             })
         };
         Layer {
-            alive: LiveList::new(&spectrum.triangles),
+            alive: ActiveSet::new(&spectrum.triangles),
             frame: uniform("surface.frame", size_of::<Frame>() as u64),
             cut: uniform("surface.cut", size_of::<Cut>() as u64),
             table: Table::new(device, "surface.triangles"),
@@ -52,14 +52,13 @@ impl Layer {
         }
     }
 
-    /// Lists the active triangles with their attributes, unless the last picture had the same;
-    /// `in_order` of their index, or as the moves of the isovalue have left them.
+    /// Lists the active triangles with their attributes, in the order of their indices, unless the last picture had
+    /// the same.
     pub(super) fn list(
         &mut self,
         (spectrum, normals): (&Spectrum, &Normals),
         isovalue: f64,
         view: &View,
-        in_order: bool,
     ) {
         let key =
             (isovalue.to_bits(), view.color, view.largest_curvature.map(f64::to_bits), view.open);
@@ -67,13 +66,7 @@ impl Layer {
             return;
         }
         let rank = spectrum.rank_at(isovalue);
-        let mut sorted = Vec::new();
-        let mut active = rank.map_or(&[][..], |rank| self.alive.move_to(rank));
-        if in_order {
-            sorted.extend_from_slice(active);
-            sorted.sort_unstable();
-            active = &sorted;
-        }
+        let active = rank.map_or(&[][..], |rank| self.alive.move_to(rank));
         // Caps are left out last, so that they do not change what the others show.
         let Attributes { values, ends } = attributes(
             (spectrum, normals),

@@ -37,9 +37,6 @@ pub struct Painter {
     resident: bool,
     /// Most triangles drawn at once.
     triangles_per_pass: usize,
-    /// Whether triangles are drawn in the order of their index, so that equal pictures have equal
-    /// bytes even where triangles are equally far.
-    in_order: bool,
     layers: Vec<Layer>,
     target: Option<Target>,
 }
@@ -67,7 +64,6 @@ impl Painter {
                 normals: Normals::of(spectrum),
                 resident: tables::largest_table(spectrum) <= bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
-                in_order: false,
                 layers: vec![Layer::new(&device, spectrum)],
                 target: None,
                 device,
@@ -82,14 +78,8 @@ impl Painter {
         Ok(painter)
     }
 
-    /// Draws triangles in the order of their index from now on: the bytes of a picture then depend on
-    /// what is seen alone, never on the pictures before.
-    pub fn in_order(mut self) -> Self {
-        self.in_order = true;
-        self
-    }
-
-    /// Draws the isosurfaces of `isovalues` into the painter's own texture, the first one first.
+    /// Draws the isosurfaces of `isovalues` into the painter's own texture, the first one first, each in the order of
+    /// its triangles' indices: the bytes of a picture depend on what is seen alone, never on the pictures before.
     ///
     /// # Errors
     ///
@@ -109,7 +99,7 @@ impl Painter {
             self.layers.push(layer);
         }
         for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
-            layer.list((spectrum, &self.normals), isovalue, view, self.in_order);
+            layer.list((spectrum, &self.normals), isovalue, view);
             if view.opacity < 1.0 {
                 layer.sort_by_depth(spectrum, isovalue, projection.eye_from_voxel);
             }

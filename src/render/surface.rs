@@ -36,7 +36,7 @@ impl<'a> Renderer<'a> {
     ///
     /// [`Error::Gpu`] if the device refuses or is lost.
     pub fn with_budget(gpu: &Gpu, spectrum: &'a Spectrum, bytes: u64) -> Result<Self> {
-        Ok(Renderer { spectrum, painter: Painter::new(gpu, spectrum, bytes)?.in_order() })
+        Ok(Renderer { spectrum, painter: Painter::new(gpu, spectrum, bytes)? })
     }
 
     /// Draws the isosurface of `isovalue`.
