@@ -16,7 +16,7 @@ use crate::spectrum::Spectrum;
 
 /// Positions are rounded to multiples of this many voxels unless asked otherwise: a fifth of the
 /// usual tolerance of 0.1 voxel, and a tenth of a pixel where a voxel is six pixels wide.
-pub const DEFAULT_STEP: f64 = 1.0 / 50.0;
+pub const DEFAULT_STEP: f64 = 1.0 / 40.0;
 
 /// Coordinates along the surface are rounded to so many steps: a vertex that lies a thirtieth of a voxel beside
 /// its place on the surface leaves the surface as it is.

@@ -33,7 +33,7 @@ use block::Block;
 use cut::Moved;
 use incoming::Adjacency;
 use near::Near;
-use stitch::{Stitched, Trouble, stitch};
+use stitch::{Stitched, stitch};
 
 /// So many blocks are tried, and so many for a repair.
 const ATTEMPTS: u32 = 8;
@@ -160,7 +160,7 @@ pub(super) fn operate(
                             (&before, &places),
                         )));
                     }
-                    Err(points) => Trouble { why: "passes through itself".into(), points },
+                    Err(trouble) => trouble,
                 }
             }
             Err(trouble) => trouble,
@@ -198,6 +198,7 @@ pub(super) fn repair(
     if front.mesh.n_faces() < REPAIRED_FROM {
         return Ok(false);
     }
+    let n_faces = front.mesh.n_faces();
     let operation =
         Operation { direction, event: front.at, after: to, points, arcs: &[arc], repaired: true };
     match operate(sweep, &operation, vec![std::mem::take(front)], kernels)? {
@@ -205,6 +206,11 @@ pub(super) fn repair(
             counts.repairs += 1;
             let (_, mut repaired) = outcome.fronts.pop().expect("one front per arc");
             repaired.recorder.prepend(outcome.log);
+            log::debug!(
+                "repaired arc {arc} from {} to {to}: {n_faces} faces, then {}",
+                operation.event,
+                repaired.mesh.n_faces()
+            );
             *front = repaired;
             Ok(true)
         }

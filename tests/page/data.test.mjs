@@ -10,7 +10,7 @@ import { expected, folder } from "./browser.mjs";
 
 /**
  * How far 90 of 100 normals may be from those of the spectrum, radians: they are those of the page's mesh. Its vertices are
- * rounded by up to 0.04 voxel along the surface and 0.01 across, and this torus has triangles of half a voxel.
+ * rounded by up to 0.05 voxel along the surface and 0.013 across, and this torus has triangles of half a voxel.
  */
 const LARGEST_TURN = 0.07;
 

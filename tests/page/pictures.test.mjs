@@ -10,7 +10,7 @@ import { coverage, decodePng, difference, readPng } from "./pixels.mjs";
 const FAR = 25;
 
 /**
- * The page against native pictures. Positions in the page are rounded by half a step of 1/50 voxel
+ * The page against native pictures. Positions in the page are rounded by half a step of 1/40 voxel
  * at most, a tenth of a pixel here, so an outline may cross one more of the four samples of a pixel;
  * elsewhere drivers round alike to a step or two. Outlines of the torus and its caps pass through
  * some 1,500 of the 307,200 pixels: no more than those may be far off.

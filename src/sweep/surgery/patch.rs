@@ -1,13 +1,18 @@
 //! Good triangles for what came in: remeshing between vertices that stay as they are.
+//!
+//! A strip that joins two rims across a gap has its corners on the isosurface and nothing else. Remeshing would split its
+//! edges where the isosurface cannot be reached, again and again, and leave a film of many faces; where vertices have
+//! strayed, the block must be larger.
 
 use glam::Vec3;
 
 use super::block::Block;
-use super::stitch::Stitched;
+use super::stitch::{Stitched, Trouble};
 use super::{Operation, Patched, Sweep};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Mesh, Vertex, intersecting};
+use crate::sweep::caps::{inner_slope, is_of_cap};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::remesh::{Effort, remesh};
 use crate::sweep::start::pin_around;
@@ -20,19 +25,22 @@ const ATTEMPTS: u32 = 2;
 /// of the attempt, voxels.
 const PIN_RADIUS: f32 = 1.0;
 
-/// Improves every component; else says where one passes through itself whatever is tried.
+/// A vertex that is farther from the isosurface has strayed, voxels.
+const STRAYED: f32 = 0.3;
+
+/// Improves every component; else says where one passes through itself whatever is tried, or strays.
 pub(super) fn improve_all(
     sweep: &Sweep,
     operation: &Operation,
     stitched: Vec<Stitched>,
     block: &Block,
     kernels: &mut dyn Kernels,
-) -> Result<std::result::Result<Vec<Patched>, Vec<Vec3>>> {
+) -> Result<std::result::Result<Vec<Patched>, Trouble>> {
     let mut all = Vec::new();
     for s in stitched {
         match improve(sweep, operation, s, block, kernels)? {
             Ok(patched) => all.push(patched),
-            Err(points) => return Ok(Err(points)),
+            Err(trouble) => return Ok(Err(trouble)),
         }
     }
     Ok(Ok(all))
@@ -44,7 +52,7 @@ fn improve(
     stitched: Stitched,
     block: &Block,
     kernels: &mut dyn Kernels,
-) -> Result<std::result::Result<Patched, Vec<Vec3>>> {
+) -> Result<std::result::Result<Patched, Trouble>> {
     let n_kept = stitched.kept_vertices.len();
     let mut start = stitched.mesh.clone();
     for v in (0..n_kept as u32).map(Vertex) {
@@ -53,7 +61,7 @@ fn improve(
     // What crosses before it is touched needs another block.
     let crossing = crossing_near(&start, block);
     if !crossing.is_empty() {
-        return Ok(Err(crossing));
+        return Ok(Err(passes_through_itself(crossing)));
     }
     let criteria =
         Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
@@ -68,6 +76,10 @@ fn improve(
                 remesh(&mut mesh, &criteria, kernels, at, parameters, effort, &|_, _| false)?;
             collapsed = done.expect("any number of faces will do");
         }
+        let points = strayed(&mesh, &criteria);
+        if !points.is_empty() {
+            return Ok(Err(Trouble { why: "strays from the isosurface".into(), points }));
+        }
         let crossing = crossing_near(&mesh, block);
         if crossing.is_empty() {
             let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
@@ -75,12 +87,26 @@ fn improve(
             return Ok(Ok(Patched { stitched, mesh, collapsed }));
         }
         if attempt == ATTEMPTS {
-            return Ok(Err(crossing));
+            return Ok(Err(passes_through_itself(crossing)));
         }
         let radius = PIN_RADIUS * (attempt + 1) as f32;
         pin_around(&mut start, &crossing, radius);
     }
     unreachable!("the last attempt returns")
+}
+
+fn passes_through_itself(points: Vec<Vec3>) -> Trouble {
+    Trouble { why: "passes through itself".into(), points }
+}
+
+/// Where vertices that may move, but for those of caps, are far from the isosurface.
+fn strayed(mesh: &Mesh, criteria: &Criteria) -> Vec<Vec3> {
+    let free = mesh.vertices().filter(|&v| !mesh.is_pinned(v) && !is_of_cap(mesh, v));
+    let is_far = |&p: &Vec3| {
+        let off = (criteria.field.value(p) - criteria.isovalue).abs();
+        off > STRAYED * inner_slope(criteria.field, p) && off > criteria.field.value_noise()
+    };
+    free.map(|v| mesh.position(v)).filter(is_far).collect()
 }
 
 /// Middles of the faces in or beside the block that pass through others.
@@ -114,4 +140,37 @@ pub(super) fn renumbered(mesh: &Mesh, faces: &[Face]) -> (Vec<Vertex>, Vec<[u32;
         })
         .collect();
     (vertices, triangles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::Field;
+    use crate::mesh::shapes;
+    use crate::sweep::Parameters;
+    use crate::volume::phantom;
+    use std::sync::Arc;
+
+    #[test]
+    fn free_vertices_far_from_the_isosurface_have_strayed() {
+        // The phantom is 1 - |p - centre|, p from -1 to 1 over 16 voxels: where it is a half is a sphere of 4 voxels.
+        let centre = Vec3::new(8.166, 8.234, 8.126);
+        let field = Field::new(Arc::new(phantom("sphere:17").expect("a phantom")));
+        let criteria = Criteria::new(&field, 0.5, &Parameters::default());
+        let mut mesh = shapes::sphere(4.0, 2);
+        let vertices: Vec<Vertex> = mesh.vertices().collect();
+        for &v in &vertices {
+            mesh.set_position(v, mesh.position(v) + centre);
+        }
+        assert!(strayed(&mesh, &criteria).is_empty());
+        for (&v, by) in vertices.iter().zip([0.9, 1.2]) {
+            mesh.set_position(v, centre + by * (mesh.position(v) - centre));
+        }
+        assert_eq!(
+            strayed(&mesh, &criteria),
+            [mesh.position(vertices[0]), mesh.position(vertices[1])]
+        );
+        mesh.set_pinned(vertices[1], true);
+        assert_eq!(strayed(&mesh, &criteria), [mesh.position(vertices[0])]);
+    }
 }
