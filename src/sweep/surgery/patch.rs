@@ -1,8 +1,8 @@
 //! Good triangles for what came in: remeshing between vertices that stay as they are.
 //!
 //! A strip that joins two rims across a gap has its corners on the isosurface and nothing else. Remeshing would split its
-//! edges where the isosurface cannot be reached, again and again, and leave a film of many faces; where vertices have
-//! strayed, the block must be larger.
+//! edges where the isosurface cannot be reached, again and again, and leave a film of many faces; where many vertices have
+//! strayed, the block must be larger. Where few have, they are left as they came in.
 
 use glam::Vec3;
 
@@ -21,12 +21,15 @@ use crate::sweep::start::pin_around;
 /// extraction is taken as it is.
 const ATTEMPTS: u32 = 2;
 
-/// Radius around faces that pass through others within which vertices are pinned, times the number
-/// of the attempt, voxels.
+/// Radius around faces that pass through others, and around few vertices that have strayed, within which vertices are
+/// pinned, times the number of the attempt, voxels.
 const PIN_RADIUS: f32 = 1.0;
 
 /// A vertex that is farther from the isosurface has strayed, voxels.
 const STRAYED: f32 = 0.3;
+
+/// More of them are a film across a gap; these few are single vertices that remeshing has lost.
+const FEW_STRAYED: usize = 4;
 
 /// Improves every component; else says where one passes through itself whatever is tried, or strays.
 pub(super) fn improve_all(
@@ -77,8 +80,13 @@ fn improve(
             collapsed = done.expect("any number of faces will do");
         }
         let points = strayed(&mesh, &criteria);
-        if !points.is_empty() {
+        if points.len() > FEW_STRAYED {
             return Ok(Err(Trouble { why: "strays from the isosurface".into(), points }));
+        }
+        let radius = PIN_RADIUS * (attempt + 1) as f32;
+        if !points.is_empty() && attempt < ATTEMPTS {
+            pin_around(&mut start, &points, radius);
+            continue;
         }
         let crossing = crossing_near(&mesh, block);
         if crossing.is_empty() {
@@ -89,7 +97,6 @@ fn improve(
         if attempt == ATTEMPTS {
             return Ok(Err(passes_through_itself(crossing)));
         }
-        let radius = PIN_RADIUS * (attempt + 1) as f32;
         pin_around(&mut start, &crossing, radius);
     }
     unreachable!("the last attempt returns")
