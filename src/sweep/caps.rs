@@ -126,22 +126,35 @@ pub(crate) fn smooth_caps(
     for &i in &caps {
         positions[i] = mesh.position(vertices[i]).to_array();
     }
-    let at = |v: Vertex, positions: &[[f32; 3]]| {
-        vertices.binary_search(&v).map_or(mesh.position(v), |i| positions[i].into())
-    };
     let isovalue = field.isovalue(isovalue);
     // Caps look to the lower values.
     let out = if field.outside() < isovalue { 1.0 } else { -1.0 };
-    let rings: Vec<Vec<Vertex>> =
-        caps.iter().map(|&i| mesh.one_ring(vertices[i]).collect()).collect();
+    let rings: Vec<Ring> = caps.iter().map(|&i| Ring::of(mesh, vertices[i], vertices)).collect();
+    let mut around = Vec::new();
     for _ in 0..ROUNDS {
         for (&i, ring) in caps.iter().zip(&rings) {
-            let around: Vec<Vec3> = ring.iter().map(|&w| at(w, positions)).collect();
+            ring.put(positions, &mut around);
             positions[i] = smoothed(positions[i].into(), &around, out, top).to_array();
         }
     }
     for &i in &caps {
         positions[i] = lifted(field, isovalue, top, positions[i].into()).to_array();
+    }
+}
+
+/// The ring around a cap's vertex: of each vertex either its index among those that have a position, or where it is.
+struct Ring(Vec<Result<usize, Vec3>>);
+
+impl Ring {
+    fn of(mesh: &Mesh, v: Vertex, vertices: &[Vertex]) -> Ring {
+        let found = |w: Vertex| vertices.binary_search(&w).map_err(|_| mesh.position(w));
+        Ring(mesh.one_ring(v).map(found).collect())
+    }
+
+    /// Puts where the ring's vertices are, in their order, into `around`.
+    fn put(&self, positions: &[[f32; 3]], around: &mut Vec<Vec3>) {
+        around.clear();
+        around.extend(self.0.iter().map(|w| w.map_or_else(|p| p, |i| positions[i].into())));
     }
 }
 
@@ -157,21 +170,24 @@ fn smoothed(p: Vec3, ring: &[Vec3], out: f32, top: Vec3) -> Vec3 {
     let along = |q: Vec3| Vec3::select(outside, p, q.clamp(Vec3::ZERO, top));
     let up = Vec3::select(outside, out * (p - p.clamp(Vec3::ZERO, top)), Vec3::ZERO).normalize();
     let middle = ring.iter().sum::<Vec3>() / ring.len() as f32;
-    let (room, off) = least_room(p, ring, up);
+    let sides = sides(ring, up);
+    let (room, off) = least_room(p, &sides);
     let to_middle = MIDDLE_SHARES.map(|share| along(p.lerp(middle, share)));
     let apart = APART.map(|distance| along(p + distance * off));
     let mut places = to_middle.into_iter().chain(apart);
-    places.find(|&q| least_room(q, ring, up).0 > room.min(0.0)).unwrap_or(p)
+    places.find(|&q| least_room(q, &sides).0 > room.min(0.0)).unwrap_or(p)
+}
+
+/// The sides of a ring: where each begins, and the unit direction into the ring. `up` is the unit normal of the cap.
+fn sides(ring: &[Vec3], up: Vec3) -> Vec<(Vec3, Vec3)> {
+    let next = ring.iter().cycle().skip(1);
+    ring.iter().zip(next).map(|(&a, &b)| (a, up.cross(b - a).normalize_or_zero())).collect()
 }
 
 /// How far a point of a cap is from the nearest line through a side of the ring around it, and the direction away
-/// from it: negative where the face beside it would lie face down. `up` is the unit normal of the cap.
-fn least_room(p: Vec3, ring: &[Vec3], up: Vec3) -> (f32, Vec3) {
-    let next = ring.iter().cycle().skip(1);
-    let rooms = ring.iter().zip(next).map(|(&a, &b)| {
-        let inwards = up.cross(b - a).normalize_or_zero();
-        ((p - a).dot(inwards), inwards)
-    });
+/// from it: negative where the face beside it would lie face down.
+fn least_room(p: Vec3, sides: &[(Vec3, Vec3)]) -> (f32, Vec3) {
+    let rooms = sides.iter().map(|&(a, inwards)| ((p - a).dot(inwards), inwards));
     rooms.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, Vec3::ZERO))
 }
 
@@ -212,7 +228,7 @@ mod tests {
     }
 
     fn room(p: Vec3) -> f32 {
-        least_room(p, &sickle(), Vec3::Z).0
+        least_room(p, &sides(&sickle(), Vec3::Z)).0
     }
 
     #[test]
@@ -236,6 +252,6 @@ mod tests {
         // Beyond z = 0, where lower values are inside, the same ring looks in.
         let lowered: Vec<Vec3> = sickle().iter().map(|v| v.with_z(0.0)).collect();
         let q = smoothed(Vec3::new(4.5, 1.5, -0.002), &lowered, -1.0, TOP);
-        assert!(least_room(q, &lowered, Vec3::Z).0 > 0.0, "{q}");
+        assert!(least_room(q, &sides(&lowered, Vec3::Z)).0 > 0.0, "{q}");
     }
 }

@@ -233,11 +233,12 @@ fn first_block(
     let mut block = Block::new(&sweep.exact);
     let radius = if operation.repaired { BAD_RADIUS } else { EVENT_RADIUS };
     operation.points.iter().for_each(|&p| block.add_around(p, radius));
-    let mut covered = Near::new(COVERED);
+    let mut followed = Vec::new();
     for (front, moved) in fronts.iter().zip(moved) {
         moved.add_bad(&front.mesh, BAD_RADIUS, &mut block);
-        moved.add_covered(&front.mesh, &mut covered);
+        followed.extend(moved.followed(&front.mesh));
     }
+    let covered = Near::of(followed, COVERED);
     for (&p, &n) in extraction.positions.iter().zip(&adjacency.normals) {
         let p = Vec3::from(p);
         if !covered.is_near(p, n) {

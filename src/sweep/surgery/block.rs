@@ -7,6 +7,8 @@ use crate::topology::exact::ExactField;
 /// A set of cells of the padded grid.
 pub(super) struct Block {
     cells: Vec<bool>,
+    /// The lowest and the highest of them along each axis.
+    bounds: (IVec3, IVec3),
     /// Cells along each axis.
     dims: IVec3,
     /// Vertices of the padded grid along x and y.
@@ -21,6 +23,7 @@ impl Block {
         let voxel = field.volume().voxel_size().map(|x| (1.0 / x) as f32);
         Block {
             cells: vec![false; field.n_vertices()],
+            bounds: (IVec3::MAX, IVec3::MIN),
             dims: IVec3::new(nx - 1, ny - 1, nz - 1),
             rows: [nx, ny],
             inverse_voxel: Vec3::from(voxel),
@@ -53,6 +56,7 @@ impl Block {
                 a[axis] = a[axis].min((self.dims[axis] - 2).max(0));
             }
         }
+        self.bounds = (self.bounds.0.min(a), self.bounds.1.max(b));
         self.for_each(a, b, |cells, i| cells[i] = true);
     }
 
@@ -74,7 +78,9 @@ impl Block {
 
     /// Whether a box touches one of the cells.
     fn touches(&self, low: Vec3, high: Vec3) -> bool {
-        let (a, b) = self.cells_of(low, high);
+        let (mut a, mut b) = self.cells_of(low, high);
+        // Most of what is asked for lies far away.
+        (a, b) = (a.max(self.bounds.0), b.min(self.bounds.1));
         (a.z..=b.z).any(|z| {
             (a.y..=b.y).any(|y| (a.x..=b.x).any(|x| self.cells[self.index(IVec3::new(x, y, z))]))
         })

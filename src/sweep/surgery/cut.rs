@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use super::block::Block;
-use super::near::Near;
 use super::rim::{RimVertex, Side, is_one_sided};
 use crate::error::Result;
 use crate::kernels::field::Field;
@@ -98,10 +97,10 @@ impl Moved {
         }
     }
 
-    /// Adds to `covered` the faces that followed.
-    pub(super) fn add_covered(&self, mesh: &Mesh, covered: &mut Near) {
+    /// The corners of the faces that followed.
+    pub(super) fn followed(&self, mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
         let good = mesh.faces().filter(|&f| self.is_good(mesh, f));
-        good.for_each(|f| covered.add(self.corners(mesh, f)));
+        good.map(|f| self.corners(mesh, f))
     }
 
     /// Which faces stay, by slot: those that followed and lie beside the block, such that what is

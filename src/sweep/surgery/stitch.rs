@@ -77,8 +77,9 @@ pub(super) fn stitch(
         on_rim: Vec::new(),
         arcs: Vec::new(),
     };
-    let mut near = Near::new(GAP);
-    let staying = parts.add_staying(fronts, moved, block, &mut near)?;
+    let mut beside = Vec::new();
+    let staying = parts.add_staying(fronts, moved, block, &mut beside)?;
+    let near = Near::of(beside, GAP);
     let incoming = parts.add_extraction((extraction, arcs, adjacency), block, &near)?;
     let gaps = gaps(&staying, &incoming).map_err(|points| {
         let why = format!("{} rims stay, {} come in", staying.len(), incoming.len());
@@ -114,13 +115,13 @@ fn apart(gap: &Gap, staying: &[Vec<RimVertex>], incoming: &[Vec<RimVertex>]) -> 
 }
 
 impl Parts {
-    /// Adds what stays of the meshes. Returns its rims.
+    /// Adds what stays of the meshes, and its triangles beside the block to `beside`. Returns its rims.
     fn add_staying(
         &mut self,
         fronts: &[Front],
         moved: &[Moved],
         block: &Block,
-        near: &mut Near,
+        beside: &mut Vec<[Vec3; 3]>,
     ) -> Result<Vec<Vec<RimVertex>>, Trouble> {
         let mut all = Vec::new();
         for (r, (Front { mesh, .. }, moved)) in fronts.iter().zip(moved).enumerate() {
@@ -141,7 +142,7 @@ impl Parts {
                 self.caps.push(mesh.is_cap(f));
                 self.kept_faces.push((r, f));
                 if block.touches_triangle(moved.corners(mesh, f), NEAR_BLOCK) {
-                    near.add(moved.corners(mesh, f));
+                    beside.push(moved.corners(mesh, f));
                 }
             }
             let rims = rims(&sides(mesh, &stays)).map_err(|pinched| Trouble {
