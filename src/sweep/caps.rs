@@ -24,6 +24,10 @@ const ROUNDS: usize = 16;
 const MIDDLE_SHARES: [f32; 3] = [1.0, 0.5, 0.25];
 const APART: [f32; 2] = [0.5, 0.1];
 
+/// A vertex of a cap that moved by no more than this, in voxels, waits until one of the ring around it moves farther:
+/// most lie far from the curve that moves.
+const AT_REST: f32 = 0.01;
+
 /// Whether a vertex belongs to caps only.
 pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
     mesh.border(v) == 0 && mesh.is_cap(mesh.face(mesh.outgoing(v)))
@@ -131,10 +135,17 @@ pub(crate) fn smooth_caps(
     let out = if field.outside() < isovalue { 1.0 } else { -1.0 };
     let rings: Vec<Ring> = caps.iter().map(|&i| Ring::of(mesh, vertices[i], vertices)).collect();
     let mut around = Vec::new();
-    for _ in 0..ROUNDS {
+    let mut moved = vec![false; positions.len()];
+    for round in 0..ROUNDS {
         for (&i, ring) in caps.iter().zip(&rings) {
+            if round > 0 && !moved[i] && !ring.any(&moved) {
+                continue;
+            }
             ring.put(positions, &mut around);
-            positions[i] = smoothed(positions[i].into(), &around, out, top).to_array();
+            let p = Vec3::from(positions[i]);
+            let q = smoothed(p, &around, out, top);
+            moved[i] = q.distance_squared(p) > AT_REST * AT_REST;
+            positions[i] = q.to_array();
         }
     }
     for &i in &caps {
@@ -149,6 +160,11 @@ impl Ring {
     fn of(mesh: &Mesh, v: Vertex, vertices: &[Vertex]) -> Ring {
         let found = |w: Vertex| vertices.binary_search(&w).map_err(|_| mesh.position(w));
         Ring(mesh.one_ring(v).map(found).collect())
+    }
+
+    /// Whether any of those among the positions is marked.
+    fn any(&self, marked: &[bool]) -> bool {
+        self.0.iter().flatten().any(|&i| marked[i])
     }
 
     /// Puts where the ring's vertices are, in their order, into `around`.
