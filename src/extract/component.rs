@@ -19,7 +19,8 @@ pub fn extract_component(
 ) -> Option<Extraction> {
     let isovalue_key = field.isovalue_key(isovalue);
     let loops = loops_of_component(field, isovalue, crossing, most_cells)?;
-    let mut cells: Vec<(u32, u8)> = loops.into_iter().collect();
+    let mut cells: Vec<(u32, u8)> =
+        loops.into_iter().map(|(corner, (loops, _))| (corner, loops)).collect();
     cells.sort_unstable();
     let mut polygoniser = Polygoniser {
         field,
@@ -37,20 +38,20 @@ pub fn extract_component(
     Some(polygoniser.finish())
 }
 
-/// The loops of a component: by cell (its lowest corner), bit `l` is set iff loop `l` belongs to it. `None` if
-/// there are more cells.
+/// The loops of a component: by cell (its lowest corner), bit `l` of the first is set iff loop `l` belongs to it, and
+/// bit `e` of the second iff its edge `e` is one of theirs. `None` if there are more cells.
 fn loops_of_component(
     field: &ExactField,
     isovalue: f64,
     (low, high): (u32, u32),
     most_cells: usize,
-) -> Option<HashMap<u32, u8>> {
+) -> Option<HashMap<u32, (u8, u16)>> {
     let isovalue_key = field.isovalue_key(isovalue);
     let (strides, offsets) = (field.strides(), field.cell_offsets());
     let axis_of =
         |a: u32, b: u32| strides.iter().position(|&s| s == a.abs_diff(b)).expect("a lattice edge");
     let first = (low.min(high), axis_of(low, high));
-    let mut cells: HashMap<u32, u8> = HashMap::new();
+    let mut cells: HashMap<u32, (u8, u16)> = HashMap::new();
     let mut seen = HashSet::from([first]);
     let mut stack = vec![first];
     while let Some((from, axis)) = stack.pop() {
@@ -61,6 +62,10 @@ fn loops_of_component(
                 (a, b) == (from, from + strides[axis])
             });
             let edge = edge.expect("the edge belongs to the four cells around it") as u8;
+            let (loops, edges) = cells.entry(corner).or_default();
+            if *edges >> edge & 1 == 1 {
+                continue;
+            }
             let cell = Cell::at(field, corner, isovalue);
             let surface = CellSurface::of(field, &cell, isovalue_key);
             let with_edge = (0..surface.n_loops()).find(|&l| surface.loop_edges(l).contains(&edge));
@@ -70,13 +75,10 @@ fn loops_of_component(
                 l if l == b => Some(a),
                 _ => None,
             });
-            let loops = cells.entry(corner).or_default();
-            if *loops >> with_edge & 1 == 1 {
-                continue;
-            }
             for l in std::iter::once(with_edge).chain(joined) {
                 *loops |= 1 << l;
                 for &edge in surface.loop_edges(l) {
+                    *edges |= 1 << edge;
                     let from = corner + offsets[EDGES[edge as usize].0 as usize];
                     let beside = (from, edge as usize / 4);
                     if seen.insert(beside) {
