@@ -26,7 +26,7 @@ const APART: [f32; 2] = [0.5, 0.1];
 
 /// A vertex of a cap that moved by no more than this, in voxels, waits until one of the ring around it moves farther:
 /// most lie far from the curve that moves.
-const AT_REST: f32 = 0.01;
+const AT_REST: f32 = 0.003;
 
 /// Whether a vertex belongs to caps only.
 pub(crate) fn is_of_cap(mesh: &Mesh, v: Vertex) -> bool {
