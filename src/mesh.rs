@@ -25,6 +25,7 @@
 //! Slots of removed vertices, edges and faces stay empty until [`Mesh::compacted`], so a handle
 //! never changes its meaning while a mesh is tracked.
 
+mod bins;
 mod check;
 mod cross;
 mod edit;
@@ -33,10 +34,11 @@ mod measure;
 #[cfg(test)]
 pub(crate) mod shapes;
 
+pub(crate) use bins::Bins;
 pub use cross::Crossed;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
-pub use measure::{area, normal, radius_ratio};
+pub use measure::{area, bounds, normal, radius_ratio};
 
 use glam::Vec3;
 

@@ -18,9 +18,8 @@ pub fn extract_component(
     most_cells: usize,
 ) -> Option<Extraction> {
     let isovalue_key = field.isovalue_key(isovalue);
-    let loops = loops_of_component(field, isovalue, crossing, most_cells)?;
-    let mut cells: Vec<(u32, u8)> =
-        loops.into_iter().map(|(corner, (loops, _))| (corner, loops)).collect();
+    let edges = edges_of_component(field, isovalue, crossing, most_cells)?;
+    let mut cells: Vec<(u32, u16)> = edges.into_iter().collect();
     cells.sort_unstable();
     let mut polygoniser = Polygoniser {
         field,
@@ -30,28 +29,28 @@ pub fn extract_component(
         crossings: Numbering::Found(HashMap::with_capacity(cells.len())),
         mesh: Extraction::default(),
     };
-    for (corner, loops) in cells {
+    for (corner, edges) in cells {
         let cell = Cell::at(field, corner, isovalue);
         let surface = CellSurface::of(field, &cell, isovalue_key);
-        polygoniser.add_loops(&cell, &surface, |l| loops >> l & 1 == 1);
+        polygoniser.add_loops(&cell, &surface, |l| edges >> surface.loop_edges(l)[0] & 1 == 1);
     }
     Some(polygoniser.finish())
 }
 
-/// The loops of a component: by cell (its lowest corner), bit `l` of the first is set iff loop `l` belongs to it, and
-/// bit `e` of the second iff its edge `e` is one of theirs. `None` if there are more cells.
-fn loops_of_component(
+/// The lattice edges that a component crosses: by cell (its lowest corner), bit `e` is set iff a loop of the component
+/// passes its edge `e`. `None` if there are more cells.
+fn edges_of_component(
     field: &ExactField,
     isovalue: f64,
     (low, high): (u32, u32),
     most_cells: usize,
-) -> Option<HashMap<u32, (u8, u16)>> {
+) -> Option<HashMap<u32, u16>> {
     let isovalue_key = field.isovalue_key(isovalue);
     let (strides, offsets) = (field.strides(), field.cell_offsets());
     let axis_of =
         |a: u32, b: u32| strides.iter().position(|&s| s == a.abs_diff(b)).expect("a lattice edge");
     let first = (low.min(high), axis_of(low, high));
-    let mut cells: HashMap<u32, (u8, u16)> = HashMap::new();
+    let mut cells: HashMap<u32, u16> = HashMap::new();
     let mut seen = HashSet::from([first]);
     let mut stack = vec![first];
     while let Some((from, axis)) = stack.pop() {
@@ -62,7 +61,7 @@ fn loops_of_component(
                 (a, b) == (from, from + strides[axis])
             });
             let edge = edge.expect("the edge belongs to the four cells around it") as u8;
-            let (loops, edges) = cells.entry(corner).or_default();
+            let edges = cells.entry(corner).or_default();
             if *edges >> edge & 1 == 1 {
                 continue;
             }
@@ -76,7 +75,6 @@ fn loops_of_component(
                 _ => None,
             });
             for l in std::iter::once(with_edge).chain(joined) {
-                *loops |= 1 << l;
                 for &edge in surface.loop_edges(l) {
                     *edges |= 1 << edge;
                     let from = corner + offsets[EDGES[edge as usize].0 as usize];

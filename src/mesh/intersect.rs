@@ -1,9 +1,12 @@
 //! Triangles of a mesh that pass through each other.
 
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// So many cells of the grid are one task.
+use super::bins::Bins;
+use super::measure::bounds;
+
+/// So many bins are one task.
 const BINS_AT_ONCE: usize = 512;
 
 /// Parameters within this of an end or side do not count as a crossing.
@@ -18,73 +21,37 @@ pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> 
     let corners: Vec<[Vec3; 3]> =
         triangles.iter().map(|t| t.map(|v| Vec3::from(positions[v as usize]))).collect();
     let mut hit = vec![false; triangles.len()];
-    let Some(grid) = Grid::new(&corners) else { return Vec::new() };
-    let bins: Vec<&[(u64, u32)]> = grid.entries.chunk_by(|a, b| a.0 == b.0).collect();
+    let boxes: Vec<(Vec3, Vec3)> = corners.iter().copied().map(bounds).collect();
+    let sizes = boxes.iter().map(|b| (b.1 - b.0).max_element()).sum::<f32>();
+    let bins = Bins::of(&boxes, (1.5 * sizes / boxes.len() as f32).max(1e-6));
     let crossing = |f: u32, g: u32| {
         let (f, g) = (f as usize, g as usize);
         intersect(triangles[f], corners[f], triangles[g], corners[g])
     };
-    let pairs: Vec<[u32; 2]> = bins
+    let each: Vec<&[(u64, u32)]> = bins.each().collect();
+    let pairs: Vec<[u32; 2]> = each
         .par_iter()
         .with_min_len(BINS_AT_ONCE)
-        .flat_map_iter(|bin| grid.pairs_of(bin).filter(|&[f, g]| crossing(f, g)))
+        .flat_map_iter(|bin| pairs_of(&bins, &boxes, bin).filter(|&[f, g]| crossing(f, g)))
         .collect();
     pairs.into_iter().flatten().for_each(|f| hit[f as usize] = true);
     (0..triangles.len() as u32).filter(|&f| hit[f as usize]).collect()
 }
 
-/// Triangles by the cells of a uniform grid that their bounding boxes cover.
-struct Grid {
-    boxes: Vec<(Vec3, Vec3)>,
-    origin: Vec3,
-    cell: f32,
-    /// A cell and a triangle, ascending.
-    entries: Vec<(u64, u32)>,
-}
-
-impl Grid {
-    /// `None` without triangles.
-    fn new(corners: &[[Vec3; 3]]) -> Option<Grid> {
-        let boxes: Vec<(Vec3, Vec3)> =
-            corners.iter().map(|t| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))).collect();
-        let size = boxes.iter().map(|b| (b.1 - b.0).max_element()).sum::<f32>();
-        let origin = boxes.iter().map(|b| b.0).reduce(Vec3::min)?;
-        let cell = (1.5 * size / boxes.len() as f32).max(1e-6);
-        let mut grid = Grid { boxes, origin, cell, entries: Vec::with_capacity(corners.len() * 4) };
-        for (f, b) in grid.boxes.iter().enumerate() {
-            let (low, high) = (grid.place(b.0), grid.place(b.1));
-            for z in low.z..=high.z {
-                for y in low.y..=high.y {
-                    for x in low.x..=high.x {
-                        grid.entries.push((key(IVec3::new(x, y, z)), f as u32));
-                    }
-                }
-            }
-        }
-        grid.entries.par_sort_unstable();
-        Some(grid)
-    }
-
-    fn place(&self, p: Vec3) -> IVec3 {
-        ((p - self.origin) / self.cell).as_ivec3()
-    }
-
-    /// The pairs of a cell's triangles whose bounding boxes meet, if it is the first that both cover.
-    fn pairs_of<'a>(&'a self, bin: &'a [(u64, u32)]) -> impl Iterator<Item = [u32; 2]> + 'a {
-        bin.iter().enumerate().flat_map(move |(i, &(cell, f))| {
-            let a = self.boxes[f as usize];
-            bin[i + 1..].iter().filter_map(move |&(_, g)| {
-                let b = self.boxes[g as usize];
-                let meet = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
-                (meet && key(self.place(a.0.max(b.0))) == cell).then_some([f, g])
-            })
+/// The pairs of a bin's triangles whose bounding boxes meet, if it is the first that both reach into.
+fn pairs_of<'a>(
+    bins: &'a Bins,
+    boxes: &'a [(Vec3, Vec3)],
+    bin: &'a [(u64, u32)],
+) -> impl Iterator<Item = [u32; 2]> + 'a {
+    bin.iter().enumerate().flat_map(move |(i, &(key, f))| {
+        let a = boxes[f as usize];
+        bin[i + 1..].iter().filter_map(move |&(_, g)| {
+            let b = boxes[g as usize];
+            let meet = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
+            (meet && bins.key_at(a.0.max(b.0)) == key).then_some([f, g])
         })
-    }
-}
-
-/// The key of a grid's cell.
-fn key(cell: IVec3) -> u64 {
-    ((cell.z as u64) << 42) | ((cell.y as u64) << 21) | cell.x as u64
+    })
 }
 
 /// Whether two triangles that share no edge intersect.

@@ -11,6 +11,12 @@ pub fn normal(t: [Vec3; 3]) -> Vec3 {
     (t[1] - t[0]).cross(t[2] - t[0])
 }
 
+/// The lowest and the highest corner of a triangle's bounding box.
+#[inline]
+pub fn bounds(t: [Vec3; 3]) -> (Vec3, Vec3) {
+    (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))
+}
+
 /// Area of a triangle.
 #[inline]
 pub fn area(t: [Vec3; 3]) -> f32 {

@@ -134,16 +134,14 @@ pub(crate) fn smooth_caps(
     // Caps look to the lower values.
     let out = if field.outside() < isovalue { 1.0 } else { -1.0 };
     let rings: Vec<Ring> = caps.iter().map(|&i| Ring::of(mesh, vertices[i], vertices)).collect();
-    let mut around = Vec::new();
     let mut moved = vec![false; positions.len()];
     for round in 0..ROUNDS {
         for (&i, ring) in caps.iter().zip(&rings) {
             if round > 0 && !moved[i] && !ring.any(&moved) {
                 continue;
             }
-            ring.put(positions, &mut around);
             let p = Vec3::from(positions[i]);
-            let q = smoothed(p, &around, out, top);
+            let q = smoothed(p, &ring.places(positions), out, top);
             moved[i] = q.distance_squared(p) > AT_REST * AT_REST;
             positions[i] = q.to_array();
         }
@@ -167,10 +165,9 @@ impl Ring {
         self.0.iter().flatten().any(|&i| marked[i])
     }
 
-    /// Puts where the ring's vertices are, in their order, into `around`.
-    fn put(&self, positions: &[[f32; 3]], around: &mut Vec<Vec3>) {
-        around.clear();
-        around.extend(self.0.iter().map(|w| w.map_or_else(|p| p, |i| positions[i].into())));
+    /// Where the ring's vertices are, in their order.
+    fn places(&self, positions: &[[f32; 3]]) -> Vec<Vec3> {
+        self.0.iter().map(|w| w.map_or_else(|p| p, |i| positions[i].into())).collect()
     }
 }
 

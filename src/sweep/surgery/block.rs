@@ -2,6 +2,7 @@
 
 use glam::{IVec3, Vec3};
 
+use crate::mesh::bounds;
 use crate::topology::exact::ExactField;
 
 /// A set of cells of the padded grid.
@@ -88,7 +89,7 @@ impl Block {
 
     /// Whether a triangle's bounding box, so much larger on every side, touches one of the cells.
     pub(super) fn touches_triangle(&self, t: [Vec3; 3], margin: f32) -> bool {
-        let (low, high) = (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]));
+        let (low, high) = bounds(t);
         self.touches(low - margin, high + margin)
     }
 

@@ -1,16 +1,15 @@
 //! What lies beside faces of a mesh: it has that already.
 
-use glam::{IVec3, Vec3};
+use glam::Vec3;
 
-use crate::mesh::normal;
+use crate::mesh::{Bins, bounds, normal};
 
 /// Size of the bins that triangles are sorted into, voxels.
 const BIN: f32 = 1.0;
 
 /// Triangles by the bins around them, to ask how near one is to a point.
 pub(super) struct Near {
-    /// A bin and a triangle that reaches into it, sorted: a table of bins took five times as long to fill.
-    bins: Vec<(u64, u32)>,
+    bins: Bins,
     triangles: Vec<[Vec3; 3]>,
     reach: f32,
 }
@@ -18,40 +17,22 @@ pub(super) struct Near {
 impl Near {
     /// Of these triangles, asked for points within `reach`.
     pub(super) fn of(triangles: Vec<[Vec3; 3]>, reach: f32) -> Near {
-        let mut bins = Vec::new();
-        for (index, t) in (0..).zip(&triangles) {
-            let low = bin_of(t[0].min(t[1]).min(t[2]) - reach);
-            let high = bin_of(t[0].max(t[1]).max(t[2]) + reach);
-            for z in low.z..=high.z {
-                for y in low.y..=high.y {
-                    bins.extend((low.x..=high.x).map(|x| (number(IVec3::new(x, y, z)), index)));
-                }
-            }
-        }
-        bins.sort_unstable();
-        Near { bins, triangles, reach }
+        let around = |&t: &[Vec3; 3]| {
+            let (low, high) = bounds(t);
+            (low - reach, high + reach)
+        };
+        let boxes: Vec<(Vec3, Vec3)> = triangles.iter().map(around).collect();
+        Near { bins: Bins::of(&boxes, BIN), triangles, reach }
     }
 
     /// Whether a triangle that faces the same way lies within reach of a point with a normal.
     pub(super) fn is_near(&self, p: Vec3, n: Vec3) -> bool {
-        let bin = number(bin_of(p));
-        let first = self.bins.partition_point(|&(b, _)| b < bin);
-        self.bins[first..].iter().take_while(|&&(b, _)| b == bin).any(|&(_, i)| {
+        self.bins.boxes_at(p).any(|i| {
             let t = self.triangles[i as usize];
             normal(t).dot(n) > 0.0
                 && closest_point(p, t).distance_squared(p) < self.reach * self.reach
         })
     }
-}
-
-fn bin_of(p: Vec3) -> IVec3 {
-    (p / BIN).floor().as_ivec3()
-}
-
-/// One number for a bin: 21 bits of each coordinate, more than a volume has samples along an axis.
-fn number(bin: IVec3) -> u64 {
-    let bits = |x: i32| u64::from(x.cast_unsigned() & 0x1f_ffff);
-    bits(bin.z) << 42 | bits(bin.y) << 21 | bits(bin.x)
 }
 
 /// The point of a triangle closest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).

@@ -79,25 +79,22 @@ fn improve(
                 remesh(&mut mesh, &criteria, kernels, at, parameters, effort, &|_, _| false)?;
             collapsed = done.expect("any number of faces will do");
         }
-        let points = strayed(&mesh, &criteria);
+        let mut points = strayed(&mesh, &criteria);
         if points.len() > FEW_STRAYED {
             return Ok(Err(Trouble { why: "strays from the isosurface".into(), points }));
         }
-        let radius = PIN_RADIUS * (attempt + 1) as f32;
-        if !points.is_empty() && attempt < ATTEMPTS {
-            pin_around(&mut start, &points, radius);
-            continue;
+        if points.is_empty() || attempt == ATTEMPTS {
+            points = crossing_near(&mesh, block);
+            if points.is_empty() {
+                let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
+                pinned.into_iter().for_each(|v| mesh.set_pinned(v, false));
+                return Ok(Ok(Patched { stitched, mesh, collapsed }));
+            }
+            if attempt == ATTEMPTS {
+                return Ok(Err(passes_through_itself(points)));
+            }
         }
-        let crossing = crossing_near(&mesh, block);
-        if crossing.is_empty() {
-            let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
-            pinned.into_iter().for_each(|v| mesh.set_pinned(v, false));
-            return Ok(Ok(Patched { stitched, mesh, collapsed }));
-        }
-        if attempt == ATTEMPTS {
-            return Ok(Err(passes_through_itself(crossing)));
-        }
-        pin_around(&mut start, &crossing, radius);
+        pin_around(&mut start, &points, PIN_RADIUS * (attempt + 1) as f32);
     }
     unreachable!("the last attempt returns")
 }

@@ -1,0 +1,82 @@
+//! Boxes by where they are: sorted into the cubes of a uniform grid.
+
+use glam::{IVec3, Vec3};
+use rayon::prelude::*;
+
+/// Boxes, sorted into the bins that they reach into: cubes from their lowest corner on.
+pub(crate) struct Bins {
+    origin: Vec3,
+    size: f32,
+    /// The key of a bin, and the index of a box; ascending.
+    entries: Vec<(u64, u32)>,
+}
+
+impl Bins {
+    /// Sorts boxes, given by their lowest and highest corners, into bins of this size, in the frame of the boxes.
+    pub(crate) fn of(boxes: &[(Vec3, Vec3)], size: f32) -> Bins {
+        let origin = boxes.iter().map(|b| b.0).reduce(Vec3::min).unwrap_or_default();
+        let mut bins = Bins { origin, size, entries: Vec::with_capacity(4 * boxes.len()) };
+        for (i, b) in (0..).zip(boxes) {
+            let (low, high) = (bins.place(b.0), bins.place(b.1));
+            for z in low.z..=high.z {
+                for y in low.y..=high.y {
+                    let row = (low.x..=high.x).map(|x| (key(IVec3::new(x, y, z)), i));
+                    bins.entries.extend(row);
+                }
+            }
+        }
+        bins.entries.par_sort_unstable();
+        bins
+    }
+
+    fn place(&self, p: Vec3) -> IVec3 {
+        ((p - self.origin) / self.size).as_ivec3()
+    }
+
+    /// The key of the bin in which a point lies; of any where none of the boxes is.
+    pub(crate) fn key_at(&self, p: Vec3) -> u64 {
+        key(self.place(p))
+    }
+
+    /// The boxes in the bin of a point, ascending. Those that hold the point are among them.
+    pub(crate) fn boxes_at(&self, p: Vec3) -> impl Iterator<Item = u32> {
+        let at = self.key_at(p);
+        let first = self.entries.partition_point(|&(bin, _)| bin < at);
+        self.entries[first..].iter().take_while(move |&&(bin, _)| bin == at).map(|&(_, i)| i)
+    }
+
+    /// What is in each bin that is not empty: its key, with every box in it, ascending.
+    pub(crate) fn each(&self) -> impl Iterator<Item = &[(u64, u32)]> {
+        self.entries.chunk_by(|a, b| a.0 == b.0)
+    }
+}
+
+/// One number for a bin: 21 bits of each coordinate, more than a volume has samples along an axis.
+fn key(bin: IVec3) -> u64 {
+    ((bin.z as u64) << 42) | ((bin.y as u64) << 21) | bin.x as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_is_in_every_bin_that_it_reaches_into() {
+        let one = (Vec3::ZERO, Vec3::new(2.5, 0.5, 0.5));
+        let other = (Vec3::new(2.2, 0.2, 0.2), Vec3::splat(3.0));
+        let bins = Bins::of(&[one, other], 1.0);
+        let at = |x: f32, y: f32, z: f32| bins.boxes_at(Vec3::new(x, y, z)).collect::<Vec<_>>();
+        assert_eq!(at(0.9, 0.1, 0.1), [0]);
+        assert_eq!(at(2.4, 0.4, 0.4), [0, 1]);
+        assert_eq!(at(2.9, 2.9, 2.9), [1]);
+        assert!(at(0.5, 2.5, 0.5).is_empty() && at(9.0, 9.0, 9.0).is_empty());
+        assert!(at(-5.0, -5.0, -5.0).is_empty());
+        assert_eq!(bins.each().map(<[_]>::len).sum::<usize>(), 3 + 2 * 4 * 4);
+    }
+
+    #[test]
+    fn without_boxes_nothing_is_found() {
+        let bins = Bins::of(&[], 1.0);
+        assert!(bins.boxes_at(Vec3::ZERO).next().is_none() && bins.each().next().is_none());
+    }
+}
