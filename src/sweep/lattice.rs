@@ -79,7 +79,7 @@ pub(super) fn patch(sweep: &Sweep, stretches: &[Piece]) -> Result<Patch> {
         .collect();
     let slabs = slabs.into_iter().collect::<Result<Vec<Slab>>>()?;
     log::debug!("{} triangles of it", slabs.iter().map(|s| s.records.len()).sum::<usize>());
-    Ok(joined(sweep, shown, &slabs))
+    Ok(joined(sweep, shown, slabs))
 }
 
 /// Isovalues of the body saddles by cell.
@@ -118,6 +118,8 @@ fn slab(
             }
         }
     }
+    // Most of the memory of noisy volumes: none of it stays unused.
+    slab.records.shrink_to_fit();
     slab
 }
 

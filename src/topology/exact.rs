@@ -11,7 +11,7 @@
 //!
 //! where *level* is the sample as an integer (the sample itself for integer types; for floating
 //! point the number of whole steps of range / 2^44 above the minimum) and M a power of two, at
-//! least 2^40 and at least 10^6 times the ramp. V is called the *key*.
+//! least 2^52 and at least 10^6 times the ramp. V is called the *key*.
 //!
 //! The ramp is negative, so a sample equal to the isovalue lies below it, and
 //! [`ExactField::isovalue_key`] never falls among the keys of one level: a sample is inside
@@ -50,6 +50,11 @@ use crate::with_samples;
 /// Weights of the ramp along x, y, z: exact zeros in none of 12,360 adversarial grids, where
 /// smaller ones such as (1, 2, 4) meet them in one of a hundred.
 const RAMP_WEIGHTS: [i64; 3] = [1, 37, 1009];
+
+/// M is 2 to this at least. The ramp moves body saddles by up to a few parts in M of what it measures; with 2^40,
+/// 5e-8 of a grey level on noise of 48^3 and few grey levels, one isovalue in a few hundred fell between a saddle
+/// and where the ramp had put it. 2^52 leaves 1e-11, and on 8-bit data products of keys still fit 128 bits.
+const LEAST_M_BITS: u32 = 52;
 
 /// How many times the ramp over the whole volume fits between two levels, at least.
 const LEVEL_TO_RAMP: i128 = 1_000_000;
@@ -148,7 +153,7 @@ impl<'a> ExactField<'a> {
         };
         let ramp_range =
             1 + (0..3).map(|a| RAMP_WEIGHTS[a] as i128 * (dims[a] as i128 - 1)).sum::<i128>();
-        let m_bits = (128 - (ramp_range * LEVEL_TO_RAMP).leading_zeros()).max(40);
+        let m_bits = (128 - (ramp_range * LEVEL_TO_RAMP).leading_zeros()).max(LEAST_M_BITS);
         let mut field = ExactField {
             volume,
             dims,

@@ -35,12 +35,14 @@ impl Trajectories {
 }
 
 /// One patch of all slabs.
-pub(super) fn joined(sweep: &Sweep, shown: &Shown, slabs: &[Slab]) -> Patch {
+pub(super) fn joined(sweep: &Sweep, shown: &Shown, slabs: Vec<Slab>) -> Patch {
     let mut numbers = vec![u32::MAX; 3 * sweep.exact.n_vertices()];
     let mut trajectories = Trajectories { knots: Vec::new(), first: vec![0] };
     let range =
         (shown.merged.first().map_or(0.0, |m| m.0), shown.merged.last().map_or(0.0, |m| m.1));
-    let mut triangles: Vec<([u32; 3], f64, f64, bool)> = Vec::new();
+    let n_records = slabs.iter().map(|s| s.records.len()).sum();
+    let mut triangles: Vec<([u32; 3], f64, f64, bool)> = Vec::with_capacity(n_records);
+    // Each slab is given back before the next one is looked at.
     for slab in slabs {
         let inner_base = trajectories.len() as u32;
         slab.inner.iter().for_each(|i| trajectories.push(&inner_trajectory(i)));
@@ -114,7 +116,38 @@ fn edge_trajectory(sweep: &Sweep, from: u32, axis: u8, range: (f64, f64)) -> [Un
     [at(low), at(high)]
 }
 
-/// The trajectory of a vertex inside a cell.
-fn inner_trajectory(inner: &Inner) -> [Unranked; INNER_SHARES.len()] {
-    std::array::from_fn(|i| (inner.isovalues[i], Vec3::from(inner.positions[i])))
+/// The trajectory of a vertex inside a cell. Saddles of a cell that are equal but for rounding leave intervals
+/// without room for all of the knots; the last one stays, as it is where the interval ends.
+fn inner_trajectory(inner: &Inner) -> Vec<Unranked> {
+    let all = inner.isovalues.iter().zip(inner.positions);
+    let mut knots: Vec<Unranked> = Vec::with_capacity(INNER_SHARES.len());
+    for (&c, position) in all.rev() {
+        if knots.last().is_none_or(|next| c < next.0) {
+            knots.push((c, Vec3::from(position)));
+        }
+    }
+    // The first knot is where the interval begins, too.
+    let last = knots.len() - 1;
+    knots[last].0 = inner.isovalues[0];
+    knots.reverse();
+    knots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_knots_of_a_vertex_inside_a_cell_increase_where_an_interval_is_a_few_roundings_wide() {
+        let low = 7.5f64;
+        for roundings in [1, 2, 3, 5, 1000] {
+            let high = f64::from_bits(low.to_bits() + roundings);
+            let mut isovalues = INNER_SHARES.map(|share| low + share * (high - low));
+            (isovalues[0], isovalues[INNER_SHARES.len() - 1]) = (low, high);
+            let positions = std::array::from_fn(|i| [i as f32; 3]);
+            let knots = inner_trajectory(&Inner { isovalues, positions });
+            assert!(knots.windows(2).all(|w| w[0].0 < w[1].0), "{roundings}: {knots:?}");
+            assert_eq!((knots[0].0, knots.last().map(|k| k.0)), (low, Some(high)));
+        }
+    }
 }
