@@ -171,6 +171,7 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
         isovalue,
         isovalue_key: field.isovalue_key(isovalue),
         voxel_size: field.volume().voxel_size(),
+        range: range_of(field),
         crossings: Numbering::Walk(Crossings::new(field)),
         mesh: Extraction::default(),
     };
@@ -186,6 +187,7 @@ pub(crate) fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Ex
         isovalue,
         isovalue_key: field.isovalue_key(isovalue),
         voxel_size: field.volume().voxel_size(),
+        range: range_of(field),
         crossings: Numbering::OneCell,
         mesh: Extraction::default(),
     };
@@ -202,6 +204,8 @@ struct Polygoniser<'f, 'v> {
     isovalue: f64,
     isovalue_key: i128,
     voxel_size: [f64; 3],
+    /// From the lowest sample of the volume to the highest.
+    range: f64,
     crossings: Numbering,
     mesh: Extraction,
 }
@@ -297,11 +301,11 @@ impl Polygoniser<'_, '_> {
         std::array::from_fn(|a| (index[a] * self.voxel_size[a]) as f32)
     }
 
-    /// The samples at a cell's corners, less the isovalue.
+    /// The samples at a cell's corners, less the isovalue, as shares of the volume's range: their squares stay numbers.
     fn values(&self, cell: &Cell) -> [f64; 8] {
         std::array::from_fn(|c| {
             let [i, j, k] = cell.corner_position(c as u8);
-            self.field.volume().padded(i, j, k) - self.isovalue
+            (self.field.volume().padded(i, j, k) - self.isovalue) / self.range
         })
     }
 
@@ -390,6 +394,12 @@ impl Polygoniser<'_, '_> {
         mesh.n_components = n_components as usize;
         mesh
     }
+}
+
+/// From the lowest sample of a volume to the highest.
+fn range_of(field: &ExactField) -> f64 {
+    let (low, high) = field.volume().range();
+    high - low
 }
 
 /// The point that divides the way from `p` to `q` at a share of it.

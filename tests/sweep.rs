@@ -16,6 +16,7 @@ use isospectrum::kernels::{Backend, Choice};
 use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
 use isospectrum::sweep::{Parameters, Progress, Silent, compute};
 use isospectrum::topology::exact::ExactField;
+use isospectrum::topology::simplify::simplified;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Placement, Samples, Volume};
@@ -112,6 +113,46 @@ fn noise_has_the_counted_topology() {
 #[test]
 fn a_grid_full_of_ties_has_the_counted_topology() {
     check(&grid_with_ties(11), Choice::Cpu);
+}
+
+/// The same field with samples of about 1e-200, whose products are no numbers.
+fn tiny_values(seed: u64) -> Arc<Volume> {
+    let mut random = Random(seed);
+    let samples = (0..7 * 8 * 6).map(|_| (random.unit() - 0.5) * 1e-200).collect();
+    let volume = Volume::new("tiny", [7, 8, 6], Samples::F64(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn samples_far_below_one_have_the_counted_topology() {
+    check(&tiny_values(3), Choice::Cpu);
+}
+
+/// White noise in so few grey levels that many cells have saddles equal but for rounding.
+fn noise_in_few_levels(seed: u64) -> Arc<Volume> {
+    let mut random = Random(seed);
+    let samples = (0..24 * 24 * 24).map(|_| (random.unit() * 12.0) as u8).collect();
+    let volume = Volume::new("few", [24; 3], Samples::U8(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn noise_in_few_grey_levels_has_the_counted_topology() {
+    for seed in 1..4 {
+        check(&noise_in_few_levels(seed), Choice::Cpu);
+    }
+}
+
+#[test]
+fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
+    // Relaxation moves the vertices of large flat faces by a voxel at every step, however short.
+    let plane = |i: usize| (i % 26 + 3 * (i / 26 % 21) + i / (26 * 21)) as f64;
+    let samples = (0..26 * 21 * 9).map(plane).collect();
+    let volume = Volume::new("plane", [26, 21, 9], Samples::F64(samples), Placement::default());
+    let volume = simplified(&volume.expect("a valid volume"), 0.93).expect("a volume");
+    let spectrum = swept(&Arc::new(volume), Choice::Cpu);
+    let steps = spectrum.parameters["counts"]["steps"].as_u64().expect("a count");
+    assert!((20..2_000).contains(&steps), "{steps} steps");
 }
 
 #[test]

@@ -26,6 +26,7 @@ pub fn extract_component(
         isovalue,
         isovalue_key,
         voxel_size: field.volume().voxel_size(),
+        range: super::range_of(field),
         crossings: Numbering::Found(HashMap::with_capacity(cells.len())),
         mesh: Extraction::default(),
     };

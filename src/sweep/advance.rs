@@ -26,6 +26,11 @@ const FOLDED_SHARE: f32 = 0.001;
 /// So many vertices are asked how far they will move.
 const MOTION_VERTICES: usize = 500;
 
+/// How many times as far as across the isosurface vertices are said to move. Where it is flat and its faces are large,
+/// relaxation moves them along it by a voxel, however short the step, and steps that such a motion shortened came to
+/// nothing.
+const MOST_ALONG: f32 = 10.0;
+
 /// How many faces are looked at half-way.
 const MIDWAY_FACES: usize = 1500;
 
@@ -33,7 +38,7 @@ const MIDWAY_FACES: usize = 1500;
 pub(super) struct Advanced {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
-    /// 95th percentile of how far vertices moved, voxels.
+    /// 95th percentile of how far vertices moved, voxels: see `motion_of_most`.
     pub(super) moved: f32,
     /// How many faces pass through others.
     pub(super) n_crossing: usize,
@@ -176,21 +181,33 @@ pub(super) fn advance(
         let points = lost.iter().map(|&v| mesh.position(v)).collect();
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
-    let moved = motion_of_most(mesh, compacted, &positions);
+    let moved = motion_of_most(mesh, compacted, &positions, &normals);
     Ok(Ok(Advanced { positions, normals, moved, n_crossing: crossing.len() }))
 }
 
-/// How far most vertices that are not of caps have moved, voxels.
-fn motion_of_most(mesh: &Mesh, compacted: &Compacted, positions: &[[f32; 3]]) -> f32 {
+/// How far most vertices that are not of caps have moved, voxels, at most [`MOST_ALONG`] times as far as across the
+/// isosurface.
+fn motion_of_most(
+    mesh: &Mesh,
+    compacted: &Compacted,
+    positions: &[[f32; 3]],
+    normals: &[[f32; 3]],
+) -> f32 {
     let both = compacted.vertices.iter().zip(positions.iter().zip(&compacted.positions));
-    let moving = both.filter(|&(&v, _)| !is_of_cap(mesh, v));
-    let mut moved: Vec<f32> =
-        moving.map(|(_, (&p, &q))| Vec3::from(p).distance(Vec3::from(q))).collect();
-    if moved.is_empty() {
+    let moving = both.zip(normals).filter(|&((&v, _), _)| !is_of_cap(mesh, v));
+    let (mut all, mut across): (Vec<f32>, Vec<f32>) = moving
+        .map(|((_, (&p, &q)), &n)| {
+            let way = Vec3::from(p) - Vec3::from(q);
+            (way.length(), way.dot(Vec3::from(n)).abs())
+        })
+        .unzip();
+    if all.is_empty() {
         return 0.0;
     }
-    let i = moved.len() * 95 / 100;
-    *moved.select_nth_unstable_by(i, f32::total_cmp).1
+    let i = all.len() * 95 / 100;
+    let [all, across] =
+        [&mut all, &mut across].map(|m| *m.select_nth_unstable_by(i, f32::total_cmp).1);
+    all.min(MOST_ALONG * across)
 }
 
 /// How far most vertices that are not of caps will move, from the field's gradient, voxels.

@@ -141,7 +141,8 @@ fn breaks(values: &[f64; 8], body_saddles: &[f64], intervals: &[(f64, f64)]) -> 
             let [a, b, c, d] = [base, base + u, base + v, base + u + v].map(|c: usize| values[c]);
             let alternates = a.max(d) < b.min(c) || b.max(c) < a.min(d);
             if alternates {
-                breaks.push((a * d - b * c) / (a + d - b - c));
+                // Not by products of samples, which leave the range of numbers sooner.
+                breaks.push(a + (b - a) / (b - a + c - d) * (c - a));
             }
         }
     }

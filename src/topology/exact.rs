@@ -10,7 +10,7 @@
 //! V = level * M + ramp,  ramp(i, j, k) = -(1 + i' + 37 j' + 1009 k'),  i' = i + 1, ...
 //!
 //! where *level* is the sample as an integer (the sample itself for integer types; for floating
-//! point the number of whole steps of range / 2^44 above the minimum) and M a power of two, at
+//! point the number of whole steps above the minimum, a step being the power of two from range / 2^44 on) and M a power of two, at
 //! least 2^52 and at least 10^6 times the ramp. V is called the *key*.
 //!
 //! The ramp is negative, so a sample equal to the isovalue lies below it, and
@@ -59,7 +59,8 @@ const LEAST_M_BITS: u32 = 52;
 /// How many times the ramp over the whole volume fits between two levels, at least.
 const LEVEL_TO_RAMP: i128 = 1_000_000;
 
-/// Steps between the minimum and the maximum of floating point samples, as a power of two.
+/// Most steps between the minimum and the maximum of floating point samples, as a power of two; at least half as
+/// many are used.
 const FLOAT_LEVEL_BITS: u32 = 44;
 
 /// Fractional bits of an order key: V units times 2^20.
@@ -81,8 +82,8 @@ enum Levels {
 enum LevelScale {
     /// Levels are the samples.
     Identity,
-    /// Levels are whole steps above the minimum.
-    Steps { low: f64, range: f64 },
+    /// Levels are whole steps of 2^-[`FLOAT_LEVEL_BITS`] times four `quarters` above the minimum.
+    Steps { low: f64, quarters: f64 },
 }
 
 impl LevelScale {
@@ -91,8 +92,8 @@ impl LevelScale {
         let level = match self {
             LevelScale::Identity => value,
             // Quartered, so that no difference of finite numbers overflows.
-            LevelScale::Steps { low, range } => {
-                (value * 0.25 - low * 0.25) / range * (1u64 << FLOAT_LEVEL_BITS) as f64
+            LevelScale::Steps { low, quarters } => {
+                (value * 0.25 - low * 0.25) / quarters * (1u64 << FLOAT_LEVEL_BITS) as f64
             }
         };
         let bound = (1u64 << 52) as f64;
@@ -103,8 +104,8 @@ impl LevelScale {
     fn value(self, level: f64) -> f64 {
         match self {
             LevelScale::Identity => level,
-            LevelScale::Steps { low, range } => {
-                low + level / (1u64 << FLOAT_LEVEL_BITS) as f64 * range * 4.0
+            LevelScale::Steps { low, quarters } => {
+                low + level / (1u64 << FLOAT_LEVEL_BITS) as f64 * quarters * 4.0
             }
         }
     }
@@ -149,7 +150,7 @@ impl<'a> ExactField<'a> {
         let scale = if volume.samples().is_integer() {
             LevelScale::Identity
         } else {
-            LevelScale::Steps { low, range: high * 0.25 - low * 0.25 }
+            LevelScale::Steps { low, quarters: power_of_two_from(high * 0.25 - low * 0.25) }
         };
         let ramp_range =
             1 + (0..3).map(|a| RAMP_WEIGHTS[a] as i128 * (dims[a] as i128 - 1)).sum::<i128>();
@@ -382,6 +383,17 @@ impl<'a> ExactField<'a> {
     }
 }
 
+/// The least power of two that is not below a positive number. Steps that are powers of two hold samples with
+/// few digits, such as whole numbers or most of 32 bits, without rounding: so the middle between two events is not
+/// by rounding a trace away from a sample, where the sample's level and its value would disagree.
+fn power_of_two_from(x: f64) -> f64 {
+    let mut power = f64::from_bits((x.to_bits() >> 52).max(1) << 52);
+    while power * 0.5 >= x {
+        power *= 0.5;
+    }
+    if power < x { power * 2.0 } else { power }
+}
+
 /// The bricks along one axis that hold sample `p`: two where it lies between bricks.
 fn bricks_of(p: usize, n_bricks: usize) -> std::ops::RangeInclusive<usize> {
     let last = (p / BRICK).min(n_bricks - 1);
@@ -406,12 +418,8 @@ fn padded_levels(volume: &Volume, dims: [usize; 3], scale: LevelScale) -> Levels
             )
         }
         Samples::F32(_) | Samples::F64(_) => {
-            let steps = 1i64 << FLOAT_LEVEL_BITS;
-            let outside = match volume.outside() {
-                crate::volume::Outside::Low => -10 * steps,
-                crate::volume::Outside::High => 11 * steps,
-            };
             let level = |v: f64| scale.level(v).floor() as i64;
+            let outside = level(volume.outside_value());
             Levels::Wide(
                 with_samples!(volume.samples(), s => padded(s, dims, outside, |v| level(v as f64))),
             )

@@ -9,6 +9,10 @@
 
 use crate::volume::Volume;
 
+/// How near to the isosurface, in voxels, a point is on it: single precision's rounding of coordinates up to a
+/// thousand voxels.
+const ON_IT: f64 = 1e-4;
+
 /// What lies along a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hit {
@@ -23,7 +27,9 @@ pub(super) enum Hit {
 /// The distance from `point` to the isosurface of `isovalue` along `direction`, on the nearer side.
 ///
 /// `point` (inside the volume), the unit vector `direction`, and `reach` are in the voxel frame.
-/// Where neither side has a crossing: [`Hit::Border`] if a side ended at the border of the volume.
+/// Where neither side has a crossing: [`Hit::Border`] if a side ended at the border of the volume. A point that
+/// is within [`ON_IT`] of the isosurface, as its cell's slope tells, need not meet it along the line: at the border the
+/// rounding of a position may leave the crossing outside the volume.
 pub(super) fn distance_along(
     volume: &Volume,
     isovalue: f64,
@@ -31,6 +37,11 @@ pub(super) fn distance_along(
     direction: [f64; 3],
     reach: f64,
 ) -> Hit {
+    if let Some(distance) = distance_by_slope(volume, isovalue, point)
+        && distance < ON_IT
+    {
+        return Hit::At(distance);
+    }
     let ahead = first_crossing(volume, isovalue, point, direction, reach);
     // The other side is of interest only as far as the first hit.
     let reach_back = if let Hit::At(t) = ahead { t } else { reach };
@@ -41,6 +52,22 @@ pub(super) fn distance_along(
         (Hit::Border, _) | (_, Hit::Border) => Hit::Border,
         (Hit::Nothing, Hit::Nothing) => Hit::Nothing,
     }
+}
+
+/// How far a point is from the isosurface, voxel frame, to first order.
+fn distance_by_slope(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
+    let size = volume.voxel_size();
+    let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
+    let cell = Cell::containing(volume, p)?;
+    let value = cell.value(p);
+    // Along an axis the field is linear, so a step of a cell's length tells the slope.
+    let slope = |a: usize| {
+        let mut q = p;
+        q[a] += 1.0;
+        (cell.value(q) - value) / size[a]
+    };
+    let steepness = slope(0).hypot(slope(1)).hypot(slope(2));
+    (steepness > 0.0).then(|| (value - isovalue).abs() / steepness)
 }
 
 fn first_crossing(
@@ -210,6 +237,15 @@ mod tests {
         }
         let placement = Placement { spacing, ..Placement::default() };
         Volume::new("v", [5; 3], Samples::F64(samples), placement).expect("a valid volume")
+    }
+
+    #[test]
+    fn a_vertex_on_the_border_is_on_the_isosurface_that_rounding_puts_outside() {
+        // The isosurface lies a millionth of a voxel above the border, and again at z = 3.
+        let v = volume([1.0; 3], |_, _, z| if z < 2.5 { -z - 1e-6 } else { z - 3.0 });
+        let hit = distance_along(&v, 0.0, [2.0, 2.0, 0.0], [0.0, 0.0, 1.0], 4.0);
+        let Hit::At(t) = hit else { panic!("{hit:?}") };
+        assert!((t - 1e-6).abs() < ROUNDING, "{t}");
     }
 
     #[test]

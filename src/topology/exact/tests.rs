@@ -32,6 +32,30 @@ fn random_volume(random: &mut Random, kind: u64) -> Volume {
     volume(dims, samples).with_outside(outside)
 }
 
+#[test]
+fn levels_tell_floating_point_samples_of_few_digits_from_all_below_them() {
+    let mut samples: Vec<f32> = (0..27).map(|i| i as f32 * 0.375).collect();
+    samples[26] = 9.0;
+    let volume = volume([3; 3], Samples::F32(samples.clone()));
+    let field = ExactField::new(&volume).expect("a field");
+    for (i, &sample) in samples.iter().enumerate() {
+        let position = [i % 3, i / 3 % 3, i / 9].map(|p| p as i64);
+        let level = field.level(field.vertex(position));
+        let sample = f64::from(sample);
+        assert_eq!(field.isovalue_level(sample), level, "{sample}");
+        assert!(field.isovalue_level(sample - 1e-14 * sample.max(1.0)) < level, "{sample}");
+    }
+}
+
+#[test]
+fn the_least_power_of_two_from_a_number_on() {
+    let each = [(1.0, 1.0), (1.5, 2.0), (0.25, 0.25), (5.0, 8.0), (3e-310, 2f64.powi(-1028))];
+    for (x, expected) in each {
+        assert_eq!(power_of_two_from(x), expected, "{x}");
+    }
+    assert!(power_of_two_from(8.9e307).is_finite());
+}
+
 /// All vertices whose positions leave room for `size` further samples along each axis.
 fn vertices_below(field: &ExactField, size: [usize; 3]) -> Vec<u32> {
     (0..field.n_vertices() as u32)
