@@ -317,7 +317,7 @@ impl Star {
         };
         Some(CriticalPoint {
             key: field.order_key(v),
-            isovalue: field.sample(v),
+            isovalue: field.vertex_value(v),
             position: in_voxels(field, field.position(v).map(|p| p as f64)),
             index,
             place: Place::Vertex(v),

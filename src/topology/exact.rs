@@ -66,6 +66,9 @@ const FLOAT_LEVEL_BITS: u32 = 44;
 /// Fractional bits of an order key: V units times 2^20.
 pub const ORDER_BITS: u32 = 20;
 
+/// How often the way on which an isovalue is looked for doubles: from rounding to a level of floating point samples.
+const MOST_DOUBLINGS: usize = 24;
+
 /// Samples along each side of a brick of cells whose smallest and largest level are kept.
 pub(crate) const BRICK: usize = 8;
 
@@ -313,23 +316,60 @@ impl<'a> ExactField<'a> {
         })
     }
 
-    /// A volume value at which everything up to `order_key` has happened, as close to `value` as
-    /// floating point allows.
-    fn not_before(&self, mut value: f64, order_key: i128) -> f64 {
+    /// The least volume value at which everything up to `order_key` has happened, near `value`: so isovalues
+    /// compare with it as their keys do with the order key.
+    fn not_before(&self, value: f64, order_key: i128) -> f64 {
         // One unit more than the order key rounded down is above every fraction of a unit.
         let key = (order_key >> ORDER_BITS) + 1;
+        let has_happened = |value: f64| self.isovalue_key(value) >= key;
         let (low, high) = self.volume.range();
         let unit = (self.scale.value(1.0) - self.scale.value(0.0)) / (1u64 << self.m_bits) as f64;
         let rounding = unit.max(f64::EPSILON * low.abs().max(high.abs()));
-        // Rounding is off by a few units of V or in the last place of the range; the bound only
-        // ends the loop on scales where an isovalue cannot express the key.
-        for _ in 0..64 {
-            if self.isovalue_key(value) >= key {
-                break;
+        // Rounding is off by a few units of V or in the last place of the range; the bounds only
+        // end the loops on scales where an isovalue cannot express the key.
+        let (mut before, mut after) = (value, value);
+        let mut step = rounding;
+        if has_happened(value) {
+            for _ in 0..MOST_DOUBLINGS {
+                before -= step;
+                if !has_happened(before) {
+                    break;
+                }
+                (after, step) = (before, 2.0 * step);
             }
-            value += rounding;
+        } else {
+            for _ in 0..MOST_DOUBLINGS {
+                after += step;
+                if has_happened(after) {
+                    break;
+                }
+                (before, step) = (after, 2.0 * step);
+            }
         }
-        value
+        if has_happened(before) || !has_happened(after) {
+            return after;
+        }
+        loop {
+            let middle = before + 0.5 * (after - before);
+            if middle <= before || middle >= after {
+                return after;
+            }
+            if has_happened(middle) {
+                after = middle;
+            } else {
+                before = middle;
+            }
+        }
+    }
+
+    /// The isovalue from which on a vertex is below: its sample, or where samples are no whole numbers of levels,
+    /// a trace less.
+    pub(super) fn vertex_value(&self, vertex: u32) -> f64 {
+        let sample = self.sample(vertex);
+        match self.scale {
+            LevelScale::Identity => sample,
+            LevelScale::Steps { .. } => self.not_before(sample, self.order_key(vertex)),
+        }
     }
 
     /// Bricks along x, y, z; each holds [`BRICK`]^3 cells.

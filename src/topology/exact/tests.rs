@@ -48,6 +48,31 @@ fn levels_tell_floating_point_samples_of_few_digits_from_all_below_them() {
 }
 
 #[test]
+fn an_event_has_happened_from_its_isovalue_on_and_not_before() {
+    let mut random = Random(11);
+    for kind in 0..40 {
+        let volume = random_volume(&mut random, kind);
+        let field = ExactField::new(&volume).expect("a field");
+        let check = |isovalue: f64, order_key: i128| {
+            let key = (order_key >> ORDER_BITS) + 1;
+            assert!(field.isovalue_key(isovalue) >= key, "kind {kind}: {isovalue}");
+            assert!(field.isovalue_key(isovalue.next_down()) < key, "kind {kind}: {isovalue}");
+        };
+        for v in vertices_below(&field, [1; 3]) {
+            if !field.is_in_layer(v) {
+                check(field.vertex_value(v), field.order_key(v));
+            }
+            for s in (0..3).filter_map(|axis| field.face_saddle(v, axis)) {
+                check(field.face_saddle_value(&s), s.order_key());
+            }
+            for s in field.body_saddles(v) {
+                check(field.body_saddle_value(&s), s.order_key());
+            }
+        }
+    }
+}
+
+#[test]
 fn the_least_power_of_two_from_a_number_on() {
     let each = [(1.0, 1.0), (1.5, 2.0), (0.25, 0.25), (5.0, 8.0), (3e-310, 2f64.powi(-1028))];
     for (x, expected) in each {
