@@ -166,15 +166,7 @@ impl Extraction {
 /// The order of vertices and faces follows the cells, x fastest. Empty where no sample or every
 /// sample of the padded grid is above the isovalue.
 pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
-    let mut polygoniser = Polygoniser {
-        field,
-        isovalue,
-        isovalue_key: field.isovalue_key(isovalue),
-        voxel_size: field.volume().voxel_size(),
-        range: range_of(field),
-        crossings: Numbering::Walk(Crossings::new(field)),
-        mesh: Extraction::default(),
-    };
+    let mut polygoniser = Polygoniser::new(field, isovalue, Numbering::Walk(Crossings::new(field)));
     for_each_crossed_cell(field, isovalue, |cell| polygoniser.add_cell(&cell));
     polygoniser.finish()
 }
@@ -182,15 +174,7 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
 /// The part of the isosurface inside one cell; its lowest corner is `corner`, a vertex of the padded
 /// grid. As [`extract`], but for the order of vertices.
 pub(crate) fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Extraction {
-    let mut polygoniser = Polygoniser {
-        field,
-        isovalue,
-        isovalue_key: field.isovalue_key(isovalue),
-        voxel_size: field.volume().voxel_size(),
-        range: range_of(field),
-        crossings: Numbering::OneCell,
-        mesh: Extraction::default(),
-    };
+    let mut polygoniser = Polygoniser::new(field, isovalue, Numbering::OneCell);
     let cell = Cell::at(field, corner, isovalue);
     if cell.inside != 0 && cell.inside != 255 {
         polygoniser.add_cell(&cell);
@@ -220,7 +204,21 @@ enum Numbering {
     OneCell,
 }
 
-impl Polygoniser<'_, '_> {
+impl<'f, 'v> Polygoniser<'f, 'v> {
+    /// Without any cell yet.
+    fn new(field: &'f ExactField<'v>, isovalue: f64, crossings: Numbering) -> Self {
+        let (low, high) = field.volume().range();
+        Polygoniser {
+            field,
+            isovalue,
+            isovalue_key: field.isovalue_key(isovalue),
+            voxel_size: field.volume().voxel_size(),
+            range: high - low,
+            crossings,
+            mesh: Extraction::default(),
+        }
+    }
+
     /// Adds one cell's part of the isosurface.
     fn add_cell(&mut self, cell: &Cell) {
         let surface = CellSurface::of(self.field, cell, self.isovalue_key);
@@ -394,12 +392,6 @@ impl Polygoniser<'_, '_> {
         mesh.n_components = n_components as usize;
         mesh
     }
-}
-
-/// From the lowest sample of a volume to the highest.
-fn range_of(field: &ExactField) -> f64 {
-    let (low, high) = field.volume().range();
-    high - low
 }
 
 /// The point that divides the way from `p` to `q` at a share of it.

@@ -115,7 +115,7 @@ fn a_grid_full_of_ties_has_the_counted_topology() {
     check(&grid_with_ties(11), Choice::Cpu);
 }
 
-/// The same field with samples of about 1e-200, whose products are no numbers.
+/// White noise of about 1e-200: products of its samples are zero.
 fn tiny_values(seed: u64) -> Arc<Volume> {
     let mut random = Random(seed);
     let samples = (0..7 * 8 * 6).map(|_| (random.unit() - 0.5) * 1e-200).collect();

@@ -21,15 +21,8 @@ pub fn extract_component(
     let edges = edges_of_component(field, isovalue, crossing, most_cells)?;
     let mut cells: Vec<(u32, u16)> = edges.into_iter().collect();
     cells.sort_unstable();
-    let mut polygoniser = Polygoniser {
-        field,
-        isovalue,
-        isovalue_key,
-        voxel_size: field.volume().voxel_size(),
-        range: super::range_of(field),
-        crossings: Numbering::Found(HashMap::with_capacity(cells.len())),
-        mesh: Extraction::default(),
-    };
+    let crossings = Numbering::Found(HashMap::with_capacity(cells.len()));
+    let mut polygoniser = Polygoniser::new(field, isovalue, crossings);
     for (corner, edges) in cells {
         let cell = Cell::at(field, corner, isovalue);
         let surface = CellSurface::of(field, &cell, isovalue_key);

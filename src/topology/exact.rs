@@ -327,28 +327,21 @@ impl<'a> ExactField<'a> {
         let rounding = unit.max(f64::EPSILON * low.abs().max(high.abs()));
         // Rounding is off by a few units of V or in the last place of the range; the bounds only
         // end the loops on scales where an isovalue cannot express the key.
-        let (mut before, mut after) = (value, value);
-        let mut step = rounding;
-        if has_happened(value) {
-            for _ in 0..MOST_DOUBLINGS {
-                before -= step;
-                if !has_happened(before) {
-                    break;
-                }
-                (after, step) = (before, 2.0 * step);
+        let is_after = has_happened(value);
+        let (mut near, mut far) = (value, value);
+        let mut step = if is_after { -rounding } else { rounding };
+        for _ in 0..MOST_DOUBLINGS {
+            near = far;
+            far += step;
+            if has_happened(far) != is_after {
+                break;
             }
-        } else {
-            for _ in 0..MOST_DOUBLINGS {
-                after += step;
-                if has_happened(after) {
-                    break;
-                }
-                (before, step) = (after, 2.0 * step);
-            }
+            step *= 2.0;
         }
-        if has_happened(before) || !has_happened(after) {
-            return after;
+        if has_happened(far) == is_after {
+            return far;
         }
+        let (mut before, mut after) = if is_after { (far, near) } else { (near, far) };
         loop {
             let middle = before + 0.5 * (after - before);
             if middle <= before || middle >= after {

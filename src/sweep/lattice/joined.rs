@@ -126,9 +126,6 @@ fn inner_trajectory(inner: &Inner) -> Vec<Unranked> {
             knots.push((c, Vec3::from(position)));
         }
     }
-    // The first knot is where the interval begins, too.
-    let last = knots.len() - 1;
-    knots[last].0 = inner.isovalues[0];
     knots.reverse();
     knots
 }
