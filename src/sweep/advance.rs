@@ -20,6 +20,9 @@ const SUB_STEP_LENGTH: f32 = 0.4;
 /// Share of faces that may leave the tolerance half-way between two sampling isovalues.
 const MIDWAY_SHARE: f32 = 0.01;
 
+/// Beside those, so many times as many faces may be off half-way as are where the mesh is.
+const OFF_GROWTH: f32 = 1.1;
+
 /// Share of faces that may look away from their vertices' normals: sharp creases turn them.
 const FOLDED_SHARE: f32 = 0.001;
 
@@ -62,8 +65,6 @@ pub(super) struct Step {
     pub(super) next: f64,
     /// From where on the mesh was tracked: what was wrong there is not looked at.
     pub(super) since: Since,
-    /// By how much the tolerance of the mesh has grown.
-    pub(super) coarseness: f32,
     /// Whether few folded or off faces are no reason to refuse it.
     pub(super) tolerant: bool,
     /// Whether vertices in the way of the border curve are a reason to refuse it.
@@ -103,7 +104,7 @@ pub(super) fn advance(
     counts: &mut Counts,
 ) -> Result<std::result::Result<Advanced, Refusal>> {
     let &Tracking { field, parameters, way, .. } = tracking;
-    let Step { at, next, since, coarseness, tolerant, may_retreat } = step;
+    let Step { at, next, since, tolerant, may_retreat } = step;
     kernels.load(&compacted.connectivity, &compacted.positions)?;
     let expected = expected_motion(mesh, field, at, next);
     let n = (expected / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0) as usize;
@@ -157,18 +158,23 @@ pub(super) fn advance(
         let points = folded.into_iter().map(middle).collect();
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
-    let tolerance = coarseness * parameters.error as f32;
     // Told steps are refined too, but not where a whole arc is one of them.
     let is_whole = way.fixed.is_some_and(|(_, step)| (way.last - at).abs() <= step);
     if !tolerant
         && !is_whole
-        && !follows_midway(mesh, compacted, field, (parameters, tolerance), &positions, at, next)
+        && !follows_midway(mesh, compacted, field, parameters, &positions, at, next)
     {
         counts.refused.off_midway += 1;
         return Ok(Err(Refusal::default()));
     }
     let crossing = intersecting(&positions, &compacted.connectivity.faces);
     let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
+    let n_crossing = crossing.len();
+    let crossing = if n_crossing > crossing_allowed {
+        crossing
+    } else {
+        crossing_midway(compacted, &positions)
+    };
     if crossing.len() > crossing_allowed {
         counts.refused.intersecting += 1;
         let points = crossing.iter().map(|&f| middle(compacted.faces[f as usize])).collect();
@@ -182,7 +188,15 @@ pub(super) fn advance(
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
     let moved = motion_of_most(mesh, compacted, &positions, &normals);
-    Ok(Ok(Advanced { positions, normals, moved, n_crossing: crossing.len() }))
+    Ok(Ok(Advanced { positions, normals, moved, n_crossing }))
+}
+
+/// The faces that pass through others half-way between two sampling isovalues.
+fn crossing_midway(compacted: &Compacted, positions: &[[f32; 3]]) -> Vec<u32> {
+    let both = compacted.positions.iter().zip(positions);
+    let middles: Vec<[f32; 3]> =
+        both.map(|(&p, &q)| (0.5 * (Vec3::from(p) + Vec3::from(q))).to_array()).collect();
+    intersecting(&middles, &compacted.connectivity.faces)
 }
 
 /// How far most vertices that are not of caps have moved, voxels, at most [`MOST_ALONG`] times as far as across the
@@ -240,13 +254,13 @@ fn folds(
     compacted.faces.iter().zip(&compacted.connectivity.faces).filter(turned).map(|x| *x.0).collect()
 }
 
-/// Whether the mesh half-way between two sampling isovalues follows its isosurface as well as it does where it
-/// is: faces that are off there are off however short the step.
+/// Whether the mesh half-way between two sampling isovalues follows its isosurface nearly as well as it does where
+/// it is: faces that are off there are off however short the step.
 fn follows_midway(
     mesh: &Mesh,
     compacted: &Compacted,
     field: &Field,
-    (parameters, tolerance): (&Parameters, f32),
+    parameters: &Parameters,
     positions: &[[f32; 3]],
     at: f64,
     next: f64,
@@ -260,10 +274,10 @@ fn follows_midway(
         sampled.filter(|&(&f, _)| !mesh.is_cap(f)).map(|(_, &t)| t).collect();
     let n_off = |isovalue: f64, place: &dyn Fn(u32) -> Vec3| {
         let criteria = Criteria::new(field, isovalue, parameters);
-        let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > tolerance;
+        let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > parameters.error as f32;
         looked_at.iter().filter(is_off).count()
     };
     let most = 1.0 + MIDWAY_SHARE * looked_at.len() as f32;
     let off = n_off(0.5 * (at + next), &middle);
-    off as f32 <= most || off.saturating_sub(n_off(at, &from)) as f32 <= most
+    off as f32 <= most || off as f32 - OFF_GROWTH * n_off(at, &from) as f32 <= most
 }

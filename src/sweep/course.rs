@@ -50,6 +50,9 @@ const REPAIRS_AHEAD: usize = 6;
 /// A flip may move the surface by so many tolerances.
 const FLIP_SHARE: f32 = 1.0;
 
+/// Edges so many times as long as wanted are split at a sampling isovalue.
+const LONG: f32 = 1.5;
+
 /// What is collapsed at a sampling isovalue: less than refinement would split again soon.
 const COLLAPSES: Bounds = Bounds { short: 0.7, share: 0.3 };
 
@@ -58,8 +61,6 @@ pub(super) struct Course {
     /// The next step, and the longest that it may be.
     pub(super) step: f64,
     pub(super) limit: f64,
-    /// By how much the tolerance of the mesh has grown ([`super::crowd`]).
-    pub(super) coarseness: f32,
     /// How often vertices have got out of the way of the border curve since the last step.
     retreats: u32,
     /// From where on passed samples count.
@@ -71,11 +72,11 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// From an isovalue on, with a first guess of the step, for a mesh of this coarseness.
-    pub(super) fn new(at: f64, step: f64, coarseness: f32) -> Course {
+    /// From an isovalue on, with a first guess of the step.
+    pub(super) fn new(at: f64, step: f64) -> Course {
         let since = Since { dents: at, bumps: at };
         let (limit, retreats) = (f64::INFINITY, 0);
-        Course { step, limit, coarseness, retreats, since, steps: 0, repairs: 0, bumps: 0 }
+        Course { step, limit, retreats, since, steps: 0, repairs: 0, bumps: 0 }
     }
 
     /// Whether vertices may get out of the way of the border curve.
@@ -107,8 +108,7 @@ impl Course {
         }
         compacted.positions = advanced.positions;
         let unedited = front.mesh.clone();
-        let (edits, coarseness) = edit(&mut front.mesh, field, parameters, next);
-        self.coarseness = coarseness;
+        let edits = edit(&mut front.mesh, field, parameters, next);
         let edited = front.mesh.compacted();
         if n_crossing(&edited) > advanced.n_crossing {
             // The next step would be refused, however short. What the last one pinned is free again.
@@ -123,7 +123,7 @@ impl Course {
             log::debug!("{} faces at {next} are too many", front.mesh.n_faces());
             return Some(End::TooDense);
         }
-        let growth = (STEP_LENGTH * self.coarseness / advanced.moved.max(1e-6))
+        let growth = (STEP_LENGTH / advanced.moved.max(1e-6))
             .clamp(0.5, if halved == 0 { 1.6 } else { 1.0 });
         self.step = (next - at).abs() * f64::from(growth);
         None
@@ -278,23 +278,22 @@ fn target_of_repair(front: &Front, field: &Field, tried: Tried, way: &Way) -> (f
     (to, tried.opened.iter().filter(has_opened).map(|o| o.place).collect())
 }
 
-/// Simplifies, refines and flips at a sampling isovalue; and the coarseness of the mesh there.
-fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> (Edits, f32) {
+/// Simplifies, refines and flips at a sampling isovalue.
+fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edits {
     split_chamfers(mesh, field);
     let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     // What a flip can mend needs no refinement.
     flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
     let deviations = criteria.deviations(mesh);
-    let coarseness = coarseness(mesh, &deviations, criteria.error);
-    let criteria = criteria.coarser(coarseness);
+    let criteria = criteria.coarser(coarseness(mesh, &deviations, criteria.error));
     let mut born = Vec::new();
     let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
     refine(mesh, &criteria, &deviations, &mut born);
     split_curve(mesh, &criteria, &mut born);
     extend_sizing(mesh, &mut length);
-    split_long(mesh, &criteria, &length, 2.0, &mut born);
+    split_long(mesh, &criteria, &length, LONG, &mut born);
     extend_sizing(mesh, &mut length);
     let collapsed = simplify(mesh, &criteria, &length, COLLAPSES);
     flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
-    (Edits { born, collapsed }, coarseness)
+    Edits { born, collapsed }
 }

@@ -12,7 +12,7 @@ use crate::sweep::caps::inner_gradient;
 
 /// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
-const SAMPLE_SHARE: f32 = 0.8;
+const SAMPLE_SHARE: f32 = 0.72;
 
 /// Shortest edge that refinement aims at, voxels; less on components that are hardly larger.
 const MIN_EDGE: f32 = 0.35;

@@ -4,8 +4,6 @@ use super::advance::{Advanced, Refusal, Step, advance, expected_motion};
 use super::border::Leaving;
 use super::caps::inner_slopes;
 use super::course::Course;
-use super::criteria::Criteria;
-use super::crowd::coarseness;
 use super::opening::Opening;
 use super::recorder::Direction;
 use super::surgery::Front;
@@ -16,7 +14,7 @@ use crate::kernels::{Kernels, PINNED};
 use crate::mesh::{Compacted, Mesh};
 use glam::Vec3;
 
-/// How far most vertices may move in one sampling step, in voxels, where a mesh is not crowded.
+/// How far most vertices may move in one sampling step, in voxels.
 pub(super) const STEP_LENGTH: f32 = 0.7;
 
 /// A sampling step in which most vertices would move farther, in voxels, is taken shorter.
@@ -89,9 +87,7 @@ pub(crate) fn track(
 ) -> Result<End> {
     let &Tracking { field, way, cancelled, .. } = tracking;
     let step = first_step(&front.mesh, field, way, front.at);
-    let criteria = Criteria::new(field, front.at, tracking.parameters);
-    let coarseness = coarseness(&front.mesh, &criteria.deviations(&front.mesh), criteria.error);
-    let mut course = Course::new(front.at, step, coarseness);
+    let mut course = Course::new(front.at, step);
     let mut compacted = front.mesh.compacted();
     while (way.last - front.at) * way.direction.sign() > 0.0 {
         cancelled()?;
@@ -151,15 +147,13 @@ fn longest_step(
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
     }
-    let coarseness = course.coarseness;
-    let longest = 2.0 * STEP_LENGTH * coarseness;
     let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
     loop {
         let tolerant = halved >= TOLERANT_FROM;
-        let step = Step { at, next, since, coarseness, tolerant, may_retreat };
+        let step = Step { at, next, since, tolerant, may_retreat };
         let before = counts.refused;
         let refusal = match advance(mesh, compacted, kernels, tracking, step, counts)? {
-            Ok(a) if way.fixed.is_some() || a.moved <= longest || tolerant => {
+            Ok(a) if way.fixed.is_some() || a.moved <= 2.0 * STEP_LENGTH || tolerant => {
                 let advanced = Some((next, halved, a));
                 let refused = Tried::refused(next, Refusal::default());
                 return Ok(Tried { advanced, ..refused });

@@ -19,7 +19,11 @@ use crate::sweep::start::pin_around;
 
 /// Remeshing is tried so many times, with more of the extraction pinned each time; then the
 /// extraction is taken as it is.
-const ATTEMPTS: u32 = 2;
+const ATTEMPTS: u32 = 4;
+
+/// So many faces as they were extracted are taken in any case; more only if they are no more than a third of the mesh:
+/// steps from a large patch of slivers fail, and each repair of it brings in more of them.
+const MOST_EXTRACTED: usize = 500;
 
 /// Radius around faces that pass through others, and around few vertices that have strayed, within which vertices are
 /// pinned, times the number of the attempt, voxels.
@@ -86,6 +90,9 @@ fn improve(
         if points.is_empty() || attempt == ATTEMPTS {
             points = crossing_near(&mesh, block);
             if points.is_empty() {
+                if attempt == ATTEMPTS && is_large(&stitched) {
+                    return Ok(Err(Trouble { why: "stays as extracted".into(), points }));
+                }
                 let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
                 pinned.into_iter().for_each(|v| mesh.set_pinned(v, false));
                 return Ok(Ok(Patched { stitched, mesh, collapsed }));
@@ -97,6 +104,12 @@ fn improve(
         pin_around(&mut start, &points, PIN_RADIUS * (attempt + 1) as f32);
     }
     unreachable!("the last attempt returns")
+}
+
+/// Whether too many faces of a mesh are as they were extracted.
+fn is_large(stitched: &Stitched) -> bool {
+    let n = stitched.mesh.n_faces();
+    n - stitched.kept_faces.len() > MOST_EXTRACTED.max(n / 3)
 }
 
 fn passes_through_itself(points: Vec<Vec3>) -> Trouble {
