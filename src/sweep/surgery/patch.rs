@@ -21,8 +21,8 @@ use crate::sweep::start::pin_around;
 /// extraction is taken as it is.
 const ATTEMPTS: u32 = 4;
 
-/// So many faces as they were extracted are taken in any case; more only if they are no more than a third of the mesh:
-/// steps from a large patch of slivers fail, and each repair of it brings in more of them.
+/// So many faces as they were extracted are taken in a repair; more only if they are no more than a third of the mesh:
+/// steps from a large patch of slivers fail, and each further repair brings in more of them.
 const MOST_EXTRACTED: usize = 500;
 
 /// Radius around faces that pass through others, and around few vertices that have strayed, within which vertices are
@@ -90,7 +90,7 @@ fn improve(
         if points.is_empty() || attempt == ATTEMPTS {
             points = crossing_near(&mesh, block);
             if points.is_empty() {
-                if attempt == ATTEMPTS && is_large(&stitched) {
+                if attempt == ATTEMPTS && operation.repaired && is_large(&stitched) {
                     return Ok(Err(Trouble { why: "stays as extracted".into(), points }));
                 }
                 let pinned: Vec<Vertex> = mesh.vertices().filter(|&v| mesh.is_pinned(v)).collect();
