@@ -177,6 +177,18 @@ fn a_sphere_is_tracked_and_not_only_extracted() {
     assert!(spectrum.triangles.iter().any(|t| live_on(&t)), "{counts}");
 }
 
+#[test]
+fn a_range_in_which_the_isosurface_hardly_moves_has_a_tracked_mesh_all_along() {
+    let volume = volume("sphere:20");
+    let (low, high) = volume.range();
+    let at = |share: f64| low + share * (high - low);
+    let parameters = Parameters { range: Some((at(0.6), at(0.601))), ..Parameters::default() };
+    let spectrum =
+        compute(&volume, &parameters, &backend(Choice::Cpu), &Silent).expect("a spectrum");
+    let counts = &spectrum.parameters["counts"];
+    assert_eq!((&counts["extracted_afresh"], &counts["untracked"]), (&1.into(), &0.into()));
+}
+
 /// Share of the triangles alive just before the first of some isovalues that are alive just after the last.
 fn survival(spectrum: &Spectrum, isovalues: &[f64]) -> f64 {
     let tiny = 1e-7 * (spectrum.range.1 - spectrum.range.0);

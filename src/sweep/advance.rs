@@ -21,7 +21,7 @@ const SUB_STEP_LENGTH: f32 = 0.4;
 const MIDWAY_SHARE: f32 = 0.01;
 
 /// Beside those, so many times as many faces may be off half-way as are where the mesh is.
-const OFF_GROWTH: f32 = 1.1;
+const OFF_GROWTH: f32 = 1.2;
 
 /// Share of faces that may look away from their vertices' normals: sharp creases turn them.
 const FOLDED_SHARE: f32 = 0.001;

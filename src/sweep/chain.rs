@@ -36,6 +36,10 @@ const TINY_SHARE: f64 = 1e-7;
 const LONG_SHARE: f64 = 0.05;
 const LONG_MOTION: f64 = 1.0;
 
+/// An arc that takes this share of the range gets a mesh even if the isosurface hardly moves: then a small range has been
+/// asked for, for the mesh at about one isovalue.
+const ASKED_SHARE: f64 = 0.25;
+
 /// What a sweep leaves besides its counts.
 pub(super) struct Swept {
     /// What was recorded of tracked meshes.
@@ -188,10 +192,10 @@ impl<'a> Chain<'a> {
     ) -> Result<()> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
-        let motion = motion(sweep, exact, piece.high - piece.low);
-        let is_still = motion < FRESH_MOTION;
-        let is_long =
-            motion >= LONG_MOTION || piece.high - piece.low >= LONG_SHARE * self.range_length();
+        let length = piece.high - piece.low;
+        let motion = motion(sweep, exact, length);
+        let is_still = motion < FRESH_MOTION && length < ASKED_SHARE * self.range_length();
+        let is_long = motion >= LONG_MOTION || length >= LONG_SHARE * self.range_length();
         let smallest = if is_long { SMALLEST_FACES } else { SMALL_FACES };
         let is_over = idle.is_over();
         if (is_still && !is_over || exact.faces.len() < smallest) && !given {
