@@ -158,23 +158,22 @@ pub(super) fn advance(
         let points = folded.into_iter().map(middle).collect();
         return Ok(Err(Refusal { points, ..Refusal::default() }));
     }
+    let midway = midway(compacted, &positions);
     // Told steps are refined too, but not where a whole arc is one of them.
     let is_whole = way.fixed.is_some_and(|(_, step)| (way.last - at).abs() <= step);
     if !tolerant
         && !is_whole
-        && !follows_midway(mesh, compacted, field, parameters, &positions, at, next)
+        && !follows_midway(mesh, compacted, field, parameters, &midway, at, next)
     {
         counts.refused.off_midway += 1;
         return Ok(Err(Refusal::default()));
     }
-    let crossing = intersecting(&positions, &compacted.connectivity.faces);
+    let mut crossing = intersecting(&positions, &compacted.connectivity.faces);
     let crossing_allowed = compacted.faces.len() / if tolerant { 5_000 } else { 15_000 };
     let n_crossing = crossing.len();
-    let crossing = if n_crossing > crossing_allowed {
-        crossing
-    } else {
-        crossing_midway(compacted, &positions)
-    };
+    if n_crossing <= crossing_allowed {
+        crossing = intersecting(&midway, &compacted.connectivity.faces);
+    }
     if crossing.len() > crossing_allowed {
         counts.refused.intersecting += 1;
         let points = crossing.iter().map(|&f| middle(compacted.faces[f as usize])).collect();
@@ -191,12 +190,10 @@ pub(super) fn advance(
     Ok(Ok(Advanced { positions, normals, moved, n_crossing }))
 }
 
-/// The faces that pass through others half-way between two sampling isovalues.
-fn crossing_midway(compacted: &Compacted, positions: &[[f32; 3]]) -> Vec<u32> {
+/// Where the vertices are half-way between two sampling isovalues.
+fn midway(compacted: &Compacted, positions: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let both = compacted.positions.iter().zip(positions);
-    let middles: Vec<[f32; 3]> =
-        both.map(|(&p, &q)| (0.5 * (Vec3::from(p) + Vec3::from(q))).to_array()).collect();
-    intersecting(&middles, &compacted.connectivity.faces)
+    both.map(|(&p, &q)| (0.5 * (Vec3::from(p) + Vec3::from(q))).to_array()).collect()
 }
 
 /// How far most vertices that are not of caps have moved, voxels, at most [`MOST_ALONG`] times as far as across the
@@ -261,23 +258,22 @@ fn follows_midway(
     compacted: &Compacted,
     field: &Field,
     parameters: &Parameters,
-    positions: &[[f32; 3]],
+    midway: &[[f32; 3]],
     at: f64,
     next: f64,
 ) -> bool {
-    let from = |v: u32| Vec3::from(compacted.positions[v as usize]);
-    let middle = |v: u32| 0.5 * (from(v) + Vec3::from(positions[v as usize]));
     let faces = &compacted.connectivity.faces;
     let stride = faces.len() / MIDWAY_FACES + 1;
     let sampled = compacted.faces.iter().zip(faces).step_by(stride);
     let looked_at: Vec<[u32; 3]> =
         sampled.filter(|&(&f, _)| !mesh.is_cap(f)).map(|(_, &t)| t).collect();
-    let n_off = |isovalue: f64, place: &dyn Fn(u32) -> Vec3| {
+    let n_off = |isovalue: f64, positions: &[[f32; 3]]| {
+        let place = |v: u32| Vec3::from(positions[v as usize]);
         let criteria = Criteria::new(field, isovalue, parameters);
         let is_off = |t: &&[u32; 3]| criteria.deviation(t.map(place)) > parameters.error as f32;
         looked_at.iter().filter(is_off).count()
     };
     let most = 1.0 + MIDWAY_SHARE * looked_at.len() as f32;
-    let off = n_off(0.5 * (at + next), &middle);
-    off as f32 <= most || off as f32 - OFF_GROWTH * n_off(at, &from) as f32 <= most
+    let off = n_off(0.5 * (at + next), midway);
+    off as f32 <= most || off as f32 - OFF_GROWTH * n_off(at, &compacted.positions) as f32 <= most
 }
