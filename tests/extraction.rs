@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 use isospectrum::extract::count::count;
 use isospectrum::extract::{Extraction, extract, extract_component};
+use isospectrum::mesh::intersecting;
 use isospectrum::topology::Topology;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
@@ -483,4 +484,21 @@ fn a_component_followed_from_one_edge_is_that_of_the_whole() {
     }
     assert!(asked > 2000);
     assert_eq!(found, asked, "components with a crossing found from an event");
+}
+
+/// In tunnels of the cells of white noise, the two loops of a cell are of many shapes; with the shortest strip between
+/// them whatever it passes through, and a twisted one where all the shortest have an edge twice, this finds 20 triangles.
+#[test]
+fn few_triangles_pass_through_each_other() {
+    let mut random = Random(77);
+    let (mut n_crossing, mut n_faces) = (0, 0);
+    for _ in 0..400 {
+        let volume = random_volume(&mut random, 4);
+        let field = ExactField::new(&volume).expect("a small volume");
+        let isovalue = random_isovalue(&mut random, &field);
+        let mesh = extract(&field, isovalue);
+        n_crossing += intersecting(&mesh.positions, &mesh.faces).len();
+        n_faces += mesh.faces.len();
+    }
+    assert!(n_crossing <= 5 && n_faces > 200_000, "{n_crossing} of {n_faces}");
 }

@@ -1,6 +1,7 @@
 //! Fills loops with triangles and moves vertices inside cells onto the isosurface.
 
 use super::cell::EDGE_FACES;
+use crate::mesh::intersecting;
 
 /// How much a squared deviation of a triangle from the isosurface counts beside a squared length of a chord.
 /// Short chords alone gave triangles as good, but a 99th percentile of the barycentre error of 0.31 voxel
@@ -87,17 +88,61 @@ pub(super) fn mean(points: &[[f64; 3]]) -> [f64; 3] {
 
 /// The strip of triangles between two closed loops of the same direction that has the shortest edges from
 /// one to the other in sum: the place in `second` where it starts, beside the first of `first`, and for
-/// each triangle whether it goes along `first`.
+/// each triangle whether it goes along `first`. A longer one is taken where that passes through itself.
 ///
 /// Dynamic programming over the edges, as in Fuchs, Kedem and Uselton, "Optimal surface reconstruction from
 /// planar contours", 1977. Strips in which all of one loop is joined to a single vertex of the other would
-/// have an edge twice; where only those are short, both loops are gone along evenly.
+/// have an edge twice; for where only those are short there are the strips that go along both loops evenly.
 pub(super) fn strip(first: &[[f64; 3]], second: &[[f64; 3]]) -> (usize, Vec<bool>) {
     let (n, m) = (first.len(), second.len());
-    let starts = (0..m).map(|start| (strip_from(first, second, start), start));
-    let whole = starts.filter(|((_, steps), _)| !has_whole_fan(steps, n, m));
-    let best = whole.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
-    best.map_or_else(|| (0, even_steps(n, m)), |((_, steps), start)| (start, steps))
+    let mut strips: Vec<(f64, usize, Vec<bool>)> = Vec::new();
+    for start in 0..m {
+        let (length, steps) = shortest_from(first, second, start);
+        strips.push((length, start, steps));
+        let even = even_steps(n, m);
+        strips.push((length_of(&even, first, second, start), start, even));
+    }
+    strips.retain(|(_, _, steps)| !has_whole_fan(steps, n, m));
+    strips.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let sound = strips.iter().position(|s| !passes_through_itself(&s.2, first, second, s.1));
+    let (_, start, steps) = strips.swap_remove(sound.unwrap_or(0));
+    (start, steps)
+}
+
+/// The edges of a strip, as places in both loops.
+fn edges_of(steps: &[bool], n: usize, m: usize, start: usize) -> impl Iterator<Item = [usize; 2]> {
+    let mut at = [0, start];
+    let edges = steps.iter().map(move |&along_first| {
+        at[usize::from(!along_first)] += 1;
+        [at[0] % n, at[1] % m]
+    });
+    std::iter::once([0, start]).chain(edges)
+}
+
+/// The sum of the lengths of a strip's edges.
+fn length_of(steps: &[bool], first: &[[f64; 3]], second: &[[f64; 3]], start: usize) -> f64 {
+    let edges = edges_of(steps, first.len(), second.len(), start).skip(1);
+    edges.map(|[i, j]| squared_distance(first[i], second[j]).sqrt()).sum()
+}
+
+/// Whether triangles of a strip pass through each other.
+fn passes_through_itself(
+    steps: &[bool],
+    first: &[[f64; 3]],
+    second: &[[f64; 3]],
+    start: usize,
+) -> bool {
+    let (n, m) = (first.len(), second.len());
+    let positions: Vec<[f32; 3]> =
+        first.iter().chain(second).map(|p| p.map(|x| x as f32)).collect();
+    let edges: Vec<[usize; 2]> = edges_of(steps, n, m, start).collect();
+    let triangle = |(edge, along_first): (&[[usize; 2]], &bool)| {
+        let ([i, j], [k, l]) = (edge[0], edge[1]);
+        let third = if *along_first { k } else { n + l };
+        [i, n + j, third].map(|v| v as u32)
+    };
+    let triangles: Vec<[u32; 3]> = edges.windows(2).zip(steps).map(triangle).collect();
+    !intersecting(&positions, &triangles).is_empty()
 }
 
 /// Whether the triangles of a strip go all along one loop, of `n` or of `m` sides, without a step along the
@@ -131,7 +176,7 @@ fn even_steps(n: usize, m: usize) -> Vec<bool> {
 }
 
 /// See [`strip`]: the sum of the lengths, and the triangles, for one start.
-fn strip_from(first: &[[f64; 3]], second: &[[f64; 3]], start: usize) -> (f64, Vec<bool>) {
+fn shortest_from(first: &[[f64; 3]], second: &[[f64; 3]], start: usize) -> (f64, Vec<bool>) {
     let (n, m) = (first.len(), second.len());
     let edge = |i: usize, j: usize| squared_distance(first[i % n], second[(start + j) % m]).sqrt();
     // cost[i][j]: of the edges up to the one from `first[i]` to the j-th of `second`.

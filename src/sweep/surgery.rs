@@ -11,6 +11,7 @@
 mod back;
 mod block;
 mod cut;
+mod excursion;
 mod incoming;
 mod near;
 mod patch;

@@ -25,17 +25,23 @@ const ATTEMPTS: u32 = 4;
 /// steps from a large patch of slivers fail, and each further repair brings in more of them.
 const MOST_EXTRACTED: usize = 500;
 
-/// Radius around faces that pass through others, and around few vertices that have strayed, within which vertices are
-/// pinned, times the number of the attempt, voxels.
+/// Radius around faces that pass through others, and around vertices that have strayed, within which vertices are pinned,
+/// times the number of the attempt, voxels.
 const PIN_RADIUS: f32 = 1.0;
 
 /// A vertex that is farther from the isosurface has strayed, voxels.
 const STRAYED: f32 = 0.3;
 
-/// More of them are a film across a gap; these few are single vertices that remeshing has lost.
-const FEW_STRAYED: usize = 4;
+/// Faces of a strip with a side longer than this, whose middle is farther from the isosurface than that, are part of a
+/// film, voxels.
+const LONG: f32 = 1.5;
+const FAR: f32 = 0.5;
 
-/// Improves every component; else says where one passes through itself whatever is tried, or strays.
+/// So many vertices that have strayed, or faces of a film, are taken.
+const FEW: usize = 4;
+
+/// Improves every component; else says where one passes through itself whatever is tried, or a strip is far from the
+/// isosurface.
 pub(super) fn improve_all(
     sweep: &Sweep,
     operation: &Operation,
@@ -72,6 +78,7 @@ fn improve(
     }
     let criteria =
         Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
+    let film = film(&start, &stitched.on_rim, &criteria);
     for attempt in 0..=ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = start.clone();
@@ -84,8 +91,9 @@ fn improve(
             collapsed = done.expect("any number of faces will do");
         }
         let mut points = strayed(&mesh, &criteria);
-        if points.len() > FEW_STRAYED {
-            return Ok(Err(Trouble { why: "strays from the isosurface".into(), points }));
+        if points.len() > FEW && film.len() > FEW {
+            points.extend(film);
+            return Ok(Err(Trouble { why: "a strip is far from the isosurface".into(), points }));
         }
         if points.is_empty() || attempt == ATTEMPTS {
             points = crossing_near(&mesh, block);
@@ -116,14 +124,27 @@ fn passes_through_itself(points: Vec<Vec3>) -> Trouble {
     Trouble { why: "passes through itself".into(), points }
 }
 
+/// Middles of the long faces between rims that are far from the isosurface: a film across a gap.
+fn film(mesh: &Mesh, on_rim: &[bool], criteria: &Criteria) -> Vec<Vec3> {
+    let between =
+        |f: &Face| !mesh.is_cap(*f) && mesh.face_vertices(*f).iter().all(|v| on_rim[v.0 as usize]);
+    let is_long =
+        |[p, q, r]: &[Vec3; 3]| p.distance(*q).max(q.distance(*r)).max(r.distance(*p)) > LONG;
+    let corners = mesh.faces().filter(between).map(|f| mesh.corners(f)).filter(is_long);
+    let middles = corners.map(|t| t.iter().sum::<Vec3>() / 3.0);
+    middles.filter(|&p| is_off(criteria, p, FAR)).collect()
+}
+
+/// Whether a point is farther from the isosurface than so many voxels.
+fn is_off(criteria: &Criteria, p: Vec3, distance: f32) -> bool {
+    let off = (criteria.field.value(p) - criteria.isovalue).abs();
+    off > distance * inner_slope(criteria.field, p) && off > criteria.field.value_noise()
+}
+
 /// Where vertices that may move, but for those of caps, are far from the isosurface.
 fn strayed(mesh: &Mesh, criteria: &Criteria) -> Vec<Vec3> {
     let free = mesh.vertices().filter(|&v| !mesh.is_pinned(v) && !is_of_cap(mesh, v));
-    let is_far = |&p: &Vec3| {
-        let off = (criteria.field.value(p) - criteria.isovalue).abs();
-        off > STRAYED * inner_slope(criteria.field, p) && off > criteria.field.value_noise()
-    };
-    free.map(|v| mesh.position(v)).filter(is_far).collect()
+    free.map(|v| mesh.position(v)).filter(|&p| is_off(criteria, p, STRAYED)).collect()
 }
 
 /// Middles of the faces in or beside the block that pass through others.
@@ -189,5 +210,26 @@ mod tests {
         );
         mesh.set_pinned(vertices[1], true);
         assert_eq!(strayed(&mesh, &criteria), [mesh.position(vertices[0])]);
+    }
+
+    #[test]
+    fn faces_between_rims_far_from_the_isosurface_are_a_film() {
+        let field = Field::new(Arc::new(phantom("sphere:17").expect("a phantom")));
+        let criteria = Criteria::new(&field, 0.5, &Parameters::default());
+        let mut mesh = shapes::sphere(4.0, 2);
+        let vertices: Vec<Vertex> = mesh.vertices().collect();
+        for &v in &vertices {
+            mesh.set_position(v, mesh.position(v) + Vec3::splat(8.17));
+        }
+        let everywhere = vec![true; mesh.vertex_slots()];
+        assert!(film(&mesh, &everywhere, &criteria).is_empty());
+        // A dent two voxels deep pulls the middles of the faces around it in.
+        let dent = vertices[0];
+        mesh.set_position(dent, mesh.position(dent).lerp(Vec3::splat(8.17), 0.5));
+        let around = mesh.spokes(dent).count();
+        assert_eq!(film(&mesh, &everywhere, &criteria).len(), around);
+        let mut beside = everywhere;
+        beside[dent.0 as usize] = false;
+        assert!(film(&mesh, &beside, &criteria).is_empty(), "they are not between rims");
     }
 }

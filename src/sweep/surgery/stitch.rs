@@ -4,10 +4,11 @@ use glam::Vec3;
 
 use super::block::Block;
 use super::cut::{Moved, sides};
+use super::excursion::join;
 use super::incoming::{Adjacency, Incoming};
 use super::near::Near;
 use super::rim::{Gap, RimVertex, Side, bridged, gaps, rims};
-use super::zip::{StripTriangle, zip};
+use super::zip::StripTriangle;
 use super::{Front, Sweep};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::Extraction;
@@ -91,7 +92,7 @@ pub(super) fn stitch(
             bridged(&numbers.iter().map(|&i| &rims[i][..]).collect::<Vec<_>>())
         };
         match (of(&gap.staying, &staying), of(&gap.incoming, &incoming)) {
-            (Some(stays), Some(comes)) => match zip(&stays, &comes) {
+            (Some(stays), Some(comes)) => match join(&stays, &comes) {
                 Ok(strip) => parts.add_strip(strip),
                 Err(folds) => points.extend(folds),
             },

@@ -86,7 +86,7 @@ fn at_border(a: &[RimVertex], b: &[RimVertex]) -> Vec<Vec3> {
     if border.is_empty() { all().map(|v| v.position).collect() } else { border }
 }
 
-/// Both rims in one direction and from two vertices that belong beside each other: at the border
+/// Both rims in one direction and from two vertices that belong beside each other: on the curve
 /// if they cross it, else where they come closest.
 fn aligned(
     staying: &[RimVertex],
@@ -98,7 +98,7 @@ fn aligned(
     let mut b: Vec<RimVertex> = (0..m)
         .map(|j| RimVertex { cap: incoming[(2 * m - j - 2) % m].cap, ..incoming[m - 1 - j] })
         .collect();
-    let crosses = a.iter().any(|v| v.border != 0) || b.iter().any(|v| v.border != 0);
+    let crosses = a.iter().chain(&b).any(|v| v.cap != a[0].cap);
     let mut best = (f32::INFINITY, 0, 0);
     for (i, p) in a.iter().enumerate() {
         for (j, q) in b.iter().enumerate() {
