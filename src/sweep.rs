@@ -75,7 +75,9 @@ pub struct Counts {
     pub surgeries_failed: u64,
     /// Meshes repaired between events: a block was replaced.
     pub repairs: u64,
-    /// Components extracted and remeshed: at the start, where parts appear, and where surgery failed.
+    /// Components that had no mesh yet and were extracted and remeshed: at the start, and after parts have appeared.
+    pub begun: u64,
+    /// Components extracted and remeshed whose mesh was lost, to an event or on its way.
     pub extracted_afresh: u64,
     /// Stretches of arcs over which no mesh was tracked: the exact extraction shows there.
     pub untracked: u64,
@@ -117,6 +119,7 @@ impl Counts {
         self.surgeries += o.surgeries;
         self.surgeries_failed += o.surgeries_failed;
         self.repairs += o.repairs;
+        self.begun += o.begun;
         self.extracted_afresh += o.extracted_afresh;
         self.untracked += o.untracked;
     }

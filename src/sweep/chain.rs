@@ -204,7 +204,9 @@ impl<'a> Chain<'a> {
             return Ok(());
         }
         let mut kernels = sweep.backend.kernels(&sweep.field)?;
-        lock(&self.counts).extracted_afresh += 1;
+        let again = u64::from(idle.had_mesh());
+        let counts = Counts { begun: 1 - again, extracted_afresh: again, ..Counts::default() };
+        lock(&self.counts).add(&counts);
         let Some(mut front) = start_front(sweep, piece, isovalue, exact, kernels.as_mut())? else {
             let idle = Idle::after(idle.toil());
             log::debug!("no mesh of arc {} at {isovalue}: {idle:?}", piece.arc);

@@ -29,6 +29,11 @@ impl Idle {
         Toil::after_waiting(if self.is_over() { self.wanted as f32 } else { 0.0 })
     }
 
+    /// Whether there was a mesh before.
+    pub(super) fn had_mesh(self) -> bool {
+        self.had_mesh
+    }
+
     /// After the isosurface has moved so far, in voxels, without a mesh.
     pub(super) fn go_on(self, motion: f64) -> Idle {
         Idle { moved: self.moved + motion, ..self }
