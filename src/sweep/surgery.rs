@@ -37,8 +37,8 @@ use near::Near;
 use stitch::{Stitched, stitch};
 
 /// So many blocks are tried, and so many for a repair.
-const ATTEMPTS: u32 = 8;
-const REPAIR_ATTEMPTS: u32 = 6;
+const ATTEMPTS: u32 = 12;
+const REPAIR_ATTEMPTS: u32 = 9;
 
 /// Radius of the block around an event, voxels.
 const EVENT_RADIUS: f32 = 0.8;
@@ -53,7 +53,7 @@ pub(super) const REPAIRED_FROM: usize = 400;
 const COVERED: f32 = 0.5;
 
 /// By how much, times the number of the attempt, the block grows around trouble, voxels.
-const GROWTH: f32 = 0.4;
+const GROWTH: f32 = 0.2;
 
 /// A surgery that leaves less than this share of the extraction to the meshes is none.
 const MOST_REPLACED: f32 = 0.6;
