@@ -95,12 +95,12 @@ pub(super) fn mean(points: &[[f64; 3]]) -> [f64; 3] {
 /// have an edge twice; for where only those are short there are the strips that go along both loops evenly.
 pub(super) fn strip(first: &[[f64; 3]], second: &[[f64; 3]]) -> (usize, Vec<bool>) {
     let (n, m) = (first.len(), second.len());
+    let even = even_steps(n, m);
     let mut strips: Vec<(f64, usize, Vec<bool>)> = Vec::new();
     for start in 0..m {
         let (length, steps) = shortest_from(first, second, start);
         strips.push((length, start, steps));
-        let even = even_steps(n, m);
-        strips.push((length_of(&even, first, second, start), start, even));
+        strips.push((length_of(&even, first, second, start), start, even.clone()));
     }
     strips.retain(|(_, _, steps)| !has_whole_fan(steps, n, m));
     strips.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -96,38 +96,22 @@ fn close(rim: &mut Vec<RimVertex>, e: Excursion) -> Vec<StripTriangle> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::zip::tests::{assert_closes, ring};
     use super::*;
 
-    /// A polygon of 12 sides around the z axis, normals up, of which the sides 3 to 5 are caps.
+    /// A polygon of 12 sides of which 3 to 5 are caps.
     fn with_excursion(radius: f32) -> Vec<RimVertex> {
-        (0..12)
-            .map(|i| {
-                let angle = std::f32::consts::TAU * (i as f32 + 0.3) / 12.0;
-                RimVertex {
-                    vertex: 100 + i,
-                    position: radius * Vec3::new(angle.cos(), angle.sin(), 0.0),
-                    normal: Vec3::Z,
-                    border: u8::from(i == 3 || i == 6),
-                    cap: (3..6).contains(&i),
-                }
-            })
-            .collect()
+        let mut rim = ring(12, radius, 100);
+        rim[3..6].iter_mut().for_each(|v| v.cap = true);
+        [3, 6].into_iter().for_each(|i| rim[i].border = 1);
+        rim
     }
 
     /// One of 8 sides around it, which stays: clockwise around the hole.
     fn around() -> Vec<RimVertex> {
-        (0..8)
-            .map(|i| {
-                let angle = -std::f32::consts::TAU * i as f32 / 8.0;
-                RimVertex {
-                    vertex: i,
-                    position: 2.0 * Vec3::new(angle.cos(), angle.sin(), 0.0),
-                    normal: Vec3::Z,
-                    border: 0,
-                    cap: false,
-                }
-            })
-            .collect()
+        let mut rim = ring(8, 2.0, 0);
+        rim.reverse();
+        rim
     }
 
     #[test]
@@ -145,18 +129,7 @@ mod tests {
         let strip = join(&staying, &incoming).expect("a strip");
         assert_eq!(strip.len(), 8 + 12);
         assert_eq!(strip.iter().filter(|t| t.1).count(), 2);
-        let of = |t: [u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
-        let mut sides: Vec<(u32, u32)> = strip.iter().flat_map(|&(t, _)| of(t)).collect();
-        sides.sort_unstable();
-        assert!(sides.windows(2).all(|w| w[0] != w[1]), "a side twice: {sides:?}");
-        for rim in [&staying, &incoming] {
-            for i in 0..rim.len() {
-                let side = (rim[(i + 1) % rim.len()].vertex, rim[i].vertex);
-                assert!(sides.binary_search(&side).is_ok(), "{side:?} of {strip:?}");
-            }
-        }
-        let open = sides.iter().filter(|s| sides.binary_search(&(s.1, s.0)).is_err()).count();
-        assert_eq!(open, 8 + 12);
+        assert_closes(&strip, [&staying, &incoming]);
     }
 
     #[test]

@@ -78,7 +78,6 @@ fn improve(
     }
     let criteria =
         Criteria::new(&sweep.field, operation.after, sweep.parameters).for_size_of(&start);
-    let film = film(&start, &stitched.on_rim, &criteria);
     for attempt in 0..=ATTEMPTS {
         sweep.cancelled()?;
         let mut mesh = start.clone();
@@ -91,9 +90,13 @@ fn improve(
             collapsed = done.expect("any number of faces will do");
         }
         let mut points = strayed(&mesh, &criteria);
-        if points.len() > FEW && film.len() > FEW {
-            points.extend(film);
-            return Ok(Err(Trouble { why: "a strip is far from the isosurface".into(), points }));
+        if points.len() > FEW {
+            let film = film(&start, &stitched.on_rim, &criteria);
+            if film.len() > FEW {
+                points.extend(film);
+                let why = "a strip is far from the isosurface".into();
+                return Ok(Err(Trouble { why, points }));
+            }
         }
         if points.is_empty() || attempt == ATTEMPTS {
             points = crossing_near(&mesh, block);

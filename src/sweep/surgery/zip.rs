@@ -171,11 +171,11 @@ fn walk_back(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A polygon around the z axis, counter-clockwise seen from above, normals up.
-    fn ring(n: usize, radius: f32, first: u32) -> Vec<RimVertex> {
+    pub(in super::super) fn ring(n: usize, radius: f32, first: u32) -> Vec<RimVertex> {
         (0..n)
             .map(|i| {
                 let angle = std::f32::consts::TAU * (i as f32 + 0.3) / n as f32;
@@ -190,6 +190,22 @@ mod tests {
             .collect()
     }
 
+    /// Every side of a rim is met from the other side, every other side has its twin.
+    pub(in super::super) fn assert_closes(strip: &[StripTriangle], rims: [&[RimVertex]; 2]) {
+        let of = |t: [u32; 3]| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];
+        let mut sides: Vec<(u32, u32)> = strip.iter().flat_map(|&(t, _)| of(t)).collect();
+        sides.sort_unstable();
+        assert!(sides.windows(2).all(|w| w[0] != w[1]), "a side twice: {sides:?}");
+        for rim in rims {
+            for i in 0..rim.len() {
+                let side = (rim[(i + 1) % rim.len()].vertex, rim[i].vertex);
+                assert!(sides.binary_search(&side).is_ok(), "{side:?} of {strip:?}");
+            }
+        }
+        let open = sides.iter().filter(|s| sides.binary_search(&(s.1, s.0)).is_err()).count();
+        assert_eq!(open, rims[0].len() + rims[1].len());
+    }
+
     #[test]
     fn a_strip_closes_the_gap_between_two_rings() {
         for (n, m) in [(12, 12), (9, 17), (30, 5), (3, 3)] {
@@ -199,21 +215,7 @@ mod tests {
             let incoming = ring(m, 1.0, 100);
             let strip = zip(&staying, &incoming).expect("a strip");
             assert_eq!(strip.len(), n + m);
-            let mut sides: Vec<(u32, u32)> = strip
-                .iter()
-                .flat_map(|(t, _)| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
-                .collect();
-            sides.sort_unstable();
-            assert!(sides.windows(2).all(|w| w[0] != w[1]), "a side twice: {sides:?}");
-            // Every side of a rim is met from the other side, every other side has its twin.
-            for rim in [&staying, &incoming] {
-                for i in 0..rim.len() {
-                    let side = (rim[(i + 1) % rim.len()].vertex, rim[i].vertex);
-                    assert!(sides.binary_search(&side).is_ok(), "{side:?} of {strip:?}");
-                }
-            }
-            let open = sides.iter().filter(|s| sides.binary_search(&(s.1, s.0)).is_err()).count();
-            assert_eq!(open, n + m);
+            assert_closes(&strip, [&staying, &incoming]);
         }
     }
 
