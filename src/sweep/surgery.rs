@@ -12,6 +12,7 @@ mod back;
 mod block;
 mod cut;
 mod excursion;
+mod handle;
 mod incoming;
 mod near;
 mod patch;

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::block::Block;
 use super::cut::{Moved, sides};
 use super::excursion::join;
+use super::handle::where_they_differ;
 use super::incoming::{Adjacency, Incoming};
 use super::near::Near;
 use super::rim::{Gap, RimVertex, Side, bridged, gaps, rims};
@@ -105,7 +106,7 @@ pub(super) fn stitch(
     for v in staying.iter().chain(&incoming).flatten() {
         parts.on_rim[v.vertex as usize] = true;
     }
-    parts.components(sweep, arcs)
+    parts.components(sweep, extraction, arcs)
 }
 
 /// The vertices of the rims that share a gap with one that is nearer to it.
@@ -205,7 +206,12 @@ impl Parts {
     }
 
     /// The components, one per arc, each with the arc's topology.
-    fn components(self, sweep: &Sweep, arcs: &[usize]) -> Result<Vec<Stitched>, Trouble> {
+    fn components(
+        self,
+        sweep: &Sweep,
+        extraction: &Extraction,
+        arcs: &[usize],
+    ) -> Result<Vec<Stitched>, Trouble> {
         let mut sets = joined(&self.faces, self.positions.len());
         let mut arc_of_root: Vec<Option<usize>> = vec![None; self.positions.len()];
         for v in 0..self.positions.len() as u32 {
@@ -224,15 +230,19 @@ impl Parts {
         if of_face.contains(&None) {
             return Err(Trouble::everywhere("a component belongs to no arc"));
         }
-        arcs.iter().map(|&arc| self.component(sweep, arc, &of_face)).collect()
+        let component = |&arc: &usize| {
+            let stitched = self.component(arc, &of_face)?;
+            let (euler, expected) = (stitched.mesh.euler(), sweep.topology.arcs[arc].euler);
+            if euler == expected {
+                return Ok(stitched);
+            }
+            let why = format!("Euler characteristic {euler}, expected {expected}");
+            Err(Trouble { why, points: wrong_places(&stitched.mesh, extraction, arcs, arc) })
+        };
+        arcs.iter().map(component).collect()
     }
 
-    fn component(
-        &self,
-        sweep: &Sweep,
-        arc: usize,
-        of_face: &[Option<usize>],
-    ) -> Result<Stitched, Trouble> {
+    fn component(&self, arc: usize, of_face: &[Option<usize>]) -> Result<Stitched, Trouble> {
         let mut number = vec![u32::MAX; self.positions.len()];
         let mine: Vec<usize> = (0..self.faces.len()).filter(|&f| of_face[f] == Some(arc)).collect();
         for v in mine.iter().flat_map(|&f| self.faces[f]) {
@@ -255,13 +265,6 @@ impl Parts {
                 doubled_sides(&triangles).into_iter().map(|v| positions[v as usize].into());
             Trouble { why: e.to_string(), points: points.collect() }
         })?;
-        let euler = sweep.topology.arcs[arc].euler;
-        if mesh.euler() != euler {
-            let why = format!("Euler characteristic {}, expected {euler}", mesh.euler());
-            let points = beside_largest(&triangles, positions.len());
-            let points = points.into_iter().map(|v| positions[v as usize].into()).collect();
-            return Err(Trouble { why, points });
-        }
         Ok(Stitched {
             arc,
             mesh,
@@ -270,6 +273,21 @@ impl Parts {
             on_rim: vertices.iter().map(|&v| self.on_rim[v]).collect(),
         })
     }
+}
+
+/// Where the mesh of an arc is other than its component of the extraction: a part of it that lies apart, or a handle that
+/// only one of both has.
+fn wrong_places(mesh: &Mesh, extraction: &Extraction, arcs: &[usize], arc: usize) -> Vec<Vec3> {
+    let of_mesh = mesh.compacted();
+    let faces = of_mesh.connectivity.faces;
+    let apart = beside_largest(&faces, of_mesh.positions.len());
+    if !apart.is_empty() {
+        return apart.into_iter().map(|v| of_mesh.positions[v as usize].into()).collect();
+    }
+    let is_its = |&f: &usize| arcs[extraction.components[f] as usize] == arc;
+    let of_arc = (0..extraction.faces.len()).filter(is_its).map(|f| extraction.faces[f]);
+    let of_arc: Vec<[u32; 3]> = of_arc.collect();
+    where_they_differ((&of_mesh.positions, &faces), (&extraction.positions, &of_arc))
 }
 
 /// The vertices of each component as one set.
