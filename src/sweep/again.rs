@@ -23,10 +23,6 @@ const PROGRESS: f64 = 0.03;
 /// than this over what is left of the arc, in voxels: it will go on beyond.
 const LEAST_MOTION: f64 = 0.08;
 
-/// A mesh that is too dense begins again only where the isosurface moves by [`FAR`], if it has more faces than this;
-/// a smaller one wherever others do, because a fresh mesh has fewer.
-const MANY_FACES: usize = 10_000;
-
 /// How one mesh begins again on its way through an arc.
 pub(super) struct Again<'a> {
     sweep: &'a Sweep<'a>,
@@ -83,7 +79,8 @@ impl<'a> Again<'a> {
         }
         let is_far = front.toil.moved() - self.moved >= FAR;
         let least = match end {
-            End::TooDense if front.mesh.n_faces() > MANY_FACES => f64::from(FAR),
+            // Only large meshes are too dense.
+            End::TooDense => f64::from(FAR),
             _ if is_far => LEAST_MOTION,
             _ => FRESH_MOTION,
         };

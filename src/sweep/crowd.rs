@@ -22,8 +22,12 @@ const MOST: f32 = 4.0;
 /// faces are many, they are near it.
 const NEEDED_BY: f32 = 0.98;
 
-/// A mesh with more faces per square voxel is too dense: the exact extraction has 2.5 to 2.8.
-const TOO_DENSE: f32 = 2.0;
+/// A mesh of so many faces or more with more of them per square voxel is too dense: the exact extraction has 2.5 to 2.8.
+/// The limit is higher the smaller a mesh is, down to [`SMALL_ENOUGH`].
+const TOO_DENSE: (usize, f32) = (20_000, 2.0);
+
+/// Meshes of up to so many faces are followed whatever they take; and the limit just above.
+const SMALL_ENOUGH: (usize, f32) = (10_000, 3.5);
 
 /// More faces per square voxel than this are too many for a fresh mesh. It keeps the tolerance, and has fewer
 /// once it is under way.
@@ -57,7 +61,16 @@ fn coarseness_of(density: f32, share: f32) -> f32 {
 
 /// Whether a mesh on its way takes too many faces.
 pub(super) fn is_too_dense(mesh: &Mesh) -> bool {
-    has_more_faces(mesh, TOO_DENSE)
+    mesh.n_faces() as f32 > most_per_area(mesh.n_faces()) * mesh.area()
+}
+
+/// How many faces per square voxel a mesh of so many may take on its way.
+fn most_per_area(n_faces: usize) -> f32 {
+    let ((few, high), (many, low)) = (SMALL_ENOUGH, TOO_DENSE);
+    if n_faces <= few {
+        return f32::INFINITY;
+    }
+    high + (low - high) * ((n_faces - few) as f32 / (many - few) as f32).min(1.0)
 }
 
 /// Whether a mesh has so many faces from the beginning that it will not come far.
@@ -82,9 +95,12 @@ mod tests {
 
     /// A sphere with this many faces per square voxel, and the deviation of every face.
     fn crowded(density: f32, deviation: f32) -> (Mesh, Vec<f32>) {
-        let area = sphere(1.0, 5).area();
-        let n = 8.0 * 4.0f32.powi(5);
-        let mesh = sphere((n / (density * area)).sqrt(), 5);
+        crowded_sphere(5, density, deviation)
+    }
+
+    fn crowded_sphere(levels: u32, density: f32, deviation: f32) -> (Mesh, Vec<f32>) {
+        let one = sphere(1.0, levels);
+        let mesh = sphere((one.n_faces() as f32 / (density * one.area())).sqrt(), levels);
         let deviations = vec![deviation; mesh.face_slots()];
         (mesh, deviations)
     }
@@ -124,13 +140,24 @@ mod tests {
     }
 
     #[test]
-    fn a_fresh_mesh_may_be_denser_than_one_on_its_way() {
+    fn a_fresh_mesh_may_be_denser_than_a_large_one_on_its_way() {
         for (density, on_its_way, at_first) in
             [(1.9, false, false), (2.1, true, false), (2.7, true, false), (2.9, true, true)]
         {
-            let (mesh, _) = crowded(density, 0.0);
+            let (mesh, _) = crowded_sphere(6, density, 0.0);
+            assert!(mesh.n_faces() > TOO_DENSE.0);
             assert_eq!(is_too_dense(&mesh), on_its_way, "{density}");
             assert_eq!(begins_too_dense(&mesh), at_first, "{density}");
         }
+    }
+
+    #[test]
+    fn the_smaller_a_mesh_on_its_way_the_denser_it_may_be() {
+        assert_eq!(most_per_area(SMALL_ENOUGH.0), f32::INFINITY);
+        for (n_faces, most) in [(12_000, 3.2), (15_000, 2.75), (20_000, 2.0), (1_000_000, 2.0)] {
+            assert_near(most_per_area(n_faces), most);
+        }
+        let (mesh, _) = crowded(9.0, 0.0);
+        assert!(mesh.n_faces() <= SMALL_ENOUGH.0 && !is_too_dense(&mesh));
     }
 }
