@@ -61,7 +61,7 @@ fn coarseness_of(density: f32, share: f32) -> f32 {
 
 /// Whether a mesh on its way takes too many faces.
 pub(super) fn is_too_dense(mesh: &Mesh) -> bool {
-    mesh.n_faces() as f32 > most_per_area(mesh.n_faces()) * mesh.area()
+    has_more_faces(mesh, most_per_area(mesh.n_faces()))
 }
 
 /// How many faces per square voxel a mesh of so many may take on its way.
@@ -75,17 +75,17 @@ fn most_per_area(n_faces: usize) -> f32 {
 
 /// Whether a mesh has so many faces from the beginning that it will not come far.
 pub(super) fn begins_too_dense(mesh: &Mesh) -> bool {
-    has_more_faces(mesh, TOO_DENSE_AT_FIRST)
+    !is_small(mesh.n_faces()) && has_more_faces(mesh, TOO_DENSE_AT_FIRST)
 }
 
-/// Whether a mesh of so many faces may have as many as it needs.
+/// Whether a fresh mesh of so many faces may have as many as it needs.
 pub(super) fn is_small(n_faces: usize) -> bool {
     n_faces <= SMALL.1
 }
 
-/// Whether a mesh, if it is not small, has more faces per square voxel.
+/// Whether a mesh has more faces per square voxel; its area is summed up only where there is a limit.
 fn has_more_faces(mesh: &Mesh, per_area: f32) -> bool {
-    !is_small(mesh.n_faces()) && mesh.n_faces() as f32 > per_area * mesh.area()
+    per_area.is_finite() && mesh.n_faces() as f32 > per_area * mesh.area()
 }
 
 #[cfg(test)]
