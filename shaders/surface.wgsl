@@ -37,8 +37,6 @@ struct Knot {
     x: f32,
     y: f32,
     z: f32,
-    /// Unit normal towards lower values, octahedral, two signed normalised 16-bit numbers.
-    normal: u32,
 }
 
 /// One active triangle.
@@ -47,6 +45,9 @@ struct ActiveTriangle {
     vertices: array<u32, 3>,
     /// What its colour shows: in [0, 1] for a ramp, [-1, 1] for a balance, a number from 0 for names.
     measure: f32,
+    /// Unit normals of the mesh at its corners, towards lower values: octahedral, two signed normalised 16-bit
+    /// numbers each. Of the mesh that is drawn: no trajectory has any.
+    normals: array<u32, 3>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -110,11 +111,7 @@ fn surface_vertex(@builtin(vertex_index) index: u32) -> Corner {
         vec3(after.x, after.y, after.z),
         t,
     );
-    var normal = mix(decode(before.normal), decode(after.normal), t);
-    // Opposite normals have no direction between them.
-    if (dot(normal, normal) < 1e-12) {
-        normal = decode(before.normal);
-    }
+    let normal = decode(triangles[index / 3u].normals[corner]);
 
     var out: Corner;
     out.clip = frame.clip_from_voxel * vec4(position, 1.0);
