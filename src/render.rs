@@ -44,6 +44,7 @@ pub use tables::Memory;
 pub(crate) use target::SHOWN_FORMAT;
 
 use crate::error::{Error, Result};
+use crate::spectrum::VolumeInfo;
 
 /// How a picture looks.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +109,22 @@ impl Default for View {
     }
 }
 
+/// Least side of a box that a picture fits, voxels: what is smaller is shown with its surroundings.
+const LEAST_FIT: f64 = 1.0;
+
 impl View {
+    /// Looks at a box (least and largest corner, voxel frame) such that it just fits where the camera's distance was
+    /// 1, and is as much larger or smaller where it was not.
+    pub fn fit(&mut self, volume: &VolumeInfo, bounds: [[f64; 3]; 2]) {
+        let [low, high] = bounds;
+        let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
+        let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]).max(LEAST_FIT));
+        let corner = |side: f64| std::array::from_fn(|i| middle[i] + side * half[i]);
+        let size = [self.width, self.height];
+        self.camera.distance *= self.camera.share_of(volume, [corner(-1.0), corner(1.0)], size);
+        self.look_at = Some(middle);
+    }
+
     /// Whether it takes more than the plain pipeline.
     fn is_cut(&self) -> bool {
         self.clip.is_some() || self.opacity < 1.0

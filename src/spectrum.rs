@@ -11,6 +11,7 @@
 //! floating point number will do), which is why the table of isovalues may end outside the range.
 
 mod active_set;
+mod assembly;
 mod builder;
 mod check;
 pub mod interval_tree;
@@ -23,6 +24,7 @@ mod query;
 mod shown_first;
 
 pub use active_set::ActiveSet;
+pub(crate) use assembly::Assembly;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
 pub(crate) use measures::Measures;
@@ -153,6 +155,20 @@ pub struct SurfaceMesh {
     pub triangles: Vec<[u32; 3]>,
     /// Whether a triangle is a cap; as long as `triangles`.
     pub caps: Vec<bool>,
+}
+
+impl SurfaceMesh {
+    /// Least and largest corner of the box around the vertices, voxel frame; none of an empty mesh.
+    pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        let (first, others) = self.positions.split_first()?;
+        let start = [*first, *first];
+        let [low, high] = others.iter().fold(start, |[low, high], p| {
+            let along = |axis: usize| (low[axis].min(p[axis]), high[axis].max(p[axis]));
+            let sides: [_; 3] = std::array::from_fn(along);
+            [sides.map(|s| s.0), sides.map(|s| s.1)]
+        });
+        Some([low, high].map(|corner| corner.map(f64::from)))
+    }
 }
 
 impl Spectrum {

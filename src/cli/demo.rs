@@ -110,11 +110,12 @@ impl Demo {
             }
             Err(error) => return Err(error),
         };
+        let isovalues = PERCENTS.map(|percent| Isovalue::Percent(percent).in_range(spectrum.range));
+        let view = pictures.fitted(View::default(), &isovalues)?;
         let mut files = Vec::new();
-        for percent in PERCENTS {
+        for (percent, isovalue) in PERCENTS.iter().zip(isovalues) {
             let file = path(&format!("-{percent}.png"));
-            let isovalue = Isovalue::Percent(percent).in_range(spectrum.range);
-            pictures.write(isovalue, &View::default(), Output::open(&file)?)?;
+            pictures.write(isovalue, &view, Output::open(&file)?)?;
             files.push(file);
         }
         Ok(files)

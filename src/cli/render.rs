@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use isospectrum::gpu::Gpu;
 use isospectrum::render::{Camera, Color, Renderer, View};
@@ -42,9 +42,13 @@ pub(super) struct Render {
     /// Width and height, pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768")]
     size: Size,
-    /// Azimuth and elevation in degrees, and the distance (1 just shows everything)
+    /// Azimuth and elevation in degrees, and the distance (1 just shows what --fit says)
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
     camera: Option<Camera>,
+    /// What fills the picture: the surface (those of all pictures of a sweep), or the volume, so that pictures of
+    /// several isovalues show all in one size
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface)]
+    fit: Fit,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -77,8 +81,9 @@ impl Render {
         let output = Output::open(&self.output)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalue = isovalue.in_range(spectrum.range);
-        let view = self.view();
-        Pictures::open(&spectrum, self.adapter.as_deref())?.write(isovalue, &view, output)?;
+        let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
+        let view = self.fit.of(self.view(), &mut pictures, &[isovalue])?;
+        pictures.write(isovalue, &view, output)?;
         let Size { width, height } = self.size;
         log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
         Ok(())
@@ -90,8 +95,8 @@ impl Render {
         let outputs = pattern.open(sweep.n_frames())?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalues = sweep.in_range(spectrum.range)?;
-        let view = self.view();
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
+        let view = self.fit.of(self.view(), &mut pictures, &isovalues)?;
         let bar = Bar::new(quiet);
         for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
             if bar.cancelled() {
@@ -126,6 +131,25 @@ impl Render {
     }
 }
 
+/// What fills a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Fit {
+    /// The isosurfaces that are shown.
+    Surface,
+    /// The whole volume.
+    Volume,
+}
+
+impl Fit {
+    /// The view that fits pictures of `isovalues`.
+    fn of(self, view: View, pictures: &mut Pictures<'_>, isovalues: &[f64]) -> Result<View> {
+        match self {
+            Fit::Surface => pictures.fitted(view, isovalues),
+            Fit::Volume => Ok(view),
+        }
+    }
+}
+
 /// Renders pictures of one spectrum on one adapter.
 pub(super) struct Pictures<'a>(Renderer<'a>);
 
@@ -134,6 +158,14 @@ impl<'a> Pictures<'a> {
     pub(super) fn open(spectrum: &'a Spectrum, adapter: Option<&str>) -> Result<Self> {
         let gpu = Gpu::new(adapter)?;
         Ok(Pictures(Renderer::new(&gpu, spectrum)?))
+    }
+
+    /// A view that fits the isosurfaces of `isovalues`, where there are any to see.
+    pub(super) fn fitted(&mut self, mut view: View, isovalues: &[f64]) -> Result<View> {
+        if let Some(bounds) = self.0.bounds(isovalues)? {
+            view.fit(self.0.volume(), bounds);
+        }
+        Ok(view)
     }
 
     /// Renders one picture as PNG.

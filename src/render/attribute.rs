@@ -16,7 +16,7 @@ use super::layout::Palette;
 use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
-use crate::spectrum::{Normals, Spectrum, Triangle};
+use crate::spectrum::{Spectrum, SurfaceMesh, Triangle};
 
 /// What the colour of a triangle shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -98,37 +98,35 @@ pub(super) struct Attributes {
     pub(super) ends: Option<(f64, f64)>,
 }
 
-/// The attributes of the triangles `active` (indices into the spectrum's) at `isovalue`, whose rank
-/// is `rank`. The largest curvature the palette shows is `largest_curvature`, or is found from the
-/// mesh.
+/// The attributes of the triangles `active` (indices into the spectrum's), which are those of `mesh` in turn. The
+/// largest curvature the palette shows is `largest_curvature`, or is found from the mesh.
 pub(super) fn attributes(
-    (spectrum, normals): (&Spectrum, &Normals),
-    active: &[u32],
-    (isovalue, rank): (f64, u32),
+    spectrum: &Spectrum,
+    (active, mesh): (&[u32], &SurfaceMesh),
     color: Color,
     largest_curvature: Option<f64>,
 ) -> Attributes {
-    let triangle = |i: &u32| &spectrum.triangles[*i as usize];
-    let positions =
-        |i: &u32| triangle(i).vertices.map(|v| vector(spectrum.vertex_at(v, rank, isovalue)));
-    let corner_normals =
-        |i: &u32| triangle(i).vertices.map(|v| vector(normals.at(spectrum, v, rank, isovalue)));
+    let of_corners = |corners: &[u32; 3], of: &[[f32; 3]]| corners.map(|v| vector(of[v as usize]));
     match color {
         Color::None | Color::Normal => Attributes { values: vec![0.0; active.len()], ends: None },
-        Color::Quality => Attributes {
-            values: active.par_iter().map(|i| radius_ratio(positions(i)) as f32).collect(),
-            ends: Some((0.0, 1.0)),
-        },
-        Color::Lifetime => Attributes {
-            values: active.iter().map(|i| lifetime_share(spectrum, triangle(i)) as f32).collect(),
-            ends: Some((0.0, 1.0)),
-        },
+        Color::Quality => {
+            let ratio = |corners| radius_ratio(of_corners(corners, &mesh.positions)) as f32;
+            Attributes {
+                values: mesh.triangles.par_iter().map(ratio).collect(),
+                ends: Some((0.0, 1.0)),
+            }
+        }
+        Color::Lifetime => {
+            let share = |&i: &u32| lifetime_share(spectrum, &spectrum.triangles[i as usize]) as f32;
+            Attributes { values: active.iter().map(share).collect(), ends: Some((0.0, 1.0)) }
+        }
         Color::Curvature => {
-            let curvatures: Vec<f64> = active
-                .par_iter()
-                .map(|i| mean_curvature(positions(i), corner_normals(i)))
-                .collect();
-            let inner = active.iter().zip(&curvatures).filter(|(i, _)| !triangle(i).cap);
+            let curvature = |corners| {
+                let [p, n] = [&mesh.positions, &mesh.normals].map(|of| of_corners(corners, of));
+                mean_curvature(p, n)
+            };
+            let curvatures: Vec<f64> = mesh.triangles.par_iter().map(curvature).collect();
+            let inner = mesh.caps.iter().zip(&curvatures).filter(|(is_cap, _)| !**is_cap);
             let largest =
                 largest_curvature.unwrap_or_else(|| typical_largest(inner.map(|(_, &h)| h)));
             Attributes {
@@ -136,13 +134,10 @@ pub(super) fn attributes(
                 ends: Some((-largest, largest)),
             }
         }
-        Color::Component => {
-            let triangles: Vec<[u32; 3]> = active.iter().map(|i| triangle(i).vertices).collect();
-            Attributes {
-                values: components(&triangles).into_iter().map(|c| c as f32).collect(),
-                ends: None,
-            }
-        }
+        Color::Component => Attributes {
+            values: components(&mesh.triangles).into_iter().map(|c| c as f32).collect(),
+            ends: None,
+        },
     }
 }
 

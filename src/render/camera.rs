@@ -105,6 +105,37 @@ impl Camera {
         )
     }
 
+    /// How a box (corners in the voxel frame, the first and the last opposite) just fits a picture of `size` pixels.
+    fn fit(&self, volume: &VolumeInfo, corners: [DVec3; 8], size: [u32; 2]) -> Fit {
+        let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+        let middle = world * (0.5 * (corners[0] + corners[7]));
+        let (towards_eye, up) = self.directions();
+        let turn = look_to_mat4(DVec3::ZERO, -towards_eye, up);
+
+        let [width, height] = size.map(f64::from);
+        let tan_y = (0.5 * FIELD_OF_VIEW).to_radians().tan();
+        let tan_x = tan_y * width / height;
+        let turned = corners.map(|corner| turn.transform_vector3(world * corner - middle));
+        let distance = turned
+            .iter()
+            .map(|p| p.z + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y)))
+            .fold(0.0, f64::max);
+        Fit { middle, turn, turned, distance }
+    }
+
+    /// How many times as far the eye is, for the volume's box, as it would be for the box between two corners (voxel
+    /// frame), both just fitting a picture of `size` pixels: what makes the box fit in place of the volume.
+    pub(super) fn share_of(
+        &self,
+        volume: &VolumeInfo,
+        bounds: [[f64; 3]; 2],
+        size: [u32; 2],
+    ) -> f64 {
+        let [low, high] = bounds.map(DVec3::from_array);
+        let part = self.fit(volume, corners_between(low, high), size);
+        part.distance / self.fit(volume, corners(volume), size).distance
+    }
+
     /// The matrices of a picture of `width` by `height` pixels with the point `look_at` (voxel
     /// frame; without it the middle of the volume) in its middle.
     pub(crate) fn projection(
@@ -115,18 +146,8 @@ impl Camera {
         height: u32,
     ) -> Projection {
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
-        let corners = corners(volume);
-        let middle = world * (0.5 * (corners[0] + corners[7]));
-        let (towards_eye, up) = self.directions();
-        let turn = look_to_mat4(DVec3::ZERO, -towards_eye, up);
-
-        let tan_y = (0.5 * FIELD_OF_VIEW).to_radians().tan();
-        let tan_x = tan_y * f64::from(width) / f64::from(height);
-        let turned = corners.map(|corner| turn.transform_vector3(world * corner - middle));
-        let fit = turned
-            .iter()
-            .map(|p| p.z + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y)))
-            .fold(0.0, f64::max);
+        let Fit { middle, turn, turned, distance: fit } =
+            self.fit(volume, corners(volume), [width, height]);
         let distance = self.distance * fit;
 
         let aim = look_at.map_or(middle, |p| world * DVec3::from_array(p));
@@ -156,10 +177,27 @@ fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
     let spacing = DVec3::from_array(volume.placement.spacing);
     let size = spacing / spacing.min_element();
     let last = DVec3::from_array(volume.dims.map(|d| d as f64 - 1.0));
+    corners_between(size * DVec3::splat(-BORDER), size * (last + BORDER))
+}
+
+/// The eight corners of a box, x fastest.
+fn corners_between(low: DVec3, high: DVec3) -> [DVec3; 8] {
     std::array::from_fn(|corner| {
         let side = DVec3::new((corner & 1) as f64, (corner >> 1 & 1) as f64, (corner >> 2) as f64);
-        size * (side * (last + 2.0 * BORDER) - BORDER)
+        low + side * (high - low)
     })
+}
+
+/// How a box just fits a picture.
+struct Fit {
+    /// Middle of the box, world's axes.
+    middle: DVec3,
+    /// From the world's axes to the eye's.
+    turn: DMat4,
+    /// The corners as seen from the middle, eye's axes.
+    turned: [DVec3; 8],
+    /// How far the eye is from the middle, voxels.
+    distance: f64,
 }
 
 /// The matrices of one picture.

@@ -5,14 +5,18 @@ use rayon::prelude::*;
 
 use super::View;
 use super::attribute::{Attributes, Color, attributes};
-use super::layout::{ActiveTriangle, Cut, Frame};
+use super::layout::{ActiveTriangle, Cut, Frame, normal_code};
 use super::table::Table;
-use crate::spectrum::{ActiveSet, Normals, Spectrum};
+use crate::spectrum::{ActiveSet, Assembly, Spectrum, SurfaceMesh};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
 pub(super) struct Layer {
     alive: ActiveSet,
+    assembly: Assembly,
+    /// The mesh of the last isovalue, caps and all.
+    mesh: SurfaceMesh,
+    meshed: Option<u64>,
     pub(super) frame: wgpu::Buffer,
     pub(super) cut: wgpu::Buffer,
     pub(super) table: Table,
@@ -45,6 +49,9 @@ impl Layer {
         };
         Layer {
             alive: ActiveSet::new(&spectrum.triangles),
+            assembly: Assembly::new(spectrum),
+            mesh: SurfaceMesh::default(),
+            meshed: None,
             frame: uniform("surface.frame", size_of::<Frame>() as u64),
             cut: uniform("surface.cut", size_of::<Cut>() as u64),
             table: Table::new(device, "surface.triangles"),
@@ -52,38 +59,35 @@ impl Layer {
         }
     }
 
-    /// Lists the active triangles with their attributes, in the order of their indices, unless the last picture had
-    /// the same.
-    pub(super) fn list(
-        &mut self,
-        (spectrum, normals): (&Spectrum, &Normals),
-        isovalue: f64,
-        view: &View,
-    ) {
+    /// Lists the active triangles with their attributes and normals, in the order of their indices, unless the last
+    /// picture had the same.
+    pub(super) fn list(&mut self, spectrum: &Spectrum, isovalue: f64, view: &View) {
         let key =
             (isovalue.to_bits(), view.color, view.largest_curvature.map(f64::to_bits), view.open);
         if self.listed.key == Some(key) {
             return;
         }
-        let rank = spectrum.rank_at(isovalue);
-        let active = rank.map_or(&[][..], |rank| self.alive.move_to(rank));
+        self.mesh_at(spectrum, isovalue);
+        let Layer { alive, mesh, .. } = self;
+        let active = spectrum.rank_at(isovalue).map_or(&[][..], |rank| alive.move_to(rank));
         // Caps are left out last, so that they do not change what the others show.
-        let Attributes { values, ends } = attributes(
-            (spectrum, normals),
-            active,
-            (isovalue, rank.unwrap_or(0)),
-            view.color,
-            view.largest_curvature,
-        );
+        let Attributes { values, ends } =
+            attributes(spectrum, (active, mesh), view.color, view.largest_curvature);
+        let normals: Vec<u32> = mesh.normals.par_iter().map(|&n| normal_code(n)).collect();
         let mut triangles = std::mem::take(&mut self.listed.triangles);
         triangles.clear();
         triangles.extend(
-            active
+            (active
                 .iter()
-                .zip(values)
-                .map(|(&i, measure)| (spectrum.triangles[i as usize], measure))
-                .filter(|(triangle, _)| !(view.open && triangle.cap))
-                .map(|(triangle, measure)| ActiveTriangle { vertices: triangle.vertices, measure }),
+                .map(|&i| spectrum.triangles[i as usize])
+                .zip(&mesh.triangles)
+                .zip(values))
+            .filter(|((triangle, _), _)| !(view.open && triangle.cap))
+            .map(|((triangle, corners), measure)| ActiveTriangle {
+                vertices: triangle.vertices,
+                measure,
+                normals: corners.map(|v| normals[v as usize]),
+            }),
         );
         self.listed = Listed {
             key: Some(key),
@@ -94,23 +98,31 @@ impl Layer {
         };
     }
 
+    /// The mesh of an isovalue, as meshes are saved.
+    pub(super) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> &SurfaceMesh {
+        let Layer { alive, assembly, mesh, meshed, .. } = self;
+        if meshed.replace(isovalue.to_bits()) != Some(isovalue.to_bits()) {
+            let rank = spectrum.rank_at(isovalue);
+            let active = rank.map_or(&[][..], |rank| alive.move_to(rank)).iter();
+            let triangles = active.map(|&i| spectrum.triangles[i as usize]);
+            let place = |v| spectrum.vertex_at(v, rank.unwrap_or(0), isovalue);
+            assembly.assemble(triangles.map(|t| (t.vertices, t.cap)), place, mesh);
+        }
+        mesh
+    }
+
     /// Sorts the triangles from the farthest to the nearest, for surfaces that one looks through.
     /// Equally far ones keep their order.
-    pub(super) fn sort_by_depth(
-        &mut self,
-        spectrum: &Spectrum,
-        isovalue: f64,
-        eye_from_voxel: DMat4,
-    ) {
-        let Some(rank) = spectrum.rank_at(isovalue) else { return };
+    pub(super) fn sort_by_depth(&mut self, is_open: bool, eye_from_voxel: DMat4) {
+        let mesh = &self.mesh;
         let Listed { triangles, middles, uploaded, .. } = &mut self.listed;
         if middles.len() != triangles.len() {
-            *middles = triangles
-                .par_iter()
-                .map(|t| {
-                    let sum: Vec3 = (t.vertices.iter())
-                        .map(|&v| Vec3::from(spectrum.vertex_at(v, rank, isovalue)))
-                        .sum();
+            // Not sorted yet: the triangles are in the order of the mesh's.
+            *middles = (mesh.triangles.par_iter().zip(&mesh.caps))
+                .filter(|(_, is_cap)| !(is_open && **is_cap))
+                .map(|(corners, _)| {
+                    let sum: Vec3 =
+                        corners.iter().map(|&v| Vec3::from(mesh.positions[v as usize])).sum();
                     sum / 3.0
                 })
                 .collect();

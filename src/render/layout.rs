@@ -30,15 +30,12 @@ pub(super) struct Knot {
     pub(super) x: f32,
     pub(super) y: f32,
     pub(super) z: f32,
-    pub(super) normal: u32,
 }
 
-impl Knot {
-    /// A knot and the code of its normal.
-    pub(super) fn new(knot: &crate::spectrum::Knot, normal: [i16; 2]) -> Self {
+impl From<&crate::spectrum::Knot> for Knot {
+    fn from(knot: &crate::spectrum::Knot) -> Self {
         let [x, y, z] = knot.position;
-        let [u, v] = normal.map(|s| u32::from(s as u16));
-        Knot { rank: knot.rank, x, y, z, normal: u | v << 16 }
+        Knot { rank: knot.rank, x, y, z }
     }
 }
 
@@ -48,6 +45,18 @@ impl Knot {
 pub(super) struct ActiveTriangle {
     pub(super) vertices: [u32; 3],
     pub(super) measure: f32,
+    pub(super) normals: [u32; 3],
+}
+
+/// A unit normal as the shader decodes it.
+pub(super) fn normal_code(normal: [f32; 3]) -> u32 {
+    let [u, v] = crate::spectrum::normal::encode(normal).map(|s| u32::from(s as u16));
+    u | v << 16
+}
+
+/// The unit normal of a code, as the shader finds it.
+pub(super) fn normal_of_code(code: u32) -> [f32; 3] {
+    crate::spectrum::normal::decode([code as u16 as i16, (code >> 16) as i16])
 }
 
 /// What only some pictures need; fields as in `shaders/cut.wgsl`.
@@ -135,8 +144,11 @@ mod tests {
             layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
                 rank palette wire_width mirrored unused)
         );
-        assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z normal));
-        assert_eq!(fields(&module, "ActiveTriangle"), layout!(ActiveTriangle: vertices measure));
+        assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z));
+        assert_eq!(
+            fields(&module, "ActiveTriangle"),
+            layout!(ActiveTriangle: vertices measure normals)
+        );
         assert_eq!(fields(&module, "Cut"), layout!(Cut: plane opacity unused unused_too));
     }
 

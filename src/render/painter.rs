@@ -9,7 +9,7 @@
 //! for the size of its mesh. The pictures are equal.
 
 use super::layer::{Layer, Listed};
-use super::layout::{ActiveTriangle, Cut, Frame, Palette};
+use super::layout::{ActiveTriangle, Cut, Frame, Palette, normal_of_code};
 use super::pipeline::{Pipelines, caught, samples_of};
 use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
@@ -18,7 +18,7 @@ use super::{Background, Image, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
-use crate::spectrum::{Normals, Spectrum};
+use crate::spectrum::{Spectrum, SurfaceMesh};
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
 /// between them. Every call takes the spectrum that it was made for.
@@ -31,8 +31,6 @@ pub struct Painter {
     isovalues: Table,
     first_knot: Table,
     knots: Table,
-    /// Of all knots of the spectrum.
-    normals: Normals,
     /// Whether the tables hold the whole spectrum.
     resident: bool,
     /// Most triangles drawn at once.
@@ -61,7 +59,6 @@ impl Painter {
                 isovalues: table("surface.isovalues"),
                 first_knot: table("surface.first_knot"),
                 knots: table("surface.knots"),
-                normals: Normals::of(spectrum),
                 resident: tables::largest_table(spectrum) <= bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
                 layers: vec![Layer::new(&device, spectrum)],
@@ -72,7 +69,7 @@ impl Painter {
         })?;
         if painter.resident {
             let device = painter.device.clone();
-            let tables = tables::all(spectrum, &painter.normals);
+            let tables = tables::all(spectrum);
             caught(&device, || painter.upload_tables(&tables))?;
         }
         Ok(painter)
@@ -86,10 +83,7 @@ impl Painter {
     /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
     /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
     pub fn paint(&mut self, spectrum: &Spectrum, isovalues: &[f64], view: &View) -> Result<()> {
-        let (low, high) = spectrum.range;
-        if let Some(&isovalue) = isovalues.iter().find(|&&c| !(low <= c && c <= high)) {
-            return Err(Error::Range { isovalue, low, high });
-        }
+        isovalues.iter().try_for_each(|&isovalue| check_range(spectrum, isovalue))?;
         view.check(self.device.limits().max_texture_dimension_2d)?;
         let projection =
             view.camera.projection(&spectrum.volume, view.look_at, view.width, view.height);
@@ -99,9 +93,9 @@ impl Painter {
             self.layers.push(layer);
         }
         for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
-            layer.list((spectrum, &self.normals), isovalue, view);
+            layer.list(spectrum, isovalue, view);
             if view.opacity < 1.0 {
-                layer.sort_by_depth(spectrum, isovalue, projection.eye_from_voxel);
+                layer.sort_by_depth(view.open, projection.eye_from_voxel);
             }
         }
         let n_samples = self.n_samples;
@@ -118,6 +112,25 @@ impl Painter {
         drawn.inspect_err(|_| self.forget())?;
         self.target = Some(target);
         Ok(())
+    }
+
+    /// Least and largest corner of the box around an isosurface, voxel frame; none where nothing is to be seen.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside [`Spectrum::range`].
+    pub fn bounds(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<Option<[[f64; 3]; 2]>> {
+        Ok(self.mesh_at(spectrum, isovalue)?.bounds())
+    }
+
+    /// The mesh of an isovalue, caps and all; the next picture of it as the first isosurface has it at hand.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside [`Spectrum::range`].
+    pub(crate) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<&SurfaceMesh> {
+        check_range(spectrum, isovalue)?;
+        Ok(self.layers[0].mesh_at(spectrum, isovalue))
     }
 
     /// Waits for the last picture and takes it; none before the first.
@@ -153,6 +166,14 @@ impl Painter {
     /// Number of triangles of each surface in the last picture.
     pub fn n_triangles(&self, surface: usize) -> usize {
         self.layers.get(surface).map_or(0, |layer| layer.listed.triangles.len())
+    }
+
+    /// The triangles of a surface in the last picture: their vertices and the unit normals, voxel frame, that their
+    /// corners are shaded with.
+    pub fn shaded(&self, surface: usize) -> impl Iterator<Item = ([u32; 3], [[f32; 3]; 3])> + '_ {
+        let listed = self.layers.get(surface).map(|layer| &layer.listed.triangles[..]);
+        let shaded = |t: &ActiveTriangle| (t.vertices, t.normals.map(normal_of_code));
+        listed.unwrap_or_default().iter().map(shaded)
     }
 
     /// Vertices of the triangles of each surface in the last picture.
@@ -296,7 +317,7 @@ impl Painter {
             return rank;
         }
         let mut triangles = triangles.to_vec();
-        let (tables, rank) = tables::selected(spectrum, &self.normals, &mut triangles, rank);
+        let (tables, rank) = tables::selected(spectrum, &mut triangles, rank);
         table.write(&self.device, &self.queue, &triangles);
         self.upload_tables(&tables);
         rank
@@ -307,6 +328,14 @@ impl Painter {
         self.first_knot.write(&self.device, &self.queue, &tables.first_knot);
         self.knots.write(&self.device, &self.queue, &tables.knots);
     }
+}
+
+fn check_range(spectrum: &Spectrum, isovalue: f64) -> Result<()> {
+    let (low, high) = spectrum.range;
+    if low <= isovalue && isovalue <= high {
+        return Ok(());
+    }
+    Err(Error::Range { isovalue, low, high })
 }
 
 /// Linear colours of the two sides of the first surface of a picture; of the second they change

@@ -5,7 +5,7 @@ use super::target::unmultiply;
 use super::{Background, Image, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Spectrum, VolumeInfo};
 
 /// Largest table that is kept on the device as a whole, bytes: what browsers and software devices
 /// bind at once.
@@ -55,10 +55,40 @@ impl<'a> Renderer<'a> {
         Ok(image)
     }
 
+    /// What is known of the volume.
+    pub fn volume(&self) -> &VolumeInfo {
+        &self.spectrum.volume
+    }
+
+    /// Least and largest corner of the box around the isosurfaces of `isovalues`, voxel frame: what
+    /// [`View::fit`] fits. None where none of them has anything to see.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside [`Spectrum::range`].
+    pub fn bounds(&mut self, isovalues: &[f64]) -> Result<Option<[[f64; 3]; 2]>> {
+        let mut bounds: Option<[[f64; 3]; 2]> = None;
+        for &isovalue in isovalues {
+            let Some([low, high]) = self.painter.bounds(self.spectrum, isovalue)? else { continue };
+            let [least, largest] = bounds.unwrap_or([low, high]);
+            bounds = Some([
+                std::array::from_fn(|i| low[i].min(least[i])),
+                std::array::from_fn(|i| high[i].max(largest[i])),
+            ]);
+        }
+        Ok(bounds)
+    }
+
     /// What the two ends of the colours of the last picture stand for, in the unit of its
     /// [`Color`](super::Color); none where the colours have no scale.
     pub fn color_ends(&self) -> Option<(f64, f64)> {
         self.painter.color_ends()
+    }
+
+    /// The triangles of the last picture: their vertices and the unit normals, voxel frame, that their corners are
+    /// shaded with.
+    pub fn shaded(&self) -> impl Iterator<Item = ([u32; 3], [[f32; 3]; 3])> + '_ {
+        self.painter.shaded(0)
     }
 
     /// Number of triangles in the last picture.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::layout::{ActiveTriangle, Knot, in_two};
-use crate::spectrum::{Normals, Spectrum};
+use crate::spectrum::Spectrum;
 
 /// The tables that do not depend on the view.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,12 +73,11 @@ pub(super) fn scaled(spectrum: &Spectrum, isovalue: f64) -> [f32; 2] {
 }
 
 /// The tables of the whole spectrum.
-pub(super) fn all(spectrum: &Spectrum, normals: &Normals) -> Tables {
-    let knots = spectrum.knots.iter().zip(normals.codes());
+pub(super) fn all(spectrum: &Spectrum) -> Tables {
     Tables {
         isovalues: spectrum.isovalues.iter().map(|&c| scaled(spectrum, c)).collect(),
         first_knot: spectrum.first_knot.clone(),
-        knots: knots.map(|(knot, &normal)| Knot::new(knot, normal)).collect(),
+        knots: spectrum.knots.iter().map(Knot::from).collect(),
     }
 }
 
@@ -87,7 +86,6 @@ pub(super) fn all(spectrum: &Spectrum, normals: &Normals) -> Tables {
 /// tables and the new rank.
 pub(super) fn selected(
     spectrum: &Spectrum,
-    normals: &Normals,
     triangles: &mut [ActiveTriangle],
     rank: u32,
 ) -> (Tables, u32) {
@@ -105,9 +103,7 @@ pub(super) fn selected(
         let trajectory = spectrum.trajectory(vertex);
         let next = trajectory.partition_point(|knot| knot.rank <= rank);
         let bracket = next.saturating_sub(1)..(next + 1).min(trajectory.len());
-        let first = spectrum.first_knot[vertex as usize] as usize;
-        let knot = |i: usize| Knot::new(&trajectory[i], normals.codes()[first + i]);
-        knots.extend(bracket.map(knot));
+        knots.extend(bracket.map(|i| Knot::from(&trajectory[i])));
     }
     first_knot.push(knots.len() as u32);
 

@@ -5,7 +5,8 @@
 //! The normal of a vertex is the area-weighted mean of its triangles' normals (thesis section 3.2). At a knot these
 //! are the triangles that live at its isovalue. At the two ends of a trajectory the mesh around a vertex may have
 //! no area, where it appears at a point or glides onto another vertex; so it is looked at [`INSIDE`] of the
-//! way to the next knot. Caps count where a vertex has nothing else, so that they do not round
+//! way to the next knot. Where no triangle lives, the middle of the nearest lifetime is looked at. What is drawn
+//! and saved has the normals of its own mesh ([`of_mesh`]); these here are for what knows only knots. Caps count where a vertex has nothing else, so that they do not round
 //! the border of a volume.
 //!
 //! # Invariants
@@ -30,7 +31,7 @@ const AREA_UNIT: f64 = 1.0 / (1u64 << 24) as f64;
 /// Vertices that one thread looks at at a time.
 const VERTICES_PER_TASK: usize = 1 << 12;
 
-/// The normals of all knots of a spectrum: what interpolation on the device needs.
+/// The normals of all knots of a spectrum.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Normals(Vec<[i16; 2]>);
 
@@ -51,22 +52,6 @@ impl Normals {
     /// One octahedral code ([`super::normal`]) for each of [`Spectrum::knots`].
     pub fn codes(&self) -> &[[i16; 2]] {
         &self.0
-    }
-
-    /// The unit normal of vertex `v` of the spectrum at `isovalue`, whose rank is `rank`: between those of
-    /// the knots on either side.
-    ///
-    /// # Panics
-    ///
-    /// If the vertex has no knots.
-    pub fn at(&self, spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
-        let [before, after] = spectrum.knots_around(v, rank);
-        let time = |knot: usize| spectrum.isovalues[spectrum.knots[knot].rank as usize];
-        let [n, m] = [before, after].map(|knot| normal::decode(self.0[knot]));
-        let t = fraction(isovalue, time(before), time(after)) as f32;
-        let mixed = std::array::from_fn(|i| (1.0 - t) * n[i] + t * m[i]);
-        // Opposite normals have no direction between them; a mesh may well turn over near an event.
-        unit(mixed, 1e-12).unwrap_or(n)
     }
 }
 
@@ -159,7 +144,8 @@ fn normals_of(spectrum: &Spectrum, triangles: &TrianglesAt, v: u32) -> Vec<[i16;
         // None of a trajectory's knots lies between its first two or last two.
         let rank =
             if i == 0 || i == last { spectrum.rank_at(isovalue)? } else { trajectory[i].rank };
-        area_vector(spectrum, triangles.of(v), v, (rank, isovalue)).map(normal::encode)
+        let time = nearest_life(spectrum, triangles.of(v), (rank, isovalue))?;
+        area_vector(spectrum, triangles.of(v), v, time).map(normal::encode)
     };
     let mut codes: Vec<Option<[i16; 2]>> = (0..trajectory.len()).map(at).collect();
     // Where all around has no area, the nearest knot that has some.
@@ -170,6 +156,30 @@ fn normals_of(spectrum: &Spectrum, triangles: &TrianglesAt, v: u32) -> Vec<[i16;
         codes[i - 1] = codes[i - 1].or(codes[i]);
     }
     codes.into_iter().map(|code| code.unwrap_or_default()).collect()
+}
+
+/// The rank and isovalue nearest to one at which a triangle lives: those themselves, or the middle of the nearest
+/// lifetime. The vertices of the exact extraction have knots at samples, far from where their triangles live. None
+/// where there are no triangles.
+fn nearest_life(
+    spectrum: &Spectrum,
+    triangles: &[u32],
+    (rank, isovalue): (u32, f64),
+) -> Option<(u32, f64)> {
+    let away = |&i: &u32| {
+        let triangle = &spectrum.triangles[i as usize];
+        let before = triangle.birth.saturating_sub(rank);
+        // The last rank of a lifetime is the one before its death.
+        let after = (rank + 1).saturating_sub(triangle.death);
+        (before.max(after), triangle.birth, triangle.death)
+    };
+    let (away, birth, death) = triangles.iter().map(away).min()?;
+    if away == 0 {
+        return Some((rank, isovalue));
+    }
+    let [start, end] = [birth, death].map(|rank| spectrum.isovalues[rank as usize]);
+    let middle = 0.5 * start + 0.5 * end;
+    Some((spectrum.rank_at(middle)?, middle))
 }
 
 /// The isovalue [`INSIDE`] of the way from one to another.

@@ -5,16 +5,10 @@
 //! interpolated. The cost is that of the active triangles: marks left by earlier queries are told
 //! apart by a stamp, so nothing of the spectrum's size is ever cleared.
 
-use rayon::prelude::*;
-
 use super::active_set::ActiveSet;
-use super::numbers::Numbers;
-use super::{Knot, Spectrum, SurfaceMesh, normals};
+use super::assembly::Assembly;
+use super::{Knot, Spectrum, SurfaceMesh};
 use crate::error::{Error, Result};
-
-/// Vertices that one thread interpolates at a time: about a millisecond, which starting another one
-/// does not come near to.
-const VERTICES_PER_TASK: usize = 1 << 13;
 
 /// Trajectories of at most so many knots are searched where the knots are, which are needed anyway.
 const SHORT: usize = 4;
@@ -26,18 +20,18 @@ pub struct Query<'a> {
     active: ActiveSet,
     /// The vertices of each triangle, and whether it is a cap; closer together than in
     /// [`Spectrum::triangles`].
-    corners: Vec<[u32; 3]>,
-    caps: Vec<bool>,
+    triangles: Vec<([u32; 3], bool)>,
+    trajectories: Trajectories,
+    assembly: Assembly,
+}
+
+/// Knots as meshes need them.
+#[derive(Clone, Debug)]
+struct Trajectories {
     /// As [`Spectrum::knots`].
     knots: Vec<TimedKnot>,
     /// Their ranks alone: a search among many knots finds sixteen in a cache line.
     ranks: Vec<u32>,
-    /// The vertices of the mesh in the making.
-    used: Numbers,
-    /// Of each of them, its index in the mesh.
-    indices: Vec<u32>,
-    /// The vertices of the last mesh, by their index in it.
-    vertices: Vec<u32>,
 }
 
 impl<'a> Query<'a> {
@@ -48,13 +42,12 @@ impl<'a> Query<'a> {
         Query {
             spectrum,
             active: ActiveSet::new(&spectrum.triangles),
-            corners: spectrum.triangles.iter().map(|t| t.vertices).collect(),
-            caps: spectrum.triangles.iter().map(|t| t.cap).collect(),
-            knots: knots.collect(),
-            ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
-            used: Numbers::new(spectrum.n_vertices()),
-            indices: vec![0; spectrum.n_vertices()],
-            vertices: Vec::new(),
+            triangles: spectrum.triangles.iter().map(|t| (t.vertices, t.cap)).collect(),
+            trajectories: Trajectories {
+                knots: knots.collect(),
+                ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
+            },
+            assembly: Assembly::new(spectrum),
         }
     }
 
@@ -81,50 +74,23 @@ impl<'a> Query<'a> {
         if !(low <= isovalue && isovalue <= high) {
             return Err(Error::Range { isovalue, low, high });
         }
-        mesh.triangles.clear();
-        mesh.caps.clear();
         let Some(rank) = spectrum.rank_at(isovalue) else {
-            mesh.positions.clear();
-            mesh.normals.clear();
+            *mesh = SurfaceMesh::default();
             return Ok(());
         };
-        let active = self.active.move_to(rank);
-        mesh.triangles.extend(active.iter().map(|&i| {
-            let corners = self.corners[i as usize];
-            corners.iter().for_each(|&v| self.used.insert(v));
-            corners
-        }));
-        mesh.caps.extend(active.iter().map(|&i| self.caps[i as usize]));
-        self.vertices.clear();
-        self.used.drain(|v| {
-            self.indices[v as usize] = self.vertices.len() as u32;
-            self.vertices.push(v);
-        });
-        for triangle in &mut mesh.triangles {
-            *triangle = triangle.map(|v| self.indices[v as usize]);
-        }
-        // Not cleared before: all of it is written.
-        mesh.positions.resize(self.vertices.len(), [0.0; 3]);
-        let interpolate = |(vertices, positions): (&[u32], &mut [_])| {
-            for (&v, position) in vertices.iter().zip(positions) {
-                *position = self.vertex_at(v, rank, isovalue);
-            }
-        };
-        if self.vertices.len() <= VERTICES_PER_TASK {
-            interpolate((&self.vertices, &mut mesh.positions));
-        } else {
-            (self.vertices.par_chunks(VERTICES_PER_TASK))
-                .zip(mesh.positions.par_chunks_mut(VERTICES_PER_TASK))
-                .for_each(interpolate);
-        }
-        normals::of_mesh(&mesh.positions, &mesh.triangles, &mesh.caps, &mut mesh.normals);
+        let Query { active, assembly, trajectories, triangles, .. } = self;
+        let triangles = active.move_to(rank).iter().map(|&i| triangles[i as usize]);
+        let place = |v| trajectories.vertex_at(spectrum, v, rank, isovalue);
+        assembly.assemble(triangles, place, mesh);
         Ok(())
     }
+}
 
+impl Trajectories {
     /// As [`Spectrum::vertex_at`].
     #[inline]
-    fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
-        let first_knot = &self.spectrum.first_knot;
+    fn vertex_at(&self, spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
+        let first_knot = &spectrum.first_knot;
         let range = first_knot[v as usize] as usize..first_knot[v as usize + 1] as usize;
         let trajectory = &self.knots[range.clone()];
         let next = if trajectory.len() <= SHORT {

@@ -8,8 +8,9 @@ use crate::spectrum::VolumeInfo;
 /// Degrees for a pixel of dragging: the width of a usual window turns the volume around once.
 const DEGREES_PER_PIXEL: f64 = 0.4;
 
-/// Nearest and farthest distance, as multiples of the one at which everything fits.
-const DISTANCES: (f64, f64) = (0.01, 20.0);
+/// Nearest and farthest distance, as multiples of the one at which the volume fits: the nearest is that of a surface of
+/// a voxel in a volume of a thousand.
+const DISTANCES: (f64, f64) = (0.001, 20.0);
 
 /// Turns the surface as if dragged by so many pixels, right and down.
 pub(super) fn turn(view: &mut View, by: DVec2) {
@@ -126,9 +127,9 @@ mod tests {
         turn(&mut view, DVec2::new(100.0, 1000.0));
         assert_eq!((view.camera.azimuth, view.camera.elevation), (355.0, 90.0));
         zoom(&mut view, 1e9);
-        assert_eq!(view.camera.distance, 0.01);
+        assert_eq!(view.camera.distance, 0.001);
         zoom(&mut view, f64::NAN);
-        assert_eq!(view.camera.distance, 0.01);
+        assert_eq!(view.camera.distance, 0.001);
         let first = Camera::default();
         reset(&mut view, &first);
         assert_eq!(view.camera, first);

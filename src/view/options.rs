@@ -149,7 +149,7 @@ fn facts(ui: &mut Ui, scene: &Scene) {
         format!("{} triangles", scene.n_triangles()),
         format!("{milliseconds:.1} ms for the last picture"),
         format!("range {} to {}", typed::shown(low), typed::shown(high)),
-        format!("{} events", scene.events.len()),
+        format!("{} events at {} isovalues", scene.spectrum.events.len(), scene.events.len()),
     ] {
         ui.label(RichText::new(line).small());
     }

@@ -5,6 +5,7 @@ use eframe::egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui
 use super::curves::Point;
 use super::scene::Scene;
 use super::typed;
+use crate::spectrum::Measures;
 
 /// Height of the curves, points.
 const HEIGHT: f32 = 96.0;
@@ -16,7 +17,9 @@ const SNAP: f32 = 5.0;
 struct Curve {
     name: &'static str,
     color: Color32,
-    of: fn(&Point) -> f64,
+    of: fn(&Measures) -> f64,
+    /// Whether it is a count, which is drawn as steps: there is nothing between two of its values.
+    is_count: bool,
 }
 
 /// Colours are told apart with any colour vision (Okabe and Ito 2008).
@@ -24,24 +27,36 @@ const CURVES: [Curve; 4] = [
     Curve {
         name: "components",
         color: Color32::from_rgb(0xE6, 0x9F, 0x00),
-        of: |p| f64::from(p.measures.components),
+        of: |m| f64::from(m.components),
+        is_count: true,
     },
     Curve {
         name: "Euler characteristic",
         color: Color32::from_rgb(0x56, 0xB4, 0xE9),
-        of: |p| p.measures.euler as f64,
+        of: |m| m.euler as f64,
+        is_count: true,
     },
-    Curve { name: "area", color: Color32::from_rgb(0x00, 0x9E, 0x73), of: |p| p.measures.area },
-    Curve { name: "volume", color: Color32::from_rgb(0xCC, 0x79, 0xA7), of: |p| p.measures.volume },
+    Curve {
+        name: "area without caps",
+        color: Color32::from_rgb(0x00, 0x9E, 0x73),
+        of: |m| m.area,
+        is_count: false,
+    },
+    Curve {
+        name: "enclosed volume",
+        color: Color32::from_rgb(0xCC, 0x79, 0xA7),
+        of: |m| m.volume,
+        is_count: false,
+    },
 ];
 
 /// Which curves are drawn.
 pub(super) type Shown = [bool; CURVES.len()];
 
 /// Draws the slider; the isovalue that was chosen on it.
-pub(super) fn show(ui: &mut Ui, scene: &Scene, shown: &mut Shown) -> Option<f64> {
+pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<f64> {
     let points = scene.curves.points();
-    legend(ui, &points, scene.isovalue, shown);
+    legend(ui, scene.measures(), shown);
     let size = Vec2::new(ui.available_width(), HEIGHT);
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let rect = response.rect.shrink2(Vec2::new(6.0, 2.0));
@@ -107,17 +122,12 @@ impl Axis {
     }
 }
 
-/// The names of the curves, to be switched on and off, with their values at the isovalue.
-fn legend(ui: &mut Ui, points: &[Point], isovalue: f64, shown: &mut Shown) {
-    let next = points.partition_point(|p| p.isovalue < isovalue);
-    let here =
-        [next.checked_sub(1), Some(next)].into_iter().flatten().filter_map(|i| points.get(i));
-    let here =
-        here.min_by(|a, b| (a.isovalue - isovalue).abs().total_cmp(&(b.isovalue - isovalue).abs()));
+/// The names of the curves, to be switched on and off, with the numbers of the mesh that is drawn.
+fn legend(ui: &mut Ui, here: Option<Measures>, shown: &mut Shown) {
     ui.horizontal_wrapped(|ui| {
         for (curve, shown) in CURVES.iter().zip(shown) {
             let value =
-                here.map_or_else(String::new, |p| format!(" {}", typed::shown((curve.of)(p))));
+                here.map_or_else(String::new, |m| format!(" {}", typed::shown((curve.of)(&m))));
             ui.visuals_mut().override_text_color = Some(curve.color);
             ui.checkbox(shown, format!("{}{value}", curve.name));
         }
@@ -126,11 +136,25 @@ fn legend(ui: &mut Ui, points: &[Point], isovalue: f64, shown: &mut Shown) {
 
 /// A curve over its own range, which always has 0 in it.
 fn line(curve: &Curve, points: &[Point], axis: &Axis) -> Vec<Pos2> {
-    let values = points.iter().map(curve.of);
+    let values = points.iter().map(|p| (curve.of)(&p.measures));
     let (low, high) = values.clone().fold((0.0f64, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
     let length = if high > low { high - low } else { 1.0 };
     let height = |v: f64| axis.rect.bottom() - axis.rect.height() * ((v - low) / length) as f32;
-    points.iter().zip(values).map(|(p, v)| pos2(axis.x_of(p.isovalue), height(v))).collect()
+    let line = points.iter().zip(values).map(|(p, v)| pos2(axis.x_of(p.isovalue), height(v)));
+    if curve.is_count { steps(line.collect()) } else { line.collect() }
+}
+
+/// Level half-way to the next point, then up or down at once.
+fn steps(points: Vec<Pos2>) -> Vec<Pos2> {
+    let mut line = Vec::with_capacity(3 * points.len());
+    for (i, &point) in points.iter().enumerate() {
+        line.push(point);
+        if let Some(next) = points.get(i + 1).filter(|next| next.y != point.y) {
+            let x = 0.5 * (point.x + next.x);
+            line.extend([pos2(x, point.y), pos2(x, next.y)]);
+        }
+    }
+    line
 }
 
 /// The histogram of the samples, its heights by their logarithms.
@@ -167,4 +191,17 @@ fn nearest_event(scene: &Scene, axis: &Axis, isovalue: f64) -> Option<f64> {
         .filter_map(|i| scene.events.get(i).copied())
         .filter(|&c| away(c) <= SNAP)
         .min_by(|a, b| away(*a).total_cmp(&away(*b)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_drawn_level_and_upright() {
+        let line = steps([(0.0, 3.0), (2.0, 3.0), (4.0, 1.0)].map(Pos2::from).to_vec());
+        let wanted = [(0.0, 3.0), (2.0, 3.0), (3.0, 3.0), (3.0, 1.0), (4.0, 1.0)].map(Pos2::from);
+        assert_eq!(line, wanted);
+        assert!(line.windows(2).all(|w| w[0].x == w[1].x || w[0].y == w[1].y));
+    }
 }

@@ -12,9 +12,10 @@ use super::hand;
 use super::loading::Loaded;
 use super::typed;
 use crate::error::{Error, Result};
+use crate::export::place_in_world;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, SHOWN_FORMAT, View};
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Measures, Spectrum};
 use crate::volume::Histogram;
 
 /// A spectrum on the screen.
@@ -26,6 +27,8 @@ pub(super) struct Scene {
     /// Isovalues of events, increasing, each once.
     pub(super) events: Vec<f64>,
     pub(super) isovalue: f64,
+    /// The isovalue of the last numbers, and those.
+    measures: Option<(f64, Measures)>,
     /// The isovalue of the second surface.
     pub(super) second: Option<f64>,
     pub(super) painter: Painter,
@@ -55,6 +58,7 @@ impl Scene {
             curves: Curves::start(&spectrum, window),
             events,
             isovalue,
+            measures: None,
             second: None,
             painter,
             samples,
@@ -79,6 +83,24 @@ impl Scene {
     pub(super) fn step_by(&mut self, notches: f64, is_fine: bool) {
         let step = if is_fine { 0.1 * self.step() } else { self.step() };
         self.isovalue = typed::stepped(self.isovalue, notches, step, self.spectrum.range);
+    }
+
+    /// What the closed mesh at the isovalue, which is drawn, is like in the world.
+    pub(super) fn measures(&mut self) -> Option<Measures> {
+        if self.measures.is_none_or(|(isovalue, _)| isovalue != self.isovalue) {
+            let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue).ok()?;
+            let placed = place_in_world(mesh.clone(), &self.spectrum.volume.placement);
+            self.measures = Some((self.isovalue, Measures::of(&placed)));
+        }
+        self.measures.map(|(_, measures)| measures)
+    }
+
+    /// Makes the picture fit the surface, if there is any.
+    pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
+        if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue)? {
+            view.fit(&self.spectrum.volume, bounds);
+        }
+        Ok(())
     }
 
     /// Triangles drawn.

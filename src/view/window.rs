@@ -37,6 +37,8 @@ pub(super) struct Window {
     sweep: Option<Sweep>,
     view: View,
     first_camera: Camera,
+    /// Whether the next picture fits the surface that it shows.
+    is_to_fit: bool,
     options: Options,
     curves: plot::Shown,
     parameters: Parameters,
@@ -72,6 +74,7 @@ impl Window {
             loading: None,
             sweep: None,
             first_camera: view.camera,
+            is_to_fit: true,
             view,
             options: Options::default(),
             curves: [true, false, true, false],
@@ -113,8 +116,14 @@ impl Window {
             old.close(&self.render_state);
         }
         (self.sweep, self.playing, self.typed) = (None, None, None);
-        hand::reset(&mut self.view, &self.first_camera);
+        self.reset();
         Ok(())
+    }
+
+    /// Back to the first direction, with the surface that is shown filling the picture.
+    fn reset(&mut self) {
+        hand::reset(&mut self.view, &self.first_camera);
+        self.is_to_fit = true;
     }
 
     /// Shows a line for a while.
@@ -150,7 +159,7 @@ impl Window {
             (Action::Wireframe, _) => {
                 self.view.wireframe = self.view.wireframe.is_none().then_some(1.0);
             }
-            (Action::Reset, _) => hand::reset(&mut self.view, &self.first_camera),
+            (Action::Reset, _) => self.reset(),
             (Action::Step { notches, is_fine }, Some(scene)) => {
                 self.playing = None;
                 scene.step_by(notches, is_fine);
@@ -227,6 +236,12 @@ impl Window {
         let largest = self.gpu.device().limits().max_texture_dimension_2d;
         self.view.width = (size.x as u32).min(largest);
         self.view.height = (size.y as u32).min(largest);
+        if std::mem::take(&mut self.is_to_fit)
+            && let Err(error) = scene.fit(&mut self.view)
+        {
+            let text = error.to_string();
+            return self.say(ui.ctx(), text);
+        }
         let corner = corner / scale;
         let shown = Rect::from_min_size(corner, size / scale);
         drag(&response, scale, scene, &mut self.view);

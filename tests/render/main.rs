@@ -4,6 +4,7 @@
 //! adapter will do.
 
 mod drawing;
+mod normals;
 
 use std::f64::consts::PI;
 
@@ -278,4 +279,44 @@ fn a_lost_device_is_an_error_of_one_line() {
         assert!(matches!(error, Error::Gpu(_)), "{error}");
         assert!(!error.to_string().contains('\n'), "{error}");
     }
+}
+
+#[test]
+fn a_picture_fits_the_surface_and_keeps_its_shape() {
+    let spectrum = growing_sphere(4);
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    for camera in ["35,22", "-80,-60"] {
+        for isovalue in [0.1, 1.0] {
+            let mut view = small(camera);
+            let bounds = renderer.bounds(&[isovalue]).expect("in the range").expect("a sphere");
+            view.fit(&spectrum.volume, bounds);
+            let (area, middle) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
+            // The box around a ball is wider than the ball from aslant, by up to the square root of three.
+            let share = 2.0 * (area / PI).sqrt() / f64::from(view.height);
+            assert!((0.5..=0.95).contains(&share), "{camera} at {isovalue}: {share} of the height");
+            for (found, size) in middle.into_iter().zip([view.width, view.height]) {
+                assert!((found - 0.5 * f64::from(size)).abs() < MIDDLE_TOLERANCE, "{middle:?}");
+            }
+        }
+    }
+    // A view that fits two isosurfaces fits the larger one.
+    let [one, both] = [&[1.0][..], &[0.1, 1.0]].map(|c| renderer.bounds(c).expect("in the range"));
+    assert_eq!(one, both);
+    let mut twice = View { camera: "35,22,2".parse().expect("a camera"), ..small("35,22") };
+    let mut once = small("35,22");
+    let bounds = one.expect("a sphere");
+    twice.fit(&spectrum.volume, bounds);
+    once.fit(&spectrum.volume, bounds);
+    assert!((twice.camera.distance / once.camera.distance - 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_is_tiny_is_shown_with_its_surroundings() {
+    let spectrum = growing_sphere(2);
+    let mut view = small("35,22");
+    view.fit(&spectrum.volume, [MIDDLE; 2]);
+    let mut wider = small("35,22");
+    wider.fit(&spectrum.volume, [MIDDLE.map(|x| x - 0.5), MIDDLE.map(|x| x + 0.5)]);
+    assert_eq!(view, wider);
+    assert!(view.camera.distance > 0.0);
 }
