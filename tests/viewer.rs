@@ -251,9 +251,16 @@ fn the_window_shows_what_render_draws() {
     let folder = Folder::with_spectrum();
     let window = Window::open(&server, &folder, &["s.isp", "-c", "50%"]);
     for (typed, color) in [("20%", "none"), ("0.45", "none"), ("70%", "none")] {
+        let before = window.picture();
         window.type_isovalue(typed);
+        let kept = window.picture();
+        // The view stays while the isovalue moves; R fits the surface that is shown, as `render` does.
+        window.input("key r");
         let saved = window.picture();
-        assert!(saved.covered() > 0.02, "something is seen at {typed}");
+        assert!(saved.covered() > 0.1, "the surface fills the picture at {typed}");
+        if typed == "20%" {
+            assert!(kept.difference(&before) > 0.0 && saved.difference(&kept) > 0.0, "R fits");
+        }
 
         let (isovalue, n_triangles) = window.seen();
         let size = format!("{}x{}", saved.width, saved.height());
