@@ -6,7 +6,8 @@ const SLIDER_STEPS = 10000;
 const STEP = 1 / 200;
 const FINE_STEP = 1 / 4000;
 const DEGREES_PER_PIXEL = 0.4;
-const [NEAREST, FARTHEST] = [0.02, 20];
+/** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
+const [NEAREST, FARTHEST] = [0.0002, 20];
 
 /** Pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
 function followPointers(canvas, viewer) {
