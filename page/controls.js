@@ -138,6 +138,7 @@ class Panel {
             viewer.setIsovalue(low * (1 - t) + high * t);
         });
         this.typed = element("isovalue");
+        this.printed = element("printed-isovalue");
         const type = () => this.type();
         this.typed.addEventListener("change", type);
         this.typed.addEventListener("keydown", (event) => {
@@ -145,6 +146,7 @@ class Panel {
             if (event.key === "Escape") this.show();
         });
         this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
+        element("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
         this.message = element("message");
         this.loading = element("loading");
         element("low").textContent = shownIsovalue(low, high - low);
@@ -182,6 +184,7 @@ class Panel {
         this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${percent} of the range`);
         if (this.shown !== isovalue) {
             this.typed.value = text;
+            this.printed.textContent = text;
             this.typed.setAttribute("aria-invalid", false);
             this.message.textContent = "";
             this.shown = isovalue;

@@ -71,7 +71,7 @@ class Viewer {
     async recover() {
         this.renderer = null;
         this.nLost = (this.nLost ?? 0) + 1;
-        const renderer = this.nLost <= MOST_LOST ? await openRenderer(null, this.about) : null;
+        const renderer = this.nLost <= MOST_LOST ? await openRenderer(renderersFor(null), this.about) : null;
         if (renderer) {
             await this.use(renderer);
             this.request();
