@@ -2,9 +2,14 @@
 // are used again for the next isovalue, so that a sweep makes no garbage; they hold more than `nVertices`
 // or `nTriangles` say.
 
+/** How much room is made where there is too little for n numbers: a quarter more, as a sweep goes on. */
+function roomOf(n) {
+    return Math.ceil(1.25 * n);
+}
+
 /** An array with room for n numbers: the same where it has it, else a larger one, empty. */
 function roomFor(array, n) {
-    return array.length >= n ? array : new array.constructor(Math.ceil(1.25 * n));
+    return array.length >= n ? array : new array.constructor(roomOf(n));
 }
 
 class Surface {

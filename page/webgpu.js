@@ -64,7 +64,8 @@ class WebGpuRenderer {
     static async open(canvas, about) {
         const adapter = await navigator.gpu?.requestAdapter();
         if (!adapter) throw new Error("no WebGPU adapter");
-        const largest = Math.max(4 * KNOT_WORDS * about.knots, 4 * TRIANGLE_WORDS * about.triangles, 1 << 27);
+        const most = roomOf(TRIANGLE_WORDS * about.most_triangles);
+        const largest = Math.max(4 * KNOT_WORDS * about.knots, 4 * most, 1 << 27);
         if (adapter.limits.maxStorageBufferBindingSize < largest) {
             throw new Error("the spectrum is too large for this adapter");
         }

@@ -24,7 +24,7 @@ mod part;
 mod template;
 
 use crate::error::{Error, Result};
-use crate::render::Image;
+use crate::render::{Image, Memory};
 use crate::spectrum::Spectrum;
 use crate::volume::Histogram;
 
@@ -130,7 +130,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "open": page.open,
         "isovalue": page.isovalue,
         "knots": spectrum.knots.len(),
-        "triangles": spectrum.triangles.len(),
+        "most_triangles": Memory::of(spectrum).most_triangles,
         "samples": page.samples.map(|samples| curves::samples(samples, spectrum.range)),
         "curves": curves::curves(spectrum)?,
     });

@@ -12,7 +12,9 @@ use std::sync::OnceLock;
 use isospectrum::Error;
 use isospectrum::export::read_ply;
 use isospectrum::file;
+use isospectrum::gpu::Gpu;
 use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
+use isospectrum::render::{Camera, Renderer, View};
 use isospectrum::spectrum::{Query, Spectrum};
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Histogram, Samples, phantom};
@@ -25,7 +27,7 @@ const LARGEST_SCRIPT: usize = 100_000;
 /// the isovalue where the hole of the torus opens, and near the end.
 const SHARES: [f64; 4] = [0.5, 0.6, 0.75, 0.9];
 
-/// Where they are seen from, in pictures and in the address of the page.
+/// Where they are seen from, as the address of the page says it: [`Camera::default`], from where the volume fits.
 const CAMERA: &str = "35,22,1";
 
 /// Width and height of the pictures that are compared.
@@ -256,6 +258,20 @@ fn write_ball(folder: &Folder) {
     folder.run(&["html", "ball.isp", "-o", "ball.html"]);
 }
 
+/// Pictures as the program draws them.
+fn write_native_pictures(folder: &Folder, spectrum: &Spectrum, isovalues: &[f64]) {
+    let gpu = Gpu::new(None).expect("an adapter");
+    let mut renderer = Renderer::new(&gpu, spectrum).expect("a spectrum that fits the device");
+    let [width, height] = SIZE;
+    let view = View { width, height, camera: Camera::default(), ..View::default() };
+    for (i, &isovalue) in isovalues.iter().enumerate() {
+        let mut bytes = Vec::new();
+        let picture = renderer.draw(isovalue, &view).expect("a picture");
+        picture.encode_png(&mut bytes).expect("memory takes every byte");
+        folder.write(&format!("native-{i}.png"), &bytes);
+    }
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();
@@ -283,11 +299,8 @@ fn folder_for_the_browser() -> Folder {
     let spectrum = spectrum();
     let (low, high) = spectrum.range;
     let isovalues = SHARES.map(|share| low * (1.0 - share) + high * share);
-    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    write_native_pictures(&folder, &spectrum, &isovalues);
     for (i, isovalue) in isovalues.iter().map(f64::to_string).enumerate() {
-        let picture = format!("native-{i}.png");
-        let flags = ["-c", &isovalue, "-o", &picture, "--size", &size, "--camera", CAMERA];
-        folder.run(&[&["render", "s.isp"][..], &flags].concat());
         let mesh = format!("extracted-{i}.ply");
         folder.run(&["extract", "s.isp", "--isovalue", &isovalue, "-o", &mesh]);
     }
