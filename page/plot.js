@@ -82,9 +82,7 @@ class Plot {
         const points = [[0, sampled[0]]];
         for (let i = 1; i < sampled.length; i++) {
             if (!changes) points.push([x(i), sampled[i]]);
-            else if (sampled[i] !== sampled[i - 1]) {
-                points.push(...this.steps([x(i - 1), x(i)], [sampled[i - 1], sampled[i]], changes));
-            }
+            else points.push(...this.steps([x(i - 1), x(i)], [sampled[i - 1], sampled[i]], changes));
         }
         // Counts that go into the thousands beside ones and twos: their logarithms.
         const values = points.map(([, v]) => (changes ? Math.sign(v) * Math.log1p(Math.abs(v)) : v));
@@ -109,13 +107,14 @@ class Plot {
      * only: at each where their kinds explain it, else at the last one.
      */
     steps([left, right], [before, after], changes) {
-        const between = this.marks.filter(([c]) => left <= this.x(c) && this.x(c) <= right);
+        const between = this.marks.filter(([c]) => left < this.x(c) && this.x(c) <= right);
         let value = before;
         const steps = between.map(([c, kinds]) => {
             for (const kind of kinds) value += changes[kind];
             return [this.x(c), value];
         });
-        if (value === after && between.length > 0) return steps;
+        if (value === after) return steps;
+        if (before === after) return [];
         return [[between.length > 0 ? this.x(between.at(-1)[0]) : (left + right) / 2, after]];
     }
 
