@@ -14,6 +14,7 @@ function applyAddress(viewer) {
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
+        viewer.isFitWanted = false;
         viewer.setView({
             azimuth,
             elevation: Math.min(Math.max(elevation, -90), 90),

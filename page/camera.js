@@ -4,6 +4,8 @@
 const FIELD_OF_VIEW = (30 * Math.PI) / 180;
 const FILL = 0.94;
 const BORDER = 0.1;
+/** The least side of a box that a picture is made to fit, voxels. */
+const LEAST_BOX = 1;
 
 /** Degrees about the world's z axis and above its x-y plane; 1 is where the volume just fits. */
 const FIRST_VIEW = { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] };
@@ -37,6 +39,37 @@ function boxOf({ dims, placement: { spacing, direction } }) {
     return { corners: corners.map((c) => c.map((x, i) => x - middle[i])), middle };
 }
 
+/** From where boxes just fit a picture, along the direction of sight from their middle: the least distance. */
+function fitDistance(axes, corners, width, height) {
+    const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
+    const tanX = (tanY * width) / height;
+    return Math.max(...corners.map((c) => {
+        const [x, y, z] = axes.map((axis) => dot(axis, c));
+        return z + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY));
+    }));
+}
+
+/**
+ * Distance and target of a view, seen from where it is, that fits a box of the voxel frame (least and greatest
+ * corner, LEAST_BOX voxels along each axis at least); without one, the volume.
+ */
+function fitOf(volume, box, view, width, height) {
+    if (!box) return { distance: 1, target: [0, 0, 0] };
+    const { direction } = volume.placement;
+    const { corners, middle } = boxOf(volume);
+    const [least, most] = box;
+    const halves = least.map((x, axis) => 0.5 * Math.max(most[axis] - x, LEAST_BOX));
+    const around = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
+        alongWorld(direction, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
+    const axes = axesOf(view);
+    const [fit, whole] = [around, corners].map((c) => fitDistance(axes, c, width, height));
+    const target = alongWorld(direction, least.map((x, axis) => 0.5 * (x + most[axis])));
+    return {
+        distance: Math.min(Math.max(fit / whole, NEAREST), FARTHEST),
+        target: target.map((x, i) => x - middle[i]),
+    };
+}
+
 /**
  * The matrices of a picture, and how far the eye is from the point it looks at. `view.target` is
  * the offset of that point from the middle of the volume, voxels along the world's axes.
@@ -47,11 +80,8 @@ function projectionOf(volume, view, width, height) {
     const axes = axesOf(view);
     const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
     const tanX = (tanY * width) / height;
-    const turned = corners.map((c) => axes.map((axis) => dot(axis, c)));
-    const fit = Math.max(...turned.map(([x, y, z]) =>
-        z + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY))));
-    const distance = view.distance * fit;
-    const radius = Math.max(...turned.map((p) => Math.hypot(...p))) + Math.hypot(...view.target);
+    const distance = view.distance * fitDistance(axes, corners, width, height);
+    const radius = Math.max(...corners.map((p) => Math.hypot(...p))) + Math.hypot(...view.target);
     const far = distance + radius;
     const near = Math.max(distance - radius, 1e-3 * far);
 
@@ -99,16 +129,15 @@ function product(a, b) {
  * The point of the mesh under a point of the picture (-1 to 1, right and up), as a target of the
  * view; none beside the mesh.
  */
-function pointUnder(query, open, volume, projection, [x, y]) {
+function pointUnder({ surface }, volume, projection, [x, y]) {
     const { clipFromVoxel: m } = projection;
-    const { vertices, caps } = query.spectrum;
-    const corners = [0, 1, 2].map(() => [0, 0, 0]);
     let [nearest, found] = [Infinity, null];
-    for (let i = 0; i < query.active.length; i++) {
-        const t = query.active.list[i];
-        if (open && caps[t]) continue;
-        const seen = corners.map((p, k) => {
-            query.vertex(vertices[3 * t + k], p);
+    for (let i = 0; i < surface.nTriangles; i++) {
+        const corners = [0, 1, 2].map((k) => {
+            const at = 3 * surface.corners[3 * i + k];
+            return surface.positions.subarray(at, at + 3);
+        });
+        const seen = corners.map((p) => {
             const at = (row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row];
             const w = at(3);
             return [at(0) / w - x, at(1) / w - y, w];

@@ -6,7 +6,8 @@ const SLIDER_STEPS = 10000;
 const STEP = 1 / 200;
 const FINE_STEP = 1 / 4000;
 const DEGREES_PER_PIXEL = 0.4;
-const [NEAREST, FARTHEST] = [0.02, 20];
+/** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
+const [NEAREST, FARTHEST] = [0.0002, 20];
 
 /** Pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
 function followPointers(canvas, viewer) {
@@ -137,6 +138,7 @@ class Panel {
             viewer.setIsovalue(low * (1 - t) + high * t);
         });
         this.typed = element("isovalue");
+        this.printed = element("printed-isovalue");
         const type = () => this.type();
         this.typed.addEventListener("change", type);
         this.typed.addEventListener("keydown", (event) => {
@@ -144,6 +146,7 @@ class Panel {
             if (event.key === "Escape") this.show();
         });
         this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
+        element("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
         this.message = element("message");
         this.loading = element("loading");
         element("low").textContent = shownIsovalue(low, high - low);
@@ -181,6 +184,7 @@ class Panel {
         this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${percent} of the range`);
         if (this.shown !== isovalue) {
             this.typed.value = text;
+            this.printed.textContent = text;
             this.typed.setAttribute("aria-invalid", false);
             this.message.textContent = "";
             this.shown = isovalue;

@@ -5,10 +5,19 @@
 // A reply has `error` instead of `result` where something was wrong. Once the first picture is
 // there, { isospectrum: "ready", state } is sent unasked.
 
+/** What is told as an isovalue, if it is a number: nothing is made one. */
+function numberOf(isovalue) {
+    if (Number.isFinite(isovalue)) return isovalue;
+    const told = typeof isovalue === "object" || typeof isovalue === "function"
+        ? typeof isovalue : String(isovalue).slice(0, 40);
+    throw new TypeError(`isovalue ${isovalue === null ? "null" : told}, expected a number`);
+}
+
 function followMessages(viewer) {
     if (window.parent === window) return;
     const calls = {
         setIsovalue: ({ isovalue }) => {
+            numberOf(isovalue);
             if (!(viewer.low <= isovalue && isovalue <= viewer.high)) {
                 throw new Error(`isovalue ${isovalue} lies outside ${viewer.low} to ${viewer.high}`);
             }

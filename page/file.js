@@ -118,8 +118,8 @@ function isovaluesOf(section) {
 
 /**
  * The spectrum in the bytes: its description, isovalues, first knot of each vertex (one more than
- * there are), ranks, positions (3 per knot, whole steps), normals (2 per knot, an octahedral code),
- * and triangles with vertices (3 per triangle), births, deaths and caps.
+ * there are), ranks, positions (3 per knot, whole steps), and triangles with vertices (3 per triangle),
+ * births, deaths and caps.
  */
 function spectrumOf(bytes, { step, along }) {
     const [info, isovalueSection, rankSection, triangleSection, positionSection] = sectionsOf(bytes);
@@ -130,6 +130,5 @@ function spectrumOf(bytes, { step, along }) {
     const told = toldOf(positionSection, trajectories);
     const samples = new Samples(described.volume, 1 / step);
     const positions = positionsOf(told, samples, trajectories, isovalues, triangles, along);
-    const normals = normalsOf(isovalues, trajectories, triangles, positions, step);
-    return { info: described, isovalues, ...trajectories, ...triangles, positions, normals };
+    return { info: described, isovalues, ...trajectories, ...triangles, positions };
 }

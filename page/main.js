@@ -4,19 +4,25 @@
 /** With no more than these, unpacking beside the first picture would hold it up. */
 const FEW_PROCESSORS = 2;
 
-/** The best renderer there is, or the one that is wanted; null where there is none. */
-async function openRenderer(wanted, about) {
-    const kinds = { webgpu: WebGpuRenderer, webgl2: WebGl2Renderer };
-    for (const [name, kind] of Object.entries(kinds)) {
-        if (wanted in kinds && wanted !== name) continue;
+/** Ways to draw, the best first. */
+const RENDERERS = { webgpu: WebGpuRenderer, webgl2: WebGl2Renderer };
+
+/** The first of some ways to draw that there is; null where there is none. */
+async function openRenderer(names, about) {
+    for (const name of names) {
         try {
             // A canvas that has had one kind of context gets no other.
-            return await kind.open(document.getElementById("canvas").cloneNode(false), about);
+            return await RENDERERS[name].open(document.getElementById("canvas").cloneNode(false), about);
         } catch (error) {
             console.info(`${name}: ${error.message}`);
         }
     }
     return null;
+}
+
+/** All ways to draw, the wanted one first. What the address wants may be anything. */
+function renderersFor(wanted) {
+    return Object.keys(RENDERERS).sort((a, b) => (b === wanted) - (a === wanted));
 }
 
 /** Says why there is only the still picture. */
@@ -51,7 +57,7 @@ async function drawWith(viewer, renderer) {
 }
 
 async function drawOtherwise(viewer, renderer, error) {
-    const other = renderer.name === "WebGPU" ? await openRenderer("webgl2", viewer.about) : null;
+    const other = renderer.name === "WebGPU" ? await openRenderer(["webgl2"], viewer.about) : null;
     if (!other) throw error;
     await viewer.use(other);
 }
@@ -68,7 +74,7 @@ async function present(viewer) {
         if (location.hash !== viewer.address) applyAddress(viewer);
     });
     window.isospectrum = {
-        setIsovalue: (isovalue) => viewer.setIsovalue(isovalue),
+        setIsovalue: (isovalue) => viewer.setIsovalue(numberOf(isovalue)),
         getState: () => viewer.state(),
         screenshot: () => viewer.screenshot(),
         pixels: () => viewer.pixels(),
@@ -88,7 +94,7 @@ async function start(script) {
     const about = JSON.parse(document.getElementById("about").textContent);
     performance.mark("start");
     // The device gets ready while the page arrives.
-    const opening = openRenderer(readAddress().get("renderer"), about);
+    const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
     const first = taken("first");
     let unpacking = null;
     const unpack = () => {

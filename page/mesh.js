@@ -5,71 +5,53 @@
 class Query {
     constructor(spectrum, step) {
         this.spectrum = spectrum;
-        this.step = step;
         this.active = new ActiveSet(spectrum);
-        // Of each vertex: the mesh that used it last, and its index there.
-        this.mark = new Uint32Array(spectrum.firstKnot.length);
-        this.index = new Uint32Array(spectrum.firstKnot.length);
-        this.nMeshes = 0;
+        this.surface = new Surface(spectrum, step);
     }
 
-    /** Moves the active set; whether it changed. */
-    moveTo(isovalue) {
+    /** Brings the surface to an isovalue, without caps where `open`; whether anything changed. */
+    moveTo(isovalue, open) {
+        const { isovalues } = this.spectrum;
+        const rank = isovalues.length > 0 ? rankAt(isovalues, isovalue) : -1;
+        const isListed = !this.active.moveTo(rank) && this.open === open;
+        if (isListed && this.isovalue === isovalue) return false;
+        if (!isListed) this.surface.list(this.active, open);
+        this.surface.moveTo(isovalue, rank);
         this.isovalue = isovalue;
-        const rank = rankAt(this.spectrum.isovalues, isovalue);
-        return this.active.moveTo(this.spectrum.isovalues.length > 0 ? rank : -1);
+        this.open = open;
+        return true;
     }
 
     /**
-     * Writes position and, where wanted, normal of a vertex at the present isovalue to arrays, from
-     * index `at` on.
+     * The whole mesh at the present isovalue: positions and, where wanted, normals (3 per vertex,
+     * Float32Array), triangles (3 vertices each, Uint32Array), caps (Uint8Array); vertices and triangles in the
+     * order of the file.
      */
-    vertex(v, position, normal, at = 0) {
-        const { firstKnot, ranks, isovalues, positions, normals } = this.spectrum;
-        const a = knotAt(firstKnot, ranks, v, this.active.rank);
-        const b = Math.min(a + 1, firstKnot[v + 1] - 1);
-        const low = 0.5 * isovalues[ranks[a]];
-        let t = (0.5 * this.isovalue - low) / (0.5 * isovalues[ranks[b]] - low);
-        t = Math.min(Math.max(Number.isFinite(t) ? t : 0, 0), 1);
-        for (let i = 0; i < 3; i++) {
-            position[at + i] = this.step * ((1 - t) * positions[3 * a + i] + t * positions[3 * b + i]);
-        }
-        if (!normal) return;
-        const [p, q] = [a, b].map((k) => decodedNormal(normals[2 * k], normals[2 * k + 1]));
-        const n = p.map((x, i) => (1 - t) * x + t * q[i]);
-        const length = Math.hypot(...n);
-        for (let i = 0; i < 3; i++) normal[at + i] = length > 1e-6 ? n[i] / length : p[i];
-    }
-
-    /**
-     * The whole mesh: positions and, where wanted, normals (3 per vertex, Float32Array), triangles
-     * (3 vertices each, Uint32Array), caps (Uint8Array); vertices and triangles in the order of the
-     * file. With `open`, without caps.
-     */
-    mesh(open, withNormals) {
+    mesh(withNormals) {
         const { vertices, caps } = this.spectrum;
-        const { mark, index } = this;
-        const kept = this.active.list.slice(0, this.active.length)
-            .filter((t) => !(open && caps[t]))
-            .sort();
-        this.nMeshes++;
-        const found = [];
-        const triangles = new Uint32Array(3 * kept.length);
-        for (let t = 0; t < kept.length; t++) {
-            for (let k = 0; k < 3; k++) {
-                const v = vertices[3 * kept[t] + k];
-                triangles[3 * t + k] = v;
-                if (mark[v] === this.nMeshes) continue;
-                mark[v] = this.nMeshes;
-                found.push(v);
-            }
-        }
-        const used = Uint32Array.from(found).sort();
-        used.forEach((v, i) => { index[v] = i; });
-        for (let i = 0; i < triangles.length; i++) triangles[i] = index[triangles[i]];
+        const { surface } = this;
+        const kept = surface.triangles.slice(0, surface.nTriangles).sort();
+        const used = surface.vertices.slice(0, surface.nVertices).sort();
         const positions = new Float32Array(3 * used.length);
         const normals = new Float32Array(withNormals ? 3 * used.length : 0);
-        used.forEach((v, i) => this.vertex(v, positions, withNormals ? normals : null, 3 * i));
+        const units = new Float32Array(normals.length);
+        if (withNormals) unitsOf(used.length, surface.directions, units);
+        // Of each vertex of the surface, its number in the order of the file.
+        const index = new Uint32Array(used.length);
+        used.forEach((v, i) => {
+            const from = 3 * surface.numberOf[v];
+            index[surface.numberOf[v]] = i;
+            for (let axis = 0; axis < 3; axis++) {
+                positions[3 * i + axis] = surface.positions[from + axis];
+                if (withNormals) normals[3 * i + axis] = units[from + axis];
+            }
+        });
+        const triangles = new Uint32Array(3 * kept.length);
+        kept.forEach((t, i) => {
+            for (let k = 0; k < 3; k++) {
+                triangles[3 * i + k] = index[surface.numberOf[vertices[3 * t + k]]];
+            }
+        });
         return { positions, normals, triangles, caps: Uint8Array.from(kept, (t) => caps[t]) };
     }
 }

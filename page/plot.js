@@ -7,6 +7,9 @@ const HEIGHT = 100;
 /** Below the curves, for the events. */
 const MARKS = 14;
 const KINDS = ["emerge", "merge", "handle opens", "split", "handle closes", "vanish"];
+/** What an event of each kind adds to the components and to the Euler characteristic. */
+const COMPONENT_CHANGES = [1, -1, 0, 1, 0, -1];
+const EULER_CHANGES = [2, -2, -2, 2, 2, -2];
 /** How near to an event, CSS pixels, a click means it. */
 const NEAR = 5;
 
@@ -23,20 +26,12 @@ class Plot {
         svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + MARKS}`);
         svg.setAttribute("preserveAspectRatio", "none");
         if (samples) this.bars(samples.histogram);
-        this.curve("area", curves.area, false);
-        this.curve("volume", curves.volume, false);
-        this.curve("euler", curves.euler, true);
-        this.curve("components", curves.components, true);
-        for (const [isovalue, kind] of curves.events) {
-            const x = this.x(isovalue);
-            const mark = svgElement("line", {
-                class: `event kind${kind}`, x1: x, x2: x, y1: HEIGHT + 4, y2: HEIGHT + MARKS,
-            });
-            const title = svgElement("title", {});
-            title.textContent = `${KINDS[kind]} at ${shownIsovalue(isovalue, high - low)}`;
-            mark.append(title);
-            svg.append(mark);
-        }
+        this.marks = marksOf(curves.events);
+        this.curve("area", curves.area, null);
+        this.curve("volume", curves.volume, null);
+        this.curve("euler", curves.euler, EULER_CHANGES);
+        this.curve("components", curves.components, COMPONENT_CHANGES);
+        for (const [isovalue, kinds] of this.marks) this.mark(isovalue, kinds);
         this.cursor = svgElement("line", { class: "cursor", y1: 0, y2: HEIGHT + MARKS });
         svg.append(this.cursor);
         const point = (event) => choose(this.isovalueAt(event));
@@ -48,6 +43,20 @@ class Plot {
         svg.addEventListener("pointermove", (event) => {
             if (svg.hasPointerCapture(event.pointerId)) point(event);
         });
+    }
+
+    /** A tick at an isovalue with events, which says what happens there. */
+    mark(isovalue, kinds) {
+        const x = this.x(isovalue);
+        const mark = svgElement("line", { class: "event", x1: x, x2: x, y1: HEIGHT + 4, y2: HEIGHT + MARKS });
+        const title = svgElement("title", {});
+        const told = KINDS.flatMap((name, kind) => {
+            const n = kinds.filter((k) => k === kind).length;
+            return n === 0 ? [] : [n === 1 ? name : `${name} (${n} times)`];
+        });
+        title.textContent = `${told.join(", ")} at ${shownIsovalue(isovalue, this.high - this.low)}`;
+        mark.append(title);
+        this.svg.append(mark);
     }
 
     x(isovalue) {
@@ -67,26 +76,46 @@ class Plot {
         document.getElementById("histogram-name").hidden = false;
     }
 
-    curve(name, exact, isStepped) {
+    /** A curve through evenly spaced isovalues; steps of counts, which `changes` tells of by kind of event. */
+    curve(name, sampled, changes) {
+        const x = (i) => (WIDTH * i) / (sampled.length - 1);
+        const points = [[0, sampled[0]]];
+        for (let i = 1; i < sampled.length; i++) {
+            if (!changes) points.push([x(i), sampled[i]]);
+            else points.push(...this.steps([x(i - 1), x(i)], [sampled[i - 1], sampled[i]], changes));
+        }
         // Counts that go into the thousands beside ones and twos: their logarithms.
-        const values = exact.map((x) => (isStepped ? Math.sign(x) * Math.log1p(Math.abs(x)) : x));
+        const values = points.map(([, v]) => (changes ? Math.sign(v) * Math.log1p(Math.abs(v)) : v));
         const least = Math.min(0, ...values);
         const most = Math.max(...values, least + 1e-30);
-        const y = (value) => 2 + (HEIGHT - 4) * (1 - (value - least) / (most - least));
-        const x = (i) => (WIDTH * i) / (values.length - 1);
-        let path = `M0,${y(values[0]).toFixed(1)}`;
-        for (let i = 1; i < values.length; i++) {
-            // A count changes somewhere between two isovalues; the step is drawn in the middle.
-            if (isStepped) path += `H${((x(i - 1) + x(i)) / 2).toFixed(1)}V${y(values[i]).toFixed(1)}`;
-            else path += `L${x(i).toFixed(1)},${y(values[i]).toFixed(1)}`;
-        }
-        if (isStepped) path += `H${WIDTH}`;
+        const y = (i) => (2 + (HEIGHT - 4) * (1 - (values[i] - least) / (most - least))).toFixed(1);
+        let path = `M0,${y(0)}`;
+        points.forEach(([at], i) => {
+            if (i > 0) path += changes ? `H${at.toFixed(1)}V${y(i)}` : `L${at.toFixed(1)},${y(i)}`;
+        });
+        if (changes) path += `H${WIDTH}`;
         if (name === "area") {
             this.svg.append(svgElement("path", {
                 class: "area filled", d: `${path}V${HEIGHT}H0Z`,
             }));
         }
         this.svg.append(svgElement("path", { class: name, d: path }));
+    }
+
+    /**
+     * Where a count steps from one value to another between two places, and what it is then. It changes at events
+     * only: at each where their kinds explain it, else at the last one.
+     */
+    steps([left, right], [before, after], changes) {
+        const between = this.marks.filter(([c]) => left < this.x(c) && this.x(c) <= right);
+        let value = before;
+        const steps = between.map(([c, kinds]) => {
+            for (const kind of kinds) value += changes[kind];
+            return [this.x(c), value];
+        });
+        if (value === after) return steps;
+        if (before === after) return [];
+        return [[between.length > 0 ? this.x(between.at(-1)[0]) : (left + right) / 2, after]];
     }
 
     /** The isovalue under the pointer; that of an event if one is near. */
@@ -96,8 +125,8 @@ class Plot {
         const isovalue = Math.min(Math.max(at(event.clientX - left), this.low), this.high);
         const reach = at(NEAR) - this.low;
         const distance = ([c]) => Math.abs(c - isovalue);
-        const nearest = this.curves.events.reduce(
-            (best, e) => (distance(e) < distance(best) ? e : best), [Infinity]);
+        const nearest = this.marks.reduce(
+            (best, mark) => (distance(mark) < distance(best) ? mark : best), [Infinity]);
         return distance(nearest) <= reach ? nearest[0] : isovalue;
     }
 
@@ -107,6 +136,22 @@ class Plot {
         this.cursor.setAttribute("x1", x);
         this.cursor.setAttribute("x2", x);
     }
+}
+
+/** The isovalues with events, ascending, each once, and the kinds of the events there. */
+function marksOf(events) {
+    const marks = [];
+    for (const [isovalue, kind] of [...events].sort(([a], [b]) => a - b)) {
+        if (marks.at(-1)?.[0] === isovalue) marks.at(-1)[1].push(kind);
+        else marks.push([isovalue, [kind]]);
+    }
+    return marks;
+}
+
+/** How many events there are, at how many isovalues. */
+function shownEvents(nEvents, nMarks) {
+    const count = (n, word) => `${n.toLocaleString("en")} ${word}${n === 1 ? "" : "s"}`;
+    return nEvents === 0 ? "no events" : `${count(nEvents, "event")} at ${count(nMarks, "isovalue")}`;
 }
 
 /** An isovalue with as many digits as tell ten thousand of them apart in a range. */

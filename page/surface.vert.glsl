@@ -16,10 +16,10 @@ uniform sampler2D isovalues;
 uniform usampler2D first_knot;
 /// Rank and position of each knot, the latter as the bits of numbers.
 uniform usampler2D knots;
-uniform usampler2D knot_normals;
 
-/// The vertex whose corner this is.
+/// The vertex whose corner this is, and the code of the normal of the mesh there.
 layout(location = 0) in uint vertex;
+layout(location = 1) in uint normal_code;
 
 out vec3 position;
 out vec3 normal;
@@ -81,18 +81,12 @@ void main() {
         t = clamp(difference(isovalue, start) / length_of_step, 0.0, 1.0);
     }
     vec3 voxel = mix(uintBitsToFloat(before.gba), uintBitsToFloat(after.gba), t);
-    vec3 first = decode(texelFetch(knot_normals, texel(low), 0).r);
-    vec3 n = mix(first, decode(texelFetch(knot_normals, texel(next), 0).r), t);
-    // Opposite normals have no direction between them.
-    if (dot(n, n) < 1e-12) {
-        n = first;
-    }
 
     gl_Position = clip_from_voxel * vec4(voxel, 1.0);
     // Depth from -w to w here, from 0 to w there.
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
-    normal = normalize((eye_from_normal * vec4(n, 0.0)).xyz);
+    normal = normalize((eye_from_normal * vec4(decode(normal_code), 0.0)).xyz);
     int corner = gl_VertexID % 3;
     barycentric = vec3(float(corner == 0), float(corner == 1), float(corner == 2));
 }

@@ -26,6 +26,8 @@ class Viewer {
         this.isWhole = true;
         this.firstIsovalue = this.isovalue;
         this.view = { ...FIRST_VIEW };
+        // Whether the next picture is to fit the surface; where the address says how to look, it does not.
+        this.isFitWanted = true;
         this.look = { wireframe: false, open: about.open };
         this.playing = false;
         this.darkness = window.matchMedia("(prefers-color-scheme: dark)");
@@ -41,7 +43,7 @@ class Viewer {
         document.getElementById("canvas").replaceWith(renderer.canvas);
         this.renderer = renderer;
         this.canvas = renderer.canvas;
-        this.listed = null;
+        this.isListed = false;
         renderer.onLost(() => this.recover());
         followPointers(this.canvas, this);
         new ResizeObserver(() => this.request()).observe(this.canvas);
@@ -53,7 +55,7 @@ class Viewer {
         this.spectrum = spectrum;
         this.query = new Query(spectrum, this.about.step);
         this.isWhole = true;
-        this.listed = null;
+        this.isListed = false;
         // The device may be lost just now; who brings it back takes over the whole, too.
         const { renderer } = this;
         try {
@@ -69,7 +71,7 @@ class Viewer {
     async recover() {
         this.renderer = null;
         this.nLost = (this.nLost ?? 0) + 1;
-        const renderer = this.nLost <= MOST_LOST ? await openRenderer(null, this.about) : null;
+        const renderer = this.nLost <= MOST_LOST ? await openRenderer(renderersFor(null), this.about) : null;
         if (renderer) {
             await this.use(renderer);
             this.request();
@@ -123,12 +125,14 @@ class Viewer {
     recentre(point) {
         this.update();
         const { volume } = this.spectrum.info;
-        const target = pointUnder(this.query, this.look.open, volume, this.projection(), point);
+        const target = pointUnder(this.query, volume, this.projection(), point);
         this.setView({ target: target ?? [0, 0, 0] });
     }
 
+    /** Back to where the volume is seen from at first, as near as fits the surface that is shown. */
     reset() {
         this.play(false);
+        this.isFitWanted = true;
         this.setView({ ...FIRST_VIEW });
     }
 
@@ -182,8 +186,7 @@ class Viewer {
         this.firstInput = undefined;
         try {
             if (this.playing) this.tick(now);
-            this.fit();
-            this.update();
+            this.prepare();
             this.renderer.draw(this.query, this.looked(), this.projection());
             this.panel?.show();
             this.rest();
@@ -200,8 +203,19 @@ class Viewer {
         }
     }
 
+    /** Brings canvas, mesh and view to what is wanted. */
+    prepare() {
+        this.resize();
+        this.update();
+        if (!this.isFitWanted) return;
+        this.isFitWanted = false;
+        const { width, height } = this.canvas;
+        const { volume } = this.spectrum.info;
+        Object.assign(this.view, fitOf(volume, this.query.surface.box(), this.view, width, height));
+    }
+
     /** Gives the canvas as many pixels as it covers. */
-    fit() {
+    resize() {
         const { clientWidth, clientHeight } = this.canvas;
         // More than two pixels per CSS pixel are not seen, but paid for.
         this.pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
@@ -210,12 +224,14 @@ class Viewer {
         if (this.canvas.height !== size[1]) this.canvas.height = size[1];
     }
 
-    /** Brings the list of active triangles to the isovalue. */
+    /** Brings the mesh and the renderer's list of it to the isovalue. */
     update() {
-        const changed = this.query.moveTo(this.isWhole ? this.isovalue : this.firstIsovalue);
-        if (!changed && this.listed === this.look.open) return;
-        this.renderer.list(this.query, this.look.open);
-        this.listed = this.look.open;
+        const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
+        const started = performance.now();
+        if (!this.query.moveTo(isovalue, this.look.open) && this.isListed) return;
+        this.renderer.list(this.query.surface);
+        this.isListed = true;
+        this.meshTime = performance.now() - started;
     }
 
     looked() {
@@ -237,8 +253,11 @@ class Viewer {
 
     /** The mesh at the present isovalue, in the world. */
     worldMesh(open, withNormals) {
-        this.update();
-        return placeInWorld(this.query.mesh(open, withNormals), this.spectrum.info.volume.placement);
+        this.query.moveTo(this.isovalue, open);
+        const mesh = placeInWorld(this.query.mesh(withNormals), this.spectrum.info.volume.placement);
+        // What is drawn may have caps where this has none.
+        if (open !== this.look.open) this.isListed = false;
+        return mesh;
     }
 
     saveMesh(format) {
@@ -255,8 +274,7 @@ class Viewer {
 
     /** What the picture shows, four bytes per pixel. */
     pixels() {
-        this.fit();
-        this.update();
+        this.prepare();
         return this.renderer.read(this.query, this.looked(), this.projection());
     }
 
@@ -270,9 +288,9 @@ class Viewer {
     }
 
     state() {
-        const { isovalue, low, high, view, look, renderer, playing, nPictures, latency } = this;
+        const { isovalue, low, high, view, look, renderer, playing, nPictures, latency, meshTime } = this;
         return {
-            isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency,
+            isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
             // Whether a picture is wanted or in work.

@@ -45,8 +45,11 @@ class WebGl2Renderer {
         this.vertexArray = gl.createVertexArray();
         gl.bindVertexArray(this.vertexArray);
         gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        gl.enableVertexAttribArray(0);
-        gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
+        // Each corner: its vertex and the code of the normal there.
+        for (const place of [0, 1]) {
+            gl.enableVertexAttribArray(place);
+            gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 8, 4 * place);
+        }
         this.list32 = new Uint32Array(4096);
         this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
     }
@@ -77,19 +80,11 @@ class WebGl2Renderer {
 
     upload({ isovalues, firstKnot, knots }) {
         const { gl } = this;
-        const n = knots.length / 5;
-        const places = new Uint32Array(4 * n);
-        const normals = new Uint32Array(n);
-        for (let i = 0; i < n; i++) {
-            for (let j = 0; j < 4; j++) places[4 * i + j] = knots[5 * i + j];
-            normals[i] = knots[5 * i + 4];
-        }
         const integer = gl.RED_INTEGER;
         const tables = [
             ["isovalues", isovalues, 2, gl.RG32F, gl.RG, gl.FLOAT],
             ["first_knot", firstKnot, 1, gl.R32UI, integer, gl.UNSIGNED_INT],
-            ["knots", places, 4, gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT],
-            ["knot_normals", normals, 1, gl.R32UI, integer, gl.UNSIGNED_INT],
+            ["knots", knots, 4, gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT],
         ];
         this.tables = tables.map(([name, table, width, internal, format, type]) => {
             const texture = gl.createTexture();
@@ -120,24 +115,17 @@ class WebGl2Renderer {
         return this.uniforms.get(name);
     }
 
-    /** Takes over the active triangles of a query. */
-    list(query, open) {
+    /** Takes over the triangles of a surface and the normals at their corners. */
+    list({ nTriangles, corners, vertices, normals }) {
         const { gl } = this;
-        const { vertices, caps } = this.spectrum;
-        const { active } = query;
-        if (3 * active.length > this.list32.length) this.list32 = new Uint32Array(4 * active.length);
-        let n = 0;
-        for (let i = 0; i < active.length; i++) {
-            const t = active.list[i];
-            if (open && caps[t]) continue;
-            this.list32[3 * n] = vertices[3 * t];
-            this.list32[3 * n + 1] = vertices[3 * t + 1];
-            this.list32[3 * n + 2] = vertices[3 * t + 2];
-            n++;
+        this.list32 = roomFor(this.list32, 6 * nTriangles);
+        for (let i = 0; i < 3 * nTriangles; i++) {
+            this.list32[2 * i] = vertices[corners[i]];
+            this.list32[2 * i + 1] = normals[corners[i]];
         }
-        this.nTriangles = n;
+        this.nTriangles = nTriangles;
         gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        gl.bufferData(gl.ARRAY_BUFFER, this.list32.subarray(0, 3 * n), gl.DYNAMIC_DRAW);
+        gl.bufferData(gl.ARRAY_BUFFER, this.list32.subarray(0, 6 * nTriangles), gl.DYNAMIC_DRAW);
     }
 
     /** Draws into the canvas. */

@@ -1,6 +1,9 @@
 // Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/surface.rs.
 
 const FRAME_BYTES = 272;
+/** Words of a knot and of a triangle in the shader's tables. */
+const KNOT_WORDS = 4;
+const TRIANGLE_WORDS = 7;
 const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
 const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
@@ -18,17 +21,19 @@ function scaledIsovalue({ isovalues }, isovalue) {
     return inTwo(Number.isFinite(share) ? share : 0);
 }
 
-/** The tables of the shader: scaled isovalues, first knots, knots of five words. */
+/** The tables of the shader: scaled isovalues, first knots, knots. */
 function tablesOf(spectrum, step) {
-    const { firstKnot, ranks, positions, normals } = spectrum;
+    const { firstKnot, ranks, positions } = spectrum;
     const isovalues = new Float32Array(2 * spectrum.isovalues.length);
     spectrum.isovalues.forEach((c, i) => isovalues.set(scaledIsovalue(spectrum, c), 2 * i));
-    const knots = new Uint32Array(5 * ranks.length);
+    const knots = new Uint32Array(KNOT_WORDS * ranks.length);
     const numbers = new Float32Array(knots.buffer);
     for (let i = 0; i < ranks.length; i++) {
-        knots[5 * i] = ranks[i];
-        for (let axis = 0; axis < 3; axis++) numbers[5 * i + 1 + axis] = step * positions[3 * i + axis];
-        knots[5 * i + 4] = (normals[2 * i] & 0xffff) | (normals[2 * i + 1] << 16);
+        const at = KNOT_WORDS * i;
+        knots[at] = ranks[i];
+        numbers[at + 1] = step * positions[3 * i];
+        numbers[at + 2] = step * positions[3 * i + 1];
+        numbers[at + 3] = step * positions[3 * i + 2];
     }
     return { isovalues, firstKnot, knots };
 }
@@ -59,7 +64,8 @@ class WebGpuRenderer {
     static async open(canvas, about) {
         const adapter = await navigator.gpu?.requestAdapter();
         if (!adapter) throw new Error("no WebGPU adapter");
-        const largest = Math.max(20 * about.knots, 16 * about.triangles, 1 << 27);
+        const most = roomOf(TRIANGLE_WORDS * about.most_triangles);
+        const largest = Math.max(4 * KNOT_WORDS * about.knots, 4 * most, 1 << 27);
         if (adapter.limits.maxStorageBufferBindingSize < largest) {
             throw new Error("the spectrum is too large for this adapter");
         }
@@ -147,27 +153,31 @@ class WebGpuRenderer {
         });
     }
 
-    /** Takes over the active triangles of a query. */
-    list(query, open) {
-        const { vertices, caps } = this.spectrum;
-        const { active } = query;
-        if (4 * active.length > this.triangles.length) {
-            this.triangles = new Uint32Array(5 * active.length);
+    /** Takes over the triangles of a surface and the normals at their corners. */
+    list({ nTriangles, corners, vertices, normals }) {
+        const before = this.triangles;
+        this.triangles = roomFor(before, TRIANGLE_WORDS * nTriangles);
+        if (this.triangles !== before) {
             this.listed.destroy();
             this.listed = this.storage(this.triangles.byteLength);
             this.bind();
         }
-        let n = 0;
-        for (let i = 0; i < active.length; i++) {
-            const t = active.list[i];
-            if (open && caps[t]) continue;
-            this.triangles[4 * n] = vertices[3 * t];
-            this.triangles[4 * n + 1] = vertices[3 * t + 1];
-            this.triangles[4 * n + 2] = vertices[3 * t + 2];
-            n++;
+        const words = this.triangles;
+        for (let t = 0; t < nTriangles; t++) {
+            const a = corners[3 * t];
+            const b = corners[3 * t + 1];
+            const c = corners[3 * t + 2];
+            const at = TRIANGLE_WORDS * t;
+            words[at] = vertices[a];
+            words[at + 1] = vertices[b];
+            words[at + 2] = vertices[c];
+            // The measure stays 0: the surface is plain.
+            words[at + 4] = normals[a];
+            words[at + 5] = normals[b];
+            words[at + 6] = normals[c];
         }
-        this.nTriangles = n;
-        this.device.queue.writeBuffer(this.listed, 0, this.triangles, 0, 4 * n);
+        this.nTriangles = nTriangles;
+        this.device.queue.writeBuffer(this.listed, 0, words, 0, TRIANGLE_WORDS * nTriangles);
     }
 
     /** Draws into the canvas. */

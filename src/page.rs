@@ -24,7 +24,7 @@ mod part;
 mod template;
 
 use crate::error::{Error, Result};
-use crate::render::Image;
+use crate::render::{Image, Memory};
 use crate::spectrum::Spectrum;
 use crate::volume::Histogram;
 
@@ -33,14 +33,15 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 19] = [
+const SCRIPTS: [&str; 20] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
     include_str!("../page/samples.js"),
     include_str!("../page/trajectories.js"),
-    include_str!("../page/normals.js"),
     include_str!("../page/active.js"),
+    include_str!("../page/normals.js"),
+    include_str!("../page/surface.js"),
     include_str!("../page/mesh.js"),
     include_str!("../page/camera.js"),
     include_str!("../page/webgpu.js"),
@@ -129,7 +130,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "open": page.open,
         "isovalue": page.isovalue,
         "knots": spectrum.knots.len(),
-        "triangles": spectrum.triangles.len(),
+        "most_triangles": Memory::of(spectrum).most_triangles,
         "samples": page.samples.map(|samples| curves::samples(samples, spectrum.range)),
         "curves": curves::curves(spectrum)?,
     });

@@ -12,7 +12,9 @@ use std::sync::OnceLock;
 use isospectrum::Error;
 use isospectrum::export::read_ply;
 use isospectrum::file;
+use isospectrum::gpu::Gpu;
 use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
+use isospectrum::render::{Camera, Renderer, View};
 use isospectrum::spectrum::{Query, Spectrum};
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Histogram, Samples, phantom};
@@ -24,6 +26,9 @@ const LARGEST_SCRIPT: usize = 100_000;
 /// Where in the range pictures and meshes are compared, as shares: closed by caps, on both sides of
 /// the isovalue where the hole of the torus opens, and near the end.
 const SHARES: [f64; 4] = [0.5, 0.6, 0.75, 0.9];
+
+/// Where they are seen from, as the address of the page says it: [`Camera::default`], from where the volume fits.
+const CAMERA: &str = "35,22,1";
 
 /// Width and height of the pictures that are compared.
 const SIZE: [u32; 2] = [640, 480];
@@ -204,6 +209,69 @@ fn without_an_adapter_there_is_a_page_without_a_still_picture() {
     assert!(page.contains("<title>") && !page.contains("<img"));
 }
 
+/// A volume of 8-bit samples without structure: its mesh is the exact extraction nearly everywhere.
+fn noise(n: usize) -> Vec<u8> {
+    let mut state = 1u32;
+    let random = |_| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    (0..n).map(random).collect()
+}
+
+/// Pages of volumes whose meshes are exact extractions in places, each with isovalues to look at.
+fn shaded_pages(folder: &Folder) -> serde_json::Value {
+    folder.write("noise_9x9x9_uint8.raw", &noise(9 * 9 * 9));
+    folder.run(&["compute", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
+    folder.run(&["html", "noise.isp", "-o", "noise.html"]);
+    let mut pages = serde_json::json!({ "page.html": [], "noise.html": [] });
+    let data = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
+        std::path::PathBuf::from,
+    );
+    let nucleon = data.join("nucleon_41x41x41_uint8.raw");
+    if nucleon.is_file() {
+        let volume = nucleon.to_str().expect("a name in UTF-8");
+        // The trajectories of the extraction at 188.7 reach from 134 to 195.
+        let flags = ["--range", "133:196", "--backend", "cpu"];
+        folder.run(&[&["compute", volume, "-o", "nucleon.isp"][..], &flags].concat());
+        folder.run(&["html", "nucleon.isp", "-o", "nucleon.html"]);
+        pages["nucleon.html"] = serde_json::json!([188.7]);
+    } else {
+        eprintln!("NOT RUN: shading of nucleon: no {} (set ISOSPECTRUM_DATA)", nucleon.display());
+    }
+    pages
+}
+
+/// A ball of 12 of 40 voxels at its largest, off the middle.
+fn write_ball(folder: &Folder) {
+    const SIDE: usize = 40;
+    let sample = |i: usize| {
+        let at = [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|x| x as f64);
+        let squares = at.iter().zip([28.0, 29.0, 12.0]).map(|(x, middle)| (x - middle).powi(2));
+        (255.0 - 30.0 * squares.sum::<f64>().sqrt()).max(0.0).round() as u8
+    };
+    let samples: Vec<u8> = (0..SIDE.pow(3)).map(sample).collect();
+    folder.write("ball_40x40x40_uint8.raw", &samples);
+    let flags = ["--range", "60:200", "--backend", "cpu"];
+    folder.run(&[&["compute", "ball_40x40x40_uint8.raw", "-o", "ball.isp"][..], &flags].concat());
+    folder.run(&["html", "ball.isp", "-o", "ball.html"]);
+}
+
+/// Pictures as the program draws them.
+fn write_native_pictures(folder: &Folder, spectrum: &Spectrum, isovalues: &[f64]) {
+    let gpu = Gpu::new(None).expect("an adapter");
+    let mut renderer = Renderer::new(&gpu, spectrum).expect("a spectrum that fits the device");
+    let [width, height] = SIZE;
+    let view = View { width, height, camera: Camera::default(), ..View::default() };
+    for (i, &isovalue) in isovalues.iter().enumerate() {
+        let mut bytes = Vec::new();
+        let picture = renderer.draw(isovalue, &view).expect("a picture");
+        picture.encode_png(&mut bytes).expect("memory takes every byte");
+        folder.write(&format!("native-{i}.png"), &bytes);
+    }
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();
@@ -227,13 +295,12 @@ fn folder_for_the_browser() -> Folder {
     ]);
     folder.run(&["html", "s.isp", "-o", "fine.html", "--step", "0.0009765625"]);
     folder.run(&["convert", "s.isp", "s.thesis"]);
+    write_ball(&folder);
     let spectrum = spectrum();
     let (low, high) = spectrum.range;
     let isovalues = SHARES.map(|share| low * (1.0 - share) + high * share);
-    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    write_native_pictures(&folder, &spectrum, &isovalues);
     for (i, isovalue) in isovalues.iter().map(f64::to_string).enumerate() {
-        let picture = format!("native-{i}.png");
-        folder.run(&["render", "s.isp", "-c", &isovalue, "-o", &picture, "--size", &size]);
         let mesh = format!("extracted-{i}.ply");
         folder.run(&["extract", "s.isp", "--isovalue", &isovalue, "-o", &mesh]);
     }
@@ -250,9 +317,13 @@ fn folder_for_the_browser() -> Folder {
         "isovalues": isovalues,
         "width": SIZE[0],
         "height": SIZE[1],
+        "view": CAMERA,
+        "first": spectrum.shown_first(),
         "step": DEFAULT_STEP,
+        "shaded": shaded_pages(&folder),
         "unit": spacing.into_iter().fold(f64::INFINITY, f64::min),
         "p90": Histogram::of(&volume).percentile(90.0),
+        "n_events": spectrum.events.len(),
         "event": event.expect("a torus has events"),
     });
     folder.write("expected.json", expected.to_string().as_bytes());

@@ -24,7 +24,7 @@ pub(super) struct Parts<'a> {
 
 /// The page.
 pub(super) fn filled(parts: &Parts) -> String {
-    let Page { title, caption, credit, .. } = *parts.page;
+    let Page { title, caption, credit, isovalue, .. } = *parts.page;
     let element = |name: &str, text: Option<&str>| match text {
         Some(text) => format!("<p class=\"{name}\">{}</p>", escaped(text)),
         None => String::new(),
@@ -32,7 +32,8 @@ pub(super) fn filled(parts: &Parts) -> String {
     let still = match parts.still {
         "" => String::new(),
         png => format!(
-            "<img alt=\"Still picture of {}\" src=\"data:image/png;base64,{png}\">",
+            "<figure><img alt=\"Still picture of {}\" src=\"data:image/png;base64,{png}\">\
+             <figcaption>At isovalue {isovalue}</figcaption></figure>",
             escaped(title)
         ),
     };
@@ -40,6 +41,7 @@ pub(super) fn filled(parts: &Parts) -> String {
         "title" => escaped(title),
         "caption" => element("caption", caption),
         "credit" => element("credit", credit),
+        "isovalue" => isovalue.to_string(),
         "version" => env!("CARGO_PKG_VERSION").into(),
         "still" => still.clone(),
         "style" => STYLE.into(),

@@ -8,23 +8,26 @@ import { test } from "node:test";
 import { inflateRawSync } from "node:zlib";
 import { expected, folder } from "./browser.mjs";
 
-/**
- * How far 90 of 100 normals may be from those of the spectrum, radians: they are those of the page's mesh. Its vertices are
- * rounded by up to 0.05 voxel along the surface and 0.013 across, and this torus has triangles of half a voxel.
- */
-const LARGEST_TURN = 0.07;
+/** A shading normal is wrong where it is further than this from the mesh's, degrees. */
+const WRONG = 30;
 
-/** The same where vertices are rounded sixteen times less. */
-const LARGEST_FINE_TURN = LARGEST_TURN / 16;
+/** The share of the area that may have a wrong one. */
+const MOST_WRONG = 0.001;
+
+/** Isovalues that are tried of each spectrum; a fixed sequence of random ones. */
+const N_ISOVALUES = 200;
+
+/** How far two normals of one mesh are apart, radians: codes of 16 bits, at most 6.5e-5, and single precision. */
+const CODE_TURN = 1e-4;
 
 /** What sums of doubles around 100 are off by, in voxels: half a step is no power of two. */
 const ROUNDING = 1e-12;
 
 /** The page's way from bytes to a spectrum. */
 function decoder() {
-    const scripts = ["letters", "file", "connectivity", "samples", "trajectories", "normals", "active", "mesh"];
+    const scripts = ["letters", "file", "connectivity", "samples", "trajectories", "active", "normals", "surface", "mesh"];
     const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
-    return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, decodedNormal, ActiveSet, Query };`)();
+    return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, ActiveSet, Query };`)();
 }
 
 function embedded(name = "page.html") {
@@ -36,7 +39,7 @@ function embedded(name = "page.html") {
         const bytes = new Uint8Array(inflateRawSync(bytesOfLetters(content(id))));
         return spectrumOf(bytes, about);
     };
-    return { about, spectrum: spectrum("data"), first: spectrum("first") };
+    return { about, spectrum: spectrum("data"), first: content("first") ? spectrum("first") : null };
 }
 
 /** The layout of the thesis: FORMAT.md. */
@@ -85,28 +88,82 @@ test("the page holds every knot and every triangle, rounded to its step", () => 
     });
 });
 
-test("normals are those of the mesh at every knot, as the program finds them", () => {
-    const { decodedNormal } = decoder();
-    const { knots } = thesis();
-    for (const [name, largest] of [["page.html", LARGEST_TURN], ["fine.html", LARGEST_FINE_TURN]]) {
-        const { normals } = embedded(name).spectrum;
-        const turns = knots.map(([, , , x, y, z], knot) => {
-            const [u, v, w] = decodedNormal(normals[2 * knot], normals[2 * knot + 1]);
-            return Math.hypot(u - x, v - y, w - z);
-        });
-        turns.sort((a, b) => a - b);
-        const most = turns[Math.floor(0.9 * turns.length)];
-        assert.ok(most <= largest, `${name}: 90 of 100 normals are off by up to ${most}`);
-    }
-});
+/** The unit vector of an octahedral code. */
+function decoded(code) {
+    const [u, v] = [(code << 16) >> 16, code >> 16].map((s) => s / 32767);
+    const z = 1 - Math.abs(u) - Math.abs(v);
+    const folded = Math.max(-z, 0);
+    const n = [u - Math.sign(u) * folded, v - Math.sign(v) * folded, z];
+    return n.map((x) => x / Math.hypot(...n));
+}
+
+const minus = (a, b) => a.map((x, i) => x - b[i]);
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+/** Twice the area of each triangle as a vector, and their sums around vertices without those of caps. */
+function areasOf({ positions, triangles, caps }) {
+    const at = (v) => Array.from(positions.subarray(3 * v, 3 * v + 3));
+    const sums = Array.from({ length: positions.length / 3 }, () => [[0, 0, 0], [0, 0, 0]]);
+    const areas = Array.from(caps, (cap, t) => {
+        const corners = Array.from(triangles.subarray(3 * t, 3 * t + 3));
+        const [p, q, r] = corners.map(at);
+        const area = cross(minus(q, p), minus(r, p));
+        for (const v of corners) area.forEach((x, i) => { sums[v][cap][i] += x; });
+        return area;
+    });
+    return { areas, sums: sums.map(([own, ofCaps]) => (Math.hypot(...own) > 0 ? own : ofCaps)) };
+}
+
+/** The share of the area at whose corners `normal` of the vertex is wrong. */
+function wrongShare({ triangles }, { areas, sums }, normal) {
+    const least = Math.cos((WRONG * Math.PI) / 180);
+    const isWrong = sums.map((sum, v) => !(dot(normal(v), sum) >= least * Math.hypot(...sum)));
+    let [wrong, all] = [0, 0];
+    triangles.forEach((v, corner) => {
+        const area = Math.hypot(...areas[Math.floor(corner / 3)]);
+        all += area;
+        if (isWrong[v]) wrong += area;
+    });
+    return all > 0 ? wrong / all : 0;
+}
+
+for (const [name, isovalues] of Object.entries(expected.shaded)) {
+    test(`shading normals are those of the mesh at every isovalue: ${name}`, () => {
+        const { about, spectrum } = embedded(name);
+        const query = new (decoder().Query)(spectrum, about.step);
+        const [low, high] = spectrum.info.range;
+        let state = 1;
+        const random = () => (state = (Math.imul(state, 1664525) + 1013904223) >>> 0) / 2 ** 32;
+        const tried = [...isovalues, ...Array.from({ length: N_ISOVALUES }, () => low + random() * (high - low))];
+        let nSeen = 0;
+        for (const isovalue of tried) {
+            query.moveTo(isovalue, false);
+            const mesh = query.mesh(true);
+            const areas = areasOf(mesh);
+            const saved = (v) => Array.from(mesh.normals.subarray(3 * v, 3 * v + 3));
+            const share = wrongShare(mesh, areas, saved);
+            assert.ok(share <= MOST_WRONG, `saved at ${isovalue}: ${share} of the area`);
+            // What is drawn is what is saved.
+            const { surface } = query;
+            const order = Array.from(surface.vertices.subarray(0, surface.nVertices)).sort((a, b) => a - b);
+            order.forEach((v, i) => {
+                const turn = Math.hypot(...minus(decoded(surface.normals[surface.numberOf[v]]), saved(i)));
+                assert.ok(turn <= CODE_TURN, `vertex ${v} at ${isovalue} is drawn ${turn} off`);
+            });
+            if (mesh.triangles.length > 0) nSeen++;
+        }
+        assert.ok(nSeen > N_ISOVALUES / 2, `${nSeen} isovalues with a surface`);
+    });
+}
 
 test("the mesh that is seen first is that of the whole at its isovalue", () => {
     const { about, spectrum, first } = embedded();
     const { Query } = decoder();
     const [whole, alone] = [spectrum, first].map((s) => {
         const query = new Query(s, about.step);
-        query.moveTo(about.isovalue);
-        return query.mesh(false, true);
+        query.moveTo(about.isovalue, false);
+        return query.mesh(true);
     });
     assert.equal(alone.triangles.length, whole.triangles.length);
     assert.equal(alone.positions.length, whole.positions.length);

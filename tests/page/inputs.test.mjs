@@ -1,8 +1,11 @@
 // What a reader does to the page, through the browser's own events.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { address, expected, launch, open, settled, state, watched } from "./browser.mjs";
+import { address, expected, folder, launch, open, settled, show, state, watched } from "./browser.mjs";
+import { componentsOf, parsePly } from "./meshes.mjs";
 
 const [low, high] = expected.range;
 const at = (share) => low + share * (high - low);
@@ -128,7 +131,7 @@ describe("inputs", () => {
 
     test("the mouse rotates, moves, zooms, flips and recentres", async () => {
         const { page, close } = await watched(browser);
-        await open(page, { isovalue: String(at(0.5)) });
+        await open(page, { isovalue: String(at(0.5)), view: "35,22,1" });
         const box = await page.locator("canvas").boundingBox();
         const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
         const drag = async (button) => {
@@ -156,7 +159,11 @@ describe("inputs", () => {
         assert.ok(Math.abs((await state(page)).view.distance - Math.exp(0.5)) < 1e-9);
         await page.keyboard.press("r");
         await settled(page);
-        assert.deepEqual((await state(page)).view, { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] });
+        const { azimuth, elevation, distance, target } = (await state(page)).view;
+        assert.deepEqual([azimuth, elevation], [35, 22]);
+        // The torus lies in the middle of its volume and does not fill it.
+        assert.ok(distance > 0.5 && distance < 1, `distance ${distance}`);
+        assert.ok(Math.hypot(...target) < 0.5, `${target}`);
         // Where the middle row of the picture first shows something, and a little further in.
         const column = await page.evaluate(async () => {
             const { width, height, pixels } = await window.isospectrum.pixels();
@@ -178,7 +185,7 @@ describe("inputs", () => {
         const { page, context, close } = await watched(browser, {
             viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2,
         });
-        await open(page);
+        await open(page, { view: "35,22,1" });
         const { view } = await state(page);
         const session = await context.newCDPSession(page);
         const box = await page.locator("canvas").boundingBox();
@@ -268,6 +275,34 @@ describe("inputs", () => {
             location.hash = `#isovalue=${c}`;
         }), at(0.7));
         await assertIsovalue(page, at(0.7), "a changed address");
+        await close();
+    });
+
+    test("counts are those of the mesh, step at events, and events are those of the spectrum", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        const told = await page.locator("#events").textContent();
+        const [, nEvents, nMarks] = /^([\d,]+) events? at ([\d,]+) isovalues?$/.exec(told).map((n) => Number(n.replaceAll(",", "")));
+        assert.equal(nEvents, expected.n_events);
+        const marks = await page.locator("#plot .event").evaluateAll((lines) => lines.map((l) => Number(l.getAttribute("x1"))));
+        assert.equal(marks.length, nMarks);
+        for (const name of ["components", "euler"]) {
+            const path = await page.locator(`#plot path.${name}`).getAttribute("d");
+            assert.match(path, /^M0,[\d.]+(H[\d.]+V[\d.]+)*H1000$/, "steps only");
+            const steps = [...path.matchAll(/H([\d.]+)V/g)].map(([, x]) => Number(x));
+            assert.ok(steps.length > 0, name);
+            // Written with one digit after the point.
+            for (const x of steps) assert.ok(marks.some((mark) => Math.abs(mark - x) <= 0.051), `a step of ${name} at ${x}`);
+        }
+        for (const [i, isovalue] of expected.isovalues.entries()) {
+            await show(page, isovalue);
+            await page.waitForFunction(() => document.getElementById("euler-value").textContent !== "…");
+            const shown = (name) => page.locator(`#${name}-value`).textContent().then((text) => Number(text.replaceAll(",", "")));
+            const { positions, triangles } = parsePly(readFileSync(join(folder, `extracted-${i}.ply`)));
+            assert.equal(await shown("triangles"), triangles.length / 3);
+            assert.equal(await shown("euler"), positions.length / 3 - triangles.length / 6);
+            assert.equal(await shown("components"), componentsOf(triangles));
+        }
         await close();
     });
 

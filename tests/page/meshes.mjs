@@ -101,3 +101,16 @@ export function assertClosedManifold({ positions, triangles }) {
     }
     assert.equal(seen.size, n, "every vertex is used");
 }
+
+/** How many parts of a mesh hang together, of vertices that triangles use. */
+export function componentsOf(triangles) {
+    const parent = new Map(triangles.map((v) => [v, v]));
+    const root = (v) => {
+        while (parent.get(v) !== v) v = parent.get(v);
+        return v;
+    };
+    for (let i = 0; i < triangles.length; i += 3) {
+        for (const v of [triangles[i + 1], triangles[i + 2]]) parent.set(root(v), root(triangles[i]));
+    }
+    return [...parent].filter(([v, up]) => v === up).length;
+}

@@ -53,7 +53,7 @@ describe("pictures", () => {
         const drawn = {};
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
-            await open(page, { renderer });
+            await open(page, { renderer, view: expected.view });
             assert.equal((await state(page)).renderer.toLowerCase(), renderer);
             // Whole pixels, so that the screen shows what was drawn.
             const { width, height } = expected;
@@ -99,6 +99,64 @@ describe("pictures", () => {
             await settled(page);
             const dark = await pixels(page);
             assert.ok(coverage(dark) === 1 && dark.pixels[0] < 60, "the background is dark");
+            await close();
+        }
+    });
+
+    test("the first picture fits the surface, and the view stays while the isovalue moves", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" }, "ball.html");
+        await settled(page);
+        const { view, isovalue, low } = await state(page);
+        const { width, height, pixels: shown } = await pixels(page);
+        const isSeen = (x, y) => shown[4 * (y * width + x)] < 250;
+        const rows = Array.from({ length: height }, (_, y) => Array.from({ length: width }, (__, x) => isSeen(x, y)).includes(true));
+        // A ball in a box of which a corner is seen: its outline is 0.65 of the box's.
+        const filled = rows.filter(Boolean).length / height;
+        assert.ok(filled > 0.55 && !rows[0] && !rows[height - 1], `the ball fills ${filled} of the height`);
+        await show(page, 0.5 * (low + isovalue));
+        assert.deepEqual((await state(page)).view, view, "the view stays");
+        await page.keyboard.press("r");
+        await settled(page);
+        const again = (await state(page)).view;
+        assert.ok(again.distance > 1.1 * view.distance, "a larger ball from further away");
+        // Distances count from where the volume's box fits, as before.
+        await page.goto("about:blank");
+        await open(page, { renderer: "webgl2", view: "35,22,1" }, "ball.html");
+        await settled(page);
+        assert.deepEqual((await state(page)).view, { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] });
+        const small = coverage(await pixels(page));
+        assert.ok(small < 0.05, `the ball covers ${small} where the volume fits`);
+        await close();
+    });
+
+    test("without scripts there is a still picture with its isovalue, and nothing is loading", async () => {
+        const { page, close } = await watched(browser, { javaScriptEnabled: false });
+        await page.goto(address({}));
+        assert.ok(await page.locator("#still img").isVisible());
+        await page.getByText(`At isovalue ${expected.first}`).waitFor();
+        await page.getByText("No scripts run here").waitFor();
+        assert.ok(!(await page.locator("main").innerText()).includes("Loading"));
+        await close();
+    });
+
+    test("on paper the isovalue is told", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        await show(page, expected.isovalues[2]);
+        assert.ok(await page.locator("#printed").isHidden());
+        const typed = await page.locator("#isovalue").inputValue();
+        await page.emulateMedia({ media: "print" });
+        assert.equal(await page.locator("#printed").innerText(), `Isovalue ${typed}`);
+        await close();
+    });
+
+    test("a way to draw that is not there, or is none, is not insisted on", async () => {
+        for (const renderer of ["webgpu", "constructor", "__proto__", "nonsense"]) {
+            const { page, close } = await watched(browser);
+            await page.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
+            await open(page, { renderer });
+            assert.equal((await state(page)).renderer, "WebGL2", renderer);
             await close();
         }
     });
