@@ -70,7 +70,7 @@ pub enum Border {
 /// # Errors
 ///
 /// [`Error::Usage`] for an unknown extension; [`Error::Io`]; [`Error::Input`] if the mesh is too
-/// large for the format.
+/// large for the format, or lies where 32-bit floats do not reach.
 pub fn write(
     mesh: &SurfaceMesh,
     placement: &Placement,
@@ -87,7 +87,8 @@ pub fn write(
 ///
 /// # Errors
 ///
-/// [`Error::Io`] with the path `-`; [`Error::Input`] if the mesh is too large for the format.
+/// [`Error::Io`] with the path `-`; [`Error::Input`] if the mesh is too large for the format, or lies where 32-bit floats
+/// do not reach.
 pub fn write_to(
     mesh: &SurfaceMesh,
     placement: &Placement,
@@ -123,6 +124,16 @@ fn prepared(
             mesh.positions.len(),
             mesh.triangles.len()
         )));
+    }
+    // Every format holds 32-bit floats, and the world may lie beyond them.
+    for (what, rows) in [("position", &mesh.positions), ("normal", &mesh.normals)] {
+        let beyond = |row: &[f32; 3]| row.iter().any(|x| !x.is_finite());
+        if let Some(v) = rows.iter().position(beyond) {
+            return Err(Error::input(format!(
+                "vertex {v} has the {what} {:?} in the world, expected numbers that 32-bit floats hold",
+                rows[v]
+            )));
+        }
     }
     Ok(mesh)
 }

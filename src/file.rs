@@ -30,8 +30,9 @@ pub(crate) use facing::Units;
 pub(crate) use parts::parts;
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::spectrum::{Spectrum, VolumeInfo};
-use section::{Packing, read_section, write_section};
+use section::{Packing, Section, cut_section, write_section};
 
 /// The first bytes of every spectrum file. They differ from text and show whether a transfer
 /// changed line ends or cut the eighth bit, as those of PNG do.
@@ -46,6 +47,13 @@ const LAST_WITH_NORMALS: u32 = 2;
 
 /// Length of what precedes the first section: magic, version, checksum of both.
 const HEAD: usize = 16;
+
+/// Most bytes of section `INFO`, which takes a few hundred. Read, JSON takes up to a hundred times its length.
+const LONGEST_INFO: usize = 1 << 20;
+
+/// Vertices that no triangle uses are at most as many as section `VERT` has bytes in the file, and so many more. They
+/// are of no use, and deflate tells of a thousand of them in a byte.
+const FREE_VERTICES: usize = 4096;
 
 /// Section `INFO`: what is known of a spectrum beside its geometry.
 #[derive(Serialize, Deserialize)]
@@ -79,7 +87,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 
 /// Reads a file and decodes it; what is wrong with its content is said with its path.
 fn decode_file(path: &Path, decode: impl Fn(&[u8]) -> Result<Spectrum>) -> Result<Spectrum> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    let bytes = input::read(path)?;
     decode(&bytes).map_err(|e| match e {
         Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
         other => other,
@@ -116,10 +124,16 @@ fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     let (spectrum, [info, isovalues, ranks, triangles, positions]) = parts(spectrum, Units::FILE)?;
+    if info.len() > LONGEST_INFO {
+        return Err(Error::input(format!(
+            "the description of the spectrum takes {} bytes, expected at most {LONGEST_INFO}",
+            info.len()
+        )));
+    }
     let mut file = MAGIC.to_vec();
     file.extend(VERSION.to_le_bytes());
     file.extend(crc32fast::hash(&file).to_le_bytes());
-    write_section(&mut file, *b"INFO", &info, Packing::Raw);
+    write_section(&mut file, *b"INFO", &info, Packing::Raw, 0);
     for (tag, content) in [
         (*b"EVNT", tables::write_events(&spectrum.events)),
         (*b"ISOV", isovalues),
@@ -128,9 +142,17 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
         (*b"POSN", positions),
         (*b"COLL", tables::write_collapses(&spectrum.collapses)),
     ] {
-        write_section(&mut file, tag, &content, Packing::Deflated);
+        // A reader wants to see that vertices without a triangle are paid for.
+        let least = if tag == *b"VERT" { n_unused(&spectrum) } else { 0 };
+        write_section(&mut file, tag, &content, Packing::Deflated, least);
     }
     Ok(file)
+}
+
+/// How many vertices no triangle uses, of a spectrum in the order of a file, where they come last.
+fn n_unused(spectrum: &Spectrum) -> usize {
+    let corners = spectrum.triangles.iter().flat_map(|triangle| triangle.vertices);
+    spectrum.n_vertices() - corners.max().map_or(0, |last| last as usize + 1)
 }
 
 /// The spectrum in the bytes of a file.
@@ -140,30 +162,30 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
 /// [`Error::Input`] if they are not a spectrum file, are damaged, or the spectrum does not pass
 /// [`Spectrum::check`].
 pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
-    let (version, mut rest) = after_head(bytes)?;
-    let mut next = |tag: &[u8; 4]| read_section(&mut rest, *tag);
-    let info: Info<VolumeInfo, serde_json::Value> = serde_json::from_slice(&next(b"INFO")?)
-        .map_err(|e| Error::input(format!("section INFO: {e}")))?;
-    let events = tables::read_events(&next(b"EVNT")?).map_err(within("EVNT"))?;
-    let isovalues = tables::read_isovalues(&next(b"ISOV")?).map_err(within("ISOV"))?;
-    let ranks =
-        trajectories::read_ranks(&next(b"VERT")?, isovalues.len()).map_err(within("VERT"))?;
-    let triangles = triangles::read_triangles(&next(b"TRIA")?, &ranks, isovalues.len(), version)
-        .map_err(within("TRIA"))?;
-    let positions = next(b"POSN")?;
+    let (version, rest) = after_head(bytes)?;
+    let sections = Sections::cut(rest, version)?;
+    let info = sections.info()?;
+    let events = tables::read_events(&sections.events.content()?).map_err(within("EVNT"))?;
+    let isovalues =
+        tables::read_isovalues(&sections.isovalues.content()?).map_err(within("ISOV"))?;
+    let most_unused = sections.most_unused()?;
+    let ranks = trajectories::read_ranks(&sections.ranks.content()?, isovalues.len(), most_unused)
+        .map_err(within("VERT"))?;
+    let content = sections.triangles.content()?;
+    let triangles =
+        triangles::read_triangles(&content, &ranks, isovalues.len(), version, most_unused)
+            .map_err(within("TRIA"))?;
+    drop(content);
+    let content = sections.positions.content()?;
     let knots = if version == 1 {
-        version_1::read_geometry(&positions, &ranks, &isovalues, &triangles)
+        version_1::read_geometry(&content, &ranks, &isovalues, &triangles)
     } else {
-        geometry::read_geometry(&positions, &info.volume, &ranks, &isovalues, &triangles)
+        geometry::read_geometry(&content, &info.volume, &ranks, &isovalues, &triangles)
     };
+    drop(content);
     let knots = knots.map_err(within("POSN"))?;
-    if version <= LAST_WITH_NORMALS {
-        next(b"NRML")?;
-    }
-    let collapses = tables::read_collapses(&next(b"COLL")?).map_err(within("COLL"))?;
-    if !rest.is_empty() {
-        return Err(Error::input(format!("{} bytes after the last section", rest.len())));
-    }
+    let collapses =
+        tables::read_collapses(&sections.collapses.content()?).map_err(within("COLL"))?;
     let spectrum = Spectrum {
         volume: info.volume,
         range: info.range,
@@ -178,6 +200,64 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     };
     spectrum.check()?;
     Ok(spectrum)
+}
+
+/// The sections of a file, none of them unpacked.
+struct Sections<'a> {
+    info: Section<'a>,
+    events: Section<'a>,
+    isovalues: Section<'a>,
+    ranks: Section<'a>,
+    triangles: Section<'a>,
+    positions: Section<'a>,
+    collapses: Section<'a>,
+}
+
+impl<'a> Sections<'a> {
+    /// Cuts what follows the head of a file of a version.
+    fn cut(mut rest: &'a [u8], version: u32) -> Result<Self> {
+        let mut next = |tag: &[u8; 4]| cut_section(&mut rest, *tag);
+        let (info, events, isovalues) = (next(b"INFO")?, next(b"EVNT")?, next(b"ISOV")?);
+        let (ranks, triangles, positions) = (next(b"VERT")?, next(b"TRIA")?, next(b"POSN")?);
+        if version <= LAST_WITH_NORMALS {
+            next(b"NRML")?;
+        }
+        let collapses = next(b"COLL")?;
+        if !rest.is_empty() {
+            return Err(Error::input(format!("{} bytes after the last section", rest.len())));
+        }
+        Ok(Sections { info, events, isovalues, ranks, triangles, positions, collapses })
+    }
+
+    /// What section `INFO` says.
+    fn info(&self) -> Result<Info<VolumeInfo, serde_json::Value>> {
+        let (section, n) = (&self.info, self.info.n_content());
+        if !section.is_plain() || n > LONGEST_INFO {
+            return Err(Error::input(format!(
+                "section INFO: {n} bytes, expected at most {LONGEST_INFO} stored as they are"
+            )));
+        }
+        serde_json::from_slice(&section.content()?)
+            .map_err(|e| Error::input(format!("section INFO: {e}")))
+    }
+
+    /// How many vertices may be of no use to any triangle. Each of the others takes a byte of `TRIA` when it is used
+    /// first, so a file that claims more vertices than it has room for is known before they are unpacked.
+    fn most_unused(&self) -> Result<usize> {
+        let most = self.ranks.n_stored().saturating_add(FREE_VERTICES);
+        let n = self.ranks.first_count().unwrap_or(0);
+        if n > most.saturating_add(self.triangles.n_content()) as u64 {
+            return Err(Error::input(format!(
+                "section VERT: {n} vertices, expected no more than sections VERT and TRIA have room for"
+            )));
+        }
+        Ok(most)
+    }
+}
+
+/// What to say of vertices that no triangle uses.
+fn too_many_unused(n: usize, most: usize) -> Error {
+    Error::input(format!("{n} vertices without a triangle, expected at most {most}"))
 }
 
 /// The version, and what follows it.

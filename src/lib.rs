@@ -27,6 +27,7 @@ pub mod extract;
 pub mod file;
 pub mod forecast;
 pub mod gpu;
+pub mod input;
 pub mod kernels;
 pub mod mesh;
 pub mod page;

@@ -23,6 +23,9 @@ mod letters;
 mod part;
 mod template;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+
 use crate::error::{Error, Result};
 use crate::render::{Image, Memory};
 use crate::spectrum::Spectrum;
@@ -141,7 +144,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         first: &letters::letters(&first),
         data: &letters::letters(&data),
         script: &script,
-        still: &data::base64(&still),
+        still: &BASE64.encode(&still),
     });
     let sizes = Sizes {
         page: text.len(),

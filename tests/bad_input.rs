@@ -254,6 +254,70 @@ fn an_initial_mesh_that_does_not_fit_the_volume_is_refused() {
     folder.run(&[&COMPUTE[..], &good].concat());
 }
 
+/// Runs the program under a limit of two minutes, after which it counts as one that waits for ever.
+#[cfg(target_os = "linux")]
+fn ended(folder: &Folder, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = std::process::Command::new("timeout")
+        .arg("120")
+        .arg(program::path())
+        .args(arguments)
+        .current_dir(folder.path())
+        .output()
+        .expect("timeout runs");
+    (output.status.code(), stderr(&output))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_no_regular_file_is_not_waited_for() {
+    let folder = Folder::with_spectrum();
+    let mkfifo = std::process::Command::new("mkfifo")
+        .args(["p.isp", "p.nrrd", "p_2x2x2_uint8.raw", "p.ply"])
+        .current_dir(folder.path())
+        .status();
+    assert!(mkfifo.expect("mkfifo runs").success());
+    folder.write(
+        "a.nhdr",
+        b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: p.nrrd\n\n",
+    );
+    let start = ["--phantom", "sphere:12", "--start", "0.4", "--initial-mesh", "p.ply"];
+    for (arguments, name) in [
+        (&["info", "p.isp"][..], "p.isp"),
+        (&["extract", "p.isp", "-c", "1", "-o", "m.ply"], "p.isp"),
+        (&["convert", "p.isp", "q.isp"], "p.isp"),
+        (&["verify", "s.isp", "p_2x2x2_uint8.raw"], "p_2x2x2_uint8.raw"),
+        (&["analyze", "p.nrrd"], "p.nrrd"),
+        (&["analyze", "a.nhdr"], "p.nrrd"),
+        (&[&COMPUTE[..], &start].concat(), "p.ply"),
+        (&["info", "/dev/zero"], "/dev/zero"),
+        (&["info", "."], "."),
+    ] {
+        let (code, said) = ended(&folder, arguments);
+        assert_eq!(code, Some(3), "{arguments:?}: {said}");
+        contains(&one_line(&said), &[name, "not a regular file"]);
+    }
+}
+
+#[test]
+fn no_infinity_reaches_a_file() {
+    let folder = Folder::new();
+    let mut samples = [0f64; 27];
+    samples[13] = 1e300;
+    let bytes: Vec<u8> = samples.iter().flat_map(|s| s.to_le_bytes()).collect();
+    folder.write("h_3x3x3_float64.raw", &bytes);
+    folder.run(&["compute", "h_3x3x3_float64.raw", "--backend", "cpu", "-o", "h.isp"]);
+    let line = folder.fails(&["convert", "h.isp", "h.thesis"], 3);
+    contains(&line, &["h.isp: isovalue", "layout of the thesis"]);
+    // A place that 64-bit floats hold and those of a mesh do not.
+    folder.write("a_3x3x3_float64.raw", &samples.map(|s| s / 1e300).map(f64::to_le_bytes).concat());
+    let far = ["a_3x3x3_float64.raw", "--origin", "1e300,0,0", "-o", "far.isp"];
+    folder.run(&[&["compute", "--backend", "cpu"][..], &far].concat());
+    for name in ["m.ply", "m.stl", "m.obj", "m.glb"] {
+        let line = folder.fails(&["extract", "far.isp", "-c", "50%", "-o", name], 3);
+        contains(&line, &["far.isp: vertex 0", "inf", "32-bit floats"]);
+    }
+}
+
 #[test]
 fn a_spectrum_beyond_the_budget_that_was_set_is_refused() {
     let folder = Folder::new();

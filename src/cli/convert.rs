@@ -21,7 +21,8 @@ impl Convert {
         let format = spectrum_file::Format::of_name(&self.to)?;
         let output = Output::open(&self.to)?;
         let (spectrum, before) = spectrum_file::read(&self.from)?;
-        let after = spectrum_file::write_as(&spectrum, format, output)?;
+        let after = spectrum_file::write_as(&spectrum, format, output)
+            .map_err(spectrum_file::named(&self.from))?;
         log::info!(
             "{}: {} (from {})",
             self.to.display(),

@@ -59,8 +59,9 @@ impl Extract {
             log::warn!("{}", why_empty(isovalue, spectrum.range, self.open));
         }
         let placement = &spectrum.volume.placement;
-        let bytes =
-            output.write(|file| write_to(&mesh, placement, Border::Closed, format, file))?;
+        let bytes = output
+            .write(|file| write_to(&mesh, placement, Border::Closed, format, file))
+            .map_err(spectrum_file::named(&self.spectrum))?;
         let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
         if self.json {
             report::print_json("extract", &Extracted { isovalue, n_vertices, n_triangles, bytes })?;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use isospectrum::file::{self, MAGIC, thesis};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::{Error, Result};
+use isospectrum::{Error, Result, input};
 
 use super::output::Output;
 
@@ -33,15 +33,20 @@ impl Format {
 
 /// Reads a spectrum of either format; also how many bytes its file has.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
-    let bytes = std::fs::read(path).map_err(|source| Error::io(path, source))?;
+    let bytes = input::read(path)?;
     let is_thesis =
         matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
     let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
-    let spectrum = spectrum.map_err(|error| match error {
+    let spectrum = spectrum.map_err(named(path))?;
+    Ok((spectrum, bytes.len() as u64))
+}
+
+/// Says of which spectrum something is wrong.
+pub(super) fn named(path: &Path) -> impl Fn(Error) -> Error + '_ {
+    move |error| match error {
         Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
         other => other,
-    })?;
-    Ok((spectrum, bytes.len() as u64))
+    }
 }
 
 /// Writes a spectrum in our format; how many bytes that took.

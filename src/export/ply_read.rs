@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::input;
 
 /// What a PLY file holds of a triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,7 +61,7 @@ struct Element {
 /// [`Error::Io`]; [`Error::Input`] as [`parse_ply`], with the path.
 pub fn read_ply(path: impl AsRef<Path>) -> Result<PlyMesh> {
     let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, e))?;
+    let bytes = input::read(path)?;
     parse_ply(&bytes).map_err(|e| match e {
         Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
         other => other,

@@ -99,6 +99,15 @@ impl Column<'_> {
     }
 }
 
+/// What `read` makes of 0, 1, ..., in a vector that never grows: columns of `n` numbers are there.
+pub(super) fn collected<T>(n: usize, mut read: impl FnMut(usize) -> Result<T>) -> Result<Vec<T>> {
+    let mut all = Vec::with_capacity(n);
+    for i in 0..n {
+        all.push(read(i)?);
+    }
+    Ok(all)
+}
+
 fn too_short() -> Error {
     Error::input("fewer bytes than its numbers need")
 }

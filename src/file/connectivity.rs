@@ -150,7 +150,8 @@ impl Arranger {
     /// Tells the triangle `i` on a gate by its third vertex.
     fn fill(&mut self, i: u32, death: u32, [from, to]: [u32; 2], third: u32) {
         let (c, is_new) = self.number_of(third);
-        let code = if is_new { Some(NEW) } else { self.front.code_of(from, to, c) };
+        let n_codes = self.walk.codes.len() + 1;
+        let code = if is_new { Some(NEW) } else { self.front.code_of([from, to], c, n_codes) };
         self.walk.codes.push(code.unwrap_or(JUMP));
         if code.is_none() {
             self.walk.jumps.push(zigzag(i64::from(c) - i64::from(from)));
@@ -220,14 +221,14 @@ impl<'a> WalkReader<'a> {
         Ok(n)
     }
 
-    /// Walks: the vertices and births of all triangles. `death` tells, for triangle `i` with these
+    /// Walks: the vertices, births and deaths of all triangles, and how many vertices they use. `death` tells, for triangle `i` with these
     /// vertices and birth, the rank at which it dies, which must exist.
     pub(super) fn triangles(
         mut self,
         n_vertices: usize,
         n_isovalues: usize,
         mut death: impl FnMut(usize, [u32; 3], u32) -> Result<u32>,
-    ) -> Result<Vec<([u32; 3], u32, u32)>> {
+    ) -> Result<(Vec<([u32; 3], u32, u32)>, usize)> {
         if self.births.0 != n_isovalues {
             return Err(Error::input(format!(
                 "births at {} ranks, expected {n_isovalues}",
@@ -245,7 +246,7 @@ impl<'a> WalkReader<'a> {
             while left > 0 {
                 let gate = front.pop();
                 let vertices = match gate {
-                    Some(gate) => match self.third(&front, gate, n_used)? {
+                    Some(gate) => match self.third(&mut front, gate, n_used)? {
                         Some(third) => [gate.0, gate.1, third],
                         None => continue,
                     },
@@ -271,11 +272,11 @@ impl<'a> WalkReader<'a> {
         if self.n_read != [self.codes.0, self.jumps.0, self.starts.0] {
             return Err(Error::input("more is told than the triangles need"));
         }
-        Ok(triangles)
+        Ok((triangles, n_used as usize))
     }
 
     /// The third vertex of the triangle at a gate; none if there is no triangle.
-    fn third(&mut self, front: &Front, gate: (u32, u32), n_used: u32) -> Result<Option<u32>> {
+    fn third(&mut self, front: &mut Front, gate: (u32, u32), n_used: u32) -> Result<Option<u32>> {
         let third = match self.next(0)? {
             NEW => Some(n_used),
             SKIP => return Ok(None),
@@ -283,9 +284,11 @@ impl<'a> WalkReader<'a> {
                 let third = i64::from(gate.0) + unzigzag(self.next(1)?);
                 u32::try_from(third).ok().filter(|&third| third < n_used)
             }
-            code => front.third(gate.0, gate.1, code),
+            code => front.third([gate.0, gate.1], code, self.n_read[0]),
         };
-        third.map(Some).ok_or_else(|| Error::input("a triangle has a vertex that does not exist"))
+        third.map(Some).ok_or_else(|| {
+            Error::input("a triangle has a vertex that does not exist or is too far to search")
+        })
     }
 
     /// The vertices of a triangle without a gate.

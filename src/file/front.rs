@@ -14,6 +14,11 @@ const MOST_AFTER: usize = 64;
 /// How many gates at one vertex are looked at.
 const MOST_GATES: usize = 64;
 
+/// Following codes along the hole may take a look at so many gates per code, and so many more in all. Most codes take
+/// one or two; all together may not take 64 times 64 each.
+const GATES_PER_CODE: usize = 64;
+const FREE_GATES: usize = 1 << 20;
+
 /// None, in the lists of gates and triangles.
 const NONE: u32 = u32::MAX;
 
@@ -29,6 +34,8 @@ pub(super) struct Front {
     dying: Vec<u32>,
     /// All triangles so far: vertices, and the next to die at the same rank.
     triangles: Vec<([u32; 3], u32)>,
+    /// How many gates were looked at to follow codes.
+    n_looked: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +56,7 @@ impl Front {
             ending: vec![NONE; n_vertices],
             dying: vec![NONE; n_isovalues],
             triangles: Vec::new(),
+            n_looked: 0,
         }
     }
 
@@ -97,23 +105,52 @@ impl Front {
         self.add([from, to, third], death);
     }
 
-    /// The code by which [`Front::third`] finds `third` at the gate from -> to.
-    pub(super) fn code_of(&self, from: u32, to: u32, third: u32) -> Option<u64> {
+    /// The code by which [`Front::third`] finds `third` at the gate from -> to, the code being number `n_codes`. None
+    /// also where that would take too long a search.
+    pub(super) fn code_of(
+        &mut self,
+        [from, to]: [u32; 2],
+        third: u32,
+        n_codes: usize,
+    ) -> Option<u64> {
         if self.before(from) == Some(third) {
             return Some(BEFORE);
         }
-        let along = std::iter::successors(self.after(to), |&v| self.after(v));
-        let steps = along.take(MOST_AFTER).position(|v| v == third)?;
-        Some(AFTER + steps as u64)
+        let mut along = self.along(to).take(MOST_AFTER).zip(AFTER..);
+        let ((_, n_looked), code) = along.find(|&((v, _), _)| v == third)?;
+        drop(along);
+        self.spend(n_looked, n_codes).then_some(code)
     }
 
-    /// The third vertex at the gate from -> to for a code of [`BEFORE`] or more.
-    pub(super) fn third(&self, from: u32, to: u32, code: u64) -> Option<u32> {
+    /// The third vertex at the gate from -> to for a code of [`BEFORE`] or more, the code being number `n_codes`. None
+    /// where there is no such vertex, or the search for it takes longer than a writer's.
+    pub(super) fn third(&mut self, [from, to]: [u32; 2], code: u64, n_codes: usize) -> Option<u32> {
         if code == BEFORE {
             return self.before(from);
         }
         let steps = usize::try_from(code - AFTER).ok().filter(|&steps| steps < MOST_AFTER)?;
-        std::iter::successors(self.after(to), |&v| self.after(v)).nth(steps)
+        let (third, n_looked) = self.along(to).nth(steps)?;
+        self.spend(n_looked, n_codes).then_some(third)
+    }
+
+    /// Whether `n_looked` more gates may be looked at for the sake of `n_codes` codes; if so, they are.
+    fn spend(&mut self, n_looked: usize, n_codes: usize) -> bool {
+        let sum = self.n_looked + n_looked;
+        let may = sum <= FREE_GATES + GATES_PER_CODE * n_codes;
+        if may {
+            self.n_looked = sum;
+        }
+        may
+    }
+
+    /// The vertices along the hole from `v` on, and how many gates were looked at up to each.
+    fn along(&self, v: u32) -> impl Iterator<Item = (u32, usize)> + '_ {
+        let next = |(v, n_looked): (u32, usize)| {
+            let list = self.list(self.starting[v as usize], |gate| gate.next_starting);
+            let (place, i) = { list }.next()?;
+            Some((self.gates[i].to, n_looked + place + 1))
+        };
+        std::iter::successors(next((v, 0)), move |&at| next(at))
     }
 
     fn add(&mut self, vertices: [u32; 3], death: u32) {
@@ -135,26 +172,53 @@ impl Front {
         self.gates.push(Gate { from, to, open: true, next_starting, next_ending });
     }
 
-    /// Where the newest open gate at `v` leads.
-    fn after(&self, v: u32) -> Option<u32> {
-        self.starting_at(v).next().map(|i| self.gates[i].to)
-    }
-
     /// Where the newest open gate to `v` comes from.
     fn before(&self, v: u32) -> Option<u32> {
         let list = self.list(self.ending[v as usize], |gate| gate.next_ending);
-        { list }.next().map(|i| self.gates[i].from)
+        { list }.next().map(|(_, i)| self.gates[i].from)
     }
 
     fn starting_at(&self, v: u32) -> impl Iterator<Item = usize> + '_ {
-        self.list(self.starting[v as usize], |gate| gate.next_starting)
+        self.list(self.starting[v as usize], |gate| gate.next_starting).map(|(_, i)| i)
     }
 
-    /// The open gates among the first few of a list.
-    fn list(&self, first: u32, next: fn(&Gate) -> u32) -> impl Iterator<Item = usize> + '_ {
+    /// The open gates among the first few of a list, each with its place in it.
+    fn list(
+        &self,
+        first: u32,
+        next: fn(&Gate) -> u32,
+    ) -> impl Iterator<Item = (usize, usize)> + '_ {
         let some = |i: u32| (i != NONE).then_some(i as usize);
         std::iter::successors(some(first), move |&i| some(next(&self.gates[i])))
             .take(MOST_GATES)
-            .filter(|&i| self.gates[i].open)
+            .enumerate()
+            .filter(|&(_, i)| self.gates[i].open)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_that_lead_past_many_closed_gates_come_to_an_end() {
+        let mut front = Front::new(4, 1);
+        let nowhere = (3, 3);
+        // A way from 0 to 1 and back, each behind as many closed gates as are looked at with it.
+        for (from, to) in [(0, 1), (1, 0)] {
+            front.cancel_or_push(nowhere, (from, to));
+            (1..MOST_GATES).for_each(|_| front.cancel_or_push(nowhere, (from, 2)));
+            (1..MOST_GATES).for_each(|_| front.cancel_or_push((from, 2), nowhere));
+        }
+        // Two steps take twice what a code may take: what all codes have in common is used up.
+        let n_looked = 2 * MOST_GATES;
+        let most = FREE_GATES / (n_looked - GATES_PER_CODE);
+        for n_codes in 1..=most {
+            assert_eq!(front.third([2, 0], AFTER + 1, n_codes), Some(0), "{n_codes}");
+        }
+        assert_eq!(front.third([2, 0], AFTER + 1, most + 1), None);
+        // A writer is told so and writes a jump; a step that costs no more than its share is still found.
+        assert_eq!(front.code_of([2, 0], 0, most + 1), None);
+        assert_eq!(front.code_of([2, 0], 1, most + 1), Some(AFTER));
     }
 }

@@ -33,8 +33,12 @@ struct Told {
 
 /// Writes section `POSN`. Positions are as [`Units::rounded`] leaves them, in multiples of
 /// [`crate::spectrum::QUANTUM`] whatever the units are.
-pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Vec<u8> {
-    let told = tell(spectrum, ranks, units);
+///
+/// # Errors
+///
+/// As [`Predictor::new`].
+pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<u8>> {
+    let told = tell(spectrum, ranks, units)?;
     let mut positions = Vec::new();
     write_column(&mut positions, &told.is_lattice);
     told.samples.iter().for_each(|column| write_column(&mut positions, column));
@@ -45,14 +49,14 @@ pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -
     for column in told.positions.as_flattened() {
         write_column(&mut positions, column);
     }
-    positions
+    Ok(positions)
 }
 
 /// What the predictions miss, knot by knot.
-fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Told {
+fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
     let mut told = Told::default();
     let samples = Samples::new(&spectrum.volume, units.per_voxel);
-    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles);
+    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles)?;
     for v in 0..ranks.n_vertices() {
         let knots = spectrum.trajectory(v);
         let mut lattice = None;
@@ -88,7 +92,7 @@ fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Told {
             predictor.push(stored);
         }
     }
-    told
+    Ok(told)
 }
 
 /// The kind of knot `i` of a vertex that is no lattice vertex.
@@ -143,7 +147,7 @@ pub(super) fn read_geometry(
     columns.end()?;
 
     let samples = Samples::new(volume, Units::FILE.per_voxel);
-    let mut predictor = Predictor::new(ranks, isovalues, triangles);
+    let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
     let mut knots = Vec::with_capacity(ranks.ranks.len());
     for v in 0..ranks.n_vertices() {
         let (mut sample, mut way) = ([0; 3], 0);

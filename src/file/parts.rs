@@ -12,7 +12,8 @@ use crate::spectrum::Spectrum;
 ///
 /// # Errors
 ///
-/// [`crate::Error::Input`] if the spectrum does not pass [`Spectrum::check`].
+/// [`crate::Error::Input`] if the spectrum does not pass [`Spectrum::check`], or its triangles are no meshes: so many
+/// meet at vertices of so many knots that a reader would not look at all of them.
 pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec<u8>; 5])> {
     spectrum.check()?;
     let info = info(spectrum)?;
@@ -23,7 +24,7 @@ pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec
         tables::write_isovalues(&spectrum.isovalues),
         write_ranks(&ranks),
         triangles::write_triangles(&walk, &spectrum.triangles, &ranks),
-        write_geometry(&spectrum, &ranks, units),
+        write_geometry(&spectrum, &ranks, units)?,
     ];
     Ok((spectrum, sections))
 }

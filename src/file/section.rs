@@ -7,7 +7,10 @@
 //!
 //! A section is unpacked to at most [`LARGEST_RATIO`] times its stored length, so a small file
 //! cannot ask for much memory; a section that deflates better than that is stored as it is.
+//! All sections are cut off before the first is unpacked, so that what one claims can be held against what the
+//! others have room for.
 
+use std::borrow::Cow;
 use std::io::{Read as _, Write as _};
 
 use flate2::Compression;
@@ -37,11 +40,18 @@ pub(super) enum Packing {
     Deflated,
 }
 
-/// Appends a section to a file.
-pub(super) fn write_section(file: &mut Vec<u8>, tag: [u8; 4], content: &[u8], packing: Packing) {
+/// Appends a section to a file, of at least `least` stored bytes unless its content is shorter.
+pub(super) fn write_section(
+    file: &mut Vec<u8>,
+    tag: [u8; 4],
+    content: &[u8],
+    packing: Packing,
+    least: usize,
+) {
     let deflated = (packing == Packing::Deflated).then(|| deflate(content));
     let worthwhile = |d: &Vec<u8>| {
-        d.len() < content.len() && content.len() <= d.len().saturating_mul(LARGEST_RATIO)
+        (least..content.len()).contains(&d.len())
+            && content.len() <= d.len().saturating_mul(LARGEST_RATIO)
     };
     let (method, stored) = match deflated.as_ref().filter(|d| worthwhile(d)) {
         Some(deflated) => (METHOD_ZLIB, &deflated[..]),
@@ -59,13 +69,23 @@ pub(super) fn write_section(file: &mut Vec<u8>, tag: [u8; 4], content: &[u8], pa
     file.extend(stored);
 }
 
-/// Takes the section `tag` off the front of `file` and unpacks it.
+/// A section that is cut off and not unpacked yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Section<'a> {
+    tag: [u8; 4],
+    method: u32,
+    stored: &'a [u8],
+    /// How long its content claims to be.
+    wanted: usize,
+}
+
+/// Takes the section `tag` off the front of `file`.
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if there is another section, the file ends too early, or anything in the
-/// section is damaged.
-pub(super) fn read_section(file: &mut &[u8], tag: [u8; 4]) -> Result<Vec<u8>> {
+/// [`Error::Input`] if there is another section, the file ends too early, its checksum does not fit, or it claims more
+/// than its length allows.
+pub(super) fn cut_section<'a>(file: &mut &'a [u8], tag: [u8; 4]) -> Result<Section<'a>> {
     let name = String::from_utf8_lossy(&tag).into_owned();
     let truncated = || Error::input(format!("the file ends inside section {name}"));
     let (head, rest) = file.split_at_checked(HEAD).ok_or_else(truncated)?;
@@ -86,17 +106,61 @@ pub(super) fn read_section(file: &mut &[u8], tag: [u8; 4]) -> Result<Vec<u8>> {
         return Err(Error::input(format!("section {name} is damaged: its checksum does not fit")));
     }
     *file = rest;
-    let wanted = length(16)?;
-    match number(4) {
-        METHOD_RAW if wanted == stored.len() => Ok(stored.to_vec()),
-        METHOD_ZLIB if wanted <= stored.len().saturating_mul(LARGEST_RATIO) => {
-            inflate(stored, wanted).map_err(|what| Error::input(format!("section {name}: {what}")))
+    let (method, wanted) = (number(4), length(16)?);
+    match method {
+        METHOD_RAW if wanted == stored.len() => {}
+        METHOD_ZLIB if wanted <= stored.len().saturating_mul(LARGEST_RATIO) => {}
+        METHOD_RAW | METHOD_ZLIB => {
+            return Err(Error::input(format!(
+                "section {name}: {} bytes cannot hold {wanted}",
+                stored.len()
+            )));
         }
-        METHOD_RAW | METHOD_ZLIB => Err(Error::input(format!(
-            "section {name}: {} bytes cannot hold {wanted}",
-            stored.len()
-        ))),
-        method => Err(Error::input(format!("section {name}: packing {method}, expected 0 or 1"))),
+        _ => {
+            return Err(Error::input(format!("section {name}: packing {method}, expected 0 or 1")));
+        }
+    }
+    Ok(Section { tag, method, stored, wanted })
+}
+
+impl<'a> Section<'a> {
+    /// Bytes in the file, without the head.
+    pub(super) fn n_stored(&self) -> usize {
+        self.stored.len()
+    }
+
+    /// Bytes once unpacked.
+    pub(super) fn n_content(&self) -> usize {
+        self.wanted
+    }
+
+    /// Whether the content is stored as it is.
+    pub(super) fn is_plain(&self) -> bool {
+        self.method == METHOD_RAW
+    }
+
+    /// The count at the front of the content; none where that is shorter.
+    pub(super) fn first_count(&self) -> Option<u64> {
+        let mut count = [0; 8];
+        let read = match self.is_plain() {
+            true => (&mut { self.stored }).read_exact(&mut count),
+            false => ZlibDecoder::new(self.stored).read_exact(&mut count),
+        };
+        read.ok().map(|()| u64::from_le_bytes(count))
+    }
+
+    /// Unpacks the section.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] if what is stored does not unpack to exactly what is claimed.
+    pub(super) fn content(&self) -> Result<Cow<'a, [u8]>> {
+        if self.is_plain() {
+            return Ok(Cow::Borrowed(self.stored));
+        }
+        let content = inflate(self.stored, self.wanted);
+        let name = String::from_utf8_lossy(&self.tag);
+        content.map(Cow::Owned).map_err(|what| Error::input(format!("section {name}: {what}")))
     }
 }
 

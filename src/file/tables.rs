@@ -1,6 +1,6 @@
 //! The small sections: isovalues, events, collapses.
 
-use super::column::{Columns, unzigzag, write_column, zigzag};
+use super::column::{Columns, collected, unzigzag, write_column, zigzag};
 use crate::error::{Error, Result};
 use crate::spectrum::{Collapse, Event, EventKind};
 
@@ -27,20 +27,18 @@ pub(super) fn read_isovalues(bytes: &[u8]) -> Result<Vec<f64>> {
     columns.end()?;
     let mut key = 0u64;
     let mut previous = f64::NEG_INFINITY;
-    (0..n)
-        .map(|i| {
-            key = key.wrapping_add(steps.get(i)?);
-            let c = from_ordered_bits(key);
-            // Predictions divide by differences of isovalues, so this cannot wait for the check.
-            if !(c.is_finite() && previous < c) {
-                return Err(Error::input(format!(
-                    "isovalue {i} is {c}, expected finite numbers that increase"
-                )));
-            }
-            previous = c;
-            Ok(c)
-        })
-        .collect()
+    collected(n, |i| {
+        key = key.wrapping_add(steps.get(i)?);
+        let c = from_ordered_bits(key);
+        // Predictions divide by differences of isovalues, so this cannot wait for the check.
+        if !(c.is_finite() && previous < c) {
+            return Err(Error::input(format!(
+                "isovalue {i} is {c}, expected finite numbers that increase"
+            )));
+        }
+        previous = c;
+        Ok(c)
+    })
 }
 
 /// Bits that sort as the numbers do.
@@ -87,20 +85,18 @@ pub(super) fn read_events(bytes: &[u8]) -> Result<Vec<Event>> {
     let positions = [columns.column(n, 64)?, columns.column(n, 64)?, columns.column(n, 64)?];
     let kinds = columns.column(n, 8)?;
     columns.end()?;
-    (0..n)
-        .map(|i| {
-            let number = |bits: Result<u64>| bits.map(f64::from_bits);
-            let [x, y, z] = positions;
-            let code = kinds.get(i)? as usize;
-            Ok(Event {
-                isovalue: number(isovalues.get(i))?,
-                position: [number(x.get(i))?, number(y.get(i))?, number(z.get(i))?],
-                kind: *KINDS.get(code).ok_or_else(|| {
-                    Error::input(format!("event {i} is of kind {code}, expected 0 to 5"))
-                })?,
-            })
+    collected(n, |i| {
+        let number = |bits: Result<u64>| bits.map(f64::from_bits);
+        let [x, y, z] = positions;
+        let code = kinds.get(i)? as usize;
+        Ok(Event {
+            isovalue: number(isovalues.get(i))?,
+            position: [number(x.get(i))?, number(y.get(i))?, number(z.get(i))?],
+            kind: *KINDS.get(code).ok_or_else(|| {
+                Error::input(format!("event {i} is of kind {code}, expected 0 to 5"))
+            })?,
         })
-        .collect()
+    })
 }
 
 /// Section `COLL`.
@@ -138,12 +134,10 @@ pub(super) fn read_collapses(bytes: &[u8]) -> Result<Vec<Collapse>> {
             .map_err(|_| Error::input("a collapse refers to something beyond 32 bits"))
     };
     let (mut vertex, mut rank) = (0, 0);
-    (0..n)
-        .map(|i| {
-            vertex = add(vertex, vertices.get(i)?)?;
-            rank = add(rank, ranks.get(i)?)?;
-            let target = add(vertex, targets.get(i)?)?;
-            Ok(Collapse { vertex, target, rank, upward: upward.get(i)? == 1 })
-        })
-        .collect()
+    collected(n, |i| {
+        vertex = add(vertex, vertices.get(i)?)?;
+        rank = add(rank, ranks.get(i)?)?;
+        let target = add(vertex, targets.get(i)?)?;
+        Ok(Collapse { vertex, target, rank, upward: upward.get(i)? == 1 })
+    })
 }

@@ -43,9 +43,15 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
+/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`], or an isovalue is beyond what f32 holds.
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     spectrum.check()?;
+    if let Some(c) = spectrum.isovalues.iter().find(|&&c| !(c as f32).is_finite()) {
+        return Err(Error::input(format!(
+            "isovalue {c:e}, expected at most {:e}: the layout of the thesis has 32-bit floats",
+            f32::MAX
+        )));
+    }
     let isovalue = |rank: u32| spectrum.isovalues[rank as usize] as f32;
     let normals = Normals::of(spectrum);
     let mut codes = normals.codes().iter();

@@ -4,6 +4,7 @@
 //! predicted from the neighbours that are known already ([`super::geometry`]).
 
 use super::column::{Columns, write_column, zigzag};
+use super::too_many_unused;
 use crate::error::{Error, Result};
 use crate::spectrum::Spectrum;
 
@@ -55,15 +56,24 @@ pub(super) fn write_ranks(ranks: &Ranks) -> Vec<u8> {
     bytes
 }
 
-/// Reads section `VERT`; every rank is below `n_isovalues`.
-pub(super) fn read_ranks(bytes: &[u8], n_isovalues: usize) -> Result<Ranks> {
+/// Reads section `VERT`; every rank is below `n_isovalues`. At most `most_unused` vertices have fewer than the two
+/// knots that a triangle needs.
+pub(super) fn read_ranks(bytes: &[u8], n_isovalues: usize, most_unused: usize) -> Result<Ranks> {
     let mut columns = Columns::new(bytes);
     let n = columns.count()?;
     if n >= u32::MAX as usize {
         return Err(Error::input(format!("{n} vertices, expected fewer than 2^32")));
     }
     let counts = columns.column(n, 32)?;
-    let mut first_knot = vec![0];
+    let mut n_unused = 0;
+    for v in 0..n {
+        n_unused += usize::from(counts.get(v)? < 2);
+    }
+    if n_unused > most_unused {
+        return Err(too_many_unused(n_unused, most_unused));
+    }
+    let mut first_knot = Vec::with_capacity(n + 1);
+    first_knot.push(0);
     let (mut n_knots, mut n_moving) = (0u32, 0);
     for v in 0..n {
         let count = counts.get(v)? as u32;

@@ -6,8 +6,9 @@
 //! that its vertices do not cover is refused. What it joins and when it is born is
 //! [`super::connectivity`]'s.
 
-use super::column::{Columns, write_column};
+use super::column::{Columns, collected, write_column};
 use super::connectivity::{Walk, WalkReader, arrange};
+use super::too_many_unused;
 use super::trajectories::Ranks;
 use crate::error::{Error, Result};
 use crate::spectrum::{Collapse, Spectrum, Triangle};
@@ -71,12 +72,13 @@ pub(super) fn write_triangles(walk: &Walk, triangles: &[Triangle], ranks: &Ranks
     bytes
 }
 
-/// Reads section `TRIA` of a version.
+/// Reads section `TRIA` of a version. At most `most_unused` vertices are in none of its triangles.
 pub(super) fn read_triangles(
     bytes: &[u8],
     ranks: &Ranks,
     n_isovalues: usize,
     version: u32,
+    most_unused: usize,
 ) -> Result<Vec<Triangle>> {
     let mut columns = Columns::new(bytes);
     let walk = WalkReader::new(&mut columns)?;
@@ -100,13 +102,15 @@ pub(super) fn read_triangles(
         before = death.unwrap_or(0);
         death.ok_or_else(|| Error::input(format!("triangle {i} outlives its vertices")))
     };
-    let triangles = walk.triangles(ranks.n_vertices() as usize, n_isovalues, death)?;
-    let triangles = triangles.into_iter().enumerate();
-    triangles
-        .map(|(i, (vertices, birth, death))| {
-            Ok(Triangle { vertices, birth, death, cap: caps.get(i)? == 1 })
-        })
-        .collect()
+    let n_vertices = ranks.n_vertices() as usize;
+    let (triangles, n_used) = walk.triangles(n_vertices, n_isovalues, death)?;
+    if n_vertices - n_used > most_unused {
+        return Err(too_many_unused(n_vertices - n_used, most_unused));
+    }
+    collected(triangles.len(), |i| {
+        let (vertices, birth, death) = triangles[i];
+        Ok(Triangle { vertices, birth, death, cap: caps.get(i)? == 1 })
+    })
 }
 
 /// The first and last rank at which all three vertices have knots around them; none if one of

@@ -18,7 +18,7 @@ pub(super) fn read_geometry(
     let mut columns = Columns::new(bytes);
     let positions = [columns.column(n, 34)?, columns.column(n, 34)?, columns.column(n, 34)?];
     columns.end()?;
-    let mut predictor = Predictor::new(ranks, isovalues, triangles);
+    let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
     let mut knots = Vec::with_capacity(n);
     for v in 0..ranks.n_vertices() {
         for &rank in ranks.of(v).expect("the vertex exists") {

@@ -2,8 +2,9 @@
 //!
 //! Every reader ends here: it has found the type, the byte order and the number of samples, and
 //! has checked that number against the length of the file. Samples are read straight into the
-//! vector the volume keeps, so a volume needs its own size in memory and a little more, never
-//! twice. Types without a variant in [`Samples`] are widened on the way where that loses nothing:
+//! vector the volume keeps. Its memory is taken at once as far as the file vouches for it, so a volume of plain samples
+//! needs its own size and a little more, never twice; beyond that, as with gzip, whose bytes may stand for a thousand
+//! each or for none, it doubles as samples arrive. Types without a variant in [`Samples`] are widened on the way where that loses nothing:
 //! float16 to float32, 64 bit integers to float64 (up to 2^53 in magnitude; beyond is an error).
 
 use std::fmt;
@@ -11,6 +12,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use bytemuck::Pod;
+use half::f16;
 
 use crate::error::Error;
 use crate::volume::Samples;
@@ -88,7 +90,7 @@ pub(crate) fn size_of_grid(dims: [usize; 3], sample_type: SampleType) -> Option<
     Some((n, bytes))
 }
 
-/// The next `n` samples of `reader`.
+/// The next `n` samples of `reader`; the file is known to hold the bytes of `n_earned` of them.
 ///
 /// # Errors
 ///
@@ -99,7 +101,9 @@ pub(crate) fn read_samples(
     sample_type: SampleType,
     big_endian: bool,
     n: usize,
+    n_earned: usize,
 ) -> io::Result<Samples> {
+    let n = Growth { n, n_earned };
     let swap = big_endian != cfg!(target_endian = "big");
     Ok(match sample_type {
         SampleType::U8 => Samples::U8(read_vec(reader, n, false, u8::swap_bytes)?),
@@ -117,7 +121,7 @@ pub(crate) fn read_samples(
         SampleType::F16 => Samples::F32(read_widened(reader, n, |bytes: [u8; 2]| {
             let bits =
                 if big_endian { u16::from_be_bytes(bytes) } else { u16::from_le_bytes(bytes) };
-            Ok(f32_from_half(bits))
+            Ok(f16::from_bits(bits).to_f32())
         })?),
         SampleType::I64 => Samples::F64(read_widened(reader, n, |bytes| {
             let v = if big_endian { i64::from_be_bytes(bytes) } else { i64::from_le_bytes(bytes) };
@@ -143,50 +147,84 @@ pub(crate) fn read_error(path: &Path, e: io::Error) -> Error {
 /// A vector of `n` times `fill`, or an error where memory does not suffice.
 pub(crate) fn reserve<T: Copy>(n: usize, fill: T) -> io::Result<Vec<T>> {
     let mut values = Vec::new();
+    take_memory(&mut values, n)?;
+    values.resize(n, fill);
+    Ok(values)
+}
+
+/// How a vector grows to `n` values: at once to `n_earned`, then by doubling, each time only when all it holds has arrived.
+#[derive(Clone, Copy, Debug)]
+struct Growth {
+    n: usize,
+    n_earned: usize,
+}
+
+impl Growth {
+    /// Values read at a time: so many are taken before any arrived.
+    const CHUNK: usize = 1 << 14;
+
+    /// Reads all values; `read` fills the next ones.
+    fn fill<T: Copy>(
+        self,
+        zero: T,
+        mut read: impl FnMut(&mut [T]) -> io::Result<()>,
+    ) -> io::Result<Vec<T>> {
+        let mut values = Vec::new();
+        while values.len() < self.n {
+            let so_far = values.len();
+            if so_far == values.capacity() {
+                let capacity = self.n.min((2 * so_far).max(self.n_earned).max(Self::CHUNK));
+                take_memory(&mut values, capacity - so_far)?;
+            }
+            let n = values.capacity().min(self.n) - so_far;
+            values.resize(so_far + n.min(Self::CHUNK), zero);
+            read(&mut values[so_far..])?;
+        }
+        Ok(values)
+    }
+}
+
+/// Room for `n` more values, or an error where memory does not suffice.
+fn take_memory<T>(values: &mut Vec<T>, n: usize) -> io::Result<()> {
     values.try_reserve_exact(n).map_err(|_| {
         io::Error::new(
             io::ErrorKind::OutOfMemory,
             format!("{} bytes of memory are not available", n.saturating_mul(size_of::<T>())),
         )
-    })?;
-    values.resize(n, fill);
-    Ok(values)
+    })
 }
 
-/// `n` values read in place, each swapped afterwards where the file has the other byte order.
+/// Values read in place, each swapped where the file has the other byte order.
 fn read_vec<T: Pod>(
     reader: &mut impl Read,
-    n: usize,
+    n: Growth,
     swap: bool,
     swapped: impl Fn(T) -> T,
 ) -> io::Result<Vec<T>> {
-    let mut values = reserve(n, T::zeroed())?;
-    reader.read_exact(bytemuck::cast_slice_mut(&mut values))?;
-    if swap {
-        for v in &mut values {
-            *v = swapped(*v);
+    n.fill(T::zeroed(), |part| {
+        reader.read_exact(bytemuck::cast_slice_mut(part))?;
+        if swap {
+            part.iter_mut().for_each(|v| *v = swapped(*v));
         }
-    }
-    Ok(values)
+        Ok(())
+    })
 }
 
-/// `n` values of `N` bytes each, converted one by one.
+/// Values of `N` bytes each, converted one by one.
 fn read_widened<T: Copy + Default, const N: usize>(
     reader: &mut impl Read,
-    n: usize,
+    n: Growth,
     convert: impl Fn([u8; N]) -> io::Result<T>,
 ) -> io::Result<Vec<T>> {
-    const CHUNK: usize = 8192;
-    let mut values = reserve(n, T::default())?;
-    let mut bytes = vec![[0u8; N]; CHUNK.min(n)];
-    for part in values.chunks_mut(CHUNK) {
+    let mut bytes = vec![[0u8; N]; Growth::CHUNK.min(n.n)];
+    n.fill(T::default(), |part| {
         let bytes = &mut bytes[..part.len()];
         reader.read_exact(bytes.as_flattened_mut())?;
         for (v, &b) in part.iter_mut().zip(bytes.iter()) {
             *v = convert(b)?;
         }
-    }
-    Ok(values)
+        Ok(())
+    })
 }
 
 /// A 64 bit integer as f64, if f64 holds it exactly.
@@ -198,19 +236,6 @@ pub(crate) fn exact_f64(v: i128) -> io::Result<f64> {
             io::ErrorKind::InvalidData,
             format!("sample {v}, expected integers of at most 2^53, which float64 holds exactly"),
         ))
-    }
-}
-
-/// IEEE 754 binary16 to binary32; every half is a float.
-fn f32_from_half(bits: u16) -> f32 {
-    let sign = u32::from(bits >> 15) << 31;
-    let exponent = u32::from(bits >> 10 & 0x1f);
-    let mantissa = u32::from(bits & 0x3ff);
-    match exponent {
-        // Zero and subnormals are multiples of 2^-24.
-        0 => f32::from_bits(sign | (mantissa as f32 / 16_777_216.0).to_bits()),
-        0x1f => f32::from_bits(sign | 0x7f80_0000 | mantissa << 13),
-        _ => f32::from_bits(sign | (exponent + 127 - 15) << 23 | mantissa << 13),
     }
 }
 
@@ -231,10 +256,42 @@ mod tests {
             (0x3555, 0.333_251_95),
             (0x7c00, f32::INFINITY),
         ];
-        for (bits, value) in known {
-            assert_eq!(f32_from_half(bits), value, "{bits:#06x}");
+        for big_endian in [false, true] {
+            let file: Vec<u8> = known
+                .iter()
+                .flat_map(
+                    |&(bits, _): &(u16, f32)| {
+                        if big_endian { bits.to_be_bytes() } else { bits.to_le_bytes() }
+                    },
+                )
+                .collect();
+            let n = known.len();
+            let read = read_samples(&mut &file[..], SampleType::F16, big_endian, n, n);
+            let values = known.map(|(_, value)| value);
+            assert_eq!(read.expect("all are there"), Samples::F32(values.to_vec()));
         }
-        assert!(f32_from_half(0x7e00).is_nan());
+    }
+
+    #[test]
+    fn memory_is_taken_for_what_arrives_and_at_once_for_what_is_earned() {
+        let capacity = |n_there: usize, n: usize, n_earned: usize| {
+            let mut there = vec![7u8; n_there];
+            there.extend([8; 3]);
+            let mut largest = 0;
+            let mut rest = &there[..n_there];
+            let growth = Growth { n, n_earned };
+            let read = growth.fill(0u8, |part| {
+                largest += part.len();
+                rest.read_exact(part)
+            });
+            (read.ok().map(|values| (values.len(), values.capacity())), largest)
+        };
+        assert_eq!(capacity(100_000, 100_000, 100_000), (Some((100_000, 100_000)), 100_000));
+        assert_eq!(capacity(100_000, 100_000, 0), (Some((100_000, 100_000)), 100_000));
+        assert_eq!(capacity(5, 5, 0), (Some((5, 5)), 5));
+        // It ends early: no more than a chunk beyond what was there was asked for.
+        let (none, asked) = capacity(100_000, 1 << 40, 10);
+        assert_eq!((none, asked <= 100_000 + Growth::CHUNK), (None, true));
     }
 
     #[test]

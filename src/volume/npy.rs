@@ -33,16 +33,17 @@ struct Header {
     shape: Vec<u64>,
 }
 
-/// Reads a `.npy` file.
+/// Reads a `.npy` file, which is open and has so many bytes.
 ///
 /// # Errors
 ///
 /// [`Error::Io`] if the file cannot be read; [`Error::Input`] for anything but a 3-D array of
 /// real numbers, and for a file that is not exactly as long as its shape asks for.
-pub(crate) fn read(path: &Path) -> Result<([usize; 3], Samples, Placement)> {
+pub(crate) fn read(
+    path: &Path,
+    (file, length): (File, u64),
+) -> Result<([usize; 3], Samples, Placement)> {
     let invalid = |message: String| Error::input(format!("{}: {message}", path.display()));
-    let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
     let mut reader = BufReader::new(file);
     let header = parse_header(&header_text(&mut reader).map_err(invalid)?).map_err(invalid)?;
     let (sample_type, big_endian) = type_of(&header.descr).map_err(invalid)?;
@@ -57,8 +58,8 @@ pub(crate) fn read(path: &Path) -> Result<([usize; 3], Samples, Placement)> {
             "{found} bytes of samples, expected {expected} for shape {shape:?} {sample_type}"
         ))
     })?;
-    let stored =
-        read_samples(&mut reader, sample_type, big_endian, n).map_err(|e| read_error(path, e))?;
+    let stored = read_samples(&mut reader, sample_type, big_endian, n, n)
+        .map_err(|e| read_error(path, e))?;
     let samples = if header.fortran_order {
         x_fastest(stored, dims).map_err(|e| read_error(path, e))?
     } else {

@@ -8,7 +8,8 @@
 //!
 //! A header is free to lie, so its size is held against the length of the file before memory is
 //! taken: exactly for raw data, and by the greatest possible compression (1032 to 1 for deflate,
-//! zlib technical notes) for gzip, of which no byte beyond that size is inflated.
+//! zlib technical notes) for gzip, of which no byte beyond that size is inflated, and whose memory grows with what
+//! is inflated.
 
 mod header;
 
@@ -20,6 +21,7 @@ use std::str::FromStr;
 use flate2::bufread::MultiGzDecoder;
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::volume::decode::{
     SampleType, exact_f64, read_error, read_samples, reserve, size_of_grid,
 };
@@ -29,27 +31,20 @@ use header::{Encoding, Header};
 /// Most bytes that one byte of a deflate stream can stand for.
 const DEFLATE_RATIO: u64 = 1032;
 
-/// Reads a NRRD file and, where the header is detached, the file of samples it names.
+/// Reads a NRRD file, which is open, and, where the header is detached, the file of samples it names.
 ///
 /// # Errors
 ///
 /// [`Error::Io`] if a file cannot be read; [`Error::Input`] for anything but a scalar 3-D array,
 /// for damaged headers and for data that are shorter or longer than the header says.
-pub(crate) fn read(path: &Path) -> Result<([usize; 3], Samples, Placement)> {
-    let mut reader = BufReader::new(File::open(path).map_err(|e| Error::io(path, e))?);
+pub(crate) fn read(path: &Path, file: File) -> Result<([usize; 3], Samples, Placement)> {
+    let mut reader = BufReader::new(file);
     let header = header::parse(&mut reader)
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
     let mut data_path = PathBuf::from(path);
     if let Some(name) = &header.data_file {
         data_path = path.parent().unwrap_or(Path::new("")).join(name);
-        let is_file = data_path.metadata().map_err(|e| Error::io(&data_path, e))?.is_file();
-        if !is_file {
-            return Err(Error::input(format!(
-                "{}: the data file '{name}' is not a regular file",
-                path.display()
-            )));
-        }
-        reader = BufReader::new(File::open(&data_path).map_err(|e| Error::io(&data_path, e))?);
+        reader = BufReader::new(input::open(&data_path)?.0);
     }
     let samples = read_data(&mut reader, &header).map_err(|e| read_error(&data_path, e))?;
     Ok((header.dims, samples, header.placement))
@@ -94,7 +89,7 @@ fn read_raw(
     }
     let start = reader.stream_position()? + skip;
     reader.seek(SeekFrom::Start(start))?;
-    read_samples(reader, header.sample_type, header.big_endian, n)
+    read_samples(reader, header.sample_type, header.big_endian, n, n)
 }
 
 fn read_gzip(
@@ -120,8 +115,10 @@ fn read_gzip(
     };
     let mut inflated = MultiGzDecoder::new(reader);
     io::copy(&mut inflated.by_ref().take(skip), &mut io::sink()).map_err(describe)?;
-    let samples =
-        read_samples(&mut inflated, header.sample_type, header.big_endian, n).map_err(describe)?;
+    // Samples rarely deflate to more than they were.
+    let n_earned = usize::try_from(left).unwrap_or(usize::MAX) / header.sample_type.n_bytes();
+    let samples = read_samples(&mut inflated, header.sample_type, header.big_endian, n, n_earned)
+        .map_err(describe)?;
     // Reading past the end also checks the checksum behind the data.
     if inflated.read(&mut [0]).map_err(describe)? != 0 {
         return Err(invalid(format!("the gzip data hold more than the {n_bytes} bytes of {what}")));

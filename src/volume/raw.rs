@@ -11,14 +11,18 @@ use crate::error::{Error, Result};
 use crate::volume::decode::{SampleType, read_error, read_samples, size_of_grid};
 use crate::volume::{Placement, ReadOptions, Samples};
 
-/// Reads a RAW file.
+/// Reads a RAW file, which is open and has so many bytes.
 ///
 /// # Errors
 ///
 /// [`Error::Io`] if the file cannot be read; [`Error::Input`] if neither name nor options tell
 /// dimensions and type, or the file does not have exactly the bytes they ask for;
 /// [`Error::Usage`] for an unknown sample type among the options.
-pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<([usize; 3], Samples, Placement)> {
+pub(crate) fn read(
+    path: &Path,
+    (mut file, found): (File, u64),
+    options: &ReadOptions,
+) -> Result<([usize; 3], Samples, Placement)> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let shown = path.display();
     let dims = options.dims.or_else(|| dims_in_name(&name)).ok_or_else(|| {
@@ -36,8 +40,6 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<([usize; 3], Sa
             ))
         })?,
     };
-    let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let found = file.metadata().map_err(|e| Error::io(path, e))?.len();
     let size = size_of_grid(dims, sample_type);
     let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n).ok_or_else(|| {
         let expected =
@@ -47,7 +49,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<([usize; 3], Sa
             "{shown}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}"
         ))
     })?;
-    let samples = read_samples(&mut file, sample_type, options.big_endian, n)
+    let samples = read_samples(&mut file, sample_type, options.big_endian, n, n)
         .map_err(|e| read_error(path, e))?;
     Ok((dims, samples, Placement::default()))
 }

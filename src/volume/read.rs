@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::input;
 use crate::volume::{Samples, Volume, npy, nrrd, raw};
 
 /// What the command line may say about a volume beside its file name.
@@ -32,22 +33,25 @@ pub struct ReadOptions {
 /// the file or are no numbers.
 pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
     let shown = path.display();
-    if !path.metadata().map_err(|e| Error::io(path, e))?.is_file() {
-        return Err(Error::input(format!("{shown}: not a regular file")));
-    }
+    // Before anything is said of its name.
+    let (file, length) = input::open(path)?;
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let describes_raw = options.dims.is_some() && options.sample_type.is_some();
     let (dims, mut samples, mut placement) = match extension.as_str() {
-        "raw" => raw::read(path, options)?,
+        "raw" => raw::read(path, (file, length), options)?,
         "nrrd" | "nhdr" | "npy" => {
             if options.dims.is_some() || options.sample_type.is_some() || options.big_endian {
                 return Err(Error::Usage(format!(
                     "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
                 )));
             }
-            if extension == "npy" { npy::read(path)? } else { nrrd::read(path)? }
+            if extension == "npy" {
+                npy::read(path, (file, length))?
+            } else {
+                nrrd::read(path, file)?
+            }
         }
-        _ if describes_raw => raw::read(path, options)?,
+        _ if describes_raw => raw::read(path, (file, length), options)?,
         _ => {
             return Err(Error::input(format!(
                 "{shown}: unknown extension '{extension}', expected .raw, .nrrd, .nhdr or .npy (--dims and --type read any file as raw)"
