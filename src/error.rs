@@ -43,12 +43,20 @@ pub enum Error {
     /// A spectrum does not pass verification.
     #[error("{0}")]
     Verification(String),
+    /// What this library has found contradicts itself: a fault of the library, not of its input.
+    #[error("internal error, please report it: {0}")]
+    Internal(String),
 }
 
 impl Error {
     /// An [`Error::Input`] from anything printable.
     pub fn input(message: impl Into<String>) -> Self {
         Error::Input(message.into())
+    }
+
+    /// An [`Error::Internal`] from anything printable.
+    pub fn internal(message: impl Into<String>) -> Self {
+        Error::Internal(message.into())
     }
 
     /// An [`Error::Io`] for `path`.
@@ -65,7 +73,19 @@ impl Error {
             Error::Range { .. } => 4,
             Error::Verification(_) => 5,
             Error::Interrupted => 130,
-            Error::Gpu(_) => 1,
+            Error::Gpu(_) | Error::Internal(_) => 1,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_internal_error_exits_with_1_and_says_so() {
+        let error = Error::internal("two arcs are one");
+        assert_eq!(error.exit_code(), 1);
+        assert_eq!(error.to_string(), "internal error, please report it: two arcs are one");
     }
 }

@@ -126,8 +126,8 @@ impl Topology {
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] if the volume is too large for the node numbers (2^31 samples), or, with a
-    /// text that starts with `internal`, if the events contradict each other: a bug.
+    /// [`Error::Input`] if the volume is too large for the node numbers (2^31 samples);
+    /// [`Error::Internal`] if the events contradict each other.
     pub fn compute(field: &ExactField<'_>) -> Result<Self> {
         let CriticalPoints { points, falling, rising } = CriticalPoints::find(field)?;
         let join = MergeTree::sweep(Direction::Up, &points, falling)?;
@@ -149,7 +149,7 @@ impl Topology {
             Outside::High => points.len() as u32 - 1,
         };
         if points[layer as usize].place != Place::Layer {
-            return Err(Error::input("internal: a critical point lies beyond the layer"));
+            return Err(Error::internal("a critical point lies beyond the layer"));
         }
         let (arcs, arc_of_node) = arcs(&points, &tree, layer, field.isovalue_keys());
         Ok(Topology {
@@ -283,14 +283,14 @@ fn running_counts(points: &[CriticalPoint], kinds: &[EventKind]) -> Result<(Vec<
             EventKind::HandleOpen | EventKind::HandleClose => Some(components),
         };
         components = next.ok_or_else(|| {
-            Error::input(format!("internal: {kind:?} at {:?} without a component", point.position))
+            Error::internal(format!("{kind:?} at {:?} without a component", point.position))
         })?;
         n_components.push(components);
         eulers.push(euler);
     }
     if components != 0 || euler != 0 {
-        return Err(Error::input(format!(
-            "internal: {components} components with Euler characteristic {euler} are left behind the last event"
+        return Err(Error::internal(format!(
+            "{components} components with Euler characteristic {euler} are left behind the last event"
         )));
     }
     Ok((n_components, eulers))

@@ -237,7 +237,7 @@ pub(super) fn on_arcs(sweep: &Sweep, given: Given) -> Result<InitialMeshes> {
     for (mut component, on) in components.into_iter().zip(matched) {
         let (low, high) = crossings[on as usize];
         let arc = sweep.topology.arc_of(low, high, isovalue).ok_or_else(|| {
-            Error::Input(format!("internal: no arc of component {on} at isovalue {isovalue}"))
+            Error::internal(format!("no arc of component {on} at isovalue {isovalue}"))
         })?;
         check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| named(&path, e))?;
         project(&mut component, isovalue, sweep).map_err(|e| named(&path, e))?;

@@ -70,10 +70,12 @@ impl ContourTree {
                 (below.next_left(i, &removed), residual[i as usize])
             };
             if neighbour == NONE {
-                return Err(internal(format!("node {i} has no neighbour in the contour tree")));
+                return Err(Error::internal(format!(
+                    "node {i} has no neighbour in the contour tree"
+                )));
             }
             if euler > 2 || euler % 2 != 0 {
-                return Err(internal(format!(
+                return Err(Error::internal(format!(
                     "a closed surface between nodes {i} and {neighbour} has Euler characteristic {euler}"
                 )));
             }
@@ -87,11 +89,14 @@ impl ContourTree {
             }
         }
         if done + 1 != n {
-            return Err(internal(format!("the contour tree has {done} arcs, expected {}", n - 1)));
+            return Err(Error::internal(format!(
+                "the contour tree has {done} arcs, expected {}",
+                n - 1
+            )));
         }
         let root = (0..n).find(|&i| !removed[i]).unwrap_or(0);
         if residual[root] != 0 {
-            return Err(internal(format!(
+            return Err(Error::internal(format!(
                 "the alternating sum of the critical points is off by {}",
                 residual[root] / 2
             )));
@@ -145,8 +150,4 @@ impl Branches {
         }
         end
     }
-}
-
-fn internal(message: String) -> Error {
-    Error::input(format!("internal: {message}"))
 }

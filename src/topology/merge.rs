@@ -152,8 +152,8 @@ impl MergeTree {
             self.n_components[time as usize] = n_components;
         }
         if n_components != 1 {
-            return Err(Error::input(format!(
-                "internal: {n_components} components are left after the {:?} sweep, expected 1",
+            return Err(Error::internal(format!(
+                "{n_components} components are left after the {:?} sweep, expected 1",
                 self.direction
             )));
         }
@@ -164,8 +164,8 @@ impl MergeTree {
     fn pass(&mut self, latest: &[u32], representative: u32, i: u32) -> Result<()> {
         let previous = latest[representative as usize];
         if previous == NONE {
-            return Err(Error::input(format!(
-                "internal: node {i} touches a component that the {:?} sweep has not met",
+            return Err(Error::internal(format!(
+                "node {i} touches a component that the {:?} sweep has not met",
                 self.direction
             )));
         }
@@ -245,7 +245,7 @@ fn extremum_of_each_sample(
     mut walk: Vec<u32>,
 ) -> Result<Vec<u32>> {
     const NODE: u32 = 1 << 31;
-    let lost = || Error::input("internal: a walk along the lattice does not end at an extremum");
+    let lost = || Error::internal("a walk along the lattice does not end at an extremum");
     for (i, point) in points.iter().enumerate() {
         if point.index == direction.indices().0 {
             let [sample, _] = direction.sectors(point);

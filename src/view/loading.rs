@@ -82,7 +82,7 @@ impl Loading {
         thread::spawn(move || {
             let run = || load(source, &parameters, &at_work);
             let loaded = catch_unwind(AssertUnwindSafe(run))
-                .unwrap_or_else(|_| Err(Error::input("internal error, please report it")));
+                .unwrap_or_else(|_| Err(Error::internal("loading panicked")));
             // Nobody waits any more once it is cancelled.
             let _ = sender.send(loaded);
             at_work.window.request_repaint();
