@@ -194,6 +194,9 @@ impl Arranger {
     }
 }
 
+/// A triangle of a walk: its vertices, and the ranks of its birth and death.
+type Told = ([u32; 3], u32, u32);
+
 /// The columns of a walk.
 #[derive(Debug)]
 pub(super) struct WalkReader<'a> {
@@ -237,7 +240,7 @@ impl<'a> WalkReader<'a> {
         n_vertices: usize,
         n_isovalues: usize,
         mut death: impl FnMut(usize, [u32; 3], u32) -> Result<u32>,
-    ) -> Result<(Vec<([u32; 3], u32, u32)>, usize)> {
+    ) -> Result<(Vec<Told>, usize)> {
         if self.births.0 != n_isovalues {
             return Err(Error::input(format!(
                 "births at {} ranks, expected {n_isovalues}",
