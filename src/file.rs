@@ -237,8 +237,13 @@ impl<'a> Sections<'a> {
                 "section INFO: {n} bytes, expected at most {LONGEST_INFO} stored as they are"
             )));
         }
-        serde_json::from_slice(&section.content()?)
-            .map_err(|e| Error::input(format!("section INFO: {e}")))
+        serde_json::from_slice(&section.content()?).map_err(|e| {
+            // It names keys, which may be long and hold line ends.
+            let said = e.to_string();
+            let said: String =
+                said.chars().take(200).map(|c| if c.is_control() { '?' } else { c }).collect();
+            Error::input(format!("section INFO: {said}"))
+        })
     }
 
     /// How many vertices may be of no use to any triangle. Each of the others takes a byte of `TRIA` when it is used

@@ -165,6 +165,17 @@ fn many_flipped_bytes_under_checksums_that_fit_are_refused_or_still_valid() {
 }
 
 #[test]
+fn a_key_of_the_description_is_no_way_to_a_second_line() {
+    let file = tiny();
+    let mut sections = unpacked(&file);
+    let key = format!("{{\"a\\n\\u001b[31m{}\":1,", "b".repeat(100_000));
+    sections[0].1.splice(..1, key.into_bytes());
+    let error = from_bytes(&assembled(&file, &sections)).expect_err("unknown key").to_string();
+    assert!(error.starts_with("section INFO: unknown field `a??[31mbbb"), "{error}");
+    assert!(error.len() < 300 && !error.contains(char::is_control), "{error}");
+}
+
+#[test]
 fn a_missing_or_moved_section_is_named() {
     let file = tiny();
     let mut sections = unpacked(&file);

@@ -117,6 +117,8 @@ impl Arranger {
             sides.extend([([a, b], at), ([b, c], at), ([c, a], at)]);
         }
         sides.sort_unstable();
+        // At the first of equal sides, how many of them are known to be told: none is looked at twice.
+        let mut n_told = vec![0u32; sides.len()];
         let mut told = vec![false; batch.len()];
         let mut next = 0;
         let mut left = batch.len();
@@ -132,12 +134,19 @@ impl Arranger {
             };
             let side = [from, to].map(|v| self.arrangement.vertices[v as usize]);
             let first = sides.partition_point(|&(other, _)| other < side);
-            let waiting = sides[first..].iter().take_while(|&&(other, _)| other == side);
-            let found = waiting.map(|&(_, at)| at as usize).find(|&at| !told[at]);
-            let Some(at) = found else {
+            // Behind the last side there are none.
+            let mut nothing = 0;
+            let n_told = n_told.get_mut(first).unwrap_or(&mut nothing);
+            let mut i = first + *n_told as usize;
+            while sides.get(i).is_some_and(|&(other, at)| other == side && told[at as usize]) {
+                i += 1;
+            }
+            *n_told = (i - first) as u32;
+            let Some(&(_, at)) = sides.get(i).filter(|&&(other, _)| other == side) else {
                 self.walk.codes.push(SKIP);
                 continue;
             };
+            let at = at as usize;
             told[at] = true;
             left -= 1;
             let triangle = &triangles[batch[at] as usize];
@@ -185,6 +194,9 @@ impl Arranger {
     }
 }
 
+/// A triangle of a walk: its vertices, and the ranks of its birth and death.
+type Told = ([u32; 3], u32, u32);
+
 /// The columns of a walk.
 #[derive(Debug)]
 pub(super) struct WalkReader<'a> {
@@ -228,7 +240,7 @@ impl<'a> WalkReader<'a> {
         n_vertices: usize,
         n_isovalues: usize,
         mut death: impl FnMut(usize, [u32; 3], u32) -> Result<u32>,
-    ) -> Result<(Vec<([u32; 3], u32, u32)>, usize)> {
+    ) -> Result<(Vec<Told>, usize)> {
         if self.births.0 != n_isovalues {
             return Err(Error::input(format!(
                 "births at {} ranks, expected {n_isovalues}",
