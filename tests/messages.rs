@@ -54,8 +54,12 @@ fn names_and_fields_reach_no_terminal_as_they_are() {
         [format!("type: {escape}"), format!("type: uint8\nspace: {escape}"), format!("{escape}: 1")]
     {
         folder.write("a.nrrd", &nrrd(&field));
-        let output = folder.run_for(&["analyze", "a.nrrd"], 3);
-        check_plain(&output, 1);
+        // Some are wrong, some are only passed over.
+        let analyze = std::process::Command::new(program::path())
+            .args(["analyze", "a.nrrd", "--samples", "2"])
+            .current_dir(folder.path())
+            .output();
+        check_plain(&analyze.expect("the program runs"), 1);
     }
     folder.write("a.ply", format!("ply\nformat {escape} 1.0\nend_header\n").as_bytes());
     let start = ["--phantom", "sphere:8", "--start", "0.4", "--initial-mesh", "a.ply"];
@@ -162,7 +166,7 @@ fn what_is_swapped_is_said() {
 fn what_will_not_fit_is_said_before_the_work() {
     let folder = Folder::new();
     let script =
-        "ulimit -v 1500000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
+        "ulimit -v 250000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
     let output = std::process::Command::new("sh")
         .args(["-c", script])
         .arg(program::path())
