@@ -11,18 +11,22 @@ mod completions;
 mod compute;
 mod convert;
 mod demo;
+mod empty;
 mod extract;
 mod frames;
 mod html;
 mod info;
 mod interrupt;
 mod isovalue;
+mod kind;
+mod machine;
 mod output;
 mod progress;
 mod render;
 mod report;
 mod simplify_arguments;
 mod spectrum_file;
+pub(crate) mod terminal;
 pub(crate) mod usage;
 mod verify;
 #[cfg(feature = "viewer")]
@@ -31,6 +35,7 @@ mod view;
 #[path = "cli/view_missing.rs"]
 mod view;
 mod volume_arguments;
+pub(crate) mod wayland;
 
 use std::io;
 
@@ -54,7 +59,7 @@ pub(crate) struct Cli {
 const EXIT_CODES: &str = "\
 Exit codes: 0 all right, 1 internal error or no adapter, 2 usage, 3 a file cannot be read or \
 written, is damaged or unsupported, 4 isovalue outside the range, 5 verification failed, \
-130 interrupted.";
+130 interrupted (129 by a hangup, 143 by a request to terminate).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -81,7 +86,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Info(command) => command.run(),
         Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),
-        Command::Html(command) => command.run(),
+        Command::Html(command) => command.run(arguments.quiet),
         Command::View(command) => command.run(),
         Command::Render(command) => command.run(arguments.quiet),
         Command::Convert(command) => command.run(),
@@ -105,15 +110,20 @@ fn start_log(arguments: &Cli) {
         .filter_module("isospectrum::cli", program)
         .format(|line, record| {
             use std::io::Write as _;
-            writeln!(line, "{}", record.args())
+            // A record is one line: a name in it may hold anything.
+            writeln!(line, "{}", terminal::plain(&record.args().to_string()))
         })
         .init();
 }
 
-/// The exit code for an error: that of the library's error in its chain.
+/// The exit code for an error: that of the library's error in its chain, or of the signal that
+/// interrupted.
 pub(crate) fn exit_code(error: &anyhow::Error) -> u8 {
-    let of_library = error.chain().find_map(|e| e.downcast_ref::<isospectrum::Error>());
-    of_library.map_or(1, isospectrum::Error::exit_code)
+    match error.chain().find_map(|e| e.downcast_ref::<isospectrum::Error>()) {
+        Some(isospectrum::Error::Interrupted) => interrupt::exit_code(),
+        Some(error) => error.exit_code(),
+        None => 1,
+    }
 }
 
 /// Whether whoever reads our output has closed it, as `head` does: no error.
@@ -124,7 +134,7 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     })
 }
 
-/// The error and its causes on one line, each said once.
+/// The error and its causes on one line for a terminal, each said once.
 pub(crate) fn one_line(error: &anyhow::Error) -> String {
     let mut line = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
@@ -132,7 +142,7 @@ pub(crate) fn one_line(error: &anyhow::Error) -> String {
             line = format!("{line}: {cause}");
         }
     }
-    line.split_whitespace().collect::<Vec<_>>().join(" ")
+    terminal::line(&line)
 }
 
 #[cfg(test)]

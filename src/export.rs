@@ -9,6 +9,7 @@ mod obj;
 mod ply;
 mod ply_read;
 mod stl;
+mod weld;
 
 use std::io::{self, Write};
 use std::path::Path;

@@ -91,6 +91,11 @@ impl Forecast {
         }
     }
 
+    /// Bytes that a volume of so many samples takes while its spectrum is computed, whatever else does.
+    pub fn least_memory(n_samples: usize) -> f64 {
+        BYTES_PER_SAMPLE * n_samples as f64
+    }
+
     /// Whether most of the triangles come from events, so that fewer events would help most.
     pub fn is_mostly_events(&self) -> bool {
         PER_EVENT * self.events as f64 > PER_CROSSING * self.crossings

@@ -10,8 +10,10 @@ use std::process::ExitCode;
 use clap::Parser as _;
 
 fn main() -> ExitCode {
+    cli::wayland::settle();
     std::panic::set_hook(Box::new(|panic| {
-        eprintln!("isospectrum: internal error, please report it: {panic}");
+        let panic = cli::terminal::line(&panic.to_string());
+        cli::terminal::say(&format!("internal error, please report it: {panic}"));
     }));
     let arguments = match cli::Cli::try_parse() {
         Ok(arguments) => arguments,
@@ -21,7 +23,7 @@ fn main() -> ExitCode {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) if cli::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
-            eprintln!("isospectrum: {}", cli::one_line(&error));
+            cli::terminal::say(&cli::one_line(&error));
             ExitCode::from(cli::exit_code(&error))
         }
         // The hook has said what happened.

@@ -21,7 +21,8 @@ mod read;
 
 pub use histogram::Histogram;
 pub use phantom::{phantom, phantom_names};
-pub use read::{ReadOptions, read_volume};
+pub use raw::told_by_name;
+pub use read::{ReadOptions, files_of, read_volume};
 
 use num_traits::AsPrimitive;
 

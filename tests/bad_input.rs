@@ -324,7 +324,10 @@ fn a_spectrum_beyond_the_budget_that_was_set_is_refused() {
     let compute = ["compute", "--phantom", "noise:8", "--backend", "cpu", "-o", "s.isp"];
     for (flag, value) in [("--max-triangles", "10"), ("--max-memory", "1kB")] {
         let line = folder.fails(&[&compute[..], &[flag, value]].concat(), 2);
-        assert!(line.contains("triangles") && line.contains("--range"), "{line}");
+        let what = if flag == "--max-triangles" { "triangles (more" } else { "memory (more" };
+        // What is not too much is not spoken of.
+        assert!(line.contains(what) && line.contains("--range"), "{line}");
+        assert_eq!(line.matches("more than").count(), 1, "{line}");
     }
     for (flag, value) in [("--max-triangles", "0"), ("--max-memory", "much")] {
         folder.fails(&[&compute[..], &[flag, value]].concat(), 2);

@@ -2,8 +2,6 @@
 
 mod program;
 
-use std::io::BufRead as _;
-
 use program::{Folder, json, stderr};
 
 #[test]
@@ -194,28 +192,6 @@ fn a_reader_that_has_enough_is_no_error() {
         .expect("sh runs");
     let said = stderr(&output);
     assert!(said.contains("code 0") && !said.contains("isospectrum:"), "{said}");
-}
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_ends_with_130_and_leaves_nothing() {
-    let folder = Folder::new();
-    let mut child = std::process::Command::new(program::path())
-        .args(["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "-v", "-o", "s.isp"])
-        .current_dir(folder.path())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    // Once the volume is told, the work begins.
-    let mut lines = std::io::BufReader::new(child.stderr.take().expect("piped")).lines();
-    let told = lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("96x96x96")));
-    assert!(told.is_some());
-    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(sent.expect("kill runs").success());
-    let rest: Vec<String> = lines.map_while(Result::ok).collect();
-    assert_eq!(child.wait().expect("the program ends").code(), Some(130));
-    assert_eq!(rest.last().map(String::as_str), Some("isospectrum: interrupted"));
-    assert_eq!(folder.names(), [] as [&str; 0]);
 }
 
 #[test]

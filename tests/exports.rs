@@ -1,5 +1,10 @@
 //! Exported meshes, read back byte by byte.
 
+mod program;
+mod random;
+
+use std::collections::BTreeMap;
+
 use isospectrum::Error;
 use isospectrum::export::{
     self, Border, Format, parse_ply, place_in_world, without_caps, write_to,
@@ -261,4 +266,47 @@ fn ply_of_other_programs_is_read() {
         let error = parse_ply(body.replacen(from, to, 1).as_bytes()).expect_err(what);
         assert_eq!(error.to_string(), what);
     }
+}
+
+/// Triangles of an STL file: how many there are, how many have no area, and how many sides, once equal
+/// corners are one, do not have exactly one triangle in each direction.
+fn welded(file: &[u8]) -> [usize; 3] {
+    let mut sides: BTreeMap<[[u32; 3]; 2], [u32; 2]> = BTreeMap::new();
+    let mut n_flat = 0;
+    let rows = file[84..].chunks_exact(50);
+    let n = rows.len();
+    for row in rows {
+        let numbers = f32s(&row[12..48]);
+        let corner = |i: usize| [0, 1, 2].map(|k| numbers[3 * i + k]);
+        let [a, b, c] = [0, 1, 2].map(|i| glam::DVec3::from_array(corner(i).map(f64::from)));
+        n_flat += usize::from((b - a).cross(c - a) == glam::DVec3::ZERO);
+        let places = [0, 1, 2].map(|i| corner(i).map(|x| (x + 0.0).to_bits()));
+        for i in 0..3 {
+            let (p, q) = (places[i], places[(i + 1) % 3]);
+            sides.entry([p.min(q), p.max(q)]).or_default()[usize::from(p < q)] += 1;
+        }
+    }
+    [n, n_flat, sides.values().filter(|&&n| n != [1, 1]).count()]
+}
+
+#[test]
+fn an_stl_of_a_mesh_that_meets_samples_is_closed_when_corners_are_welded() {
+    let folder = program::Folder::new();
+    // Small whole numbers: at each, the isosurface runs through many samples, and touches itself.
+    let mut random = random::Random(7);
+    let samples: Vec<u8> = (0..512).map(|_| random.below(6) as u8).collect();
+    folder.write("v_8x8x8_uint8.raw", &samples);
+    folder.run(&["compute", "v_8x8x8_uint8.raw", "--backend", "cpu", "-o", "s.isp"]);
+    let mut n_merged = 0;
+    for isovalue in ["1", "2", "2.5", "3", "4"] {
+        for name in ["m.stl", "m.ply"] {
+            folder.run(&["extract", "s.isp", "-c", isovalue, "-o", name]);
+        }
+        let [n, n_flat, n_bad] = welded(&folder.read("m.stl"));
+        assert_eq!([n_flat, n_bad], [0, 0], "{n} triangles at {isovalue}");
+        let mesh = parse_ply(&folder.read("m.ply")).expect("just written");
+        assert!(n > 0 && n <= mesh.triangles.len());
+        n_merged += mesh.triangles.len() - n;
+    }
+    assert!(n_merged > 0, "there was something to do");
 }

@@ -2,7 +2,7 @@
 
 mod program;
 
-use program::Folder;
+use program::{Folder, stderr};
 
 #[test]
 fn a_sweep_writes_the_pictures_of_its_isovalues() {
@@ -29,11 +29,35 @@ fn what_is_wrong_with_a_sweep_is_said_before_anything_is_written() {
         ("0%:100%:1", "f%d.png", 2, "2 to 100000 frames"),
         ("0%:100%", "f%d.png", 2, "FROM:TO:N"),
         ("0%:101%:3", "f%d.png", 4, "outside the range"),
-        ("0%:100%:3", "no/f%d.png", 3, "no/f0.png"),
+        ("0%:100%:3", "s.isp/f%d.png", 3, "s.isp"),
     ] {
         let line = folder.fails(&["render", "s.isp", "--sweep", sweep, "-o", output], code);
         assert!(line.contains(says), "{line}");
     }
     folder.fails(&["render", "s.isp", "-o", "f.png"], 2);
     folder.fails(&["render", "s.isp", "-c", "1", "--sweep", "0%:100%:3", "-o", "f%d.png"], 2);
+}
+
+#[test]
+fn the_folder_of_a_sweep_is_made() {
+    let folder = Folder::with_spectrum();
+    let sweep = ["render", "s.isp", "--sweep", "20%:80%:2", "-o", "a/b/%04d.png", "--size", "8x8"];
+    folder.run(&sweep);
+    assert!(folder.read("a/b/0001.png").starts_with(b"\x89PNG"));
+    let other = ["render", "no.isp", "--sweep", "20%:80%:2", "-o", "c/%04d.png"];
+    folder.fails(&other, 3);
+}
+
+#[test]
+fn pictures_of_no_surface_are_told_of() {
+    let folder = Folder::with_spectrum();
+    let size = ["--size", "8x8"];
+    let one = ["render", "s.isp", "-c", "100%", "-o", "a.png"];
+    let said = stderr(&folder.run(&[&one[..], &size].concat()));
+    assert!(said.contains("is empty") && said.contains("try 50%"), "{said}");
+    let quiet = folder.run(&[&one[..], &size, &["-q"]].concat());
+    assert_eq!(stderr(&quiet), "");
+    let sweep = ["render", "s.isp", "--sweep", "50%:100%:2", "-o", "%d.png"];
+    let said = stderr(&folder.run(&[&sweep[..], &size].concat()));
+    assert!(said.contains("1 of 2 pictures show no surface"), "{said}");
 }

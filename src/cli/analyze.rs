@@ -8,16 +8,18 @@ mod curves;
 mod plot;
 mod regions;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use isospectrum::file::place_of;
 use isospectrum::spectrum::EventKind;
 use isospectrum::sweep::Progress as _;
 use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
-use isospectrum::volume::Volume;
+use isospectrum::volume::{Volume, told_by_name};
+use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::isovalue::IsovalueRange;
@@ -25,6 +27,7 @@ use super::output::{self, Output};
 use super::progress::Bar;
 use super::report::{self, number};
 use super::simplify_arguments::SimplifyArguments;
+use super::terminal;
 use super::volume_arguments::VolumeArguments;
 use curves::Curve;
 use regions::Region;
@@ -55,16 +58,16 @@ pub(super) struct Analyze {
 
 impl Analyze {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        let plot = self.plot.as_deref().map(Output::open).transpose()?;
-        let simplified = self.simplified.as_deref().map(Output::open).transpose()?;
+        let [plot, simplified] = self.open_outputs()?;
         let on_stdout = [&plot, &simplified].map(|o| o.as_ref().is_some_and(Output::is_stdout));
         if usize::from(self.json) + on_stdout.iter().filter(|&&is| is).count() > 1 {
             let message =
                 "--json, --plot - and --simplified - all want stdout, expected one of them";
-            return Err(isospectrum::Error::Usage(message.to_owned()).into());
+            return Err(Error::Usage(message.to_owned()).into());
         }
         let (volume, simplification) = self.simplify.apply(self.volume.read()?)?;
         if let Some(simplified) = simplified {
+            self.check_told(&volume)?;
             simplified.write_bytes(&volume.samples().to_le_bytes())?;
         }
         let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
@@ -93,6 +96,49 @@ impl Analyze {
             output::print(&analysis.table())?;
         }
         Ok(())
+    }
+}
+
+impl Analyze {
+    /// The plot and the simplified volume, where they are asked for.
+    fn open_outputs(&self) -> Result<[Option<Output>; 2]> {
+        let volume = self.volume.files();
+        let inputs: Vec<&Path> = volume.iter().map(PathBuf::as_path).collect();
+        let open = |path: &Path| Output::open(path, &inputs);
+        let plot = self.plot.as_deref().map(open).transpose()?;
+        let simplified = self.simplified.as_deref().map(open).transpose()?;
+        if let (Some(Output::File(plot)), Some(Output::File(simplified))) = (&plot, &simplified)
+            && place_of(plot).ok() == place_of(simplified).ok()
+        {
+            let shown = plot.display();
+            let message = format!("{shown}: both --plot and --simplified, expected two files");
+            return Err(Error::Usage(message));
+        }
+        if let Some(path) = &self.simplified
+            && let Some(Output::File(_)) = &simplified
+            && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw"))
+        {
+            let shown = path.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .raw")));
+        }
+        Ok([plot, simplified])
+    }
+
+    /// Checks that the name of the simplified volume does not say what it is not: whoever reads the
+    /// file takes its dimensions and its sample type from there.
+    fn check_told(&self, volume: &Volume) -> Result<()> {
+        let Some(path) = &self.simplified else { return Ok(()) };
+        let (dims, sample_type) = told_by_name(path);
+        let ([nx, ny, nz], type_name) = (volume.dims(), volume.samples().type_name());
+        if dims.is_none_or(|dims| dims == volume.dims())
+            && sample_type.is_none_or(|told| told == type_name)
+        {
+            return Ok(());
+        }
+        let shown = path.display();
+        Err(Error::Usage(format!(
+            "{shown}: the samples are {nx}x{ny}x{nz} {type_name}, expected a name that says so, such as out_{nx}x{ny}x{nz}_{type_name}.raw"
+        )))
     }
 }
 
@@ -162,7 +208,7 @@ impl<'a> Analysis<'a> {
         let kinds: Vec<String> =
             self.kinds.iter().map(|&(kind, n)| format!("{n} {}", kind_name(kind))).collect();
         let mut text = report::table(&[
-            ("volume", format!("{}, {nx}x{ny}x{nz}", self.volume)),
+            ("volume", format!("{}, {nx}x{ny}x{nz}", terminal::name(self.volume))),
             ("range", format!("{} to {}", number(self.range.0), number(self.range.1))),
             ("events", format!("{} ({})", self.n_events, kinds.join(", "))),
             ("constant regions", self.regions.len().to_string()),

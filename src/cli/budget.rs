@@ -9,6 +9,7 @@ use isospectrum::topology::exact::ExactField;
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 
+use super::machine::{self, Allowed};
 use super::report;
 
 /// Triangles above which a warning is given where no flag says otherwise.
@@ -17,53 +18,82 @@ const TRIANGLES: f64 = 20e6;
 /// Memory above which a warning is given where no flag says otherwise.
 const MEMORY: Bytes = Bytes(16.0 * 1024.0 * 1024.0 * 1024.0);
 
+/// By which factor a forecast may be off; what is beyond that will not fit.
+const OFF_BY: f64 = 2.0;
+
 /// The flags of the budget.
 #[derive(Args, Debug)]
 pub(super) struct BudgetArguments {
     /// Refuse to begin where more triangles are expected [default: warn above 20 million]
     #[arg(long, value_name = "N", value_parser = super::compute::positive, allow_negative_numbers = true)]
     max_triangles: Option<f64>,
-    /// Refuse to begin where more memory is expected, e.g. 8GB [default: warn above 16GiB]
+    /// Refuse to begin where more memory is expected, e.g. 8GB [default: warn above 16GiB,
+    /// refuse what the machine cannot hold]
     #[arg(long, value_name = "SIZE")]
     max_memory: Option<Bytes>,
 }
 
 impl BudgetArguments {
-    /// What to expect of a sweep; warns where that is beyond the budget.
+    /// What to expect of a sweep; warns where that is beyond the budget, or beyond what the machine has.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where it is beyond one that was given as a flag.
+    /// [`Error::Usage`] where it is beyond a budget that was given as a flag, or where no memory was
+    /// given and it is clearly beyond what there is.
     pub(super) fn check(&self, volume: &Volume, range: (f64, f64), error: f64) -> Result<Forecast> {
+        // A memory that was given is what the user knows of the machine.
+        let allowed = machine::allowed().filter(|_| self.max_memory.is_none());
+        let name = volume.name();
+        let least = Forecast::least_memory(volume.dims().iter().product());
+        if let Some(refused) = allowed.and_then(|allowed| beyond_machine(least, allowed, 1.0)) {
+            return Err(Error::Usage(format!("{name}: {refused}; --range does not help")));
+        }
         let field = ExactField::new(volume)?;
         let forecast = Forecast::of(&field, &Topology::compute(&field)?, range, error);
         log::debug!("{forecast:?}");
-        let most_memory = self.max_memory.unwrap_or(MEMORY).0;
-        let beyond = [
-            (
-                self.max_triangles.is_some(),
-                forecast.triangles,
-                self.max_triangles.unwrap_or(TRIANGLES),
-            ),
-            (self.max_memory.is_some(), forecast.memory, most_memory),
-        ];
-        let expected = format!(
-            "about {} triangles and {} of memory expected for {} events, more than {} and {}; {}",
-            rounded(forecast.triangles),
-            report::bytes(forecast.memory as u64),
-            forecast.events,
-            rounded(beyond[0].2),
-            report::bytes(most_memory as u64),
-            advice(&forecast)
-        );
-        if beyond.iter().any(|&(is_given, expected, most)| is_given && expected > most) {
-            return Err(Error::Usage(format!("{}: {expected}", volume.name())));
+        let advice = advice(&forecast);
+        let refused = allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, OFF_BY));
+        if let Some(refused) = refused {
+            return Err(Error::Usage(format!("{name}: {refused}; {advice}")));
         }
-        if beyond.iter().any(|&(_, expected, most)| expected > most) {
-            log::warn!("{}: {expected}", volume.name());
+        if let Some(beyond) = self.beyond(&forecast, |is_given| is_given) {
+            return Err(Error::Usage(format!("{name}: {beyond}; {advice}")));
+        }
+        if let Some(beyond) = self.beyond(&forecast, |_| true) {
+            log::warn!("{name}: {beyond}; {advice}");
+        } else if let Some(beyond) =
+            allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, 1.0))
+        {
+            log::warn!("{name}: {beyond}; {advice}");
         }
         Ok(forecast)
     }
+
+    /// What of a forecast is beyond the limits that count, by whether they are given as flags.
+    fn beyond(&self, forecast: &Forecast, counts: impl Fn(bool) -> bool) -> Option<String> {
+        let mut parts = Vec::new();
+        let most = self.max_triangles.unwrap_or(TRIANGLES);
+        if forecast.triangles > most && counts(self.max_triangles.is_some()) {
+            let [expected, most] = [forecast.triangles, most].map(rounded);
+            parts.push(format!("about {expected} triangles (more than {most})"));
+        }
+        let most = self.max_memory.unwrap_or(MEMORY).0;
+        if forecast.memory > most && counts(self.max_memory.is_some()) {
+            let [expected, most] = [forecast.memory, most].map(|x| report::bytes(x as u64));
+            parts.push(format!("about {expected} of memory (more than {most})"));
+        }
+        let events = forecast.events;
+        (!parts.is_empty()).then(|| format!("{} expected for {events} events", parts.join(" and ")))
+    }
+}
+
+/// What to say of memory that is more than `times` what the machine allows.
+fn beyond_machine(expected: f64, allowed: Allowed, times: f64) -> Option<String> {
+    (expected > times * allowed.bytes).then(|| {
+        let [expected, left] = [expected, allowed.bytes].map(|x| report::bytes(x as u64));
+        let by = allowed.by;
+        format!("about {expected} of memory expected, {by} leaves {left} (--max-memory overrides)")
+    })
 }
 
 fn advice(forecast: &Forecast) -> &'static str {
@@ -121,6 +151,32 @@ mod tests {
         for wrong in ["", "GB", "-1GB", "0", "8XB", "inf"] {
             assert!(of(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn only_what_is_too_much_is_told() {
+        let budget = |max_triangles, max_memory: Option<f64>| BudgetArguments {
+            max_triangles,
+            max_memory: max_memory.map(Bytes),
+        };
+        let forecast = Forecast {
+            events: 7,
+            crossings: 1.0,
+            intervals: 1,
+            triangles: 22e6,
+            memory: 7.77 * 1024f64.powi(3),
+        };
+        let all = |budget: BudgetArguments| budget.beyond(&forecast, |_| true);
+        let given = |budget: BudgetArguments| budget.beyond(&forecast, |is_given| is_given);
+        let triangles = "about 22000000 triangles (more than 20000000) expected for 7 events";
+        assert_eq!(all(budget(None, None)).as_deref(), Some(triangles));
+        assert_eq!(given(budget(None, None)), None);
+        let memory = "about 7.77 GiB of memory (more than 4.00 GiB) expected for 7 events";
+        assert_eq!(given(budget(None, Some(4.0 * 1024f64.powi(3)))).as_deref(), Some(memory));
+        assert_eq!(all(budget(Some(1e9), Some(1e12))), None);
+        let allowed = Allowed { bytes: 1e9, by: "the limit" };
+        assert!(beyond_machine(1.5e9, allowed, 1.0).is_some_and(|said| said.contains("the limit")));
+        assert_eq!(beyond_machine(1.5e9, allowed, OFF_BY), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! `compute`: the spectrum of a volume, the main job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -121,7 +121,7 @@ struct Computed<'a> {
 
 impl Compute {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        let output = Output::open(&self.output)?;
+        let output = self.open_output()?;
         if self.json && output.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
@@ -141,15 +141,29 @@ impl Compute {
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();
-        log::info!(
-            "{}: done in {seconds:.1} s\n{}",
-            self.output.display(),
-            facts.table().trim_end()
-        );
+        log::info!("{}: done in {seconds:.1} s", self.output.display());
+        report::tell(&facts.table());
         if self.json {
             report::print_json("compute", &Computed { seconds, forecast, facts })?;
         }
         Ok(())
+    }
+}
+
+impl Compute {
+    /// Whatever else the name says, such as `volume.raw`, is a slip of the hand.
+    fn open_output(&self) -> Result<Output> {
+        let path = &self.output;
+        // A pipe or a device may have any name.
+        let is_file = std::fs::metadata(path).map_or(true, |found| found.is_file());
+        let is_isp = path.extension().is_some_and(|extension| extension == "isp");
+        if is_file && !is_isp && path != Path::new("-") {
+            let shown = path.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .isp")));
+        }
+        let volume = self.volume.files();
+        let inputs = volume.iter().chain(&self.parameters.initial_mesh).map(PathBuf::as_path);
+        Output::open(path, &inputs.collect::<Vec<_>>())
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) struct Convert {
 impl Convert {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let format = spectrum_file::Format::of_name(&self.to)?;
-        let output = Output::open(&self.to)?;
+        let output = Output::open(&self.to, &[&self.from])?;
         let (spectrum, before) = spectrum_file::read(&self.from)?;
         let after = spectrum_file::write_as(&spectrum, format, output)
             .map_err(spectrum_file::named(&self.from))?;

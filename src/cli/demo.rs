@@ -69,7 +69,7 @@ impl Demo {
         );
         let started = Instant::now();
         let spectrum_path = path(".isp");
-        let output = Output::open(&spectrum_path)?;
+        let output = Output::open(&spectrum_path, &[])?;
         let spectrum = sweep::compute(&volume, &Parameters::default(), &backend, &Bar::new(quiet))?;
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let seconds = started.elapsed().as_secs_f64();
@@ -85,7 +85,7 @@ impl Demo {
         files.extend(self.write_pictures(&spectrum, path)?);
 
         let facts = Facts::of(&spectrum, n_bytes);
-        log::info!("{}", facts.table().trim_end());
+        report::tell(&facts.table());
         for file in &files {
             log::info!("wrote {}", file.display());
         }
@@ -115,7 +115,7 @@ impl Demo {
         let mut files = Vec::new();
         for (percent, isovalue) in PERCENTS.iter().zip(isovalues) {
             let file = path(&format!("-{percent}.png"));
-            pictures.write(isovalue, &view, Output::open(&file)?)?;
+            pictures.write(isovalue, &view, Output::open(&file, &[])?)?;
             files.push(file);
         }
         Ok(files)
@@ -125,7 +125,7 @@ impl Demo {
 fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
     let mesh = spectrum.mesh_at(isovalue)?;
     let placement = &spectrum.volume.placement;
-    Output::open(path)?
+    Output::open(path, &[])?
         .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file))?;
     Ok(())
 }

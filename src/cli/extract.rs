@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::isovalue::Isovalue;
 use super::output::Output;
-use super::{report, spectrum_file};
+use super::{empty, report, spectrum_file};
 
 /// Write the mesh at one isovalue
 #[derive(Args, Debug)]
@@ -45,7 +45,7 @@ struct Extracted {
 impl Extract {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let format = self.format()?;
-        let output = Output::open(&self.output)?;
+        let output = Output::open(&self.output, &[&self.spectrum])?;
         if self.json && output.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
@@ -55,9 +55,7 @@ impl Extract {
         if self.open {
             mesh = without_caps(&mesh);
         }
-        if mesh.triangles.is_empty() {
-            log::warn!("{}", why_empty(isovalue, spectrum.range, self.open));
-        }
+        empty::warn(&spectrum, isovalue, self.open);
         let placement = &spectrum.volume.placement;
         let bytes = output
             .write(|file| write_to(&mesh, placement, Border::Closed, format, file))
@@ -76,7 +74,11 @@ impl Extract {
 
     fn format(&self) -> isospectrum::Result<Format> {
         match &self.format {
-            Some(name) => Format::of_path(Path::new(&format!("mesh.{name}"))),
+            Some(name) => {
+                let format = Format::of_path(Path::new(&format!("mesh.{name}")))?;
+                self.check_name(format, name)?;
+                Ok(format)
+            }
             // Other programs read PLY from a pipe.
             None if self.output == Path::new("-") => Ok(Format::Ply),
             None => Format::of_path(&self.output),
@@ -84,16 +86,16 @@ impl Extract {
     }
 }
 
-/// What to say where there is no surface.
-fn why_empty(isovalue: f64, (low, high): (f64, f64), open: bool) -> String {
-    let place = if isovalue == low || isovalue == high {
-        "it is an end of the range, where the surface has not appeared yet or is gone"
-    } else if open {
-        "without the caps nothing of the surface is inside the volume"
-    } else {
-        "no sample is on one side of it"
-    };
-    format!(
-        "the surface at isovalue {isovalue} is empty: {place}; the range is {low} to {high}, try 50%"
-    )
+impl Extract {
+    /// A name that tells another format would lie about what is in the file.
+    fn check_name(&self, format: Format, name: &str) -> isospectrum::Result<()> {
+        let told = Format::of_path(&self.output).ok();
+        if told.is_none_or(|told| told == format)
+            && spectrum_file::Format::of_name(&self.output).is_err()
+        {
+            return Ok(());
+        }
+        let shown = self.output.display();
+        Err(Error::Usage(format!("{shown}: its name tells another format than --format {name}")))
+    }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use isospectrum::file::folder_of;
 use isospectrum::{Error, Result};
 
 use super::isovalue::Isovalue;
@@ -109,13 +110,17 @@ impl Pattern {
         PathBuf::from(format!("{}{frame:0width$}{}", self.before, self.after, width = self.width))
     }
 
-    /// Checks that every frame can be written, before any is rendered.
-    pub(super) fn open(&self, n_frames: u32) -> Result<Vec<Output>> {
-        // All lie in one folder, so the first tells of it; the others may still be folders.
-        let first = Output::open(&self.path(0))?;
+    /// Checks that every frame can be written, before any is rendered, and that none is one of the
+    /// inputs. Makes the folder where it is not there.
+    pub(super) fn open(&self, n_frames: u32, inputs: &[&Path]) -> Result<Vec<Output>> {
+        let first = self.path(0);
+        let folder = folder_of(&first);
+        std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, source))?;
+        // All lie in one folder, so the first tells of it; the others may still be in the way.
+        let first = Output::open(&first, inputs)?;
         let others = (1..n_frames).map(|frame| {
             let path = self.path(frame);
-            if path.is_dir() { Output::open(&path) } else { Ok(Output::File(path)) }
+            if path.exists() { Output::open(&path, inputs) } else { Ok(Output::File(path)) }
         });
         std::iter::once(Ok(first)).chain(others).collect()
     }

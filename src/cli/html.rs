@@ -7,13 +7,15 @@ use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::volume::{Histogram, ReadOptions, read_volume};
+use isospectrum::sweep::Progress as _;
+use isospectrum::volume::{Histogram, ReadOptions, files_of, read_volume};
 use isospectrum::{Error, Result};
 
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
-use super::{report, spectrum_file};
+use super::progress::Bar;
+use super::{empty, report, spectrum_file};
 
 /// Pages of more bytes than this are warned of: they load slowly and are hard to send.
 const LARGE: usize = 25_000_000;
@@ -64,19 +66,27 @@ pub(super) struct Html {
 }
 
 impl Html {
-    pub(super) fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let extension = self.output.extension().and_then(|e| e.to_str()).unwrap_or("");
         let is_html = ["html", "htm"].iter().any(|e| extension.eq_ignore_ascii_case(e));
         if !is_html && self.output != Path::new("-") {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")).into());
         }
-        let output = Output::open(&self.output)?;
+        let mut inputs = vec![self.spectrum.clone()];
+        inputs.extend(self.volume.iter().flat_map(|path| files_of(path)));
+        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+        let output = Output::open(&self.output, &inputs)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let spectrum = self.published(spectrum)?;
+        let (n_triangles, n_knots) = (spectrum.triangles.len(), spectrum.knots.len());
+        log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
         let told = self.isovalue.map(|c| c.in_range(spectrum.range));
         let isovalue = told.unwrap_or_else(|| spectrum.shown_first());
+        empty::warn(&spectrum, isovalue, self.open);
         let samples = self.samples(&spectrum)?;
+        let bar = Bar::new(quiet);
+        bar.report(0.1, "drawing the still picture");
         let still = self.still(&spectrum, isovalue)?;
         let page = Page {
             title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
@@ -88,7 +98,9 @@ impl Html {
             samples: samples.as_ref(),
             still: still.as_ref(),
         };
+        bar.report(0.3, "packing and measuring");
         let (text, sizes) = page::html(&spectrum, &page)?;
+        drop(bar);
         output.write_bytes(text.as_bytes())?;
         self.tell(&spectrum, sizes);
         Ok(())

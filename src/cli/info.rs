@@ -7,7 +7,7 @@ use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
 use serde::Serialize;
 
-use super::{output, report, spectrum_file};
+use super::{output, report, spectrum_file, terminal};
 
 /// Tell what a spectrum file holds
 #[derive(Args, Debug)]
@@ -88,6 +88,7 @@ impl<'a> Facts<'a> {
         let [sx, sy, sz] = placement.spacing.map(report::number);
         let (low, high) = (report::number(range.0), report::number(range.1));
         let ends = (report::number(self.range.0), report::number(self.range.1));
+        let [name, sample_type] = [name, sample_type].map(|text| terminal::name(text));
         report::table(&[
             ("volume", format!("{name}, {nx}x{ny}x{nz} {sample_type}, {low} to {high}")),
             ("spacing", format!("{sx}, {sy}, {sz}")),

@@ -1,23 +1,65 @@
-//! Ctrl-C: the first asks the work to stop, the second ends the program at once.
+//! Ctrl-C, and the signals that ask a program to end: the first asks the work to stop, so that no part
+//! of a file stays behind; the second ends the program at once.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+use signal_hook::consts::signal::{SIGINT, SIGTERM};
+use signal_hook::flag;
 
-/// Starts listening for Ctrl-C.
+/// The number of the signal that came, or 0.
+static CAME: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
+
+/// Starts listening.
 pub(super) fn install() {
-    let listening = ctrlc::set_handler(|| {
-        // No file is being written after the first: see `output`.
-        if REQUESTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
+    let came = CAME.get_or_init(Arc::default);
+    let again = Arc::new(AtomicBool::new(false));
+    for signal in signals() {
+        let listen = || -> std::io::Result<()> {
+            // In this order: the first signal finds the flag still down.
+            flag::register_conditional_shutdown(signal, code_of(signal), again.clone())?;
+            flag::register(signal, again.clone())?;
+            flag::register_usize(signal, came.clone(), signal as usize)?;
+            Ok(())
+        };
+        if let Err(error) = listen() {
+            log::debug!("signal {signal} will end the program at once: {error}");
         }
-    });
-    if let Err(error) = listening {
-        log::debug!("Ctrl-C will end the program at once: {error}");
     }
 }
 
-/// Whether Ctrl-C was pressed.
+/// What is listened to.
+fn signals() -> Vec<i32> {
+    let mut signals = vec![SIGINT, SIGTERM];
+    #[cfg(unix)]
+    if !is_ignored(signal_hook::consts::signal::SIGHUP) {
+        signals.push(signal_hook::consts::signal::SIGHUP);
+    }
+    signals
+}
+
+/// Whether whoever started us wants a signal ignored, as `nohup` does with the hangup; where that
+/// cannot be known it is left alone.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask & (1 << (signal - 1)) != 0)
+}
+
+/// Whether one of the signals came.
 pub(super) fn requested() -> bool {
-    REQUESTED.load(Ordering::Relaxed)
+    CAME.get().is_some_and(|came| came.load(Ordering::Relaxed) != 0)
+}
+
+/// The exit code of a program that a signal stopped: 130 for Ctrl-C.
+pub(super) fn exit_code() -> u8 {
+    let came = CAME.get().map_or(0, |came| came.load(Ordering::Relaxed));
+    code_of(if came == 0 { SIGINT } else { came as i32 }) as u8
+}
+
+/// As shells count: 128 and the signal.
+fn code_of(signal: i32) -> i32 {
+    128 + signal
 }

@@ -2,12 +2,13 @@
 //!
 //! A file is written beside its target and renamed at the end ([`write_beside`]), so an error, a
 //! full disk or Ctrl-C leaves what was there before. Whether that can be done is found out before
-//! the work begins: a folder that does not exist is no news after an hour of computing.
+//! the work begins: a folder that does not exist is no news after an hour of computing. An output is
+//! never a file that the command reads: a slip of the hand must not cost the volume.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use isospectrum::file::write_beside;
+use isospectrum::file::{folder_of, place_of, write_beside};
 use isospectrum::{Error, Result};
 
 use super::interrupt;
@@ -20,8 +21,9 @@ pub(super) enum Output {
 }
 
 impl Output {
-    /// Checks that `path` can be written to; `-` is stdout. What is there stays as it is.
-    pub(super) fn open(path: &Path) -> Result<Self> {
+    /// Checks that `path` can be written to and is none of the command's inputs; `-` is stdout. What
+    /// is there stays as it is.
+    pub(super) fn open(path: &Path, inputs: &[&Path]) -> Result<Self> {
         if path == Path::new("-") {
             return Ok(Output::Stdout);
         }
@@ -32,12 +34,29 @@ impl Output {
             Ok(kind) if !kind.is_file() => return Ok(Output::File(path.to_owned())),
             _ => {}
         }
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        tempfile::tempfile_in(folder).map_err(fail)?;
+        Self::check_apart(path, inputs)?;
+        let place = place_of(path).map_err(fail)?;
+        tempfile::tempfile_in(folder_of(&place)).map_err(fail)?;
         Ok(Output::File(path.to_owned()))
+    }
+
+    /// Checks that a file is none of the command's inputs.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] that names both.
+    pub(super) fn check_apart(path: &Path, inputs: &[&Path]) -> Result<()> {
+        let Some(found) = inputs.iter().find(|input| is_same_file(path, input)) else {
+            return Ok(());
+        };
+        let (shown, input) = (path.display(), found.display());
+        Err(Error::Usage(if path == *found {
+            format!("{shown}: is read and would be replaced, expected another name for the output")
+        } else {
+            format!(
+                "{shown}: is the same file as {input}, which is read, expected another file for the output"
+            )
+        }))
     }
 
     /// Whether this is stdout, so that no report can go there.
@@ -80,6 +99,24 @@ impl Output {
     /// As [`Output::write`], of bytes that are there already.
     pub(super) fn write_bytes(self, bytes: &[u8]) -> Result<u64> {
         self.write(|target| target.write_all(bytes).map_err(no_path))
+    }
+}
+
+/// Whether two names lead to one regular file, through links of either kind.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    let (Ok(of_a), Ok(of_b)) = (std::fs::metadata(a), std::fs::metadata(b)) else { return false };
+    if !of_a.is_file() || !of_b.is_file() {
+        return false;
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt as _;
+        (of_a.dev(), of_a.ino()) == (of_b.dev(), of_b.ino())
+    }
+    #[cfg(not(unix))]
+    {
+        let real = |path: &Path| std::fs::canonicalize(path).ok();
+        real(a).is_some_and(|a| Some(a) == real(b))
     }
 }
 
@@ -126,7 +163,7 @@ mod tests {
         let path = folder.path().join("a.ply");
         let names = || std::fs::read_dir(folder.path()).expect("readable").count();
 
-        let failed = Output::open(&path).expect("opens").write(|file| {
+        let failed = Output::open(&path, &[]).expect("opens").write(|file| {
             file.write_all(&[0; 100_000]).map_err(no_path)?;
             Err(Error::input("too many triangles"))
         });
@@ -134,7 +171,7 @@ mod tests {
         assert_eq!(names(), 0);
 
         std::fs::write(&path, "before").expect("written");
-        let n_bytes = Output::open(&path).expect("opens").write_bytes(b"after");
+        let n_bytes = Output::open(&path, &[]).expect("opens").write_bytes(b"after");
         assert_eq!(n_bytes.expect("written"), 5);
         assert_eq!(std::fs::read(&path).expect("readable"), b"after");
         assert_eq!(names(), 1);
@@ -144,17 +181,17 @@ mod tests {
     fn opening_leaves_nothing_and_changes_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.isp");
-        Output::open(&path).expect("opens");
+        Output::open(&path, &[]).expect("opens");
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 0);
         std::fs::write(&path, "before").expect("written");
-        Output::open(&path).expect("opens");
+        Output::open(&path, &[]).expect("opens");
         assert_eq!(std::fs::read(&path).expect("readable"), b"before");
     }
 
     #[test]
     fn an_error_names_the_file_that_could_not_be_written() {
         let path = Path::new("no such folder/a.isp");
-        let error = Output::open(path).expect_err("cannot be written");
+        let error = Output::open(path, &[]).expect_err("cannot be written");
         assert!(error.to_string().starts_with("no such folder/a.isp: "), "{error}");
     }
 }

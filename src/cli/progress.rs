@@ -1,9 +1,17 @@
-//! Progress on stderr: a bar with the time left, on a terminal only.
+//! Progress on stderr: a bar with the time it took so far, on a terminal only.
+//!
+//! It tells no time that is left: where events crowd, a hundredth of the range takes as long as all the
+//! rest, and nobody knows before.
+
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use isospectrum::sweep::Progress;
 
 use super::interrupt;
+
+/// What is seen.
+const TEMPLATE: &str = "{bar:30} {percent:>3} % {msg} ({elapsed})";
 
 /// Steps of the bar.
 const STEPS: u64 = 1000;
@@ -17,9 +25,12 @@ impl Bar {
         let target =
             if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(STEPS), target);
-        let template = "{bar:30} {percent:>3} % {msg} (about {eta} left)";
-        if let Ok(style) = ProgressStyle::with_template(template) {
+        if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
             bar.set_style(style);
+        }
+        if !bar.is_hidden() {
+            // The clock runs where a step takes long, too.
+            bar.enable_steady_tick(Duration::from_secs(1));
         }
         Bar(bar)
     }

@@ -16,7 +16,7 @@ use super::frames::{Pattern, Sweep};
 use super::isovalue::Isovalue;
 use super::output::{Output, no_path};
 use super::progress::Bar;
-use super::spectrum_file;
+use super::{empty, spectrum_file};
 
 /// Render the mesh at one isovalue to a picture, or a sweep over isovalues to many
 #[derive(Args, Debug)]
@@ -78,9 +78,10 @@ impl Render {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")).into());
         }
-        let output = Output::open(&self.output)?;
+        let output = Output::open(&self.output, &[&self.spectrum])?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalue = isovalue.in_range(spectrum.range);
+        empty::warn(&spectrum, isovalue, self.open);
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
         let view = self.fit.of(self.view(), &mut pictures, &[isovalue])?;
         pictures.write(isovalue, &view, output)?;
@@ -92,11 +93,11 @@ impl Render {
     /// Renders every frame of a sweep. Each appears when it is complete.
     fn run_sweep(&self, sweep: Sweep, quiet: bool) -> anyhow::Result<()> {
         let pattern = Pattern::of(&self.output)?;
-        let outputs = pattern.open(sweep.n_frames())?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalues = sweep.in_range(spectrum.range)?;
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
         let view = self.fit.of(self.view(), &mut pictures, &isovalues)?;
+        let outputs = pattern.open(sweep.n_frames(), &[&self.spectrum])?;
         let bar = Bar::new(quiet);
         for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
             if bar.cancelled() {
@@ -106,6 +107,11 @@ impl Render {
             pictures.write(isovalue, &view, output)?;
         }
         drop(bar);
+        let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.open);
+        let n_empty = isovalues.iter().filter(is_empty).count();
+        if n_empty > 0 {
+            log::warn!("{n_empty} of {} pictures show no surface", isovalues.len());
+        }
         let Size { width, height } = self.size;
         let [first, last] = [0, sweep.n_frames() - 1].map(|frame| pattern.path(frame));
         log::info!(

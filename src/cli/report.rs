@@ -3,7 +3,7 @@
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
-use super::output;
+use super::{output, terminal};
 
 /// Raised when a field of a JSON report changes its meaning or goes away; new fields do not count.
 const VERSION: u32 = 1;
@@ -21,13 +21,29 @@ pub(super) fn print_json(name: &str, body: &impl Serialize) -> Result<()> {
     let versioned = Versioned { report: name, version: VERSION, body };
     let text = serde_json::to_string_pretty(&versioned)
         .map_err(|error| Error::input(format!("the {name} report has no JSON form: {error}")))?;
-    output::print(&text)
+    // JSON's own escapes leave out DEL and the second set of control characters.
+    let is_bare = |c: char| c.is_control() && c != '\n';
+    let escaped = |c: char| format!("\\u{:04x}", u32::from(c));
+    output::print(&text.chars().fold(String::with_capacity(text.len()), |mut safe, c| {
+        if is_bare(c) {
+            safe += &escaped(c);
+        } else {
+            safe.push(c);
+        }
+        safe
+    }))
 }
 
-/// Rows of a table: names left, values right of them.
+/// Tells a text of several lines on stderr: a message is one line.
+pub(super) fn tell(text: &str) {
+    text.lines().for_each(|line| log::info!("{line}"));
+}
+
+/// Rows of a table: names left, values right of them, as [`terminal::value`] makes them.
 pub(super) fn table(rows: &[(&str, String)]) -> String {
     let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-    rows.iter().map(|(name, value)| format!("{name:width$}  {value}\n")).collect()
+    let row = |name: &str, value: &str| format!("{name:width$}  {}\n", terminal::value(value));
+    rows.iter().map(|(name, value)| row(name, value)).collect()
 }
 
 /// A number with as many digits as tell something.

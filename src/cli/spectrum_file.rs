@@ -6,6 +6,7 @@ use isospectrum::file::{self, MAGIC, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result, input};
 
+use super::kind::{self, Kind};
 use super::output::Output;
 
 /// A format of spectrum files.
@@ -33,6 +34,7 @@ impl Format {
 
 /// Reads a spectrum of either format; also how many bytes its file has.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
+    kind::check(path, Kind::Spectrum)?;
     let bytes = input::read(path)?;
     let is_thesis =
         matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);

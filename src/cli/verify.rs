@@ -8,6 +8,7 @@ use isospectrum::sweep::Progress as _;
 use isospectrum::verify::{Limits, Report, Sampling, Summary, verify};
 
 use super::compute::{not_negative, share};
+use super::kind::{self, Kind};
 use super::progress::Bar;
 use super::report::{number, number_or_dash, table};
 use super::volume_arguments::VolumeArguments;
@@ -51,6 +52,7 @@ pub(super) struct Verify {
 
 impl Verify {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
+        self.check_order()?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let volume = self.volume.read()?.with_outside(spectrum.volume.outside);
         let volume = simplify_arguments::as_computed(volume, &spectrum.parameters)?;
@@ -82,6 +84,21 @@ impl Verify {
             found.failures.join("; ")
         ))
         .into())
+    }
+}
+
+impl Verify {
+    /// The two files are easily swapped: the command says what is verified first, and against what.
+    fn check_order(&self) -> isospectrum::Result<()> {
+        let Some(second) = self.volume.path() else { return Ok(()) };
+        let first = &self.spectrum;
+        if [kind::of(first), kind::of(second)] != [Some(Kind::Volume), Some(Kind::Spectrum)] {
+            return Ok(());
+        }
+        let (first, second) = (first.display(), second.display());
+        Err(Error::Usage(format!(
+            "{first} is a volume and {second} a spectrum, expected them the other way round: verify {second} {first}"
+        )))
     }
 }
 

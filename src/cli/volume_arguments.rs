@@ -1,12 +1,14 @@
 //! How a volume is named on the command line: a file with what its name does not tell, or a
 //! built-in phantom.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use isospectrum::volume::{Outside, ReadOptions, Volume, phantom, read_volume};
+use isospectrum::volume::{Outside, ReadOptions, Volume, files_of, phantom, read_volume};
 use isospectrum::{Error, Result};
+
+use super::kind::{self, Kind};
 
 /// The arguments wherever a volume is taken.
 #[derive(Args, Debug)]
@@ -57,7 +59,13 @@ impl VolumeArguments {
     /// Reads or makes the volume.
     pub(super) fn read(&self) -> Result<Volume> {
         let volume = match (&self.volume, &self.phantom) {
-            (Some(path), _) => read_volume(path, &self.options())?,
+            (Some(path), _) => {
+                // Whoever gives the layout of the samples means the bytes as they are.
+                if self.dims.is_none() || self.sample_type.is_none() {
+                    kind::check(path, Kind::Volume)?;
+                }
+                read_volume(path, &self.options())?
+            }
             (None, Some(name)) => phantom(name)?,
             (None, None) => return Err(Error::Usage("no volume, expected one".to_owned())),
         };
@@ -72,6 +80,16 @@ impl VolumeArguments {
             Side::Low => Outside::Low,
             Side::High => Outside::High,
         }))
+    }
+
+    /// The volume where it is a file.
+    pub(super) fn path(&self) -> Option<&Path> {
+        self.volume.as_deref()
+    }
+
+    /// The files that are read: none of them may be written to.
+    pub(super) fn files(&self) -> Vec<PathBuf> {
+        self.volume.as_deref().map_or_else(Vec::new, files_of)
     }
 
     fn options(&self) -> ReadOptions {

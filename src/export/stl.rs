@@ -2,19 +2,25 @@
 
 use std::io::{self, Write};
 
+use super::weld::{Welded, weld};
 use crate::spectrum::SurfaceMesh;
 
-/// Writes a mesh as it is. STL has no shared vertices and one normal per triangle, so the mesh's
-/// own normals are left out.
+/// Writes a mesh so that whoever welds equal corners has a mesh like it again ([`weld`]). STL has no
+/// shared vertices and one normal per triangle, so the mesh's own normals are left out.
 pub(super) fn write(mesh: &SurfaceMesh, writer: &mut dyn Write) -> io::Result<()> {
+    let Welded { triangles, n_flat, n_same } = weld(mesh);
+    if n_flat + n_same > 0 {
+        log::warn!(
+            "STL knows corners by their positions only: {n_flat} triangles without area and {n_same} vertices in the place of others are left; PLY, OBJ and GLB hold the mesh as it is"
+        );
+    }
     let mut head = [b' '; 80];
     // Not "solid": that is how the text variant starts.
     let title = concat!("binary STL by isospectrum ", env!("CARGO_PKG_VERSION"));
     head[..title.len()].copy_from_slice(title.as_bytes());
     writer.write_all(&head)?;
-    writer.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
-    for triangle in &mesh.triangles {
-        let corners = triangle.map(|v| mesh.positions[v as usize]);
+    writer.write_all(&(triangles.len() as u32).to_le_bytes())?;
+    for corners in triangles {
         let mut row = [0; 50];
         let numbers = plane_normal(corners).into_iter().chain(corners.into_iter().flatten());
         for (bytes, x) in row.chunks_exact_mut(4).zip(numbers) {

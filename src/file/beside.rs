@@ -9,8 +9,11 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Writes what `content` writes to `path`. A link is followed, and what is no regular file (a
-/// device, a pipe) is written to directly.
+/// Links to links that are followed; as many as Linux follows.
+const MOST_LINKS: usize = 40;
+
+/// Writes what `content` writes to `path`. A link is followed and stays a link, also one to a file
+/// that is not there yet, and what is no regular file (a device, a pipe) is written to directly.
 ///
 /// # Errors
 ///
@@ -19,25 +22,53 @@ pub fn write_beside(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
-    let place: PathBuf = match fs::canonicalize(path) {
-        Ok(place) => place,
-        Err(_) => path.to_path_buf(),
-    };
-    let result = match fs::metadata(&place) {
-        Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-        Ok(metadata) if !metadata.is_file() => {
-            fs::OpenOptions::new().write(true).open(&place).and_then(|file| buffered(file, content))
+    let write = || {
+        let place = place_of(path)?;
+        match fs::metadata(&place) {
+            Ok(metadata) if metadata.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            Ok(metadata) if !metadata.is_file() => {
+                let file = fs::OpenOptions::new().write(true).open(&place)?;
+                buffered(file, content)
+            }
+            _ => replace(&place, content),
         }
-        _ => replace(&place, content),
     };
-    result.map_err(|e| Error::io(path, e))
+    write().map_err(|e| Error::io(path, e))
+}
+
+/// Where a file written to `path` comes to lie: behind every link, also where the last one leads to
+/// no file yet.
+///
+/// # Errors
+///
+/// The system's, as for links that lead in a circle.
+pub fn place_of(path: &Path) -> io::Result<PathBuf> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => return fs::canonicalize(path),
+        // Links to pipes, as /dev/stdout may be one, have no path behind them.
+        Ok(_) => return Ok(path.to_path_buf()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+        Err(error) => return Err(error),
+    }
+    let mut place = path.to_path_buf();
+    // These end somewhere, or the system would have told; a link may be made meanwhile, though.
+    for _ in 0..MOST_LINKS {
+        let Ok(target) = fs::read_link(&place) else { break };
+        // What a link says is meant from its own folder; an absolute path replaces that.
+        place = folder_of(&place).join(target);
+    }
+    Ok(place)
+}
+
+/// The folder that a path lies in.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 fn replace(place: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let folder = match place.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
     let mut builder = tempfile::Builder::new();
     builder.prefix(".isospectrum-").suffix(".part");
     #[cfg(unix)]
@@ -46,7 +77,7 @@ fn replace(place: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>)
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(folder)?;
+    let file = builder.tempfile_in(folder_of(place))?;
     buffered(file.as_file(), content)?;
     file.persist(place).map_err(|e| e.error)?;
     Ok(())

@@ -50,6 +50,12 @@ pub(crate) fn read(path: &Path, file: File) -> Result<([usize; 3], Samples, Plac
     Ok((header.dims, samples, header.placement))
 }
 
+/// The file that holds the samples where it is another one than that of the header.
+pub(crate) fn data_file(path: &Path) -> Option<PathBuf> {
+    let header = header::parse(&mut BufReader::new(File::open(path).ok()?)).ok()?;
+    header.data_file.map(|name| path.parent().unwrap_or(Path::new("")).join(name))
+}
+
 /// An error about what a file holds.
 fn invalid(message: String) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)

@@ -73,6 +73,12 @@ fn type_in_name(name: &str) -> Option<SampleType> {
     words(name).find_map(SampleType::from_name)
 }
 
+/// What the name of a RAW file says: dimensions and sample type, each if it does.
+pub fn told_by_name(path: &Path) -> (Option<[usize; 3]>, Option<String>) {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    (dims_in_name(&name), type_in_name(&name).map(|t| t.to_string()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

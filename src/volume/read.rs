@@ -1,6 +1,6 @@
 //! Chooses the reader of a volume by the name of its file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
@@ -21,6 +21,15 @@ pub struct ReadOptions {
     pub origin: Option<[f64; 3]>,
     /// Value in place of NaN and infinities.
     pub nan_as: Option<f64>,
+}
+
+/// The files that hold a volume: the one that is named, and the one with its samples where that is
+/// another.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let has_header = matches!(extension.as_str(), "nrrd" | "nhdr");
+    let data_file = if has_header { nrrd::data_file(path) } else { None };
+    std::iter::once(path.to_path_buf()).chain(data_file).collect()
 }
 
 /// Reads a volume: `.raw`, `.nrrd`, `.nhdr` or `.npy` by the extension (in any case); a file of

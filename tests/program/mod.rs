@@ -83,13 +83,9 @@ impl Folder {
     }
 }
 
-/// What the program said on stderr, without the line that Mesa prints by itself.
+/// What the program said on stderr.
 pub(crate) fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr)
-        .lines()
-        .filter(|line| !line.contains("XDG_RUNTIME_DIR"))
-        .map(|line| format!("{line}\n"))
-        .collect()
+    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// The one line of an error.

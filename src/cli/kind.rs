@@ -1,0 +1,60 @@
+//! What kind of file a user has named, to say which one is in the place of another.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use isospectrum::file::MAGIC;
+use isospectrum::{Error, Result};
+
+/// A kind of file that some command reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Spectrum,
+    Volume,
+    Mesh,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Spectrum => "a spectrum",
+            Kind::Volume => "a volume",
+            Kind::Mesh => "a mesh",
+        }
+    }
+}
+
+/// The kind of a regular file by its first bytes, or else by its name.
+pub(super) fn of(path: &Path) -> Option<Kind> {
+    if !std::fs::metadata(path).ok()?.is_file() {
+        return None;
+    }
+    let mut head = [0; MAGIC.len()];
+    let n = File::open(path).and_then(|mut file| file.read(&mut head)).unwrap_or(0);
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match (&head[..n], extension.as_str()) {
+        (head, _) if *head == MAGIC => Some(Kind::Spectrum),
+        (_, "isp" | "thesis") => Some(Kind::Spectrum),
+        (_, "raw" | "nrrd" | "nhdr" | "npy") => Some(Kind::Volume),
+        (_, "ply" | "stl" | "obj" | "glb") => Some(Kind::Mesh),
+        _ => None,
+    }
+}
+
+/// Checks that a file is not of another kind than the wanted one.
+///
+/// # Errors
+///
+/// [`Error::Usage`] that says what it is and what was expected.
+pub(super) fn check(path: &Path, wanted: Kind) -> Result<()> {
+    let Some(found) = of(path).filter(|&found| found != wanted) else { return Ok(()) };
+    let expected = match wanted {
+        Kind::Spectrum if found == Kind::Volume => "a spectrum (.isp), which compute makes of it",
+        Kind::Spectrum => "a spectrum (.isp)",
+        Kind::Volume => "a volume (.nrrd, .npy or .raw)",
+        Kind::Mesh => "a mesh",
+    };
+    let shown = path.display();
+    Err(Error::Usage(format!("{shown}: {}, expected {expected}", found.name())))
+}

@@ -1,0 +1,103 @@
+//! How much memory the system lets the program have, where that can be read: Linux.
+//!
+//! A program that asks for more is ended without a word, by the allocator or by the kernel, perhaps
+//! after hours. So what is expected is held against this before the work begins.
+
+use std::fs::read_to_string;
+use std::path::Path;
+
+/// A limit and who sets it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Allowed {
+    pub(super) bytes: f64,
+    pub(super) by: &'static str,
+}
+
+/// The lowest of the limits that there are.
+pub(super) fn allowed() -> Option<Allowed> {
+    let read = |path: &str| read_to_string(path).unwrap_or_default();
+    let (limits, status) = (read("/proc/self/limits"), read("/proc/self/status"));
+    let of_process = [
+        ("Max address space", "VmSize:", "the limit of address space (ulimit -v)"),
+        ("Max data size", "VmData:", "the limit of data (ulimit -d)"),
+    ];
+    let of_process = of_process.into_iter().filter_map(|(limit, used, by)| {
+        let left = soft_limit(&limits, limit)? - kib(&status, used).unwrap_or(0.0);
+        Some(Allowed { bytes: left.max(0.0), by })
+    });
+    let of_group = group_limit(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
+    let of_group = of_group.map(|bytes| Allowed { bytes, by: "the limit of the control group" });
+    let free = kib(&read("/proc/meminfo"), "MemAvailable:");
+    let free = free.map(|bytes| Allowed { bytes, by: "the free memory" });
+    of_process.chain(of_group).chain(free).min_by(|a, b| a.bytes.total_cmp(&b.bytes))
+}
+
+/// A row of `/proc/self/limits`; none where it is unlimited.
+fn soft_limit(limits: &str, name: &str) -> Option<f64> {
+    let row = limits.lines().find_map(|line| line.strip_prefix(name))?;
+    row.split_whitespace().next()?.parse().ok()
+}
+
+/// A row such as `MemAvailable:  123 kB`, in bytes.
+fn kib(rows: &str, name: &str) -> Option<f64> {
+    let row = rows.lines().find_map(|line| line.strip_prefix(name))?;
+    row.split_whitespace().next()?.parse::<f64>().ok().map(|kib| 1024.0 * kib)
+}
+
+/// The lowest limit of the control group and those it lies in, of either version.
+fn group_limit(groups: &str, root: &Path) -> Option<f64> {
+    let limits = groups.lines().flat_map(|line| {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (kind, path) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+        let (folder, file) = match kind {
+            "" => (root.to_path_buf(), "memory.max"),
+            kind if kind.split(',').any(|k| k == "memory") => {
+                (root.join("memory"), "memory.limit_in_bytes")
+            }
+            _ => return Vec::new(),
+        };
+        let path = Path::new(path.trim_start_matches('/'));
+        // `ancestors` ends with the empty path: the root itself.
+        let limit = |part: &Path| read_to_string(folder.join(part).join(file)).ok();
+        path.ancestors().filter_map(limit).filter_map(|text| text.trim().parse().ok()).collect()
+    });
+    limits.min_by(f64::total_cmp)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_read_as_linux_writes_them() {
+        let limits = "Limit                     Soft Limit           Hard Limit           Units\n\
+            Max data size             unlimited            unlimited            bytes\n\
+            Max address space         2048000              unlimited            bytes\n";
+        assert_eq!(soft_limit(limits, "Max address space"), Some(2_048_000.0));
+        assert_eq!(soft_limit(limits, "Max data size"), None);
+        assert_eq!(kib("MemFree:  7 kB\nMemAvailable:    24 kB\n", "MemAvailable:"), Some(24576.0));
+        assert_eq!(kib("", "MemAvailable:"), None);
+    }
+
+    #[test]
+    fn a_group_has_the_lowest_limit_on_its_way() {
+        let root = tempfile::tempdir().expect("a folder");
+        let write = |path: &str, text: &str| {
+            let path = root.path().join(path);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+            std::fs::write(path, text).expect("written");
+        };
+        write("a/memory.max", "5000\n");
+        write("a/b/memory.max", "max\n");
+        write("memory/c/memory.limit_in_bytes", "4000\n");
+        assert_eq!(group_limit("0::/a/b\n", root.path()), Some(5000.0));
+        assert_eq!(group_limit("7:cpu:/c\n4:memory,x:/c\n0::/a/b\n", root.path()), Some(4000.0));
+        assert_eq!(group_limit("0::/other\n", root.path()), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn this_machine_has_some_memory() {
+        assert!(allowed().is_some_and(|allowed| allowed.bytes > 0.0));
+    }
+}
