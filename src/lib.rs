@@ -21,6 +21,10 @@
 //! ```
 
 mod disjoint_sets;
+// Tests in `src` and in `tests` share files that name the library.
+#[cfg(test)]
+extern crate self as isospectrum;
+
 pub mod error;
 pub mod export;
 pub mod extract;

@@ -31,6 +31,8 @@ mod remesh;
 mod simplify;
 mod start;
 mod surgery;
+#[cfg(test)]
+mod tests;
 mod thin;
 mod toil;
 mod track;
@@ -81,6 +83,8 @@ pub struct Counts {
     pub extracted_afresh: u64,
     /// Stretches of arcs over which no mesh was tracked: the exact extraction shows there.
     pub untracked: u64,
+    /// Arcs left to the exact extraction because no component was found where the contour tree has them.
+    pub lost: u64,
 }
 
 /// Sampling steps that failed a check, by the first check they failed.
@@ -122,6 +126,7 @@ impl Counts {
         self.begun += o.begun;
         self.extracted_afresh += o.extracted_afresh;
         self.untracked += o.untracked;
+        self.lost += o.lost;
     }
 }
 
@@ -155,7 +160,7 @@ struct Sweep<'a> {
 /// # Errors
 ///
 /// [`Error::Usage`] for parameters that contradict the volume, [`Error::Input`] for a bad initial
-/// mesh, [`Error::Gpu`], [`Error::Interrupted`].
+/// mesh, [`Error::Gpu`], [`Error::Interrupted`], [`Error::Internal`] where the volume's topology contradicts itself.
 pub fn compute(
     volume: &Shared<Volume>,
     parameters: &Parameters,
@@ -177,22 +182,7 @@ pub fn compute(
     let field = Shared::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
-    let exact = ExactField::new(volume)?;
-    let topology = Topology::compute(&exact)?;
-    let event_isovalues = batches::batched_isovalues(&topology, volume.range());
-    let mut sweep = Sweep {
-        exact,
-        topology,
-        field,
-        backend,
-        parameters,
-        progress,
-        range,
-        event_isovalues,
-        initial: initial::InitialMeshes::default(),
-        done: Mutex::new(0.0),
-        total: 1.0,
-    };
+    let mut sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
     if let Some(given) = given {
         sweep.initial = initial::on_arcs(&sweep, given)?;
     }
@@ -221,7 +211,39 @@ pub fn compute(
         outside: volume.outside(),
     };
     let events = sweep.events();
-    builder.finish(info, range, sweep.parameters.error, parameters, events)
+    let finished = builder.finish(info, range, sweep.parameters.error, parameters, events);
+    // Nothing of it was read: what is wrong with it is the sweep's fault.
+    finished.map_err(|error| match error {
+        Error::Input(what) => Error::Internal(what),
+        other => other,
+    })
+}
+
+impl<'a> Sweep<'a> {
+    /// Finds the topology of a volume, and all else that does not change while it is swept.
+    fn new(
+        volume: &'a Volume,
+        field: Shared<Field>,
+        parameters: &'a Parameters,
+        (backend, progress): (&'a Backend, &'a dyn Progress),
+    ) -> Result<Self> {
+        let exact = ExactField::new(volume)?;
+        let topology = Topology::compute(&exact)?;
+        let event_isovalues = batches::batched_isovalues(&topology, volume.range());
+        Ok(Sweep {
+            exact,
+            topology,
+            field,
+            backend,
+            parameters,
+            progress,
+            range: parameters.range.unwrap_or(volume.range()),
+            event_isovalues,
+            initial: initial::InitialMeshes::default(),
+            done: Mutex::new(0.0),
+            total: 1.0,
+        })
+    }
 }
 
 impl Sweep<'_> {
@@ -256,13 +278,25 @@ impl Sweep<'_> {
         0.01 + (piece.high - piece.low) / (self.range.1 - self.range.0)
     }
 
-    /// The isovalue at which a piece is extracted: its middle, between two samples' values where
-    /// samples are integers.
+    /// The isovalues of a piece at which its component is there. The events of a batch are shown at one isovalue, but
+    /// where samples are equal but for rounding, a batch reaches as far as the next one is away, so a piece may begin
+    /// to show before its component is, or show for longer. Where the range cuts all of that off, the piece itself.
+    fn alive(&self, piece: &Piece) -> (f64, f64) {
+        let arc = &self.topology.arcs[piece.arc];
+        let (low, high) = (piece.low.max(arc.birth), piece.high.min(arc.death));
+        if low < high { (low, high) } else { (piece.low, piece.high) }
+    }
+
+    /// The isovalue at which a piece is extracted: the middle of where its component is, between two samples' values
+    /// where samples are integers.
     fn middle(&self, piece: &Piece) -> f64 {
-        let middle = 0.5 * (piece.low + piece.high);
+        let (low, high) = self.alive(piece);
+        // Halves do not overflow; between neighbouring numbers the middle rounds to one of them.
+        let middle = 0.5 * low + 0.5 * high;
+        let middle = if middle < high { middle } else { low };
         let between = middle.floor() + 0.5;
         let integer = self.exact.volume().samples().is_integer();
-        if integer && piece.low < between && between < piece.high { between } else { middle }
+        if integer && low < between && between < high { between } else { middle }
     }
 
     /// The isovalue that the sweep starts from: as told, else the middle of the longest arc.

@@ -28,6 +28,16 @@ use num_traits::AsPrimitive;
 
 use crate::error::{Error, Result};
 
+/// Spacings from the first to the second, and origins up to the second: with them all positions of the world frame,
+/// and areas there, are normal numbers in the f32 of exported meshes.
+const SPACINGS: (f64, f64) = (1e-15, 1e15);
+
+/// Longest extent along an axis, in voxels: beyond it f32 positions are more than a sixteenth of a voxel apart.
+const LARGEST_EXTENT: f64 = 1_048_576.0;
+
+/// Smallest range of the samples: levels, shares of isovalues and differences are normal numbers from here on.
+const LEAST_RANGE: f64 = 1e-290;
+
 /// The samples in the type of their file, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
@@ -147,15 +157,21 @@ impl Placement {
     ///
     /// # Errors
     ///
-    /// What is wrong: a number that is not finite, a spacing that is not positive, directions
+    /// What is wrong: a number that is not finite or too large, a spacing that is not positive or extreme, directions
     /// that are not of unit length or not perpendicular to within 1e-3 (the voxel frame could
     /// not hold a sheared grid without distorting its triangles). Left-handed frames are fine.
     pub fn check(&self) -> std::result::Result<(), String> {
-        if self.spacing.iter().any(|&s| !(s > 0.0 && s.is_finite())) {
-            return Err(format!("spacing {:?}, expected positive numbers", self.spacing));
+        if self.spacing.iter().any(|s| !(SPACINGS.0..=SPACINGS.1).contains(s)) {
+            return Err(format!(
+                "spacing {:?}, expected positive numbers from {:e} to {:e}",
+                self.spacing, SPACINGS.0, SPACINGS.1
+            ));
         }
-        if self.origin.iter().any(|x| !x.is_finite()) {
-            return Err(format!("origin {:?}, expected finite numbers", self.origin));
+        if self.origin.iter().any(|x| !(-SPACINGS.1..=SPACINGS.1).contains(x)) {
+            return Err(format!(
+                "origin {:?}, expected finite numbers up to {:e}",
+                self.origin, SPACINGS.1
+            ));
         }
         for a in 0..3 {
             for b in 0..3 {
@@ -191,8 +207,8 @@ impl Volume {
     /// # Errors
     ///
     /// [`Error::Input`] if the number of samples is not the product of `dims`, a dimension is
-    /// below 2, [`Placement::check`] fails, a sample is not finite (named with its position), or
-    /// all samples are equal.
+    /// below 2, [`Placement::check`] fails, a sample is not finite (named with its position),
+    /// all samples are equal, or their range or the extent of the volume are beyond what the arithmetic holds.
     pub fn new(
         name: impl Into<String>,
         dims: [usize; 3],
@@ -230,11 +246,21 @@ impl Volume {
                 range.0
             )));
         }
-        // The layer around the volume lies ten ranges beyond the samples and must be finite too.
-        if !(11.0 * (range.1 - range.0)).is_finite() {
+        // The layer around the volume lies ten ranges beyond the samples and must be finite too; and small parts of
+        // the range must be numbers.
+        let length = range.1 - range.0;
+        if !(11.0 * length).is_finite() || length < LEAST_RANGE {
             return Err(Error::input(format!(
-                "{name}: samples from {:?} to {:?}, expected a range below 1e306",
+                "{name}: samples from {:?} to {:?}, expected a range from {LEAST_RANGE:e} to below 1e306",
                 range.0, range.1
+            )));
+        }
+        let spacing = placement.spacing;
+        let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+        if let Some(a) = (0..3).find(|&a| dims[a] as f64 * spacing[a] > LARGEST_EXTENT * unit) {
+            return Err(Error::input(format!(
+                "{name}: {} samples {:e} apart, expected at most {LARGEST_EXTENT} times the smallest spacing {unit:e} in all",
+                dims[a], spacing[a]
             )));
         }
         Ok(Volume { name, dims, samples, placement, outside: Outside::default(), range })

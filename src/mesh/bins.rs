@@ -1,12 +1,17 @@
 //! Boxes by where they are: sorted into the cubes of a uniform grid.
 
-use glam::{IVec3, Vec3};
+use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 
-/// Boxes, sorted into the bins that they reach into: cubes from their lowest corner on.
+/// Boxes reach into at most so many bins each, on average, and so many more in all.
+const MOST_PER_BOX: f64 = 32.0;
+const MOST_BESIDES: f64 = 4096.0;
+
+/// Boxes, sorted into the bins that they reach into: cubes from their lowest corner on, longer where boxes are so
+/// long that they would reach into too many.
 pub(crate) struct Bins {
     origin: Vec3,
-    size: f32,
+    size: Vec3,
     /// The key of a bin, and the index of a box; ascending.
     entries: Vec<(u64, u32)>,
 }
@@ -15,7 +20,9 @@ impl Bins {
     /// Sorts boxes, given by their lowest and highest corners, into bins of this size, in the frame of the boxes.
     pub(crate) fn of(boxes: &[(Vec3, Vec3)], size: f32) -> Bins {
         let origin = boxes.iter().map(|b| b.0).reduce(Vec3::min).unwrap_or_default();
-        let mut bins = Bins { origin, size, entries: Vec::with_capacity(4 * boxes.len()) };
+        let mut bins = Bins { origin, size: Vec3::splat(size), entries: Vec::new() };
+        bins.widen(boxes);
+        bins.entries.reserve(4 * boxes.len());
         for (i, b) in (0..).zip(boxes) {
             let (low, high) = (bins.place(b.0), bins.place(b.1));
             for z in low.z..=high.z {
@@ -27,6 +34,25 @@ impl Bins {
         }
         bins.entries.par_sort_unstable();
         bins
+    }
+
+    /// Doubles the bins along the axis along which boxes reach into the most, until what they reach into is a small
+    /// multiple of their number: memory is earned by boxes, not by how large they are.
+    fn widen(&mut self, boxes: &[(Vec3, Vec3)]) {
+        let most = MOST_PER_BOX * boxes.len() as f64 + MOST_BESIDES;
+        loop {
+            let (mut n_bins, mut reach) = (0.0, DVec3::ZERO);
+            for b in boxes {
+                let span = (self.place(b.1).as_dvec3() - self.place(b.0).as_dvec3()) + 1.0;
+                n_bins += span.max(DVec3::ONE).element_product();
+                reach += span;
+            }
+            if n_bins <= most {
+                return;
+            }
+            let axis = (1..3).fold(0, |best, a| if reach[a] > reach[best] { a } else { best });
+            self.size[axis] *= 2.0;
+        }
     }
 
     fn place(&self, p: Vec3) -> IVec3 {
@@ -72,6 +98,23 @@ mod tests {
         assert!(at(0.5, 2.5, 0.5).is_empty() && at(9.0, 9.0, 9.0).is_empty());
         assert!(at(-5.0, -5.0, -5.0).is_empty());
         assert_eq!(bins.each().map(<[_]>::len).sum::<usize>(), 3 + 2 * 4 * 4);
+    }
+
+    #[test]
+    fn long_boxes_take_no_more_than_a_small_multiple_of_their_number() {
+        // Each box reaches through 10^12 bins of size 1.
+        let long = |i: usize| {
+            let low = Vec3::new(i as f32, 0.25, -2e11);
+            (low, low + Vec3::new(0.5, 0.5, 1e12))
+        };
+        let boxes: Vec<(Vec3, Vec3)> = (0..1000).map(long).collect();
+        let bins = Bins::of(&boxes, 1.0);
+        let n = bins.each().map(<[_]>::len).sum::<usize>();
+        assert!(n <= 32 * 1000 + 4096, "{n} entries");
+        // They are told apart where they lie side by side.
+        assert_eq!(bins.boxes_at(Vec3::new(7.1, 0.5, 3e11)).collect::<Vec<_>>(), [7]);
+        let endless = Bins::of(&[(Vec3::ZERO, Vec3::splat(f32::INFINITY))], 1.0);
+        assert!(endless.each().map(<[_]>::len).sum::<usize>() <= 4096 + 32);
     }
 
     #[test]

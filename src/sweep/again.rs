@@ -87,7 +87,8 @@ impl<'a> Again<'a> {
         while self.times < MOST && self.faces < MOST_FACES && self.gap < 0.5 * left {
             self.times += 1;
             let at = from + self.direction.sign() * self.gap;
-            let (extraction, _) = extraction_of_arcs(self.sweep, at, &[self.arc])?;
+            let found = extraction_of_arcs(self.sweep, at, &[self.arc])?;
+            let Some((extraction, _)) = found else { return Ok(None) };
             self.faces += extraction.faces.len();
             if motion(self.sweep, &extraction, (self.last - at).abs()) < least {
                 return Ok(None);

@@ -6,6 +6,7 @@
 
 mod node;
 
+use std::collections::HashSet;
 use std::sync::Mutex;
 
 use rayon::Scope;
@@ -39,6 +40,14 @@ const LONG_MOTION: f64 = 1.0;
 /// An arc that takes this share of the range gets a mesh even if the isosurface hardly moves: then a small range has been
 /// asked for, for the mesh at about one isovalue.
 const ASKED_SHARE: f64 = 0.25;
+
+/// No step is shorter than this, in roundings of the range's isovalues: beside a large offset a step of a share of the
+/// range would lead nowhere.
+const RESOLUTION: f64 = 8.0;
+
+/// No mesh is tracked over arcs shorter than so many of these steps: an operation takes a thousandth of an arc, in
+/// stops that are closer and closer.
+const RESOLVED: f64 = 1e6;
 
 /// What a sweep leaves besides its counts.
 pub(super) struct Swept {
@@ -134,8 +143,12 @@ impl<'a> Chain<'a> {
                 low <= self.start && self.start < high
             })
             .collect();
-        let found = || of_arcs(self.sweep, whole, self.start, &at_start);
-        self.attempt(|| self.start_found(found()?, self.start, Idle::NONE, scope));
+        let found = of_arcs(self.sweep, whole, self.start, &at_start);
+        // A component that is there elsewhere in its piece only: see `Sweep::alive`.
+        let there: HashSet<usize> = found.1.iter().copied().collect();
+        let missing: Vec<usize> = at_start.into_iter().filter(|a| !there.contains(a)).collect();
+        self.start_found(found, self.start, Idle::NONE, scope);
+        self.attempt(|| self.start_beyond(&missing, Idle::NONE, scope));
         for node in 0..self.graph.nodes.len() {
             let direction = self.direction_of(node);
             if inputs(&self.graph.nodes[node], direction).is_empty() {
@@ -154,15 +167,18 @@ impl<'a> Chain<'a> {
         Piece { arc, low, high }
     }
 
-    /// Extracts arcs at an isovalue and tracks each both ways.
-    fn start_arcs<'s>(
-        &'s self,
-        arcs: &[usize],
-        isovalue: f64,
-        idle: Idle,
-        scope: &Scope<'s>,
-    ) -> Result<()> {
-        self.start_found(extraction_of_arcs(self.sweep, isovalue, arcs)?, isovalue, idle, scope)
+    /// Extracts an arc in the middle of where its component is and tracks it both ways.
+    fn start_in_middle<'s>(&'s self, arc: usize, idle: Idle, scope: &Scope<'s>) -> Result<()> {
+        let isovalue = self.sweep.middle(&self.piece(arc));
+        match extraction_of_arcs(self.sweep, isovalue, &[arc])? {
+            Some(found) => self.start_found(found, isovalue, idle, scope),
+            None => {
+                log::debug!("no component of arc {arc} at isovalue {isovalue}");
+                lock(&self.counts).lost += 1;
+                self.leave(arc, idle, scope);
+            }
+        }
+        Ok(())
     }
 
     /// Tracks arcs both ways from their exact extraction.
@@ -172,13 +188,12 @@ impl<'a> Chain<'a> {
         isovalue: f64,
         idle: Idle,
         scope: &Scope<'s>,
-    ) -> Result<()> {
+    ) {
         for (exact, arc) in extraction.into_components().into_iter().zip(order) {
             scope.spawn(move |scope| {
                 self.attempt(|| self.start_arc(&self.piece(arc), isovalue, &exact, idle, scope));
             });
         }
-        Ok(())
     }
 
     /// Starts the mesh of an arc and tracks it both ways.
@@ -193,6 +208,10 @@ impl<'a> Chain<'a> {
         let sweep = self.sweep;
         let given = sweep.initial.of(piece, isovalue).is_some();
         let length = piece.high - piece.low;
+        if self.is_unresolved(piece.arc) {
+            self.leave(piece.arc, idle, scope);
+            return Ok(());
+        }
         let motion = motion(sweep, exact, length);
         let is_still = motion < FRESH_MOTION && length < ASKED_SHARE * self.range_length();
         let is_long = motion >= LONG_MOTION || length >= LONG_SHARE * self.range_length();
@@ -300,7 +319,14 @@ impl<'a> Chain<'a> {
 
     /// How near to the end of a piece a mesh is tracked where nothing follows.
     fn margin(&self, piece: &Piece) -> f64 {
-        1e-3 * (piece.high - piece.low).min(0.01 * self.range_length())
+        let share = 1e-3 * (piece.high - piece.low).min(0.01 * self.range_length());
+        share.max(self.resolution())
+    }
+
+    /// Isovalues nearer to each other than this are hardly told apart: some places of the last digit.
+    fn resolution(&self) -> f64 {
+        let (low, high) = self.sweep.range;
+        RESOLUTION * f64::EPSILON * low.abs().max(high.abs())
     }
 
     fn range_length(&self) -> f64 {
@@ -328,7 +354,8 @@ impl<'a> Chain<'a> {
             last,
             window,
             fixed: fixed.map(|step| (sweep.range.0, step)),
-            min_step: 1e-5 * range.min(100.0 * (piece.high - piece.low)),
+            min_step: (1e-5 * range.min(100.0 * (piece.high - piece.low))).max(self.resolution()),
+            resolution: self.resolution(),
         };
         let repair: &Repair =
             &|front, at, kernels, counts| repair(sweep, arc, direction, front, at, kernels, counts);
@@ -377,6 +404,11 @@ impl<'a> Chain<'a> {
             let arrivals = std::mem::take(&mut *waiting);
             scope.spawn(move |scope| self.attempt(|| self.pass(node, arrivals, scope)));
         }
+    }
+
+    /// Whether an arc has too few isovalues for a mesh that moves in steps: beside a large offset.
+    fn is_unresolved(&self, arc: usize) -> bool {
+        self.length(arc) < RESOLVED * self.resolution()
     }
 
     /// Whether an arc is too short for a mesh of its own.

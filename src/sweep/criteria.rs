@@ -177,7 +177,9 @@ impl<'a> Criteria<'a> {
 /// A triangle with edges of length l on a surface of curvature k deviates by about k l^2 / 6, so
 /// the length at which it would deviate by `goal` is l * sqrt(goal / deviation).
 pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal: f32) -> Vec<f32> {
-    let (min_edge, max_edge) = (criteria.min_edge, criteria.max_edge);
+    // The longest edge is what was asked for, and may be shorter than the shortest.
+    let max_edge = criteria.max_edge;
+    let min_edge = criteria.min_edge.min(max_edge);
     let mut inverse_square = vec![0.0f32; mesh.vertex_slots()];
     let mut count = vec![0u32; mesh.vertex_slots()];
     for f in mesh.faces() {

@@ -160,7 +160,8 @@ impl Slab {
             if shown.overlapping(low, high).is_empty() {
                 continue;
             }
-            let middle = low + 0.5 * (high - low);
+            // Between neighbouring numbers the middle rounds to one of them; at the lower one the interval begins.
+            let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);
             let surface = extract_cell(&sweep.exact, corner, middle);
             if surface.faces.is_empty() {
                 continue;

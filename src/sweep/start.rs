@@ -11,7 +11,7 @@ use super::surgery::Front;
 use super::toil::Toil;
 
 use super::{Piece, Sweep};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::extract::{Extraction, extract, extract_component};
 use crate::kernels::Kernels;
 use crate::mesh::{Mesh, Vertex, intersecting};
@@ -35,17 +35,16 @@ const ATTEMPTS: usize = 4;
 const PIN_RADIUS: f32 = 1.0;
 
 /// The exact extraction of the components of some arcs at one isovalue, and the arc of each of its
-/// components.
+/// components; `None` if some arc has no component there.
 pub(super) fn extraction_of_arcs(
     sweep: &Sweep,
     isovalue: f64,
     arcs: &[usize],
-) -> Result<(Extraction, Vec<usize>)> {
-    let all = extraction_up_to(sweep, isovalue, arcs, usize::MAX)?;
-    Ok(all.expect("no component has so many cells"))
+) -> Result<Option<(Extraction, Vec<usize>)>> {
+    extraction_up_to(sweep, isovalue, arcs, usize::MAX)
 }
 
-/// As [`extraction_of_arcs`]; `None` if a component passes more than `most_cells`.
+/// As [`extraction_of_arcs`]; also `None` if a component passes more than `most_cells`.
 pub(super) fn extraction_up_to(
     sweep: &Sweep,
     isovalue: f64,
@@ -60,32 +59,30 @@ pub(super) fn extraction_up_to(
             let each = crossings.into_iter().map(component).collect::<Option<Vec<_>>>();
             Ok(each.map(|each| (Extraction::joined(each), arcs.to_vec())))
         }
-        None => of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs).map(Some),
+        None => {
+            let found = of_arcs(sweep, &extract(&sweep.exact, isovalue), isovalue, arcs);
+            Ok(Some(found).filter(|(_, order)| order.len() == arcs.len()))
+        }
     }
 }
 
-/// The components of some arcs in the exact extraction of a whole isosurface, and the arc of each.
+/// The components of those of some arcs that are found in the exact extraction of a whole isosurface, and the arc of
+/// each: one component each.
 pub(super) fn of_arcs(
     sweep: &Sweep,
     extraction: &Extraction,
     isovalue: f64,
     arcs: &[usize],
-) -> Result<(Extraction, Vec<usize>)> {
-    let wanted: HashSet<usize> = arcs.iter().copied().collect();
+) -> (Extraction, Vec<usize>) {
+    let mut wanted: HashSet<usize> = arcs.iter().copied().collect();
     let found: Vec<Option<usize>> = extraction
         .component_crossings()
         .iter()
         .map(|&(low, high)| sweep.topology.arc_of(low, high, isovalue))
-        .map(|arc| arc.filter(|a| wanted.contains(a)))
+        .map(|arc| arc.filter(|a| wanted.remove(a)))
         .collect();
-    let kept: Vec<usize> = found.iter().flatten().copied().collect();
-    let there: HashSet<usize> = kept.iter().copied().collect();
-    if let Some(missing) = arcs.iter().find(|a| !there.contains(a)) {
-        return Err(Error::Input(format!(
-            "internal: no component of arc {missing} at isovalue {isovalue}"
-        )));
-    }
-    Ok((extraction.with_components(|c| found[c as usize].is_some()), kept))
+    let kept = found.iter().flatten().copied().collect();
+    (extraction.with_components(|c| found[c as usize].is_some()), kept)
 }
 
 /// How far, in voxels, half of an isosurface moves when the isovalue changes by `change`; infinitely far
@@ -147,7 +144,14 @@ pub(super) fn fresh_mesh(
     exact: &Extraction,
     kernels: &mut dyn Kernels,
 ) -> Result<Option<Mesh>> {
-    let mut exact = mesh_of(exact)?;
+    let mut exact = match mesh_of(exact) {
+        Ok(mesh) => mesh,
+        Err(error) => {
+            // The exact extraction shows whatever it is.
+            log::debug!("the extraction at {isovalue} is no mesh: {error}");
+            return Ok(None);
+        }
+    };
     let criteria = Criteria::new(&sweep.field, isovalue, sweep.parameters).for_size_of(&exact);
     // Remeshing that needs more faces than the extraction does not lead anywhere, but for small meshes.
     let most = exact.n_faces();

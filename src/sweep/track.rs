@@ -45,6 +45,8 @@ pub(crate) struct Way {
     pub(crate) fixed: Option<(f64, f64)>,
     /// The shortest step worth taking.
     pub(crate) min_step: f64,
+    /// Isovalues nearer to each other than this are hardly told apart: no step is shorter.
+    pub(crate) resolution: f64,
 }
 
 /// What stays the same while a component is tracked one way.
@@ -146,6 +148,10 @@ fn longest_step(
     let far = expected_motion(mesh, field, at, next) / MOST_MOTION;
     if far > 1.0 {
         next = at + (next - at) / f64::from(far.min(8.0));
+    }
+    if (next - at).abs() < way.resolution {
+        let least = way.resolution.min((way.last - at).abs());
+        next = at + way.direction.sign() * least;
     }
     let (mut halved, mut broken, mut pinned) = (0u32, 0u32, 0);
     loop {

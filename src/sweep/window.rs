@@ -8,7 +8,7 @@ use super::{Piece, Sweep};
 use crate::mesh::Mesh;
 
 /// Share of an arc, at an event, over which surgery leads at most and at least.
-const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
+pub(super) const WINDOW_SHARE: (f64, f64) = (0.001, 0.2);
 
 /// How far a mesh may move from before an event to it, voxels.
 const WINDOW_MOTION: f64 = 0.15;

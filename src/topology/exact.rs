@@ -421,7 +421,7 @@ impl<'a> ExactField<'a> {
 /// by rounding a trace away from a sample, where the sample's level and its value would disagree.
 fn power_of_two_from(x: f64) -> f64 {
     let mut power = f64::from_bits((x.to_bits() >> 52).max(1) << 52);
-    while power * 0.5 >= x {
+    while power * 0.5 >= x && power * 0.5 > 0.0 {
         power *= 0.5;
     }
     if power < x { power * 2.0 } else { power }

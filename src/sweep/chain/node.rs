@@ -11,7 +11,7 @@ use crate::sweep::idle::{self, Idle};
 use crate::sweep::recorder::Direction;
 use crate::sweep::surgery::{Front, Operation, operate};
 use crate::sweep::toil::Toil;
-use crate::sweep::window::window;
+use crate::sweep::window::{WINDOW_SHARE, window};
 
 impl Chain<'_> {
     /// Passes a node: surgery on the meshes that have arrived, or new meshes for the arcs beyond.
@@ -37,7 +37,8 @@ impl Chain<'_> {
         let toil = Toil::of_operation(fronts.iter().map(|f| f.toil));
         let all_lost = idle::joined(without.iter().copied().chain([Idle::after(toil)]));
         let leads_nowhere = !arcs.is_empty() && arcs.iter().all(|&a| self.length(a) < self.tiny);
-        if leads_nowhere || fronts.iter().any(|f| f.toil.is_too_much()) {
+        let unresolved = arcs.iter().any(|&a| self.is_unresolved(a));
+        if leads_nowhere || unresolved || fronts.iter().any(|f| f.toil.is_too_much()) {
             self.end_before(node, direction, from, fronts, &mut counts)?;
             lock(&self.counts).add(&counts);
             return self.start_beyond(arcs, all_lost, scope);
@@ -53,7 +54,7 @@ impl Chain<'_> {
         let operation = Operation {
             direction,
             event: node.isovalue,
-            after: node.isovalue + direction.sign() * window,
+            after: self.after(node, direction, window, arcs),
             points: &points,
             arcs,
             repaired: false,
@@ -82,6 +83,22 @@ impl Chain<'_> {
         }
     }
 
+    /// The isovalue of the meshes after a surgery: beyond the event by the window, and where the components of all arcs
+    /// beyond it are.
+    fn after(&self, node: &Node, direction: Direction, window: f64, arcs: &[usize]) -> f64 {
+        let alive = arcs.iter().map(|&a| self.sweep.alive(&self.piece(a)));
+        let (low, high) =
+            alive.fold((f64::NEG_INFINITY, f64::INFINITY), |(l, h), a| (l.max(a.0), h.min(a.1)));
+        let after = node.isovalue + direction.sign() * window;
+        // Less than the least window, so that it counts beside batches of some width only.
+        let margin = 0.5 * WINDOW_SHARE.0 * (high - low);
+        if margin.is_finite() && margin > 0.0 {
+            after.max(low + margin).min(high - margin)
+        } else {
+            after
+        }
+    }
+
     /// Tracks meshes up to just before a node that they do not get through, and ends them.
     fn end_before(
         &self,
@@ -100,14 +117,19 @@ impl Chain<'_> {
     }
 
     /// Starts arcs in their middle.
-    fn start_beyond<'s>(&'s self, arcs: &[usize], idle: Idle, scope: &Scope<'s>) -> Result<()> {
+    pub(super) fn start_beyond<'s>(
+        &'s self,
+        arcs: &[usize],
+        idle: Idle,
+        scope: &Scope<'s>,
+    ) -> Result<()> {
         for &arc in arcs {
             let is_over = self.beyond(idle, arc).is_over() && self.length(arc) >= self.tiny;
             if self.is_short(arc) && !is_over {
                 self.leave(arc, idle, scope);
             } else {
                 let idle = self.beyond(idle, arc);
-                self.start_arcs(&[arc], self.sweep.middle(&self.piece(arc)), idle, scope)?;
+                self.start_in_middle(arc, idle, scope)?;
             }
         }
         Ok(())

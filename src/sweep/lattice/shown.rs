@@ -102,7 +102,7 @@ fn walk_arcs(
         let arc = sweep.topology.arc_of(crossing.0, crossing.1, probe);
         let Some(arc) = arc else { break };
         let end = sweep.shown(&sweep.topology.arcs[arc]).1;
-        let mut next = if end > at { end } else { probe };
+        let mut next = if end > at { end } else { probe.max(at.next_up()) };
         for &(a, b) in &shown.by_arc[arc] {
             let b = if b == end { shown.beyond[arc].max(end) } else { b };
             let (a, b) = (a.max(at), b.min(high));

@@ -74,7 +74,14 @@ fn an_event_has_happened_from_its_isovalue_on_and_not_before() {
 
 #[test]
 fn the_least_power_of_two_from_a_number_on() {
-    let each = [(1.0, 1.0), (1.5, 2.0), (0.25, 0.25), (5.0, 8.0), (3e-310, 2f64.powi(-1028))];
+    let each = [
+        (1.0, 1.0),
+        (1.5, 2.0),
+        (0.25, 0.25),
+        (5.0, 8.0),
+        (3e-310, 2f64.powi(-1028)),
+        (0.0, 5e-324),
+    ];
     for (x, expected) in each {
         assert_eq!(power_of_two_from(x), expected, "{x}");
     }
