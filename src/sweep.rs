@@ -141,6 +141,8 @@ struct Sweep<'a> {
     backend: &'a Backend,
     parameters: &'a Parameters,
     progress: &'a dyn Progress,
+    /// The isovalues swept: those asked for, and one more where the isosurface does not end with them
+    /// (see [`swept_end`]).
     range: (f64, f64),
     /// Isovalue of each event of the topology, batches as one.
     event_isovalues: Vec<f64>,
@@ -180,6 +182,7 @@ pub fn compute(
     let exact = ExactField::new(volume)?;
     let topology = Topology::compute(&exact)?;
     let event_isovalues = batches::batched_isovalues(&topology, volume.range());
+    let end = swept_end(&topology, range.1);
     let mut sweep = Sweep {
         exact,
         topology,
@@ -187,7 +190,7 @@ pub fn compute(
         backend,
         parameters,
         progress,
-        range,
+        range: (range.0, end),
         event_isovalues,
         initial: initial::InitialMeshes::default(),
         done: Mutex::new(0.0),
@@ -220,8 +223,14 @@ pub fn compute(
         placement: *volume.placement(),
         outside: volume.outside(),
     };
-    let events = sweep.events();
+    let events = sweep.events(range);
     builder.finish(info, range, sweep.parameters.error, parameters, events)
+}
+
+/// Up to where a range is swept that ends at an isovalue. Lifetimes are half-open, so what is swept up to there is
+/// gone there: where the isosurface is not, it is swept up to the next number.
+fn swept_end(topology: &Topology, high: f64) -> f64 {
+    if topology.n_components_at(high) > 0 { high.next_up() } else { high }
 }
 
 impl Sweep<'_> {
@@ -245,9 +254,9 @@ impl Sweep<'_> {
             .collect()
     }
 
-    /// The events inside the range, those of the ramp left out.
-    fn events(&self) -> Vec<Event> {
-        let inside = |e: &Event| e.isovalue >= self.range.0 && e.isovalue <= self.range.1;
+    /// The events inside a range, those of the ramp left out.
+    fn events(&self, (low, high): (f64, f64)) -> Vec<Event> {
+        let inside = |e: &Event| low <= e.isovalue && e.isovalue <= high;
         self.topology.net_events().into_iter().filter(inside).collect()
     }
 
