@@ -146,6 +146,8 @@ struct Sweep<'a> {
     backend: &'a Backend,
     parameters: &'a Parameters,
     progress: &'a dyn Progress,
+    /// The isovalues swept: those asked for, and one more where the isosurface does not end with them
+    /// (see [`swept_end`]).
     range: (f64, f64),
     /// Isovalue of each event of the topology, batches as one.
     event_isovalues: Vec<f64>,
@@ -210,7 +212,7 @@ pub fn compute(
         placement: *volume.placement(),
         outside: volume.outside(),
     };
-    let events = sweep.events();
+    let events = sweep.events(range);
     let finished = builder.finish(info, range, sweep.parameters.error, parameters, events);
     // Nothing of it was read: what is wrong with it is the sweep's fault.
     finished.map_err(|error| match error {
@@ -230,6 +232,8 @@ impl<'a> Sweep<'a> {
         let exact = ExactField::new(volume)?;
         let topology = Topology::compute(&exact)?;
         let event_isovalues = batches::batched_isovalues(&topology, volume.range());
+        let (low, high) = parameters.range.unwrap_or(volume.range());
+        let range = (low, swept_end(&topology, high));
         Ok(Sweep {
             exact,
             topology,
@@ -237,13 +241,19 @@ impl<'a> Sweep<'a> {
             backend,
             parameters,
             progress,
-            range: parameters.range.unwrap_or(volume.range()),
+            range,
             event_isovalues,
             initial: initial::InitialMeshes::default(),
             done: Mutex::new(0.0),
             total: 1.0,
         })
     }
+}
+
+/// Up to where a range is swept that ends at an isovalue. Lifetimes are half-open, so what is swept up to there is
+/// gone there: where the isosurface is not, it is swept up to the next number.
+fn swept_end(topology: &Topology, high: f64) -> f64 {
+    if topology.n_components_at(high) > 0 { high.next_up() } else { high }
 }
 
 impl Sweep<'_> {
@@ -267,9 +277,9 @@ impl Sweep<'_> {
             .collect()
     }
 
-    /// The events inside the range, those of the ramp left out.
-    fn events(&self) -> Vec<Event> {
-        let inside = |e: &Event| e.isovalue >= self.range.0 && e.isovalue <= self.range.1;
+    /// The events inside a range, those of the ramp left out.
+    fn events(&self, (low, high): (f64, f64)) -> Vec<Event> {
+        let inside = |e: &Event| low <= e.isovalue && e.isovalue <= high;
         self.topology.net_events().into_iter().filter(inside).collect()
     }
 

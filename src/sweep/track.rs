@@ -196,7 +196,8 @@ fn next_isovalue(way: &Way, at: f64, step: f64) -> f64 {
         let n = (at - low) / fixed;
         let k = if sign > 0.0 { (n + 1e-9).floor() + 1.0 } else { (n - 1e-9).ceil() - 1.0 };
         let next = low + k * fixed;
-        return if (way.last - next) * sign <= 0.0 { way.last } else { next };
+        // What is left but for rounding is no step.
+        return if (way.last - next) * sign <= 1e-9 * fixed { way.last } else { next };
     }
     if step >= 0.7 * left { way.last } else { at + sign * step }
 }
