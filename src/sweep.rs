@@ -34,6 +34,7 @@ mod surgery;
 mod thin;
 mod toil;
 mod track;
+mod tracked;
 mod window;
 
 pub use parameters::{Parameters, Progress, Silent};
@@ -57,13 +58,17 @@ use crate::volume::Volume;
 const SMALL_FACES: usize = 300;
 const SMALLEST_FACES: usize = 40;
 
+/// Under this name the parameters of a spectrum tell the share of the isosurface's area, without caps, whose
+/// triangles are tracked, mean over the range; over the rest the exact extraction shows.
+pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
+
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
 
 /// What happened during a sweep, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Arcs of the contour tree tracked.
+    /// Arcs of the contour tree that show inside the range, tracked or not.
     pub arcs: u64,
     /// Sampling steps taken.
     pub steps: u64,
@@ -208,7 +213,9 @@ pub fn compute(
     let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
     counts.untracked = swept.leftovers.len() as u64;
     let knot_error = KNOT_SHARE * sweep.parameters.error as f32;
-    builder.push_patch(swept.log.patch(knot_error));
+    let patch = swept.log.patch(knot_error);
+    let n_tracked = patch.triangles.len();
+    builder.push_patch(patch);
     builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
     let parameters = serde_json::json!({
         "flags": parameters,
@@ -224,7 +231,13 @@ pub fn compute(
         outside: volume.outside(),
     };
     let events = sweep.events(range);
-    builder.finish(info, range, sweep.parameters.error, parameters, events)
+    let error = sweep.parameters.error;
+    let mut spectrum = builder.finish(info, range, error, parameters, events)?;
+    // Triangles are in the order of their patches until they are written.
+    if let Some(share) = tracked::tracked_area_share(&spectrum, n_tracked) {
+        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!((1e4 * share).round() / 1e4);
+    }
+    Ok(spectrum)
 }
 
 /// Up to where a range is swept that ends at an isovalue. Lifetimes are half-open, so what is swept up to there is
