@@ -1,6 +1,6 @@
 //! The isosurface spectrum: trajectories, lifetimes, collapses, and the mesh at any isovalue.
 //!
-//! Nothing here knows of volumes, sweeps or GPUs: the sweep fills a [`Spectrum`] through a
+//! Nothing here knows of samples, sweeps or GPUs, and of a volume no more than [`VolumeInfo`] holds: the sweep fills a [`Spectrum`] through a
 //! [`SpectrumBuilder`], the file stores it, a [`Query`] and the renderer read it.
 //!
 //! # Invariants
@@ -72,7 +72,12 @@ pub enum EventKind {
     Vanish,
 }
 
-/// An isovalue at which the topology of the isosurface changes. Upwards in the isovalue.
+/// An isovalue at which the topology of the isosurface changes, with its place and what changes, upwards in the
+/// isovalue.
+///
+/// This is the one meaning of the word. Several events may share an isovalue. On a plateau, samples that are
+/// equal, the exact topology finds more *critical points* than events, as it tells equal samples apart by a ramp that
+/// is not seen: those that undo each other at one isovalue change nothing, and are no events.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// The isovalue.

@@ -36,6 +36,7 @@ mod tests;
 mod thin;
 mod toil;
 mod track;
+mod tracked;
 mod window;
 
 pub use parameters::{Parameters, Progress, Silent};
@@ -59,13 +60,17 @@ use crate::volume::Volume;
 const SMALL_FACES: usize = 300;
 const SMALLEST_FACES: usize = 40;
 
+/// Under this name the parameters of a spectrum tell the share of the isosurface's area, without caps, whose
+/// triangles are tracked, mean over the range; over the rest the exact extraction shows.
+pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
+
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
 
 /// What happened during a sweep, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Arcs of the contour tree tracked.
+    /// Arcs of the contour tree that show inside the range, tracked or not.
     pub arcs: u64,
     /// Sampling steps taken.
     pub steps: u64,
@@ -197,7 +202,9 @@ pub fn compute(
     let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
     counts.untracked = swept.leftovers.len() as u64;
     let knot_error = KNOT_SHARE * sweep.parameters.error as f32;
-    builder.push_patch(swept.log.patch(knot_error));
+    let patch = swept.log.patch(knot_error);
+    let n_tracked = patch.triangles.len();
+    builder.push_patch(patch);
     builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
     let parameters = serde_json::json!({
         "flags": parameters,
@@ -215,10 +222,15 @@ pub fn compute(
     let events = sweep.events(range);
     let finished = builder.finish(info, range, sweep.parameters.error, parameters, events);
     // Nothing of it was read: what is wrong with it is the sweep's fault.
-    finished.map_err(|error| match error {
+    let mut spectrum = finished.map_err(|error| match error {
         Error::Input(what) => Error::Internal(what),
         other => other,
-    })
+    })?;
+    // Triangles are in the order of their patches until they are written.
+    if let Some(share) = tracked::tracked_area_share(&spectrum, n_tracked) {
+        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!((1e4 * share).round() / 1e4);
+    }
+    Ok(spectrum)
 }
 
 impl<'a> Sweep<'a> {

@@ -14,11 +14,15 @@ mod coherence;
 mod distribution;
 mod geometry;
 mod isovalues;
+mod jump;
 mod manifold;
 mod measure;
+mod promise;
 mod ray;
 mod report;
 mod triangle_grid;
+
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::extract::count::count;
@@ -29,10 +33,12 @@ use crate::volume::Volume;
 
 pub use coherence::{Coherence, EventCoherence};
 pub use distribution::Summary;
+pub use jump::Jump;
 pub use manifold::{MeshTopology, mesh_topology};
-pub use measure::Jump;
-pub use report::{Continuity, Limits, Report, Row, Totals};
+pub use promise::{Limits, Promise};
+pub use report::{Continuity, Report, Row, Totals};
 
+use distribution::Distribution;
 use isovalues::{event_isovalues, random_isovalues};
 use measure::Geometry;
 use triangle_grid::TriangleGrid;
@@ -96,26 +102,63 @@ pub fn verify(
     for &isovalue in &single {
         look(isovalue, false)?;
     }
-    let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<Vec<Jump>> {
-        let jump = |&(before, after): &(f64, f64)| {
+    let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<(Vec<Jump>, Summary)> {
+        let mut beyond = Distribution::new(measure::REACH);
+        let mut jumps = Vec::with_capacity(pairs.len());
+        for &(before, after) in pairs {
             let (a, b) = (look(before, true)?, look(after, true)?);
-            let isovalue = 0.5 * (before + after);
-            let measurable = measure::is_placed(volume, &a) && measure::is_placed(volume, &b);
-            Ok(if measurable {
-                measure::jump(isovalue, &a, &b)
-            } else {
-                Jump::out_of_reach(isovalue)
-            })
-        };
-        pairs.iter().map(jump).collect()
+            jumps.push(jump::jump(&field, (before, &a), (after, &b), &mut beyond));
+        }
+        Ok((jumps, beyond.summary()))
     };
+    let (at_events, beyond_at_events) = jumps_at(&pairs)?;
+    let (elsewhere, beyond_elsewhere) = jumps_at(&elsewhere)?;
     let continuity = Continuity {
-        at_events: jumps_at(&pairs)?,
-        elsewhere: jumps_at(&elsewhere)?,
+        at_events,
+        beyond_at_events,
+        elsewhere,
+        beyond_elsewhere,
         coherence: coherence::coherence(spectrum),
         tracked_share: tracked_share(spectrum, &single),
     };
     Ok(Report::new(spectrum, sampling, limits, rows, &pooled, continuity))
+}
+
+/// What a look at a spectrum tells, where a verification would take too long.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Glance {
+    /// Isovalues looked at, in the middle of equal parts of the range.
+    pub n_isovalues: usize,
+    /// Of the barycentres of all triangles there, the share within the tolerance of the isosurface; `None` where there
+    /// are none.
+    pub within_tolerance_share: Option<f64>,
+    /// Mean radius ratio of these triangles.
+    pub radius_ratio: Option<f64>,
+}
+
+/// Measures a spectrum against its volume at a few isovalues.
+///
+/// # Errors
+///
+/// [`Error::Input`] if the volume is not the spectrum's.
+pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<Glance> {
+    check_same_volume(spectrum, volume)?;
+    let (low, high) = spectrum.range;
+    let mut query = Query::new(spectrum);
+    let mut pooled = Geometry::new();
+    for i in 0..n_isovalues {
+        let share = (i as f64 + 0.5) / n_isovalues as f64;
+        let isovalue = low * (1.0 - share) + high * share;
+        let mesh = query.mesh_at(isovalue)?;
+        if measure::is_placed(volume, &mesh) {
+            pooled.merge(&measure::of_triangles(volume, isovalue, &mesh));
+        }
+    }
+    Ok(Glance {
+        n_isovalues,
+        within_tolerance_share: pooled.barycentre_deviation.share_within(spectrum.tolerance),
+        radius_ratio: pooled.radius_ratio.summary().mean,
+    })
 }
 
 fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {

@@ -75,7 +75,58 @@ fn reports_have_a_name_and_a_version() {
         ("compute", &["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "t.isp"]),
     ] {
         let value = json(&folder.run(&[arguments, &["--json"]].concat()));
-        assert_eq!((&value["report"], &value["version"]), (&report.into(), &1.into()));
+        assert_eq!((&value["report"], &value["version"]), (&report.into(), &2.into()));
+    }
+}
+
+#[test]
+fn compute_tells_how_good_its_spectrum_is_and_what_the_sweep_did_with_v_only() {
+    let folder = Folder::new();
+    let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "s.isp"];
+    let said = stderr(&folder.run(&compute));
+    for wanted in
+        ["done in", "tracked", "% of the area", "within 0.1 voxel", "radius ratio", "size"]
+    {
+        assert!(said.contains(wanted), "no '{wanted}' in: {said}");
+    }
+    assert!(!said.contains("refused.") && !said.contains("steps"), "{said}");
+    assert!(stderr(&folder.run(&[&compute[..], &["-v"]].concat())).contains("refused.folded"));
+    let report = json(&folder.run(&[&compute[..], &["--json"]].concat()));
+    assert!(report["counts"]["refused"]["folded"].is_number(), "{report}");
+    let share = report["tracked_area_share"].as_f64().expect("a share");
+    // A sphere is one mesh that moves, but close to its last isovalues.
+    assert!((0.5..=1.0).contains(&share), "{share}");
+    let within = report["measured"]["within_tolerance_share"].as_f64().expect("a share");
+    assert!((0.5..=1.0).contains(&within), "{within}");
+    assert!(report["measured"]["radius_ratio"].as_f64().is_some_and(|r| (0.5..1.0).contains(&r)));
+}
+
+#[test]
+fn analyze_and_info_count_the_same_events() {
+    let folder = Folder::new();
+    // A plateau in few grey levels: the exact topology has more critical points than the volume has events.
+    let samples: Vec<u8> = (0..7 * 7 * 7u32).map(|i| (i * i % 11 / 4) as u8).collect();
+    folder.write("v_7x7x7_uint8.raw", &samples);
+    folder.run(&["compute", "v_7x7x7_uint8.raw", "--backend", "cpu", "-o", "v.isp"]);
+    let info = json(&folder.run(&["info", "v.isp", "--json"]));
+    let analysis = json(&folder.run(&["analyze", "v_7x7x7_uint8.raw", "--samples", "2", "--json"]));
+    for count in ["n_events", "n_event_isovalues"] {
+        assert!(info[count].as_u64().is_some_and(|n| n > 0), "{info}");
+        assert_eq!(info[count], analysis[count], "{count}");
+    }
+    assert_eq!(
+        analysis["events"].as_array().map(Vec::len),
+        info["events"].as_array().map(Vec::len)
+    );
+    assert!(analysis["n_critical_points"].as_u64() > analysis["n_events"].as_u64());
+    // And people are told the same.
+    let events = format!("{} at {} isovalues", info["n_events"], info["n_event_isovalues"]);
+    for told in [&["info", "v.isp"][..], &["analyze", "v_7x7x7_uint8.raw", "--samples", "2"]] {
+        let output = folder.run(told);
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(text.contains(&events), "no '{events}' in: {text}");
+        let is_analysis = told[0] == "analyze";
+        assert_eq!(text.contains("area without the caps"), is_analysis, "{text}");
     }
 }
 
@@ -143,8 +194,13 @@ fn a_limit_that_is_not_kept_is_exit_code_5_with_the_reason() {
     let verify = ["verify", "s.isp", "--phantom", "sphere:12", "--n", "4", "--max-deviation", "0"];
     let output = folder.run_for(&verify, 5);
     let said = stderr(&output);
-    assert!(said.starts_with("isospectrum: s.isp: verification failed: the 99th percentile"));
-    assert!(!output.stdout.is_empty(), "the report is printed all the same");
+    let reason =
+        "isospectrum: s.isp: verification failed: barycentres from isosurface, 99 % within: 0.";
+    assert!(said.starts_with(reason), "{said}");
+    let report = String::from_utf8_lossy(&output.stdout);
+    // The report is printed all the same, with what is kept and what is not.
+    assert!(report.contains("promised 0 voxel: NOT KEPT") && report.contains(": kept"), "{report}");
+    assert!(!report.contains("refused."), "counts of the sweep are for -v: {report}");
 }
 
 #[test]

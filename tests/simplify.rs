@@ -80,7 +80,7 @@ fn a_signal_comes_out_of_the_noise_on_it() {
     let noisy = (0..clean.samples().len()).map(|i| clean.samples().get(i) + noise()).collect();
     let (_, done) = simplify(&volume([24; 3], Samples::F64(noisy)), 0.05).expect("simplifies");
     let (before, after) = (done.before, done.after);
-    assert!(20 * after.events < before.events, "{before:?} {after:?}");
+    assert!(20 * after.critical_points < before.critical_points, "{before:?} {after:?}");
     assert!(20 * after.handles < before.handles, "{before:?} {after:?}");
 }
 
@@ -133,7 +133,10 @@ fn a_simplified_spectrum_says_so_and_is_verified_against_the_simplified_volume()
     let done = &info["parameters"]["simplification"];
     let (most, largest) = (&done["persistence"], &done["largest_change"]);
     assert!(largest.as_f64() > Some(0.0) && largest.as_f64() <= most.as_f64(), "{done}");
-    assert!(done["after"]["events"].as_u64() < done["before"]["events"].as_u64(), "{done}");
+    assert!(
+        done["after"]["critical_points"].as_u64() < done["before"]["critical_points"].as_u64(),
+        "{done}"
+    );
 
     // Samples of noise 8 to a side are too coarse for the tolerance; here it is the topology.
     let verify = ["verify", "s.isp", "--phantom", "noise:8", "--max-deviation", "4", "--json"];
@@ -153,7 +156,7 @@ fn analyze_writes_the_simplified_volume_and_tells_the_same_of_it() {
     let arguments = ["--phantom", "noise:8", "--persistence", "0.2", "--simplified", raw];
     let first = json(&folder.run(&[&analyze[..], &arguments[..]].concat()));
     let second = json(&folder.run(&[&analyze[..], &[raw]].concat()));
-    assert_eq!(first["simplification"]["after"]["events"], second["n_events"]);
+    assert_eq!(first["simplification"]["after"]["critical_points"], second["n_critical_points"]);
     assert_eq!(first["events"], second["events"]);
 }
 

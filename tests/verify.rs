@@ -1,10 +1,15 @@
 //! Verification finds what is wrong with a spectrum, and nothing with a right one.
 
+use std::path::Path;
+use std::sync::Arc;
+
 use isospectrum::extract::extract;
+use isospectrum::kernels::{Backend, Choice};
 use isospectrum::spectrum::{Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo};
+use isospectrum::sweep::{Parameters, Silent, TRACKED_AREA_SHARE, compute};
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::{Limits, Report, Sampling, verify};
-use isospectrum::volume::{Volume, phantom};
+use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, phantom, read_volume};
 
 /// The isosurface c of the phantom `sphere:16` is the sphere of radius 7.5 (1 - c) voxels.
 const ISOVALUE: f64 = 0.4;
@@ -78,8 +83,8 @@ fn a_missing_triangle_is_found() {
     let mut spectrum = unmoving(&sphere());
     spectrum.triangles.pop();
     let said = failures(&spectrum);
-    assert!(said.contains("topology is wrong at 3 of 3"), "{said}");
-    assert!(said.contains("no closed oriented manifold at 3 of 3"), "{said}");
+    assert!(said.contains("isovalues with wrong topology: 3, expected 0"), "{said}");
+    assert!(said.contains("no closed oriented manifold: 3, expected 0"), "{said}");
 }
 
 #[test]
@@ -87,14 +92,19 @@ fn a_turned_triangle_is_found() {
     let mut spectrum = unmoving(&sphere());
     spectrum.triangles[0].vertices.swap(0, 1);
     let said = failures(&spectrum);
-    assert!(said.contains("no closed oriented manifold") && !said.contains("topology"), "{said}");
+    assert!(
+        said.contains("no closed oriented manifold: 3") && !said.contains("topology"),
+        "{said}"
+    );
 }
 
 #[test]
 fn a_mesh_that_faces_the_wrong_side_is_told() {
     let mut spectrum = unmoving(&sphere());
     spectrum.triangles.iter_mut().for_each(|t| t.vertices.swap(0, 1));
-    assert_eq!(report(&spectrum).totals.inverted_share, 1.0);
+    let report = report(&spectrum);
+    assert_eq!(report.totals.inverted_share, 1.0);
+    assert_eq!(report.failures, ["triangles that face the wrong side: 100 %, expected 5 %"]);
 }
 
 #[test]
@@ -103,7 +113,8 @@ fn a_mesh_beside_the_isosurface_is_found() {
     // A third of a voxel along x is more than the tolerance nearly everywhere.
     spectrum.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33);
     let said = failures(&spectrum);
-    assert!(said.contains("99th percentile of the deviation"), "{said}");
+    assert!(said.contains("vertices from isosurface, 99 % within"), "{said}");
+    assert!(said.contains("barycentres from isosurface, 75 % within"), "{said}");
     assert!(!said.contains("topology"), "{said}");
 }
 
@@ -116,6 +127,22 @@ fn a_vertex_pulled_through_the_sphere_crosses_triangles() {
         knot.position = std::array::from_fn(opposite);
     }
     assert!(report(&spectrum).totals.self_intersecting_share > 0.0);
+    let said = failures(&spectrum);
+    assert!(said.contains("triangles that cross others") && !said.contains("jumps"), "{said}");
+}
+
+#[test]
+fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
+    // The lower half of the sphere is folded onto the upper one: every vertex lies on the isosurface, and the mesh is
+    // as closed as before.
+    let mut spectrum = unmoving(&sphere());
+    let middle = 7.5 * 1.015_738;
+    for knot in &mut spectrum.knots {
+        knot.position[2] = middle + (knot.position[2] - middle).abs();
+    }
+    let said = failures(&spectrum);
+    assert!(said.contains("isosurface from mesh, 99 % within"), "{said}");
+    assert!(!said.contains("vertices from isosurface") && !said.contains("isovalues"), "{said}");
 }
 
 #[test]
@@ -123,7 +150,9 @@ fn a_vertex_that_is_nowhere_is_found() {
     let mut spectrum = unmoving(&sphere());
     spectrum.knots[0].position[1] = f32::NAN;
     spectrum.knots[1].position[1] = f32::NAN;
-    assert!(failures(&spectrum).contains("positions are not finite"));
+    assert!(
+        failures(&spectrum).contains("positions not finite or not in the volume: 3, expected 0")
+    );
 }
 
 #[test]
@@ -172,7 +201,83 @@ fn a_jump_away_from_events_is_measured_and_limited() {
     assert!((0.2..=0.25 + 1e-6).contains(&largest), "{largest}");
     let p99 = totals.largest_jump_elsewhere_p99.expect("measured");
     assert!(0.1 < p99 && p99 <= largest, "{p99}");
-    assert!(report.failures.iter().any(|f| f.contains("away from events")), "{report:?}");
+    let [failure] = &report.failures[..] else { panic!("{:?}", report.failures) };
+    assert!(failure.starts_with("jumps away from events, 99 % within: 0.2"), "{failure}");
+}
+
+#[test]
+fn a_jump_that_the_isosurface_does_not_make_is_no_promise_kept() {
+    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
+    let found = |by: f32| {
+        let limits = Limits::default();
+        verify(&jumping(by), &sphere(), sampling, limits, &mut |_| true).expect("verifiable")
+    };
+    assert!(found(0.0).passed, "{:?}", found(0.0).failures);
+    let failures = found(0.6).failures;
+    assert!(
+        failures.len() == 1 && failures[0].starts_with("jumps away from events"),
+        "{failures:?}"
+    );
+}
+
+/// Two halves of different values with a thick plateau between them: the isosurface jumps across it.
+fn plateau() -> Volume {
+    let samples = (0..12 * 8 * 8).map(|i| [0, 1, 2, 5, 5, 5, 5, 5, 8, 9, 10, 0][i % 12]).collect();
+    let volume = Volume::new("p", [12, 8, 8], Samples::U8(samples), Placement::default());
+    volume.expect("a valid volume")
+}
+
+#[test]
+fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
+    let volume = Arc::new(plateau());
+    let range = Some((3.0, 7.0));
+    let spectrum = computed(&volume, Parameters { range, ..Parameters::default() });
+    let sampling = Sampling { n_random: 4, n_events: 8, seed: 1 };
+    let limits = Limits::default();
+    let report = verify(&spectrum, &volume, sampling, limits, &mut |_| true).expect("verifiable");
+    let jumps = report.continuity.at_events.iter().chain(&report.continuity.elsewhere);
+    let across: Vec<_> = jumps.filter(|j| j.isovalue == 5.0).collect();
+    assert!(!across.is_empty(), "{:?}", report.continuity);
+    // From one side of the plateau to the other it is four voxels.
+    assert!(across.iter().all(|j| j.largest > 3.0 && j.beyond_p99 < 0.25), "{across:?}");
+    assert!(report.passed, "{:?}", report.failures);
+}
+
+fn computed(volume: &Arc<Volume>, parameters: Parameters) -> Spectrum {
+    let backend = Backend::choose(Choice::Cpu, None).expect("a backend");
+    compute(volume, &parameters, &backend, &Silent).expect("a spectrum")
+}
+
+/// Checks that a default spectrum keeps what is promised.
+fn keeps_its_promises(volume: Volume) {
+    let volume = Arc::new(volume);
+    let spectrum = computed(&volume, Parameters::default());
+    let sampling = Sampling { n_random: 32, n_events: 8, seed: 5 };
+    let limits = Limits::default();
+    let report = verify(&spectrum, &volume, sampling, limits, &mut |_| true).expect("verifiable");
+    assert!(report.passed, "{}: {:?}", volume.name(), report.failures);
+    // Nothing is kept for want of anything to measure.
+    let unmeasured = report.promises.iter().find(|promise| promise.found.is_none());
+    assert_eq!(unmeasured, None, "{}", volume.name());
+    assert!(spectrum.parameters[TRACKED_AREA_SHARE].as_f64().is_some_and(|s| s > 0.3));
+}
+
+#[test]
+fn default_spectra_of_phantoms_keep_what_is_promised() {
+    for spec in ["torus:24", "blobs:24"] {
+        keeps_its_promises(phantom(spec).expect("a phantom"));
+    }
+}
+
+#[test]
+fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
+    let folder = std::env::var("ISOSPECTRUM_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
+    let path = Path::new(&folder).join("nucleon_41x41x41_uint8.raw");
+    if path.is_file() {
+        keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
+    } else {
+        eprintln!("NOT RUN: no {} (ISOSPECTRUM_DATA names the folder)", path.display());
+    }
 }
 
 #[test]

@@ -1,8 +1,11 @@
 //! `analyze`: the topology of every isosurface of a volume, without computing a spectrum.
 //!
-//! Events with their critical points and regions, and the contour spectrum (Bajaj, Pascucci,
-//! Schikore 1997): components, Betti numbers, area and enclosed volume as functions of the
-//! isovalue.
+//! Events, critical points and regions, and the contour spectrum (Bajaj, Pascucci, Schikore 1997):
+//! components, Betti numbers, area and enclosed volume as functions of the isovalue.
+//!
+//! Events are those of the volume as it is, the same that a spectrum holds (see
+//! [`Event`]). Critical points are those of the field with its ties broken: on plateaus there are more of
+//! them, which undo each other.
 
 mod curves;
 mod plot;
@@ -12,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::file::place_of;
-use isospectrum::spectrum::EventKind;
+use isospectrum::spectrum::{Event, EventKind};
 use isospectrum::sweep::Progress as _;
 use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
@@ -152,16 +155,22 @@ struct Analysis<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     simplification: Option<&'a Simplification>,
     n_events: usize,
+    /// How many isovalues they share.
+    n_event_isovalues: usize,
     /// How many events there are of each kind.
     kinds: Vec<(EventKind, usize)>,
-    events: Vec<EventRow>,
+    events: Vec<Event>,
+    n_critical_points: usize,
+    critical_points: Vec<CriticalPoint>,
+    /// What areas and volumes of the curves are in: squares and cubes of it.
+    unit: &'static str,
     regions: Vec<Region>,
     curves: &'a [Curve],
 }
 
-/// One event of the report.
+/// One critical point of the report.
 #[derive(Serialize)]
-struct EventRow {
+struct CriticalPoint {
     isovalue: f64,
     kind: EventKind,
     critical_point: &'static str,
@@ -187,8 +196,11 @@ impl<'a> Analysis<'a> {
         curves: &'a [Curve],
     ) -> Self {
         let (low, high) = range.unwrap_or(volume.range());
-        let inside = |event: &&TopologyEvent| (low..=high).contains(&event.isovalue);
-        let events: Vec<&TopologyEvent> = topology.events.iter().filter(inside).collect();
+        let is_inside = |isovalue: f64| (low..=high).contains(&isovalue);
+        let mut events = topology.net_events();
+        events.retain(|event| is_inside(event.isovalue));
+        let points = topology.events.iter().filter(|point| is_inside(point.isovalue));
+        let critical_points: Vec<CriticalPoint> = points.map(CriticalPoint::of).collect();
         let count = |kind| events.iter().filter(|event| event.kind == kind).count();
         Analysis {
             volume: volume.name(),
@@ -196,10 +208,14 @@ impl<'a> Analysis<'a> {
             range: (low, high),
             simplification: None,
             n_events: events.len(),
+            n_event_isovalues: n_isovalues(&events),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
+            n_critical_points: critical_points.len(),
+            critical_points,
+            unit: if volume.placement().spacing == [1.0; 3] { "voxel" } else { "world unit" },
             regions: regions::find(volume, (low, high)),
             curves,
-            events: events.into_iter().map(EventRow::of).collect(),
+            events,
         }
     }
 
@@ -210,10 +226,19 @@ impl<'a> Analysis<'a> {
         let mut text = report::table(&[
             ("volume", format!("{}, {nx}x{ny}x{nz}", terminal::name(self.volume))),
             ("range", format!("{} to {}", number(self.range.0), number(self.range.1))),
-            ("events", format!("{} ({})", self.n_events, kinds.join(", "))),
+            ("events", events_line(self.n_events, self.n_event_isovalues)),
+            ("of these", kinds.join(", ")),
+            (
+                "critical points",
+                format!("{}, those on plateaus that undo each other too", self.n_critical_points),
+            ),
             ("constant regions", self.regions.len().to_string()),
         ]);
-        text += "\n  isovalue  components     handles        area      volume\n";
+        text += &format!(
+            "\narea without the caps that close the isosurface at the border, {0}^2; volume inside it, {0}^3\n",
+            self.unit
+        );
+        text += "  isovalue  components     handles        area      volume\n";
         for curve in self.curves {
             text += &format!(
                 "{:>10}  {:>10}  {:>10}  {:>10}  {:>10}\n",
@@ -228,9 +253,19 @@ impl<'a> Analysis<'a> {
     }
 }
 
-impl EventRow {
+/// How many events there are, for people.
+pub(super) fn events_line(n_events: usize, n_isovalues: usize) -> String {
+    format!("{n_events} at {n_isovalues} isovalues")
+}
+
+/// How many different isovalues ascending events have.
+pub(super) fn n_isovalues(events: &[Event]) -> usize {
+    events.chunk_by(|a, b| a.isovalue == b.isovalue).count()
+}
+
+impl CriticalPoint {
     fn of(event: &TopologyEvent) -> Self {
-        EventRow {
+        CriticalPoint {
             isovalue: event.isovalue,
             kind: event.kind,
             critical_point: match event.index {

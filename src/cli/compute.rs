@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use isospectrum::forecast::Forecast;
 use isospectrum::sweep::{self, Parameters};
+use isospectrum::verify::{Glance, glance};
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 use serde::Serialize;
@@ -20,6 +21,9 @@ use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
 use super::{report, spectrum_file};
+
+/// Isovalues at which a spectrum is measured once it has been computed.
+const GLANCES: usize = 12;
 
 /// Compute the spectrum of a volume: every isosurface as one tracked mesh
 #[derive(Args, Debug)]
@@ -55,7 +59,7 @@ pub(super) struct ParameterArguments {
     /// Number of sampling isovalues over the range, in place of --step
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     samples: Option<u32>,
-    /// Tolerance: largest distance of the mesh from the isosurface, voxels
+    /// Tolerance: how far triangles should be from the isosurface at most, voxels (the README says what is promised)
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     error: Option<f64>,
     /// Simplify: radius ratio below which a triangle is removed
@@ -113,6 +117,8 @@ impl ParameterArguments {
 #[derive(Serialize)]
 struct Computed<'a> {
     seconds: f64,
+    /// The spectrum measured against its volume at a few isovalues.
+    measured: Glance,
     /// What was expected before the sweep.
     forecast: Forecast,
     #[serde(flatten)]
@@ -141,10 +147,17 @@ impl Compute {
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();
+        if quiet && !self.json {
+            return Ok(());
+        }
+        let measured = glance(&spectrum, &volume, GLANCES)?;
         log::info!("{}: done in {seconds:.1} s", self.output.display());
-        report::tell(&facts.table());
+        report::tell(&summary(&facts, &measured, spectrum.tolerance));
+        if log::log_enabled!(log::Level::Debug) {
+            report::tell(&facts.table());
+        }
         if self.json {
-            report::print_json("compute", &Computed { seconds, forecast, facts })?;
+            report::print_json("compute", &Computed { seconds, measured, forecast, facts })?;
         }
         Ok(())
     }
@@ -165,6 +178,19 @@ impl Compute {
         let inputs = volume.iter().chain(&self.parameters.initial_mesh).map(PathBuf::as_path);
         Output::open(path, &inputs.collect::<Vec<_>>())
     }
+}
+
+/// What came out, for people: how good it is, and how large.
+fn summary(facts: &Facts, measured: &Glance, tolerance: f64) -> String {
+    let tolerance = report::number(tolerance);
+    let within = measured.within_tolerance_share.map_or_else(
+        || "-".to_owned(),
+        |share| format!("{} of the triangles within {tolerance} voxel", report::percent(share)),
+    );
+    let mut rows = facts.summary();
+    rows.insert(1, ("tolerance", within));
+    rows.insert(2, ("radius ratio", report::number_or_dash(measured.radius_ratio)));
+    report::table(&rows)
 }
 
 /// A finite number above 0.

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
+use isospectrum::sweep::TRACKED_AREA_SHARE;
 use serde::Serialize;
 
+use super::analyze::{events_line, n_isovalues};
 use super::{output, report, spectrum_file, terminal};
 
 /// Tell what a spectrum file holds
@@ -48,6 +50,10 @@ pub(super) struct Facts<'a> {
     /// How often the sweep met trouble, and what it did then.
     counts: Option<&'a serde_json::Value>,
     n_events: usize,
+    /// How many isovalues they share.
+    n_event_isovalues: usize,
+    /// Share of the isosurface's area whose triangles are tracked, mean over the range; the rest is the exact extraction.
+    tracked_area_share: Option<f64>,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
     backend: Option<&'a str>,
@@ -59,8 +65,7 @@ impl<'a> Facts<'a> {
     /// What there is to say of a spectrum that takes `n_bytes` in its file.
     pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
         let backend = spectrum.parameters.get("backend").and_then(serde_json::Value::as_str);
-        let mut events: Vec<f64> = spectrum.events.iter().map(|event| event.isovalue).collect();
-        events.sort_by(f64::total_cmp);
+        let events: Vec<f64> = spectrum.events.iter().map(|event| event.isovalue).collect();
         Facts {
             volume: &spectrum.volume,
             range: spectrum.range,
@@ -74,6 +79,11 @@ impl<'a> Facts<'a> {
             gpu_memory: Memory::of(spectrum),
             counts: spectrum.parameters.get("counts"),
             n_events: events.len(),
+            n_event_isovalues: n_isovalues(&spectrum.events),
+            tracked_area_share: spectrum
+                .parameters
+                .get(TRACKED_AREA_SHARE)
+                .and_then(serde_json::Value::as_f64),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
             adapter: backend.filter(|&name| name != "cpu"),
@@ -89,20 +99,43 @@ impl<'a> Facts<'a> {
         let (low, high) = (report::number(range.0), report::number(range.1));
         let ends = (report::number(self.range.0), report::number(self.range.1));
         let [name, sample_type] = [name, sample_type].map(|text| terminal::name(text));
-        report::table(&[
+        let mut rows = vec![
             ("volume", format!("{name}, {nx}x{ny}x{nz} {sample_type}, {low} to {high}")),
             ("spacing", format!("{sx}, {sy}, {sz}")),
             ("range", format!("{} to {}", ends.0, ends.1)),
             ("tolerance", format!("{} voxel", report::number(self.tolerance))),
             ("triangles", self.n_triangles.to_string()),
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
+            ("tracked", self.tracked_line()),
+            ("events", events_line(self.n_events, self.n_event_isovalues)),
             ("memory on a GPU", memory_line(&self.gpu_memory)),
-            ("events", self.n_events.to_string()),
-            ("steps and repairs", self.counts.map_or_else(|| "-".to_owned(), report::counts)),
             ("size", report::bytes(self.bytes)),
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
-        ])
+        ];
+        if log::log_enabled!(log::Level::Debug) {
+            let counts = self.counts.map_or_else(|| "-".to_owned(), report::counts);
+            rows.push(("steps and repairs", counts));
+        }
+        report::table(&rows)
+    }
+
+    /// How much of the isosurface is a mesh that moves.
+    pub(super) fn tracked_line(&self) -> String {
+        self.tracked_area_share.map_or_else(
+            || "-".to_owned(),
+            |share| format!("{} of the area, mean over the range", report::percent(share)),
+        )
+    }
+
+    /// What there is to say once a spectrum has been computed, besides what was measured.
+    pub(super) fn summary(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("tracked", self.tracked_line()),
+            ("triangles", self.n_triangles.to_string()),
+            ("events", events_line(self.n_events, self.n_event_isovalues)),
+            ("size", report::bytes(self.bytes)),
+        ]
     }
 }
 

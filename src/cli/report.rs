@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::{output, terminal};
 
 /// Raised when a field of a JSON report changes its meaning or goes away; new fields do not count.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 #[derive(Serialize)]
 struct Versioned<'a, T> {
@@ -59,6 +59,11 @@ pub(super) fn number(x: f64) -> String {
     } else {
         text
     }
+}
+
+/// A share as a percentage.
+pub(super) fn percent(share: f64) -> String {
+    format!("{} %", number(100.0 * share))
 }
 
 /// As [`number`], or a dash.

@@ -43,10 +43,10 @@ fn sentence(done: &Simplification) -> String {
     let Simplification { before, after, .. } = done;
     let pair = |of: fn(&Census) -> usize| format!("{} -> {}", of(before), of(after));
     format!(
-        "simplified: no sample changed by more than {} (mean {}); events {}, minima {}, maxima {}, handles {}; of them closer than {} in value: minima {}, maxima {}",
+        "simplified: no sample changed by more than {} (mean {}); critical points {}, minima {}, maxima {}, handles {}; of them closer than {} in value: minima {}, maxima {}",
         number(done.largest_change),
         number(done.mean_change),
-        pair(|c| c.events),
+        pair(|c| c.critical_points),
         pair(|c| c.minima),
         pair(|c| c.maxima),
         pair(|c| c.handles),

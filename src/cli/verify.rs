@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use isospectrum::Error;
 use isospectrum::sweep::Progress as _;
-use isospectrum::verify::{Limits, Report, Sampling, Summary, verify};
+use isospectrum::verify::{Limits, Promise, Report, Sampling, Summary, verify};
 
 use super::compute::{not_negative, share};
 use super::kind::{self, Kind};
 use super::progress::Bar;
-use super::report::{number, number_or_dash, table};
+use super::report::{number, number_or_dash, percent, table};
 use super::volume_arguments::VolumeArguments;
 use super::{output, report, simplify_arguments, spectrum_file};
 
@@ -33,16 +33,16 @@ pub(super) struct Verify {
     /// Limit: isovalues with wrong topology
     #[arg(long, value_name = "N", default_value_t = 0)]
     max_wrong: usize,
-    /// Limit: 99th percentile of the deviation, voxels [default: the spectrum's tolerance]
+    /// Limit: 99th percentile of the barycentres' distances, voxels [default: as promised]
     #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
     max_deviation: Option<f64>,
-    /// Limit: share of triangles that cross others [default: none]
+    /// Limit: share of triangles that cross others [default: as promised]
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     max_intersecting: Option<f64>,
-    /// Limit: jump across an event or where triangles change, voxels [default: none]
+    /// Limit: 99th percentile of jumps away from events, voxels [default: as promised]
     #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
     max_jump: Option<f64>,
-    /// Limit: mean radius ratio [default: none]
+    /// Limit: mean radius ratio [default: none is promised]
     #[arg(long, value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
     min_radius_ratio: Option<f64>,
     /// Print JSON
@@ -104,8 +104,6 @@ impl Verify {
 
 fn text(found: &Report) -> String {
     let t = &found.totals;
-    let of_all = |n: usize| format!("{n} of {}", t.isovalues);
-    let percent = |share: f64| format!("{} %", number(100.0 * share));
     let distance = |s: &Summary| {
         let parts = [s.mean, s.p99, s.max].map(number_or_dash);
         format!("mean {}, 99 % below {}, max {} voxel", parts[0], parts[1], parts[2])
@@ -115,14 +113,9 @@ fn text(found: &Report) -> String {
     };
     let ratio = &t.radius_ratio;
     let ratios = [ratio.mean, ratio.p01, ratio.min].map(number_or_dash);
-    let mut text = table(&[
+    let mut rows = vec![
         ("isovalues", t.isovalues.to_string()),
-        ("topology right", of_all(t.topology_right)),
-        ("closed oriented manifold", of_all(t.manifold)),
-        ("finite and inside", of_all(t.finite)),
         ("triangles", format!("{} on average", number(t.n_triangles.round()))),
-        ("crossing others", percent(t.self_intersecting_share)),
-        ("facing the wrong side", percent(t.inverted_share)),
         ("vertices from isosurface", distance(&t.vertex_deviation)),
         ("barycentres from isosurface", distance(&t.barycentre_deviation)),
         ("isosurface from mesh", distance(&t.surface_deviation)),
@@ -133,10 +126,17 @@ fn text(found: &Report) -> String {
             "triangles that live past an event",
             t.survived_share.map_or_else(|| "-".to_owned(), percent),
         ),
-        ("steps and repairs", report::counts(&found.counts)),
         ("vertices that live on", t.tracked_share.map_or_else(|| "-".to_owned(), percent)),
-        ("verdict", if found.passed { "passed" } else { "failed" }.to_owned()),
-    ]);
+    ];
+    if log::log_enabled!(log::Level::Debug) {
+        rows.push(("steps and repairs", report::counts(&found.counts)));
+    }
+    let mut text = table(&rows);
+    text += "\npromised\n";
+    let promises: Vec<(&str, String)> =
+        found.promises.iter().map(|promise| (promise.what, verdict(promise))).collect();
+    text += &table(&promises);
+    text += if found.passed { "\npassed\n" } else { "\nfailed\n" };
     for row in found.rows.iter().filter(|row| !row.topology_right()) {
         text += &format!(
             "isovalue {}: {} components and Euler characteristic {}, expected {} and {}\n",
@@ -148,4 +148,12 @@ fn text(found: &Report) -> String {
         );
     }
     text
+}
+
+/// Found, limit, and whether that is kept.
+fn verdict(promise: &Promise) -> String {
+    let unit = if promise.unit.is_empty() { String::new() } else { format!(" {}", promise.unit) };
+    let kept = if promise.kept { "kept" } else { "NOT KEPT" };
+    let found = number_or_dash(promise.found);
+    format!("{found}{unit}, promised {}{unit}: {kept}", number(promise.limit))
 }

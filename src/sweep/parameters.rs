@@ -13,7 +13,7 @@ pub struct Parameters {
     pub step: Option<f64>,
     /// Fixed number of sampling isovalues over the range, in place of `step`.
     pub samples: Option<usize>,
-    /// Tolerance h (thesis: h_min): the mesh follows the isosurface within it.
+    /// Tolerance h (thesis: h_min): how far tracked triangles should be from the isosurface at most.
     pub error: f64,
     /// Radius ratio 2r/R below which a triangle is removed (thesis: lambda, as r/R 0.2).
     pub min_quality: f64,

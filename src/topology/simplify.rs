@@ -56,8 +56,8 @@ pub struct Simplification {
 /// The critical points of a field, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Census {
-    /// All events.
-    pub events: usize,
+    /// All of them.
+    pub critical_points: usize,
     /// Minima paired with a saddle less than P above.
     pub minima_below: usize,
     /// Maxima paired with a saddle less than P below.
@@ -71,7 +71,7 @@ pub struct Census {
 }
 
 impl Census {
-    /// Counts the events of a volume and its pairs of a persistence below `persistence`.
+    /// Counts the critical points of a volume and its pairs of a persistence below `persistence`.
     ///
     /// # Errors
     ///
@@ -85,7 +85,7 @@ impl Census {
         };
         let count = |kind| topology.events.iter().filter(|e| e.kind == kind).count();
         Ok(Census {
-            events: topology.events.len(),
+            critical_points: topology.events.len(),
             minima_below: below(EventKind::Emerge),
             maxima_below: below(EventKind::Vanish),
             minima: count(EventKind::Emerge),

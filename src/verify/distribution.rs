@@ -1,12 +1,13 @@
 //! Many numbers of one kind, kept as a histogram: mean, percentiles, minimum and maximum.
 //!
 //! Memory does not grow with the number of values, so the distances of all triangles at all
-//! isovalues pool into one; a percentile is exact to one bin, a thousandth of the range.
+//! isovalues pool into one; a percentile is exact to one bin, a four-thousandth of the range:
+//! a thousandth of a voxel for distances.
 
 use serde::Serialize;
 
 /// Bins of a histogram.
-const BINS: usize = 1000;
+const BINS: usize = 4000;
 
 /// Values in [0, `top`]; larger ones count as `top`.
 #[derive(Clone, Debug)]
@@ -30,6 +31,14 @@ pub struct Summary {
     pub min: Option<f64>,
     /// First percentile.
     pub p01: Option<f64>,
+    /// Median.
+    pub p50: Option<f64>,
+    /// 75th percentile.
+    pub p75: Option<f64>,
+    /// 90th percentile.
+    pub p90: Option<f64>,
+    /// 95th percentile.
+    pub p95: Option<f64>,
     /// 99th percentile.
     pub p99: Option<f64>,
     /// Largest value.
@@ -79,6 +88,13 @@ impl Distribution {
         None
     }
 
+    /// The share of values up to one, exact to one bin; `None` of no values.
+    pub(super) fn share_within(&self, value: f64) -> Option<f64> {
+        let n_bins = (value / self.top * BINS as f64).round().clamp(0.0, BINS as f64) as usize;
+        let within: u64 = self.bins[..n_bins].iter().sum();
+        (self.n > 0).then(|| within as f64 / self.n as f64)
+    }
+
     /// What a report says.
     pub(super) fn summary(&self) -> Summary {
         if self.n == 0 {
@@ -89,6 +105,10 @@ impl Distribution {
             mean: Some(self.sum / self.n as f64),
             min: Some(self.min),
             p01: self.percentile(0.01),
+            p50: self.percentile(0.5),
+            p75: self.percentile(0.75),
+            p90: self.percentile(0.9),
+            p95: self.percentile(0.95),
             p99: self.percentile(0.99),
             max: Some(self.max),
         }
@@ -110,6 +130,8 @@ mod tests {
         assert!((s.p99.unwrap() - 0.99).abs() <= bin, "{s:?}");
         assert!((s.p01.unwrap() - 0.01).abs() <= bin, "{s:?}");
         assert_eq!((s.n, s.min, s.max), (1000, Some(0.0), Some(0.999)));
+        assert_eq!(d.share_within(0.25), Some(0.25));
+        assert_eq!((d.share_within(0.0), d.share_within(9.0)), (Some(0.0), Some(1.0)));
     }
 
     #[test]

@@ -5,11 +5,10 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Serialize;
 
 use super::distribution::Distribution;
 use super::geometry::{Point, along, area_vector, barycentre, length};
-use super::ray::{Hit, distance_along};
+use super::ray::{Hit, distance_near};
 use super::triangle_grid::TriangleGrid;
 use crate::mesh::radius_ratio;
 use crate::spectrum::SurfaceMesh;
@@ -24,9 +23,9 @@ const MOST_POINTS: usize = 20_000;
 /// Distances and shapes of one mesh, or of all meshes pooled.
 #[derive(Clone, Debug)]
 pub(super) struct Geometry {
-    /// From used vertices to the isosurface, along their area-weighted normals, voxels.
+    /// From used vertices to the isosurface, along lines (see [`distance_near`]), voxels.
     pub vertex_deviation: Distribution,
-    /// From barycentres to the isosurface, along the triangles' normals, voxels.
+    /// From barycentres to the isosurface, likewise, voxels.
     pub barycentre_deviation: Distribution,
     /// From points of the isosurface on lattice edges to the mesh, voxels.
     pub surface_deviation: Distribution,
@@ -78,46 +77,52 @@ pub(super) fn measure(
     mesh: &SurfaceMesh,
     grid: &TriangleGrid<'_>,
 ) -> Geometry {
-    let mut geometry = Geometry::new();
-    let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
-    let inside: Vec<bool> = positions.iter().map(|&p| is_inside(volume, p)).collect();
-    let mut vertex_normals = vec![[0.0; 3]; positions.len()];
-    let mut judged = Vec::with_capacity(mesh.triangles.len());
-    for (triangle, &cap) in mesh.triangles.iter().zip(&mesh.caps) {
-        let corners = triangle.map(|v| positions[v as usize]);
-        let normal = area_vector(corners);
-        for &v in triangle {
-            vertex_normals[v as usize] = along(vertex_normals[v as usize], 1.0, normal);
-        }
-        if !cap && triangle.iter().all(|&v| inside[v as usize]) {
-            geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
-            judged.push((barycentre(corners), normal));
-        }
-    }
-    geometry.inverted =
-        judged.par_iter().filter(|&&(point, normal)| is_inverted(volume, point, normal)).count()
-            as u64;
-    add_deviations(&mut geometry.barycentre_deviation, volume, isovalue, &judged);
-
-    let mut used: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    let vertices: Vec<(Point, Point)> = used
-        .iter()
-        .map(|&v| v as usize)
-        .filter(|&v| inside[v])
-        .map(|v| (positions[v], vertex_normals[v]))
-        .collect();
-    add_deviations(&mut geometry.vertex_deviation, volume, isovalue, &vertices);
-
+    let mut geometry = of_triangles(volume, isovalue, mesh);
+    add_vertices(&mut geometry.vertex_deviation, volume, isovalue, mesh);
     let points = lattice_crossings(volume, isovalue);
     let distances: Vec<f64> = points.par_iter().map(|&p| grid.distance(p, REACH)).collect();
     distances.into_iter().for_each(|d| geometry.surface_deviation.add(d));
     geometry
 }
 
-/// Adds the distances of points along their normals, of any length. A line that leaves the volume
-/// first says nothing; one that meets no isosurface within reach counts as [`REACH`].
+/// Measures the triangles of a mesh that [`is_placed`], and neither its vertices nor what it lacks.
+pub(super) fn of_triangles(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -> Geometry {
+    let mut geometry = Geometry::new();
+    let mut judged = Vec::with_capacity(mesh.triangles.len());
+    for (triangle, _) in mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap) {
+        let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
+        if corners.iter().all(|&p| is_inside(volume, p)) {
+            geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
+            judged.push((barycentre(corners), area_vector(corners)));
+        }
+    }
+    geometry.inverted =
+        judged.par_iter().filter(|&&(point, normal)| is_inverted(volume, point, normal)).count()
+            as u64;
+    add_deviations(&mut geometry.barycentre_deviation, volume, isovalue, &judged);
+    geometry
+}
+
+/// Adds the distances of the vertices of a mesh that are used and inside the volume.
+fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) {
+    let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
+    let mut normals = vec![[0.0; 3]; positions.len()];
+    for triangle in &mesh.triangles {
+        let normal = area_vector(triangle.map(|v| positions[v as usize]));
+        for &v in triangle {
+            normals[v as usize] = along(normals[v as usize], 1.0, normal);
+        }
+    }
+    let mut used: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    let inside = used.iter().map(|&v| v as usize).filter(|&v| is_inside(volume, positions[v]));
+    let vertices: Vec<(Point, Point)> = inside.map(|v| (positions[v], normals[v])).collect();
+    add_deviations(into, volume, isovalue, &vertices);
+}
+
+/// Adds the distances of points with their normals, of any length. Lines that leave the volume
+/// first say nothing; where none meets an isosurface within reach that counts as [`REACH`].
 fn add_deviations(
     into: &mut Distribution,
     volume: &Volume,
@@ -129,10 +134,8 @@ fn add_deviations(
         .map(|&(point, normal)| {
             let n = length(normal);
             // A triangle of no area has no normal; its shape is told by its radius ratio.
-            if n < 1e-12 {
-                return Hit::Border;
-            }
-            distance_along(volume, isovalue, point, normal.map(|x| x / n), REACH)
+            let normal = (n >= 1e-12).then(|| normal.map(|x| x / n));
+            distance_near(volume, isovalue, point, normal, REACH)
         })
         .collect();
     for hit in distances {
@@ -190,46 +193,4 @@ pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
     let points: Vec<Point> = (0..nz).into_par_iter().flat_map_iter(in_slice).collect();
     let stride = points.len().div_ceil(MOST_POINTS).max(1);
     points.into_iter().step_by(stride).collect()
-}
-
-/// How far the surface moves from one mesh to another: distances of vertices and barycentres of
-/// either from the other, voxels, at most [`REACH`].
-pub(super) fn jump(isovalue: f64, before: &SurfaceMesh, after: &SurfaceMesh) -> Jump {
-    let one_sided = |from: &SurfaceMesh, to: &SurfaceMesh| -> Vec<f64> {
-        let grid = TriangleGrid::new(to);
-        let corners = from.triangles.par_iter().zip(&from.caps).filter(|(_, cap)| !**cap);
-        corners
-            .map(|(t, _)| t.map(|v| from.positions[v as usize].map(f64::from)))
-            .flat_map_iter(|c| [c[0], c[1], c[2], barycentre(c)].map(|p| grid.distance(p, REACH)))
-            .collect()
-    };
-    let [mut one, mut other] = [one_sided(before, after), one_sided(after, before)];
-    let p99 = percentile_99(&mut one).max(percentile_99(&mut other));
-    let largest = one.into_iter().chain(other).fold(0.0, f64::max);
-    Jump { isovalue, largest, p99 }
-}
-
-/// How far the surface moves across one isovalue, voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Jump {
-    /// The isovalue.
-    pub isovalue: f64,
-    /// Largest distance between the surfaces just before and just after.
-    pub largest: f64,
-    /// 99th percentile of the distances.
-    pub p99: f64,
-}
-
-impl Jump {
-    /// That of a mesh that cannot be measured.
-    pub(super) fn out_of_reach(isovalue: f64) -> Self {
-        Jump { isovalue, largest: REACH, p99: REACH }
-    }
-}
-
-/// The value that one in a hundred exceeds; 0 of none. Leaves the values in another order.
-fn percentile_99(values: &mut [f64]) -> f64 {
-    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
-    let (_, value, _) = values.select_nth_unstable_by(last * 99 / 100, f64::total_cmp);
-    *value
 }

@@ -54,20 +54,71 @@ pub(super) fn distance_along(
     }
 }
 
-/// How far a point is from the isosurface, voxel frame, to first order.
-fn distance_by_slope(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
+/// The distance from `point` to the isosurface along `normal`, along the field's slope, or along what of that stays
+/// in the faces of the volume on which the point lies, whichever is shortest; see [`distance_along`].
+///
+/// Every line that meets the isosurface tells a distance that is not too small. One line is not enough: at
+/// the border, and where triangles are slivers, the normal of a vertex next to the isosurface may lead past it.
+pub(super) fn distance_near(
+    volume: &Volume,
+    isovalue: f64,
+    point: [f64; 3],
+    normal: Option<[f64; 3]>,
+    reach: f64,
+) -> Hit {
+    let slope = slope_at(volume, point);
+    let lines = [normal, slope, slope.map(|slope| along_border(volume, point, slope))];
+    let mut best = Hit::Border;
+    for line in lines.into_iter().flatten() {
+        let norm = line[0].hypot(line[1]).hypot(line[2]);
+        let direction = line.map(|x| x / norm);
+        if !direction.iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        let shorter = if let Hit::At(t) = best { t } else { reach };
+        best = match (distance_along(volume, isovalue, point, direction, shorter), best) {
+            (Hit::At(t), _) => Hit::At(t.min(shorter)),
+            (_, Hit::At(t)) => Hit::At(t),
+            (Hit::Nothing, _) | (_, Hit::Nothing) => Hit::Nothing,
+            _ => Hit::Border,
+        };
+    }
+    best
+}
+
+/// A direction without its components across the faces of the volume on which a point lies.
+fn along_border(volume: &Volume, point: [f64; 3], direction: [f64; 3]) -> [f64; 3] {
+    const NEAR: f64 = 1e-3;
+    let size = volume.voxel_size();
+    std::array::from_fn(|a| {
+        let x = point[a] / size[a];
+        let last = (volume.dims()[a] - 1) as f64;
+        if x < NEAR || x > last - NEAR { 0.0 } else { direction[a] }
+    })
+}
+
+/// The gradient of the field in the cell of a point, voxel frame.
+fn slope_at(volume: &Volume, point: [f64; 3]) -> Option<[f64; 3]> {
     let size = volume.voxel_size();
     let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
     let cell = Cell::containing(volume, p)?;
     let value = cell.value(p);
     // Along an axis the field is linear, so a step of a cell's length tells the slope.
-    let slope = |a: usize| {
+    Some(std::array::from_fn(|a| {
         let mut q = p;
         q[a] += 1.0;
         (cell.value(q) - value) / size[a]
-    };
-    let steepness = slope(0).hypot(slope(1)).hypot(slope(2));
-    (steepness > 0.0).then(|| (value - isovalue).abs() / steepness)
+    }))
+}
+
+/// How far a point is from the isosurface, voxel frame, to first order.
+fn distance_by_slope(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
+    let size = volume.voxel_size();
+    let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
+    let cell = Cell::containing(volume, p)?;
+    let slope = slope_at(volume, point)?;
+    let steepness = slope[0].hypot(slope[1]).hypot(slope[2]);
+    (steepness > 0.0).then(|| (cell.value(p) - isovalue).abs() / steepness)
 }
 
 fn first_crossing(

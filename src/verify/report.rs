@@ -1,27 +1,11 @@
-//! What a verification found, and whether that is within the limits.
+//! What a verification found, and whether that is what is promised.
 
 use serde::Serialize;
 
-use super::measure::{Geometry, Jump};
-use super::{Coherence, MeshTopology, Sampling, Summary};
+use super::measure::Geometry;
+use super::promise::{failures, judged};
+use super::{Coherence, Jump, Limits, MeshTopology, Promise, Sampling, Summary};
 use crate::spectrum::Spectrum;
-
-/// What a spectrum must keep to pass. Whether every mesh is a closed oriented manifold with finite
-/// positions inside the volume is no matter of degree, so it has no limit here.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Limits {
-    /// Most isovalues with a wrong number of components or Euler characteristic.
-    pub topology_wrong: usize,
-    /// Largest 99th percentile of the barycentres' deviation, voxels; `None`: the tolerance of the
-    /// spectrum.
-    pub deviation: Option<f64>,
-    /// Largest share of triangles that cross others.
-    pub self_intersecting: Option<f64>,
-    /// Smallest mean radius ratio.
-    pub radius_ratio: Option<f64>,
-    /// Largest jump across an event, or where triangles are born or die, voxels.
-    pub jump: Option<f64>,
-}
 
 /// What was found at one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -61,8 +45,12 @@ impl Row {
 pub struct Continuity {
     /// Jumps across some events.
     pub at_events: Vec<Jump>,
+    /// What the mesh jumps beyond the isosurface at these, over all points of all of them.
+    pub beyond_at_events: Summary,
     /// Jumps across the isovalues, away from events, at which most triangles are born or die.
     pub elsewhere: Vec<Jump>,
+    /// What the mesh jumps beyond the isosurface at these.
+    pub beyond_elsewhere: Summary,
     /// Triangles that live on past events.
     pub coherence: Coherence,
     /// Share of vertices that live on over a 256th of the range.
@@ -111,17 +99,19 @@ pub struct Totals {
 /// The result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// Whether everything is within the limits.
+    /// Whether every promise is kept.
     pub passed: bool,
-    /// One sentence for each limit that is not kept.
+    /// One sentence for each that is not.
     pub failures: Vec<String>,
+    /// What is promised, and what was found.
+    pub promises: Vec<Promise>,
     /// The volume's name.
     pub volume: String,
     /// Tolerance of the spectrum, voxels.
     pub tolerance: f64,
     /// Seed of the random choice.
     pub seed: u64,
-    /// The limits.
+    /// The limits that were given in place of those promised.
     pub limits: Limits,
     /// The sums.
     pub totals: Totals,
@@ -142,13 +132,13 @@ impl Report {
         pooled: &Geometry,
         continuity: Continuity,
     ) -> Self {
-        let limits =
-            Limits { deviation: Some(limits.deviation.unwrap_or(spectrum.tolerance)), ..limits };
         let totals = sum(&rows, pooled, &continuity);
-        let failures = failures(&totals, &limits);
+        let promises = judged(&totals, &continuity.beyond_elsewhere, &limits, spectrum.tolerance);
+        let failures = failures(&promises);
         Report {
             passed: failures.is_empty(),
             failures,
+            promises,
             volume: spectrum.volume.name.clone(),
             tolerance: spectrum.tolerance,
             seed: sampling.seed,
@@ -187,57 +177,4 @@ fn sum(rows: &[Row], pooled: &Geometry, continuity: &Continuity) -> Totals {
         survived_share: continuity.coherence.survived_share,
         tracked_share: continuity.tracked_share,
     }
-}
-
-fn failures(totals: &Totals, limits: &Limits) -> Vec<String> {
-    let mut failures = Vec::new();
-    let n = totals.isovalues;
-    let wrong = n - totals.topology_right;
-    if wrong > limits.topology_wrong {
-        failures.push(format!(
-            "topology is wrong at {wrong} of {n} isovalues, expected at most {}",
-            limits.topology_wrong
-        ));
-    }
-    if totals.manifold < n {
-        failures.push(format!(
-            "the mesh is no closed oriented manifold at {} of {n} isovalues",
-            n - totals.manifold
-        ));
-    }
-    if totals.finite < n {
-        failures.push(format!(
-            "positions are not finite or not in the volume at {} of {n} isovalues",
-            n - totals.finite
-        ));
-    }
-    let mut above = |what: &str, value: Option<f64>, limit: Option<f64>| {
-        if let (Some(value), Some(limit)) = (value, limit)
-            && value > limit
-        {
-            failures.push(format!("{what} is {value:.4}, expected at most {limit}"));
-        }
-    };
-    above(
-        "the 99th percentile of the deviation in voxels",
-        totals.barycentre_deviation.p99,
-        limits.deviation,
-    );
-    above(
-        "the share of triangles that cross others",
-        Some(totals.self_intersecting_share),
-        limits.self_intersecting,
-    );
-    above("the largest jump in voxels", totals.largest_jump, limits.jump);
-    above(
-        "the largest jump away from events in voxels",
-        totals.largest_jump_elsewhere,
-        limits.jump,
-    );
-    if let (Some(mean), Some(limit)) = (totals.radius_ratio.mean, limits.radius_ratio)
-        && mean < limit
-    {
-        failures.push(format!("the mean radius ratio is {mean:.4}, expected at least {limit}"));
-    }
-    failures
 }

@@ -18,9 +18,9 @@ pub(super) struct Curve {
     pub(super) handles: i64,
     /// Euler characteristic.
     pub(super) euler: i64,
-    /// Area without caps, world units.
+    /// Area without the caps that close the isosurface at the border, squares of the report's unit.
     pub(super) area: f64,
-    /// Volume enclosed, caps included, world units.
+    /// Volume inside the isosurface, closed by its caps, cubes of the report's unit.
     pub(super) enclosed_volume: f64,
 }
 

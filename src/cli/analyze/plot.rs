@@ -18,7 +18,7 @@ type Panel = (&'static str, fn(&Curve) -> f64);
 const PANELS: [Panel; 4] = [
     ("components", |c| c.components as f64),
     ("handles", |c| c.handles as f64),
-    ("area", |c| c.area),
+    ("area without caps", |c| c.area),
     ("enclosed volume", |c| c.enclosed_volume),
 ];
 
