@@ -143,7 +143,7 @@ impl Html {
             }
             Err(error) => return Err(error),
         };
-        let view = View {
+        let mut view = View {
             width: 640,
             height: 480,
             open: self.open,
@@ -151,7 +151,11 @@ impl Html {
             background: Background::Transparent,
             ..View::default()
         };
-        Renderer::new(&gpu, spectrum)?.draw(isovalue, &view).map(Some)
+        let mut renderer = Renderer::new(&gpu, spectrum)?;
+        if let Some(bounds) = renderer.bounds(&[isovalue])? {
+            view.fit(&spectrum.volume, bounds);
+        }
+        renderer.draw(isovalue, &view).map(Some)
     }
 
     fn tell(&self, spectrum: &Spectrum, sizes: Sizes) {
