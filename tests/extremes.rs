@@ -82,7 +82,7 @@ fn ranges_that_are_small_beside_their_offset_are_computed() {
     // some noise with a few numbers between, the topology is wrong at some isovalues; it is asked only that the sweep ends.
     let volumes = [
         ("a_4x4x4_float64.raw", beside(1e15, 0.125, 64), false),
-        ("b_10x10x10_float64.raw", beside(1e13, 1.0 / 128.0, 1000), true),
+        ("b_10x10x10_float64.raw", beside(1e13, 1.0 / 128.0, 1000), false),
         ("c_10x10x10_float64.raw", beside(5e15, 1.0, 1000), false),
         ("d_6x6x6_float64.raw", beside(1e12, 0.125, 216), true),
         ("e_6x6x6_float64.raw", beside(-1e14, 0.125, 216), false),
