@@ -99,6 +99,8 @@ fn walk_arcs(
     let mut at = low;
     while at < high {
         let probe = (at + tiny).min(at + 0.5 * (high - at));
+        // Between neighbouring numbers it may round to the upper one.
+        let probe = if probe < high { probe } else { at };
         let arc = sweep.topology.arc_of(crossing.0, crossing.1, probe);
         let Some(arc) = arc else { break };
         let end = sweep.shown(&sweep.topology.arcs[arc]).1;
