@@ -6,6 +6,7 @@ use super::*;
 use crate::volume::{Outside, Placement};
 use random::Random;
 
+#[allow(clippy::duplicate_mod, reason = "as in tests/: each module that draws has its own")]
 #[path = "../../../tests/random/mod.rs"]
 mod random;
 
