@@ -3,6 +3,7 @@
 
 mod program;
 
+use isospectrum::file;
 use program::{Folder, one_line, stderr};
 
 const COMPUTE: [&str; 5] = ["compute", "--backend", "cpu", "-o", "s.isp"];
@@ -308,10 +309,14 @@ fn no_infinity_reaches_a_file() {
     folder.run(&["compute", "h_3x3x3_float64.raw", "--backend", "cpu", "-o", "h.isp"]);
     let line = folder.fails(&["convert", "h.isp", "h.thesis"], 3);
     contains(&line, &["h.isp: isovalue", "layout of the thesis"]);
-    // A place that 64-bit floats hold and those of a mesh do not.
+    // A place that 64-bit floats hold and those of a mesh do not: no volume may lie there, but a file may say so.
     folder.write("a_3x3x3_float64.raw", &samples.map(|s| s / 1e300).map(f64::to_le_bytes).concat());
-    let far = ["a_3x3x3_float64.raw", "--origin", "1e300,0,0", "-o", "far.isp"];
-    folder.run(&[&["compute", "--backend", "cpu"][..], &far].concat());
+    let far = ["a_3x3x3_float64.raw", "--origin", "1e300,0,0"];
+    contains(&refused(&folder, &far, 3), &["origin", "1e15"]);
+    folder.run(&["compute", "--backend", "cpu", "a_3x3x3_float64.raw", "-o", "near.isp"]);
+    let mut spectrum = file::from_bytes(&folder.read("near.isp")).expect("just written");
+    spectrum.volume.placement.origin = [1e300, 0.0, 0.0];
+    folder.write("far.isp", &file::to_bytes(&spectrum).expect("a valid spectrum"));
     for name in ["m.ply", "m.stl", "m.obj", "m.glb"] {
         let line = folder.fails(&["extract", "far.isp", "-c", "50%", "-o", name], 3);
         contains(&line, &["far.isp: vertex 0", "inf", "32-bit floats"]);

@@ -7,7 +7,8 @@ use program::{Folder, stderr};
 #[test]
 fn a_sweep_writes_the_pictures_of_its_isovalues() {
     let folder = Folder::with_spectrum();
-    let size = ["--size", "96x64"];
+    // Pictures of a sweep fit all of its surfaces, one alone its own.
+    let size = ["--size", "96x64", "--fit", "volume"];
     let sweep = ["render", "s.isp", "--sweep", "80%:20%:3", "-o", "f%03d.png"];
     folder.run(&[&sweep[..], &size[..]].concat());
     assert_eq!(folder.names(), ["f000.png", "f001.png", "f002.png", "s.isp"]);

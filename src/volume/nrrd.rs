@@ -52,7 +52,7 @@ pub(crate) fn read(path: &Path, file: File) -> Result<([usize; 3], Samples, Plac
 
 /// The file that holds the samples where it is another one than that of the header.
 pub(crate) fn data_file(path: &Path) -> Option<PathBuf> {
-    let header = header::parse(&mut BufReader::new(File::open(path).ok()?)).ok()?;
+    let header = header::parse(&mut BufReader::new(input::open(path).ok()?.0)).ok()?;
     header.data_file.map(|name| path.parent().unwrap_or(Path::new("")).join(name))
 }
 
