@@ -114,7 +114,7 @@ fn a_mesh_beside_the_isosurface_is_found() {
     spectrum.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33);
     let said = failures(&spectrum);
     assert!(said.contains("vertices from isosurface, 99 % within"), "{said}");
-    assert!(said.contains("barycentres from isosurface, 75 % within"), "{said}");
+    assert!(said.contains("barycentres from isosurface, 50 % within"), "{said}");
     assert!(!said.contains("topology"), "{said}");
 }
 
@@ -264,7 +264,7 @@ fn keeps_its_promises(volume: Volume) {
 
 #[test]
 fn default_spectra_of_phantoms_keep_what_is_promised() {
-    for spec in ["torus:24", "blobs:24"] {
+    for spec in ["torus:24", "blobs:24", "noise:10:1", "noise:10:4"] {
         keeps_its_promises(phantom(spec).expect("a phantom"));
     }
 }

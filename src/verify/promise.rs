@@ -21,9 +21,9 @@ const INVERTED: f64 = 0.05;
 
 /// How far all but one in a hundred points may be off where the tolerance is small, voxels: barycentres from the
 /// isosurface; the isosurface from the mesh; what the mesh jumps beyond the isosurface.
-const FLAT: f64 = 0.5;
-const UNCOVERED: f64 = 0.25;
-const JUMP: f64 = 0.25;
+const FLAT: f64 = 1.0;
+const UNCOVERED: f64 = 0.5;
+const JUMP: f64 = 0.5;
 
 /// The same in tolerances, which may grow so much where a mesh is crowded.
 const CROWDED: f64 = 2.5;
@@ -106,8 +106,8 @@ pub(super) fn judged(
             limits.self_intersecting.unwrap_or(CROSSING),
         ),
         Promise::share("triangles that face the wrong side", totals.inverted_share, INVERTED),
-        Promise::voxels("vertices from isosurface, 99 % within", vertices.p99, tolerance),
-        Promise::voxels("barycentres from isosurface, 75 % within", barycentres.p75, tolerance),
+        Promise::voxels("vertices from isosurface, 99 % within", vertices.p99, CROWDED * tolerance),
+        Promise::voxels("barycentres from isosurface, 50 % within", barycentres.p50, tolerance),
         Promise::voxels(
             "barycentres from isosurface, 99 % within",
             barycentres.p99,

@@ -54,11 +54,13 @@ pub(super) fn distance_along(
     }
 }
 
-/// The distance from `point` to the isosurface along `normal`, along the field's slope, or along what of that stays
-/// in the faces of the volume on which the point lies, whichever is shortest; see [`distance_along`].
+/// The distance from `point` to the isosurface along `normal`, along the field's slope, along what of that stays
+/// in the faces of the volume on which the point lies, or to where descent leads, whichever is shortest; see
+/// [`distance_along`].
 ///
-/// Every line that meets the isosurface tells a distance that is not too small. One line is not enough: at
-/// the border, and where triangles are slivers, the normal of a vertex next to the isosurface may lead past it.
+/// Every point of the isosurface tells a distance that is not too small. One line is not enough: near the border, and
+/// where triangles are slivers, the normal of a point next to the isosurface may lead past it, out of the volume on one
+/// side and to another sheet on the other.
 pub(super) fn distance_near(
     volume: &Volume,
     isovalue: f64,
@@ -68,7 +70,8 @@ pub(super) fn distance_near(
 ) -> Hit {
     let slope = slope_at(volume, point);
     let lines = [normal, slope, slope.map(|slope| along_border(volume, point, slope))];
-    let mut best = Hit::Border;
+    let mut best =
+        descent(volume, isovalue, point).filter(|&t| t < reach).map_or(Hit::Border, Hit::At);
     for line in lines.into_iter().flatten() {
         let norm = line[0].hypot(line[1]).hypot(line[2]);
         let direction = line.map(|x| x / norm);
@@ -84,6 +87,41 @@ pub(super) fn distance_near(
         };
     }
     best
+}
+
+/// How far from `point` descent along the slope comes upon the isosurface without leaving the volume (Newton's method,
+/// projected onto the box of the volume); `None` where it does not come to it.
+fn descent(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
+    const STEPS: usize = 32;
+    // Voxels, so that a flat place does not throw it across the volume.
+    const LONGEST: f64 = 0.5;
+    const ARRIVED: f64 = 1e-6;
+    let size = volume.voxel_size();
+    let ends: [f64; 3] = std::array::from_fn(|a| (volume.dims()[a] - 1) as f64 * size[a]);
+    let mut at: [f64; 3] = std::array::from_fn(|a| point[a].clamp(0.0, ends[a]));
+    for _ in 0..STEPS {
+        let index: [f64; 3] = std::array::from_fn(|a| at[a] / size[a]);
+        let away = Cell::containing(volume, index)?.value(index) - isovalue;
+        let slope = slope_at(volume, at)?;
+        // Downhill or uphill; what would lead out of the volume stays at its border.
+        let way: [f64; 3] = std::array::from_fn(|a| {
+            let step = -away * slope[a];
+            let leaves = (at[a] <= 0.0 && step < 0.0) || (at[a] >= ends[a] && step > 0.0);
+            if leaves { 0.0 } else { slope[a] }
+        });
+        let squared: f64 = way.iter().map(|x| x * x).sum();
+        let length = away.abs() / squared.sqrt();
+        if length < ARRIVED {
+            let off: [f64; 3] = std::array::from_fn(|a| at[a] - point[a]);
+            return Some(off[0].hypot(off[1]).hypot(off[2]) + length);
+        }
+        if !length.is_finite() {
+            return None;
+        }
+        let step = -away / squared * (LONGEST / length).min(1.0);
+        at = std::array::from_fn(|a| (at[a] + step * way[a]).clamp(0.0, ends[a]));
+    }
+    None
 }
 
 /// A direction without its components across the faces of the volume on which a point lies.
@@ -297,6 +335,22 @@ mod tests {
         let hit = distance_along(&v, 0.0, [2.0, 2.0, 0.0], [0.0, 0.0, 1.0], 4.0);
         let Hit::At(t) = hit else { panic!("{hit:?}") };
         assert!((t - 1e-6).abs() < ROUNDING, "{t}");
+    }
+
+    #[test]
+    fn what_lies_just_beyond_the_border_is_followed_along_it() {
+        // The isosurface is a plane that leaves the volume at x = 0.5, just below the point; straight up nothing is met.
+        let v = volume([1.0; 3], |x, _, z| z + 0.05 - 0.1 * x);
+        let point = [0.3, 2.0, 0.01];
+        let up = [0.0, 0.0, 1.0];
+        assert_eq!(distance_along(&v, 0.0, point, up, 4.0), Hit::Border);
+        let Hit::At(t) = distance_near(&v, 0.0, point, Some(up), 4.0) else {
+            panic!("no distance")
+        };
+        // Descent goes down first, by a little along the plane's normal.
+        assert!((t - 0.2f64.hypot(0.01)).abs() < 1e-3, "{t}");
+        // Where no isosurface is in the volume there is no distance either.
+        assert_eq!(distance_near(&v, 99.0, point, Some(up), 4.0), Hit::Border);
     }
 
     #[test]
