@@ -177,12 +177,7 @@ fn a_folder_that_is_not_there_is_said_before_the_work() {
 fn a_full_disk_is_an_error_and_leaves_nothing() {
     let folder = Folder::with_spectrum();
     let shell = |script: &str| {
-        let output = std::process::Command::new("sh")
-            .args(["-c", script])
-            .arg(program::path())
-            .current_dir(folder.path())
-            .output()
-            .expect("sh runs");
+        let output = folder.shell(script);
         (output.status.code(), one_line(&stderr(&output)))
     };
     for command in ["extract s.isp -c 50% -q -o - >/dev/full", "info s.isp >/dev/full"] {

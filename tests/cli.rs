@@ -240,13 +240,7 @@ fn help_and_version_are_data() {
 fn a_reader_that_has_enough_is_no_error() {
     let folder = Folder::with_spectrum();
     let script = "{ \"$0\" extract s.isp -c 50% -o -; echo code $? >&2; } | head -c 4 >/dev/null";
-    let output = std::process::Command::new("sh")
-        .args(["-c", script])
-        .arg(program::path())
-        .current_dir(folder.path())
-        .output()
-        .expect("sh runs");
-    let said = stderr(&output);
+    let said = stderr(&folder.shell(script));
     assert!(said.contains("code 0") && !said.contains("isospectrum:"), "{said}");
 }
 

@@ -167,12 +167,7 @@ fn what_will_not_fit_is_said_before_the_work() {
     let folder = Folder::new();
     let script =
         "ulimit -v 250000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
-    let output = std::process::Command::new("sh")
-        .args(["-c", script])
-        .arg(program::path())
-        .current_dir(folder.path())
-        .output()
-        .expect("sh runs");
+    let output = folder.shell(script);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{said}");
     let line = program::one_line(&said);

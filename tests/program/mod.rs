@@ -72,6 +72,16 @@ impl Folder {
         output
     }
 
+    /// What a script of `sh` does in the folder, where `"$0"` is the program.
+    pub(crate) fn shell(&self, script: &str) -> Output {
+        std::process::Command::new("sh")
+            .args(["-c", script])
+            .arg(path())
+            .current_dir(self.path())
+            .output()
+            .expect("sh runs")
+    }
+
     /// Runs the program and expects an exit code, no output, one line that explains, and no file
     /// that was not there before. The line, without the name of the program.
     pub(crate) fn fails(&self, arguments: &[&str], code: i32) -> String {
