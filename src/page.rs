@@ -111,10 +111,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     if !(page.step > 0.0 && page.step.is_finite()) {
         return Err(Error::Usage(format!("step of {} voxels, expected more than 0", page.step)));
     }
-    let (low, high) = spectrum.range;
-    if !(low <= page.isovalue && page.isovalue <= high) {
-        return Err(Error::Range { isovalue: page.isovalue, low, high });
-    }
+    spectrum.check_isovalue(page.isovalue)?;
     let data = data::compressed(spectrum, page.step)?;
     let first = first::compressed(spectrum, page.isovalue, page.step)?;
     // Not where it would make the page much larger.

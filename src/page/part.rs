@@ -11,10 +11,7 @@ use crate::spectrum::{Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
 /// [`Error::Range`] if an end lies outside the spectrum's range, [`Error::Usage`] if the higher one
 /// does not come second.
 pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
-    let (least, most) = spectrum.range;
-    if let Some(isovalue) = [low, high].into_iter().find(|c| !(least <= *c && *c <= most)) {
-        return Err(Error::Range { isovalue, low: least, high: most });
-    }
+    [low, high].into_iter().try_for_each(|end| spectrum.check_isovalue(end))?;
     if low >= high {
         return Err(Error::Usage(format!("range {low}:{high}, expected the lower isovalue first")));
     }

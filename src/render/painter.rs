@@ -15,7 +15,7 @@ use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::Target;
 use super::{Background, Image, View};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
 use crate::spectrum::{Spectrum, SurfaceMesh};
@@ -83,7 +83,7 @@ impl Painter {
     /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
     /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
     pub fn paint(&mut self, spectrum: &Spectrum, isovalues: &[f64], view: &View) -> Result<()> {
-        isovalues.iter().try_for_each(|&isovalue| check_range(spectrum, isovalue))?;
+        isovalues.iter().try_for_each(|&isovalue| spectrum.check_isovalue(isovalue))?;
         view.check(self.device.limits().max_texture_dimension_2d)?;
         let projection =
             view.camera.projection(&spectrum.volume, view.look_at, view.width, view.height);
@@ -129,7 +129,7 @@ impl Painter {
     ///
     /// [`Error::Range`] outside [`Spectrum::range`].
     pub(crate) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<&SurfaceMesh> {
-        check_range(spectrum, isovalue)?;
+        spectrum.check_isovalue(isovalue)?;
         Ok(self.layers[0].mesh_at(spectrum, isovalue))
     }
 
@@ -328,14 +328,6 @@ impl Painter {
         self.first_knot.write(&self.device, &self.queue, &tables.first_knot);
         self.knots.write(&self.device, &self.queue, &tables.knots);
     }
-}
-
-fn check_range(spectrum: &Spectrum, isovalue: f64) -> Result<()> {
-    let (low, high) = spectrum.range;
-    if low <= isovalue && isovalue <= high {
-        return Ok(());
-    }
-    Err(Error::Range { isovalue, low, high })
 }
 
 /// Linear colours of the two sides of the first surface of a picture; of the second they change

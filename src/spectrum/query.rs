@@ -70,10 +70,7 @@ impl<'a> Query<'a> {
     /// [`Error::Range`] outside the closed [`Spectrum::range`]; the mesh then stays as it is.
     pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
         let spectrum = self.spectrum;
-        let (low, high) = spectrum.range;
-        if !(low <= isovalue && isovalue <= high) {
-            return Err(Error::Range { isovalue, low, high });
-        }
+        spectrum.check_isovalue(isovalue)?;
         let Some(rank) = spectrum.rank_at(isovalue) else {
             *mesh = SurfaceMesh::default();
             return Ok(());
@@ -121,6 +118,19 @@ impl TimedKnot {
 }
 
 impl Spectrum {
+    /// Whether there is a mesh at `isovalue`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Range`] outside the closed [`Spectrum::range`], and for what is no number.
+    pub fn check_isovalue(&self, isovalue: f64) -> Result<()> {
+        let (low, high) = self.range;
+        if low <= isovalue && isovalue <= high {
+            return Ok(());
+        }
+        Err(Error::Range { isovalue, low, high })
+    }
+
     /// The largest rank whose isovalue is at most `isovalue`; none below the first.
     pub fn rank_at(&self, isovalue: f64) -> Option<u32> {
         let n = self.isovalues.partition_point(|&c| c <= isovalue);
