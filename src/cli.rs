@@ -16,7 +16,7 @@ mod extract;
 mod frames;
 mod html;
 mod info;
-mod interrupt;
+pub(crate) mod interrupt;
 mod isovalue;
 mod kind;
 mod machine;

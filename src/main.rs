@@ -23,6 +23,8 @@ fn main() -> ExitCode {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) if cli::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
+            // Nobody else says something from here on.
+            std::mem::forget(cli::interrupt::last_word());
             cli::terminal::say(&cli::one_line(&error));
             ExitCode::from(cli::exit_code(&error))
         }

@@ -2,10 +2,14 @@
 //! stopped leaves nothing.
 
 mod program;
+mod random;
+mod synthetic;
 
 use std::io::BufRead as _;
 
 use program::{Folder, stderr};
+use random::Random;
+use synthetic::{Growth, growing_sphere};
 
 /// A volume that a computation is done with at once.
 fn write_volume(folder: &Folder, name: &str) -> Vec<u8> {
@@ -141,34 +145,69 @@ fn a_link_stays_a_link_and_its_target_is_written() {
     }
 }
 
-/// Sends a signal to a computation that has begun: the exit code and what was said.
+/// Sends a signal to a command once it has said something (it talks much): the exit code and what was said after that.
 #[cfg(unix)]
-fn stopped_by(signal: &str) -> (Option<i32>, Vec<String>, Vec<String>) {
-    let folder = Folder::new();
+fn stopped(
+    folder: &Folder,
+    arguments: &[&str],
+    said: &str,
+    signal: &str,
+) -> (Option<i32>, Vec<String>) {
     let mut child = std::process::Command::new(program::path())
-        .args(["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "-v", "-o", "s.isp"])
+        .args(arguments)
+        .arg("-v")
         .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // Once the volume is told, the work begins.
     let mut lines = std::io::BufReader::new(child.stderr.take().expect("piped")).lines();
-    let told = lines.find(|line| line.as_ref().is_ok_and(|line| line.contains("96x96x96")));
-    assert!(told.is_some());
+    assert!(lines.any(|line| line.is_ok_and(|line| line.contains(said))), "{arguments:?}");
     let sent = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
-    (child.wait().expect("the program ends").code(), rest, folder.names())
+    (child.wait().expect("the program ends").code(), rest)
 }
 
 #[cfg(unix)]
 #[test]
 fn a_signal_that_asks_for_an_end_leaves_nothing() {
+    let folder = Folder::new();
+    let compute = ["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "-o", "s.isp"];
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
-        let (found, said, names) = stopped_by(signal);
+        // Once the sweep begins.
+        let (found, said) = stopped(&folder, &compute, "Forecast", signal);
         assert_eq!(found, Some(code), "{signal}");
         assert_eq!(said.last().map(String::as_str), Some("isospectrum: interrupted"));
-        assert_eq!(names, [] as [&str; 0]);
+        assert_eq!(folder.names(), [] as [&str; 0]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_is_heeded_by_work_that_does_not_look_for_it() {
+    let folder = Folder::new();
+    let growth = Growth { subdivisions: 8, n_steps: 1, splits: 0, flips: 0, knot_distance: 1 };
+    isospectrum::file::write(&growing_sphere(&growth), folder.path().join("large.isp"))
+        .expect("written");
+    // Noise from sample to sample: a million critical points.
+    let mut random = Random(1);
+    let noise = (0..96 * 96 * 96).flat_map(|_| (random.unit() as f32).to_le_bytes());
+    let volume = "n_96x96x96_float32.raw";
+    folder.write(volume, &noise.collect::<Vec<u8>>());
+    // Each says something else once the long work that the signal comes into is done.
+    for (arguments, begun, done) in [
+        (&["compute", volume, "--backend", "cpu", "-o", "s.isp"][..], "96x96x96", "Forecast"),
+        (&["analyze", volume, "--samples", "2"], "96x96x96", "critical points"),
+        (&["html", "large.isp", "-o", "p.html"], "packing", "packed"),
+    ] {
+        for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+            let (found, said) = stopped(&folder, arguments, begun, signal);
+            assert_eq!(found, Some(code), "{arguments:?}: {said:?}");
+            assert_eq!(said.last().map(String::as_str), Some("isospectrum: interrupted"));
+            assert!(!said.iter().any(|line| line.contains(done)), "{arguments:?}: {said:?}");
+            assert_eq!(folder.names(), ["large.isp", volume]);
+        }
     }
 }
 
@@ -189,19 +228,12 @@ fn help_to_a_full_device_is_an_error() {
         "verify s.isp --phantom sphere:12 --n 1 --json",
     ] {
         let script = format!("\"$0\" {command} >/dev/full");
-        let output = std::process::Command::new("sh")
-            .args(["-c", &script])
-            .arg(program::path())
-            .current_dir(folder.path())
-            .output()
-            .expect("sh runs");
+        let output = folder.shell(&script);
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(3), "{command}: {said}");
         assert!(said.contains("standard output: No space left"), "{command}: {said}");
     }
     // Nobody can be told then; the exit code stays.
-    let script = "\"$0\" info no.isp 2>/dev/full";
-    let status =
-        std::process::Command::new("sh").args(["-c", script]).arg(program::path()).status();
-    assert_eq!(status.expect("sh runs").code(), Some(3));
+    let output = folder.shell("\"$0\" info no.isp 2>/dev/full");
+    assert_eq!(output.status.code(), Some(3));
 }

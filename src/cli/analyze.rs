@@ -78,6 +78,7 @@ impl Analyze {
         bar.report(0.0, "topology");
         let field = ExactField::new(&volume)?;
         let topology = Topology::compute(&field)?;
+        log::debug!("{} critical points", topology.events.len());
         let curves = curves::sample(
             &field,
             &topology,

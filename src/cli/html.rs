@@ -101,6 +101,7 @@ impl Html {
         bar.report(0.3, "packing and measuring");
         let (text, sizes) = page::html(&spectrum, &page)?;
         drop(bar);
+        log::debug!("packed");
         output.write_bytes(text.as_bytes())?;
         self.tell(&spectrum, sizes);
         Ok(())

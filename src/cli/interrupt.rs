@@ -1,11 +1,26 @@
 //! Ctrl-C, and the signals that ask a program to end: the first asks the work to stop, so that no part
 //! of a file stays behind; the second ends the program at once.
+//!
+//! Work that looks whether it was asked stops by itself. Not all does: the topology of a large volume, a spectrum that is
+//! read or packed into a page, a window. What has not stopped after [`GRACE`] is not waited for: as soon as no file is
+//! there in part, the program ends under it.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
 
+use isospectrum::Error;
+use isospectrum::file::no_parts;
 use signal_hook::consts::signal::{SIGINT, SIGTERM};
 use signal_hook::flag;
+
+use super::{progress, terminal};
+
+/// How long the work may take to stop by itself.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// How often it is looked whether a signal came.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// The number of the signal that came, or 0.
 static CAME: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
@@ -26,6 +41,30 @@ pub(super) fn install() {
             log::debug!("signal {signal} will end the program at once: {error}");
         }
     }
+    let watch = std::thread::Builder::new().name("signals".to_owned());
+    if let Err(error) = watch.spawn(end_when_asked) {
+        log::debug!("a signal is heeded by the work alone: {error}");
+    }
+}
+
+/// Waits for a signal and ends the program if that does not do so itself.
+fn end_when_asked() {
+    while !requested() {
+        std::thread::sleep(LOOK);
+    }
+    std::thread::sleep(GRACE);
+    let _nothing_in_part = no_parts();
+    let _last_word = last_word();
+    progress::clear();
+    terminal::say(&Error::Interrupted.to_string());
+    // The work goes on, so nothing of what it uses may be taken down.
+    signal_hook::low_level::exit(i32::from(exit_code()));
+}
+
+/// For whoever ends the program, until it has ended: one of two says why.
+pub(crate) fn last_word() -> MutexGuard<'static, ()> {
+    static LAST_WORD: Mutex<()> = Mutex::new(());
+    LAST_WORD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What is listened to.

@@ -3,6 +3,7 @@
 //! It tells no time that is left: where events crowd, a hundredth of the range takes as long as all the
 //! rest, and nobody knows before.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -15,6 +16,20 @@ const TEMPLATE: &str = "{bar:30} {percent:>3} % {msg} ({elapsed})";
 
 /// Steps of the bar.
 const STEPS: u64 = 1000;
+
+/// The bar that is shown.
+static SHOWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+fn shown() -> MutexGuard<'static, Option<ProgressBar>> {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Clears the bar away that is shown, if there is one.
+pub(super) fn clear() {
+    if let Some(bar) = shown().take() {
+        bar.finish_and_clear();
+    }
+}
 
 /// A bar from the start of a piece of work to its end; it clears itself away.
 pub(super) struct Bar(ProgressBar);
@@ -32,6 +47,7 @@ impl Bar {
             // The clock runs where a step takes long, too.
             bar.enable_steady_tick(Duration::from_secs(1));
         }
+        *shown() = Some(bar.clone());
         Bar(bar)
     }
 }
@@ -39,6 +55,7 @@ impl Bar {
 impl Drop for Bar {
     fn drop(&mut self) {
         self.0.finish_and_clear();
+        *shown() = None;
     }
 }
 

@@ -6,11 +6,21 @@
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
 
 use crate::error::{Error, Result};
 
 /// Links to links that are followed; as many as Linux follows.
 const MOST_LINKS: usize = 40;
+
+/// Held, for reading, while there is a part of a file.
+static PARTS: RwLock<()> = RwLock::new(());
+
+/// Waits until no file of this process is there in part, and lets none begin while the guard lives: who holds it may
+/// end the process and leaves nothing behind.
+pub fn no_parts() -> RwLockWriteGuard<'static, ()> {
+    PARTS.write().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Writes what `content` writes to `path`. A link is followed and stays a link, also one to a file
 /// that is not there yet, and what is no regular file (a device, a pipe) is written to directly.
@@ -77,6 +87,8 @@ fn replace(place: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>)
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
+    // Declared first, so that it is let go last: after the part, if that is dropped.
+    let _part = PARTS.read().unwrap_or_else(PoisonError::into_inner);
     let file = builder.tempfile_in(folder_of(place))?;
     buffered(file.as_file(), content)?;
     file.persist(place).map_err(|e| e.error)?;
