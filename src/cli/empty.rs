@@ -2,6 +2,8 @@
 
 use isospectrum::spectrum::Spectrum;
 
+use super::report;
+
 /// Warns where the mesh at an isovalue, or what is left of it without its caps, has no triangle.
 pub(super) fn warn(spectrum: &Spectrum, isovalue: f64, open: bool) {
     if is_empty(spectrum, isovalue, open) {
@@ -26,6 +28,7 @@ fn why(isovalue: f64, (low, high): (f64, f64), open: bool) -> String {
     } else {
         "no sample is on one side of it"
     };
+    let [isovalue, low, high] = [isovalue, low, high].map(report::number);
     format!(
         "the surface at isovalue {isovalue} is empty: {place}; the range is {low} to {high}, try 50%"
     )

@@ -65,8 +65,9 @@ impl Extract {
             report::print_json("extract", &Extracted { isovalue, n_vertices, n_triangles, bytes })?;
         }
         log::info!(
-            "{}: {n_triangles} triangles, {n_vertices} vertices at isovalue {isovalue}, {}",
+            "{}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
             self.output.display(),
+            report::number(isovalue),
             report::bytes(bytes)
         );
         Ok(())

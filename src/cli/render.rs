@@ -16,7 +16,7 @@ use super::frames::{Pattern, Sweep};
 use super::isovalue::Isovalue;
 use super::output::{Output, no_path};
 use super::progress::Bar;
-use super::{empty, spectrum_file};
+use super::{empty, report, spectrum_file};
 
 /// Render the mesh at one isovalue to a picture, or a sweep over isovalues to many
 #[derive(Args, Debug)]
@@ -86,6 +86,7 @@ impl Render {
         let view = self.fit.of(self.view(), &mut pictures, &[isovalue])?;
         pictures.write(isovalue, &view, output)?;
         let Size { width, height } = self.size;
+        let isovalue = report::number(isovalue);
         log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
         Ok(())
     }
