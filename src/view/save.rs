@@ -47,12 +47,17 @@ fn write_picture(path: &Path, scene: &mut Scene, view: &View) -> Result<()> {
 }
 
 /// Writes the mesh that is seen, both surfaces if there are two, uncut, in the format of the
-/// extension; where.
+/// extension; where, and how many triangles.
 ///
 /// # Errors
 ///
 /// [`Error::Usage`] for an unknown extension, [`Error::Io`].
-pub(super) fn mesh(folder: &Path, scene: &Scene, view: &View, extension: &str) -> Result<PathBuf> {
+pub(super) fn mesh(
+    folder: &Path,
+    scene: &Scene,
+    view: &View,
+    extension: &str,
+) -> Result<(PathBuf, usize)> {
     let path = free_path(folder, scene, extension);
     let mut query = Query::new(&scene.spectrum);
     let mut mesh = SurfaceMesh::default();
@@ -66,7 +71,17 @@ pub(super) fn mesh(folder: &Path, scene: &Scene, view: &View, extension: &str) -
     }
     let border = if view.open { Border::Open } else { Border::Closed };
     export::write(&mesh, &scene.spectrum.volume.placement, border, &path)?;
-    Ok(path)
+    let n_triangles = mesh.caps.iter().filter(|&&is_cap| !(view.open && is_cap)).count();
+    Ok((path, n_triangles))
+}
+
+/// What to say of a mesh that was saved: an empty file alone is a riddle.
+pub(super) fn mesh_saved(path: &Path, n_triangles: usize) -> String {
+    let path = path.display();
+    match n_triangles {
+        0 => format!("saved {path}, which is empty: there is no surface at this isovalue"),
+        _ => format!("saved {path}"),
+    }
 }
 
 /// A sweep being written, one picture at a time.
@@ -132,5 +147,16 @@ impl Sweep {
     pub(super) fn finish(self, scene: &mut Scene) -> String {
         scene.isovalue = self.isovalue;
         format!("{} pictures in {}", self.next, self.folder.display())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_without_triangles_is_told() {
+        assert_eq!(mesh_saved(Path::new("a.ply"), 3), "saved a.ply");
+        assert!(mesh_saved(Path::new("a.ply"), 0).starts_with("saved a.ply, which is empty"));
     }
 }

@@ -94,10 +94,7 @@ impl Window {
                 let loaded = Loaded::new(name, *spectrum, samples);
                 window.show_scene(loaded, context)?;
                 if let (Some(scene), Some(isovalue)) = (&mut window.scene, isovalue) {
-                    let (low, high) = scene.spectrum.range;
-                    if !(low <= isovalue && isovalue <= high) {
-                        return Err(Error::Range { isovalue, low, high });
-                    }
+                    scene.spectrum.check_isovalue(isovalue)?;
                     scene.isovalue = isovalue;
                 }
             }
@@ -175,8 +172,10 @@ impl Window {
     fn save(&mut self, command: Command, context: &egui::Context) {
         let Some(scene) = &mut self.scene else { return };
         let result = match command {
-            Command::Picture => save::picture(&self.folder, scene, &self.view),
-            Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension),
+            Command::Picture => save::picture(&self.folder, scene, &self.view)
+                .map(|path| format!("saved {}", path.display())),
+            Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension)
+                .map(|(path, n_triangles)| save::mesh_saved(&path, n_triangles)),
             Command::Sweep(n_frames) => {
                 self.playing = None;
                 match Sweep::start(&self.folder, scene, n_frames) {
@@ -188,7 +187,7 @@ impl Window {
                 }
             }
         };
-        self.say_result(context, result.map(|path| format!("saved {}", path.display())));
+        self.say_result(context, result);
     }
 
     /// Moves what moves by itself: the sweep that plays, the sweep that is saved.
