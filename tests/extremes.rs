@@ -78,30 +78,26 @@ fn beside(offset: f64, step: f64, n: u32) -> Vec<u8> {
 
 #[test]
 fn ranges_that_are_small_beside_their_offset_are_computed() {
-    // With 10^15 and 1/8, and with whole numbers from 5 * 10^15 on, no number lies between two samples. There, and on
-    // some noise with a few numbers between, the topology is wrong at some isovalues; it is asked only that the sweep ends.
+    // With 10^15 and 1/8, and with whole numbers from 5 * 10^15 on, no number lies between two samples.
     let volumes = [
-        ("a_4x4x4_float64.raw", beside(1e15, 0.125, 64), false),
-        ("b_10x10x10_float64.raw", beside(1e13, 1.0 / 128.0, 1000), false),
-        ("c_10x10x10_float64.raw", beside(5e15, 1.0, 1000), false),
-        ("d_6x6x6_float64.raw", beside(1e12, 0.125, 216), true),
-        ("e_6x6x6_float64.raw", beside(-1e14, 0.125, 216), false),
+        ("a_4x4x4_float64.raw", beside(1e15, 0.125, 64)),
+        ("b_10x10x10_float64.raw", beside(1e13, 1.0 / 128.0, 1000)),
+        ("c_10x10x10_float64.raw", beside(5e15, 1.0, 1000)),
+        ("d_6x6x6_float64.raw", beside(1e12, 0.125, 216)),
+        ("e_6x6x6_float64.raw", beside(-1e14, 0.125, 216)),
     ];
-    for (name, samples, has_room) in volumes {
+    for (name, samples) in volumes {
         let folder = Folder::new();
         folder.write(name, &samples);
         ends(&folder, &compute(&[name]), 0);
-        if !has_room {
-            continue;
-        }
         let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
         let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
         let volume = volume.expect("a volume");
         let field = ExactField::new(&volume).expect("a field");
         let mut query = Query::new(&spectrum);
         let (low, high) = volume.range();
-        for i in 0..20 {
-            let isovalue = low + (f64::from(i) + 0.37) / 20.0 * (high - low);
+        for i in 0..120 {
+            let isovalue = low + (f64::from(i) + 0.37) / 120.0 * (high - low);
             let mesh = query.mesh_at(isovalue).expect("inside the range");
             let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
             let counted = count(&field, isovalue);

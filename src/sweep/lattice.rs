@@ -28,6 +28,9 @@ const LAYERS: usize = 4;
 /// ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 
+/// Numbers this share of a face's range apart, or more, are few.
+const FEW_NUMBERS: f64 = 1e-9;
+
 /// A vertex before it is numbered: a lattice edge (its lower end and its axis), or a vertex inside a
 /// cell by its number within the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -142,7 +145,14 @@ fn breaks(values: &[f64; 8], body_saddles: &[f64], intervals: &[(f64, f64)]) -> 
             let alternates = a.max(d) < b.min(c) || b.max(c) < a.min(d);
             if alternates {
                 // Not by products of samples, which leave the range of numbers sooner.
-                breaks.push(a + (b - a) / (b - a + c - d) * (c - a));
+                let saddle = a + (b - a) / (b - a + c - d) * (c - a);
+                breaks.push(saddle);
+                // Where the samples are few numbers apart, rounding down shows what is not there yet: one number by
+                // itself is extracted exactly. Both cells of the face must find the same.
+                let range = b.max(c).max(a.max(d)) - b.min(c).min(a.min(d));
+                if saddle.next_up() - saddle > FEW_NUMBERS * range {
+                    breaks.push(saddle.next_up());
+                }
             }
         }
     }
