@@ -68,10 +68,15 @@ pub(super) fn distance_near(
     normal: Option<[f64; 3]>,
     reach: f64,
 ) -> Hit {
+    let found = descent(volume, isovalue, point).filter(|&t| t < reach);
+    if let Some(t) = found
+        && t < ON_IT
+    {
+        return Hit::At(t);
+    }
     let slope = slope_at(volume, point);
     let lines = [normal, slope, slope.map(|slope| along_border(volume, point, slope))];
-    let mut best =
-        descent(volume, isovalue, point).filter(|&t| t < reach).map_or(Hit::Border, Hit::At);
+    let mut best = found.map_or(Hit::Border, Hit::At);
     for line in lines.into_iter().flatten() {
         let norm = line[0].hypot(line[1]).hypot(line[2]);
         let direction = line.map(|x| x / norm);
@@ -101,8 +106,8 @@ fn descent(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
     let mut at: [f64; 3] = std::array::from_fn(|a| point[a].clamp(0.0, ends[a]));
     for _ in 0..STEPS {
         let index: [f64; 3] = std::array::from_fn(|a| at[a] / size[a]);
-        let away = Cell::containing(volume, index)?.value(index) - isovalue;
-        let slope = slope_at(volume, at)?;
+        let (value, slope) = Cell::containing(volume, index)?.value_and_slope(index, size);
+        let away = value - isovalue;
         // Downhill or uphill; what would lead out of the volume stays at its border.
         let way: [f64; 3] = std::array::from_fn(|a| {
             let step = -away * slope[a];
@@ -139,24 +144,16 @@ fn along_border(volume: &Volume, point: [f64; 3], direction: [f64; 3]) -> [f64; 
 fn slope_at(volume: &Volume, point: [f64; 3]) -> Option<[f64; 3]> {
     let size = volume.voxel_size();
     let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
-    let cell = Cell::containing(volume, p)?;
-    let value = cell.value(p);
-    // Along an axis the field is linear, so a step of a cell's length tells the slope.
-    Some(std::array::from_fn(|a| {
-        let mut q = p;
-        q[a] += 1.0;
-        (cell.value(q) - value) / size[a]
-    }))
+    Some(Cell::containing(volume, p)?.value_and_slope(p, size).1)
 }
 
 /// How far a point is from the isosurface, voxel frame, to first order.
 fn distance_by_slope(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
     let size = volume.voxel_size();
     let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
-    let cell = Cell::containing(volume, p)?;
-    let slope = slope_at(volume, point)?;
+    let (value, slope) = Cell::containing(volume, p)?.value_and_slope(p, size);
     let steepness = slope[0].hypot(slope[1]).hypot(slope[2]);
-    (steepness > 0.0).then(|| (cell.value(p) - isovalue).abs() / steepness)
+    (steepness > 0.0).then(|| (value - isovalue).abs() / steepness)
 }
 
 fn first_crossing(
@@ -241,6 +238,18 @@ impl Cell {
         let low = along_x(0) * (1.0 - v) + along_x(2) * v;
         let high = along_x(4) * (1.0 - v) + along_x(6) * v;
         low * (1.0 - w) + high * w
+    }
+
+    /// The value at a point of the index frame, and the gradient there in the voxel frame, where a cell is `size`.
+    fn value_and_slope(&self, p: [f64; 3], size: [f64; 3]) -> (f64, [f64; 3]) {
+        let value = self.value(p);
+        // Along an axis the field is linear, so a step of a cell's length tells the slope.
+        let along = |a: usize| {
+            let mut q = p;
+            q[a] += 1.0;
+            (self.value(q) - value) / size[a]
+        };
+        (value, std::array::from_fn(along))
     }
 }
 
