@@ -65,6 +65,18 @@ fn an_empty_surface_explains_itself() {
 }
 
 #[test]
+fn isovalues_are_told_with_as_many_digits_as_tell_something() {
+    let folder = Folder::with_spectrum();
+    // Shares of the range that are no short numbers.
+    for percent in ["10%", "33.3%", "70%"] {
+        let said = stderr(&folder.run(&["extract", "s.isp", "-c", percent, "-o", "m.ply"]));
+        let (_, told) = said.split_once("isovalue ").expect("the isovalue is told");
+        let digits = told.chars().take_while(|c| c.is_ascii_digit() || ".-".contains(*c)).count();
+        assert!((1..=8).contains(&digits), "{said}");
+    }
+}
+
+#[test]
 fn reports_have_a_name_and_a_version() {
     let folder = Folder::with_spectrum();
     for (report, arguments) in [

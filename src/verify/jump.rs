@@ -52,15 +52,20 @@ impl<'a> Side<'a> {
     /// much farther than from the isosurface there.
     fn distances(&self, other: &Side) -> Vec<(f64, f64)> {
         let (grid, exact) = (TriangleGrid::new(other.mesh), TriangleGrid::new(&other.isosurface));
+        let distances = |p: Point| {
+            let moved = grid.distance(p, REACH);
+            let beyond = if moved > 0.0 { moved - exact.distance(p, REACH) } else { 0.0 };
+            (moved, beyond.max(0.0))
+        };
+        let positions: Vec<Point> = self.mesh.positions.iter().map(|p| p.map(f64::from)).collect();
+        // Once each, though they count once for each of their triangles.
+        let of_vertices: Vec<(f64, f64)> = positions.par_iter().map(|&p| distances(p)).collect();
         let triangles = self.mesh.triangles.par_iter().zip(&self.mesh.caps);
         triangles
             .filter(|(_, cap)| !**cap)
-            .map(|(t, _)| t.map(|v| self.mesh.positions[v as usize].map(f64::from)))
-            .flat_map_iter(|c| [c[0], c[1], c[2], barycentre(c)])
-            .map(|p: Point| {
-                let moved = grid.distance(p, REACH);
-                let beyond = if moved > 0.0 { moved - exact.distance(p, REACH) } else { 0.0 };
-                (moved, beyond.max(0.0))
+            .flat_map_iter(|(t, _)| {
+                let [a, b, c] = t.map(|v| of_vertices[v as usize]);
+                [a, b, c, distances(barycentre(t.map(|v| positions[v as usize])))]
             })
             .collect()
     }

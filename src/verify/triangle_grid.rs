@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::geometry::{Point, point_triangle_distance, segment_crosses_triangle};
+use super::geometry::{Point, length, point_triangle_distance, segment_crosses_triangle};
 use crate::spectrum::SurfaceMesh;
 
 /// The triangles of one mesh, by cell.
@@ -109,7 +109,12 @@ impl<'a> TriangleGrid<'a> {
                     let on_shell = i.abs() == ring || j.abs() == ring;
                     let stride = if on_shell { 1 } else { (2 * ring).max(1) };
                     for k in (-ring..=ring).step_by(stride as usize) {
-                        for t in self.in_cell([home[0] + i, home[1] + j, home[2] + k]) {
+                        let cell = [home[0] + i, home[1] + j, home[2] + k];
+                        // Most points lie close to the mesh: then the cells around have nothing nearer.
+                        if self.distance_to_cell(point, cell) >= nearest {
+                            continue;
+                        }
+                        for t in self.in_cell(cell) {
                             nearest = nearest.min(point_triangle_distance(point, self.corners(t)));
                         }
                     }
@@ -118,6 +123,15 @@ impl<'a> TriangleGrid<'a> {
             ring += 1;
         }
         nearest
+    }
+
+    /// Distance from a point to a cell; 0 inside.
+    fn distance_to_cell(&self, point: Point, cell: [i32; 3]) -> f64 {
+        let beside = |a: usize| {
+            let low = f64::from(cell[a]) * self.cell_size;
+            (low - point[a]).max(point[a] - (low + self.cell_size)).max(0.0)
+        };
+        length(std::array::from_fn(beside))
     }
 
     fn in_cell(&self, cell: [i32; 3]) -> impl Iterator<Item = u32> {
@@ -199,6 +213,28 @@ mod tests {
             &[[0, 1, 2], [2, 1, 3], [4, 5, 6]],
         );
         assert_eq!(TriangleGrid::new(&m).self_intersecting(), [] as [u32; 0]);
+    }
+
+    #[test]
+    fn no_triangle_that_is_nearer_is_passed_by() {
+        let mut random = crate::random::Random::new(7);
+        let mut number = || 16.0 * random.unit();
+        let positions: Vec<[f32; 3]> =
+            (0..300).map(|_| std::array::from_fn(|_| number() as f32)).collect();
+        // Large triangles, and small ones beside their first corner.
+        let near = |p: [f32; 3]| [p, p.map(|x| x + 0.3), [p[0] - 0.2, p[1] + 0.4, p[2]]];
+        let mut all: Vec<[f32; 3]> = positions[..30].to_vec();
+        all.extend(positions[30..].iter().flat_map(|&p| near(p)));
+        let triangles: Vec<[u32; 3]> =
+            (0..all.len() as u32 / 3).map(|t| [0, 1, 2].map(|i| 3 * t + i)).collect();
+        let m = mesh(&all, &triangles);
+        let grid = TriangleGrid::new(&m);
+        for _ in 0..300 {
+            let point = std::array::from_fn(|_| number());
+            let each = (0..triangles.len())
+                .map(|t| point_triangle_distance(point, grid.corners(t as u32)));
+            assert_eq!(grid.distance(point, 4.0), each.fold(4.0, f64::min));
+        }
     }
 
     #[test]

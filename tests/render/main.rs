@@ -5,6 +5,8 @@
 
 mod drawing;
 mod normals;
+#[path = "../random/mod.rs"]
+mod random;
 
 use std::f64::consts::PI;
 

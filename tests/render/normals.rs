@@ -1,5 +1,6 @@
 //! Pictures are shaded with the normals of the mesh that they show.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use isospectrum::kernels::{Backend, Choice};
@@ -7,9 +8,13 @@ use isospectrum::render::{Renderer, View};
 use isospectrum::spectrum::{Spectrum, SurfaceMesh};
 use isospectrum::sweep::{Parameters, Silent, compute};
 use isospectrum::volume::phantom::phantom;
-use isospectrum::volume::{Placement, Samples, Volume};
+use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, read_volume};
 
 use crate::drawing::{dot, gpu, unit};
+use crate::random::Random;
+
+/// Most of the area, as a share, that may be shaded wrong: slivers, whose own normals are rounding.
+const LARGEST_SHARE: f64 = 0.001;
 
 /// A small smooth field in a few levels: where events crowd the exact extraction shows, whose vertices have their
 /// knots at samples, far from where their triangles live.
@@ -20,9 +25,12 @@ fn levels(seed: u64) -> Spectrum {
     let samples = smooth.samples();
     let samples = (0..samples.len()).map(|i| level(samples.get(i))).collect();
     let volume = Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
+    computed(volume.expect("a valid volume"))
+}
+
+fn computed(volume: Volume) -> Spectrum {
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU serves");
-    let volume = Arc::new(volume.expect("a valid volume"));
-    compute(&volume, &Parameters::default(), &backend, &Silent).expect("a spectrum")
+    compute(&Arc::new(volume), &Parameters::default(), &backend, &Silent).expect("a spectrum")
 }
 
 /// Area-weighted normals of a mesh, caps only where there is nothing else; zero where nothing has an area.
@@ -88,6 +96,58 @@ fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
             (all, wrong) = (all + area, wrong + off);
         }
         assert!(all > 100.0 * f64::from(n), "hardly anything was drawn: {all} square voxels");
-        assert!(wrong <= 0.001 * all, "{wrong} of {all} square voxels are shaded wrong");
+        assert!(wrong <= LARGEST_SHARE * all, "{wrong} of {all} square voxels are shaded wrong");
+    }
+}
+
+/// The spectrum of a real volume: `NAME.isp` in the folder ISOSPECTRUM_SPECTRA where there is one, which saves minutes, or
+/// computed of NAME in the folder ISOSPECTRUM_DATA or `../shared/data`; `None` (said loudly) where there is none.
+fn real_spectrum(name: &str) -> Option<Spectrum> {
+    let folder = |variable| std::env::var_os(variable).map(PathBuf::from);
+    let ready = folder("ISOSPECTRUM_SPECTRA").map(|f| f.join(name).with_extension("isp"));
+    if let Some(path) = ready.filter(|path| path.is_file()) {
+        return Some(isospectrum::file::read(path).expect("a spectrum"));
+    }
+    let data = folder("ISOSPECTRUM_DATA")
+        .unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"));
+    let path = data.join(name);
+    if path.is_file() {
+        return Some(computed(read_volume(&path, &ReadOptions::default()).expect("a volume")));
+    }
+    eprintln!("NOT RUN: no {} (set ISOSPECTRUM_DATA)", path.display());
+    None
+}
+
+#[test]
+#[ignore = "takes many minutes: cargo test --release --test render -- --ignored --nocapture"]
+fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
+    for name in [
+        "nucleon_41x41x41_uint8.raw",
+        "fuel_64x64x64_uint8.raw",
+        "marschner_lobb_41x41x41_uint8.raw",
+        "lobster_kvs_120x120x34_uint8.raw",
+        "hydrogen_atom_128x128x128_uint8.raw",
+    ] {
+        let Some(spectrum) = real_spectrum(name) else { continue };
+        let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+        let (low, high) = spectrum.range;
+        let mut random = Random(25);
+        let [mut all, mut wrong] = [0.0; 2];
+        let mut worst = (0.0, low);
+        for _ in 0..200 {
+            let isovalue = low + random.unit() * (high - low);
+            let [area, off] = areas(&mut renderer, &spectrum, isovalue);
+            (all, wrong) = (all + area, wrong + off);
+            if area > 0.0 && off / area > worst.0 {
+                worst = (off / area, isovalue);
+            }
+        }
+        let (share, isovalue) = worst;
+        println!(
+            "{name}: {:.5} % of the area, worst {:.5} % at {isovalue}",
+            100.0 * wrong / all,
+            100.0 * share
+        );
+        assert!(all > 0.0 && share <= LARGEST_SHARE, "{name}: {share} of the area at {isovalue}");
     }
 }
