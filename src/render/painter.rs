@@ -45,7 +45,7 @@ impl Painter {
     ///
     /// # Errors
     ///
-    /// [`Error::Gpu`] if the device refuses or is lost.
+    /// [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is lost.
     pub fn new(gpu: &Gpu, spectrum: &Spectrum, bytes: u64) -> Result<Self> {
         let device = gpu.device().clone();
         let queue = gpu.queue().clone();
@@ -80,8 +80,8 @@ impl Painter {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
-    /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
+    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`], [`Error::Usage`](crate::Error::Usage) if the view makes no sense
+    /// or is too large for the device, [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is lost.
     pub fn paint(&mut self, spectrum: &Spectrum, isovalues: &[f64], view: &View) -> Result<()> {
         isovalues.iter().try_for_each(|&isovalue| spectrum.check_isovalue(isovalue))?;
         view.check(self.device.limits().max_texture_dimension_2d)?;
@@ -118,7 +118,7 @@ impl Painter {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] outside [`Spectrum::range`].
+    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
     pub fn bounds(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<Option<[[f64; 3]; 2]>> {
         Ok(self.mesh_at(spectrum, isovalue)?.bounds())
     }
@@ -127,7 +127,7 @@ impl Painter {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] outside [`Spectrum::range`].
+    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
     pub(crate) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<&SurfaceMesh> {
         spectrum.check_isovalue(isovalue)?;
         Ok(self.layers[0].mesh_at(spectrum, isovalue))
@@ -137,7 +137,7 @@ impl Painter {
     ///
     /// # Errors
     ///
-    /// [`Error::Gpu`] if the device is lost.
+    /// [`Error::Gpu`](crate::Error::Gpu) if the device is lost.
     pub fn read(&mut self) -> Result<Option<Image>> {
         let Some(target) = &self.target else { return Ok(None) };
         let read = caught(&self.device, || {
