@@ -80,8 +80,9 @@ impl Painter {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`], [`Error::Usage`](crate::Error::Usage) if the view makes no sense
-    /// or is too large for the device, [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is lost.
+    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`], [`Error::Usage`](crate::Error::Usage) if the
+    /// view makes no sense or is too large for the device, [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is
+    /// lost.
     pub fn paint(&mut self, spectrum: &Spectrum, isovalues: &[f64], view: &View) -> Result<()> {
         isovalues.iter().try_for_each(|&isovalue| spectrum.check_isovalue(isovalue))?;
         view.check(self.device.limits().max_texture_dimension_2d)?;
