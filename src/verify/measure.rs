@@ -93,51 +93,71 @@ pub(super) fn of_triangles(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -
         let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
         if corners.iter().all(|&p| is_inside(volume, p)) {
             geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
-            judged.push((barycentre(corners), area_vector(corners)));
+            judged.push(corners);
         }
     }
     geometry.inverted =
-        judged.par_iter().filter(|&&(point, normal)| is_inverted(volume, point, normal)).count()
+        judged.par_iter().filter(|&&c| is_inverted(volume, barycentre(c), area_vector(c))).count()
             as u64;
-    add_deviations(&mut geometry.barycentre_deviation, volume, isovalue, &judged);
+    let distances = judged.par_iter().map(|&c| barycentre_distance(volume, isovalue, c));
+    add_all(&mut geometry.barycentre_deviation, distances.collect());
     geometry
 }
 
-/// Adds the distances of the vertices of a mesh that are used and inside the volume.
+/// The distance from a triangle's barycentre to the isosurface: by [`distance`], or to what is found from a corner, if
+/// that is nearer. In a flat field lines and descent from the barycentre of a triangle whose corners are on the
+/// isosurface may lead to another sheet, voxels off.
+fn barycentre_distance(volume: &Volume, isovalue: f64, corners: [Point; 3]) -> Hit {
+    let (point, normal) = (barycentre(corners), area_vector(corners));
+    let found = distance(volume, isovalue, (point, normal));
+    let mut nearest = match found {
+        Hit::At(t) => t,
+        Hit::Nothing => REACH,
+        Hit::Border => return found,
+    };
+    for corner in corners {
+        let apart = length(along(point, -1.0, corner));
+        if apart < nearest
+            && let Hit::At(t) = distance(volume, isovalue, (corner, normal))
+        {
+            nearest = nearest.min(apart + t);
+        }
+    }
+    if nearest < REACH { Hit::At(nearest) } else { found }
+}
+
+/// Adds the distances of the vertices of a mesh that its triangles use, caps left out, and that are inside the volume:
+/// what only caps use lies on the border, wherever the isosurface is.
 fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) {
     let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
     let mut normals = vec![[0.0; 3]; positions.len()];
-    for triangle in &mesh.triangles {
+    let triangles = || mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap).map(|t| t.0);
+    for triangle in triangles() {
         let normal = area_vector(triangle.map(|v| positions[v as usize]));
         for &v in triangle {
             normals[v as usize] = along(normals[v as usize], 1.0, normal);
         }
     }
-    let mut used: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
+    let mut used: Vec<u32> = triangles().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
     let inside = used.iter().map(|&v| v as usize).filter(|&v| is_inside(volume, positions[v]));
     let vertices: Vec<(Point, Point)> = inside.map(|v| (positions[v], normals[v])).collect();
-    add_deviations(into, volume, isovalue, &vertices);
+    let distances = vertices.par_iter().map(|&vertex| distance(volume, isovalue, vertex));
+    add_all(into, distances.collect());
 }
 
-/// Adds the distances of points with their normals, of any length. Lines that leave the volume
-/// first say nothing; where none meets an isosurface within reach that counts as [`REACH`].
-fn add_deviations(
-    into: &mut Distribution,
-    volume: &Volume,
-    isovalue: f64,
-    points: &[(Point, Point)],
-) {
-    let distances: Vec<Hit> = points
-        .par_iter()
-        .map(|&(point, normal)| {
-            let n = length(normal);
-            // A triangle of no area has no normal; its shape is told by its radius ratio.
-            let normal = (n >= 1e-12).then(|| normal.map(|x| x / n));
-            distance_near(volume, isovalue, point, normal, REACH)
-        })
-        .collect();
+/// The distance of a point with its normal, of any length.
+fn distance(volume: &Volume, isovalue: f64, (point, normal): (Point, Point)) -> Hit {
+    let n = length(normal);
+    // A triangle of no area has no normal; its shape is told by its radius ratio.
+    let normal = (n >= 1e-12).then(|| normal.map(|x| x / n));
+    distance_near(volume, isovalue, point, normal, REACH)
+}
+
+/// Adds distances. Lines that leave the volume first say nothing; where none meets an isosurface within reach that
+/// counts as [`REACH`].
+fn add_all(into: &mut Distribution, distances: Vec<Hit>) {
     for hit in distances {
         match hit {
             Hit::At(t) => into.add(t),
@@ -193,4 +213,49 @@ pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
     let points: Vec<Point> = (0..nz).into_par_iter().flat_map_iter(in_slice).collect();
     let stride = points.len().div_ceil(MOST_POINTS).max(1);
     points.into_iter().step_by(stride).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::extract::extract;
+    use crate::topology::exact::ExactField;
+    use crate::volume::{Placement, Samples};
+
+    #[test]
+    fn vertices_of_caps_alone_are_not_measured() {
+        // A plane; everything on one side of it is closed at the border, up to 2.5 voxels from it.
+        let samples = (0..125u8).map(|i| 4 - i % 5).collect();
+        let volume = Volume::new("v", [5; 3], Samples::U8(samples), Placement::default());
+        let volume = volume.expect("a valid volume");
+        let isovalue = 1.5;
+        let exact = extract(&ExactField::new(&volume).expect("a field"), isovalue);
+        assert!(exact.caps.contains(&true) && exact.caps.contains(&false));
+        let mesh = SurfaceMesh {
+            positions: exact.positions,
+            normals: Vec::new(),
+            triangles: exact.faces,
+            caps: exact.caps,
+        };
+        let mut deviation = Distribution::new(REACH);
+        add_vertices(&mut deviation, &volume, isovalue, &mesh);
+        // Rounding of positions.
+        assert!(deviation.summary().max.is_some_and(|largest| largest < 1e-5));
+    }
+
+    #[test]
+    fn a_barycentre_is_no_farther_than_what_its_corners_lie_on() {
+        // Three bumps in a field that is flat between them: no line from there meets any.
+        let bumps = [[3, 5, 5], [7, 5, 5], [5, 8, 5]];
+        let at = |i: usize| [i % 11, i / 11 % 11, i / 121];
+        let samples = (0..1331).map(|i| u8::from(bumps.contains(&at(i)))).collect();
+        let volume = Volume::new("v", [11; 3], Samples::U8(samples), Placement::default());
+        let volume = volume.expect("a valid volume");
+        let corners = [[3.98, 5.0, 5.0], [6.02, 5.0, 5.0], [5.0, 7.02, 5.0]];
+        let middle = barycentre(corners);
+        assert_eq!(distance(&volume, 0.02, (middle, area_vector(corners))), Hit::Nothing);
+        let Hit::At(t) = barycentre_distance(&volume, 0.02, corners) else { panic!("not found") };
+        let apart = length(along(middle, -1.0, corners[0]));
+        assert!((t - apart).abs() < 1e-6, "{t}, {apart} to a corner");
+    }
 }
