@@ -47,6 +47,9 @@ use crate::kernels::{CREASE, Connectivity, PINNED};
 
 const NONE: u32 = u32::MAX;
 
+/// The border planes of a fixed vertex: all three.
+pub(crate) const FIXED: u8 = 7;
+
 /// Handle of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Vertex(pub u32);
@@ -311,6 +314,17 @@ impl Mesh {
     pub fn set_pinned(&mut self, v: Vertex, pinned: bool) {
         let b = &mut self.borders[v.0 as usize];
         *b = if pinned { *b | PINNED } else { *b & !PINNED };
+    }
+
+    /// Whether a vertex is fixed along all three axes: it is moved by others only.
+    #[inline]
+    pub fn is_fixed(&self, v: Vertex) -> bool {
+        self.border(v) == FIXED
+    }
+
+    /// Fixes a vertex and pins it, or lets it go.
+    pub(crate) fn set_fixed(&mut self, v: Vertex, fixed: bool) {
+        self.borders[v.0 as usize] = if fixed { FIXED | PINNED } else { 0 };
     }
 
     /// Whether the face only closes the mesh at the border of the volume.

@@ -17,6 +17,7 @@ mod course;
 mod criteria;
 mod crowd;
 mod flips;
+mod front;
 mod glide;
 mod graph;
 mod idle;
@@ -199,6 +200,10 @@ pub fn compute(
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };
     let mut builder = SpectrumBuilder::new();
+    if parameters.front {
+        builder.push_patch(front::sweep(&sweep, start)?);
+        return finished(&sweep, builder, &counts);
+    }
     let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
     counts.untracked = swept.leftovers.len() as u64;
     let knot_error = KNOT_SHARE * sweep.parameters.error as f32;
@@ -206,9 +211,21 @@ pub fn compute(
     let n_tracked = patch.triangles.len();
     builder.push_patch(patch);
     builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
+    let mut spectrum = finished(&sweep, builder, &counts)?;
+    // Triangles are in the order of their patches until they are written.
+    if let Some(share) = tracked::tracked_area_share(&spectrum, n_tracked) {
+        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!((1e4 * share).round() / 1e4);
+    }
+    Ok(spectrum)
+}
+
+/// The spectrum of what was swept.
+fn finished(sweep: &Sweep, builder: SpectrumBuilder, counts: &Counts) -> Result<Spectrum> {
+    let volume = sweep.exact.volume();
+    let range = sweep.parameters.range.unwrap_or(volume.range());
     let parameters = serde_json::json!({
-        "flags": parameters,
-        "backend": backend.name(),
+        "flags": sweep.parameters,
+        "backend": sweep.backend.name(),
         "counts": counts,
     });
     let info = VolumeInfo {
@@ -222,15 +239,10 @@ pub fn compute(
     let events = sweep.events(range);
     let finished = builder.finish(info, range, sweep.parameters.error, parameters, events);
     // Nothing of it was read: what is wrong with it is the sweep's fault.
-    let mut spectrum = finished.map_err(|error| match error {
+    finished.map_err(|error| match error {
         Error::Input(what) => Error::Internal(what),
         other => other,
-    })?;
-    // Triangles are in the order of their patches until they are written.
-    if let Some(share) = tracked::tracked_area_share(&spectrum, n_tracked) {
-        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!((1e4 * share).round() / 1e4);
-    }
-    Ok(spectrum)
+    })
 }
 
 impl<'a> Sweep<'a> {

@@ -89,6 +89,9 @@ pub(super) struct ParameterArguments {
     /// Closed mesh to start from, at the isovalue of --start
     #[arg(long, value_name = "MESH.ply", requires = "start")]
     initial_mesh: Option<PathBuf>,
+    /// Track the surface in parts: not finished yet
+    #[arg(long, hide = true)]
+    front: bool,
 }
 
 impl ParameterArguments {
@@ -109,6 +112,7 @@ impl ParameterArguments {
             relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
             start: self.start.map(|start| start.in_range(range.unwrap_or(volume.range()))),
             initial_mesh: self.initial_mesh.clone(),
+            front: self.front,
         })
     }
 }

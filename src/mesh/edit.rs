@@ -51,11 +51,10 @@ impl Mesh {
     /// The thesis's two constraints (section 3.6): the one-rings share exactly the two vertices
     /// opposite the edge, and no edge of one ring is an edge of the other. Beyond them: no valence
     /// falls below 3, a pinned vertex stays, a crease vertex merges only along its crease and never
-    /// leaves a border plane, and no face becomes flat in a border plane.
+    /// leaves a border plane, no face becomes flat in a border plane, and no two fixed vertices are joined.
     pub fn can_collapse(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
-        let (x, y) = (self.to(self.next(h)), self.to(self.next(h.twin())));
-        if self.is_pinned(v) || x == y || self.valence(x) < 4 || self.valence(y) < 4 {
+        if self.is_pinned(v) || !self.is_link_kept(h) {
             return false;
         }
         let border = self.border(v);
@@ -64,6 +63,24 @@ impl Mesh {
             if !self.is_crease(h.edge()) || self.border(w) & border != border || creases != 2 {
                 return false;
             }
+        }
+        let joins_fixed =
+            |a: Vertex| a != w && self.is_fixed(a) && self.find_halfedge(w, a).is_none();
+        if self.is_fixed(w) && self.one_ring(v).any(joins_fixed) {
+            return false;
+        }
+        self.spokes(v).all(|s| {
+            let (a, b) = (self.to(s), self.to(self.next(s)));
+            a == w || b == w || self.may_be_face([w, a, b], self.is_cap(self.face(s)))
+        })
+    }
+
+    /// Whether the mesh stays a manifold of the same topology where the start of `h` merges into its end.
+    pub(crate) fn is_link_kept(&self, h: HalfEdge) -> bool {
+        let (v, w) = (self.from(h), self.to(h));
+        let (x, y) = (self.to(self.next(h)), self.to(self.next(h.twin())));
+        if x == y || self.valence(x) < 4 || self.valence(y) < 4 {
+            return false;
         }
         // First constraint.
         let common =
@@ -78,13 +95,7 @@ impl Mesh {
                 (a, b) == (x, y) || (a, b) == (y, x)
             })
         };
-        if ring_edge(v) && ring_edge(w) {
-            return false;
-        }
-        self.spokes(v).all(|s| {
-            let (a, b) = (self.to(s), self.to(self.next(s)));
-            a == w || b == w || self.may_be_face([w, a, b], self.is_cap(self.face(s)))
-        })
+        !(ring_edge(v) && ring_edge(w))
     }
 
     /// Merges the start of `h` into its end: removes one vertex, three edges and two faces.
@@ -99,7 +110,7 @@ impl Mesh {
     ///        y                 y
     /// ```
     pub fn collapse(&mut self, h: HalfEdge) -> Collapsed {
-        debug_assert!(self.can_collapse(h));
+        debug_assert!(self.is_link_kept(h));
         let t = h.twin();
         let (v, w) = (self.from(h), self.to(h));
         let faces = [self.face(h), self.face(t)];
@@ -140,7 +151,7 @@ impl Mesh {
     }
 
     /// Whether the edge may flip: it is no crease and not pinned at both ends, the vertices opposite
-    /// it are not joined yet, no valence falls below 3, and no face becomes flat in a border plane.
+    /// it are neither joined yet nor both fixed, no valence falls below 3, and no face becomes flat in a border plane.
     pub fn can_flip(&self, e: Edge) -> bool {
         let h = e.halfedge();
         let (a, b) = (self.from(h), self.to(h));
@@ -153,6 +164,7 @@ impl Mesh {
             && self.valence(b) > 3
             && self.may_be_face([a, d, c], cap)
             && self.may_be_face([d, b, c], cap)
+            && !(self.is_fixed(c) && self.is_fixed(d))
             && self.find_halfedge(c, d).is_none()
     }
 

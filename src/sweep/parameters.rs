@@ -33,6 +33,9 @@ pub struct Parameters {
     pub start: Option<f64>,
     /// Mesh from outside for `start`.
     pub initial_mesh: Option<PathBuf>,
+    /// Whether the surface is tracked in parts, exact where it is not calm: not finished yet.
+    #[serde(default)]
+    pub front: bool,
 }
 
 impl Default for Parameters {
@@ -51,6 +54,7 @@ impl Default for Parameters {
             max_edge: 4.0,
             start: None,
             initial_mesh: None,
+            front: false,
         }
     }
 }

@@ -33,11 +33,20 @@ pub(crate) fn refine(
         // A face that a neighbour's refinement has changed waits for the next round.
         if mesh.face_vertices(f) == vertices {
             let sides = mesh.face_halfedges(f).map(|h| h.edge());
-            let longest = sides.iter().max_by(|a, b| mesh.length(**a).total_cmp(&mesh.length(**b)));
-            split_edge(mesh, criteria, *longest.expect("three sides"), born);
+            let free = sides.iter().filter(|e| !is_fixed(mesh, **e));
+            let longest = free.max_by(|a, b| mesh.length(**a).total_cmp(&mesh.length(**b)));
+            if let Some(e) = longest {
+                split_edge(mesh, criteria, *e, born);
+            }
         }
     }
     marked.len()
+}
+
+/// Whether both ends of an edge are fixed: it stays whole.
+fn is_fixed(mesh: &Mesh, e: Edge) -> bool {
+    let h = e.halfedge();
+    mesh.is_fixed(mesh.from(h)) && mesh.is_fixed(mesh.to(h))
 }
 
 /// Quadrisects the given faces, and bisects or quadrisects their neighbours so that no vertex ends
@@ -54,7 +63,7 @@ pub(crate) fn quadrisect(
     while let Some(f) = stack.pop() {
         for h in mesh.face_halfedges(f) {
             let e = h.edge().0 as usize;
-            if split[e] {
+            if split[e] || is_fixed(mesh, h.edge()) {
                 continue;
             }
             split[e] = true;

@@ -1,0 +1,139 @@
+//! What the isovalue passes and when: samples, saddles of lattice squares, critical points.
+//!
+//! # Theory
+//!
+//! Between two isovalues the seam changes only where a sample on it is passed. Where that sample is *regular* for the
+//! field on the seam (its neighbours below it, in the cycle of the seam around it, are one run), the polyline of
+//! the exact extraction goes over it without changing how it is joined. Everything else that may happen on a seam
+//! (an extremum or a saddle of the field on it, a saddle inside one of its squares) is kept off it: the cells around
+//! become exact before the isovalue gets there (`close`).
+
+use rayon::prelude::*;
+
+use super::region::{Link, Region, Square};
+use crate::topology::Topology;
+use crate::topology::critical::Place;
+use crate::topology::exact::{ExactField, ORDER_BITS};
+
+/// All that isovalues pass, by order key.
+pub(super) struct Calendar<'a> {
+    pub(super) field: &'a ExactField<'a>,
+    samples: Vec<u32>,
+    squares: Vec<(i128, Square)>,
+    critical: Vec<(i128, Place)>,
+}
+
+/// The order keys between two isovalues: above the first, not above the second.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage {
+    low: i128,
+    high: i128,
+}
+
+impl Passage {
+    /// Between two isovalues, in either order.
+    pub(super) fn between(field: &ExactField, a: f64, b: f64) -> Passage {
+        let key = |c: f64| field.isovalue_key(c) << ORDER_BITS;
+        Passage { low: key(a.min(b)), high: key(a.max(b)) }
+    }
+
+    fn holds(&self, key: i128) -> bool {
+        self.low < key && key <= self.high
+    }
+
+    fn of<'t, T>(&self, sorted: &'t [T], key: impl Fn(&T) -> i128) -> &'t [T] {
+        let first = sorted.partition_point(|x| key(x) <= self.low);
+        let end = sorted.partition_point(|x| key(x) <= self.high);
+        &sorted[first..end]
+    }
+}
+
+impl<'a> Calendar<'a> {
+    pub(super) fn new(field: &'a ExactField<'a>, topology: &Topology) -> Calendar<'a> {
+        let [nx, ny, nz] = field.dims();
+        let [_, sy, sz] = field.strides();
+        let rows = (1..nz - 1).flat_map(|k| (1..ny - 1).map(move |j| (j, k)));
+        let vertices = rows.flat_map(|(j, k)| {
+            let row = j as u32 * sy + k as u32 * sz;
+            row + 1..row + nx as u32 - 1
+        });
+        let mut samples: Vec<u32> = vertices.collect();
+        samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
+        let last = |v: u32, axis: usize| {
+            let p = field.position(v);
+            p[axis] + 3 == field.dims()[axis] as i64
+        };
+        let mut squares: Vec<(i128, Square)> = samples
+            .par_iter()
+            .flat_map_iter(|&v| {
+                (0..3u8).filter_map(move |axis| {
+                    let [i, j] = [1, 2].map(|n| (axis as usize + n) % 3);
+                    let inside = !last(v, i) && !last(v, j);
+                    let saddle = inside.then(|| field.face_saddle(v, axis as usize))??;
+                    Some((saddle.order_key(), Square { corner: v, axis }))
+                })
+            })
+            .collect();
+        squares.par_sort_unstable();
+        let critical = topology.events.iter().map(|e| (e.key, e.place)).collect();
+        Calendar { field, samples, squares, critical }
+    }
+
+    /// The samples passed, ascending.
+    pub(super) fn samples(&self, passage: Passage) -> &[u32] {
+        passage.of(&self.samples, |&v| self.field.order_key(v))
+    }
+
+    /// The critical points passed, ascending.
+    pub(super) fn critical(&self, passage: Passage) -> impl Iterator<Item = Place> {
+        passage.of(&self.critical, |c| c.0).iter().map(|c| c.1)
+    }
+
+    fn squares(&self, passage: Passage) -> impl Iterator<Item = Square> {
+        passage.of(&self.squares, |s| s.0).iter().map(|s| s.1)
+    }
+
+    /// Whether a sample is regular for the field on the seam, which runs around it as a cycle.
+    fn is_regular(&self, v: u32, region: &Region, cycle: &[u8]) -> bool {
+        let key = self.field.key(v);
+        let is_above = |d: u8| self.field.key(region.grid.beside(v, d)) > key;
+        let n = cycle.len();
+        (0..n).filter(|&i| is_above(cycle[i]) != is_above(cycle[(i + 1) % n])).count() == 2
+    }
+
+    /// Makes more blocks exact until the seam is a surface on which only regular samples are passed.
+    pub(super) fn close(&self, region: &mut Region, passage: Passage) {
+        let grid = region.grid;
+        let is_bad = |region: &Region, v: u32| match region.link(v) {
+            Link::Away => false,
+            Link::Pinched => true,
+            Link::Cycle(cycle, n) => {
+                passage.holds(self.field.order_key(v))
+                    && !self.is_regular(v, region, &cycle[..n as usize])
+            }
+        };
+        let mut suspects: Vec<u32> = self.samples(passage).to_vec();
+        suspects.extend(region.blocks().iter().flat_map(|&b| grid.samples_around(b)));
+        loop {
+            suspects.par_sort_unstable();
+            suspects.dedup();
+            let bad: Vec<u32> =
+                suspects.par_iter().copied().filter(|&v| is_bad(region, v)).collect();
+            let open: Vec<Square> = self.squares(passage).filter(|&s| region.is_seam(s)).collect();
+            let before = region.blocks().clone();
+            for v in bad {
+                region.add_around(v);
+            }
+            for s in open {
+                for b in grid.cells_beside(s).into_iter().filter_map(|c| grid.block_of_cell(c)) {
+                    region.add(b);
+                }
+            }
+            let added: Vec<u32> = region.blocks().difference(&before).copied().collect();
+            if added.is_empty() {
+                return;
+            }
+            suspects = added.into_iter().flat_map(|b| grid.samples_around(b)).collect();
+        }
+    }
+}

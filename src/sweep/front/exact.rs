@@ -1,0 +1,288 @@
+//! The exact extraction in the cells that are exact, over all isovalues at which they are; and the patch of everything.
+//!
+//! # Theory
+//!
+//! While no sample of a cell is passed, no face of it changes its decision and no body saddle is passed, the exact
+//! extraction inside the cell keeps its triangles, and its vertices slide along their lattice edges, linearly in
+//! the isovalue. So one record per triangle and such interval, and two knots per lattice edge, show it at every isovalue.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::record::{Life, OwnKnot, Recorder, Track};
+use super::region::LatticeEdge;
+use super::tracked::EDGE_MARGIN;
+use crate::extract::{Extraction, extract_cell};
+use crate::spectrum::{Knot, Patch, Triangle};
+use crate::sweep::thin::{Bound, Place as ThinPlace, thin};
+use crate::topology::Topology;
+use crate::topology::critical::Place;
+use crate::topology::exact::ExactField;
+
+/// Where in an interval, as shares of it, vertices inside cells are placed: first and last stand for its ends.
+const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
+
+/// How near to the border, as a share of an edge into the layer, a cap's vertex comes.
+const CAP_MARGIN: f64 = 0.01;
+
+/// Cells that one task covers.
+const CELLS_AT_ONCE: usize = 4096;
+
+/// A cell, and between which isovalues it is exact.
+pub(super) type Shown = (u32, f64, f64);
+
+/// What one task finds.
+#[derive(Debug, Default)]
+struct Part {
+    lives: Vec<Life>,
+    /// Vertices inside cells: where they are at their isovalues.
+    inner: Vec<Vec<(f64, Vec3)>>,
+}
+
+/// The triangles of the cells while they are exact. `shown` is sorted.
+pub(super) fn extend(
+    record: &mut Recorder,
+    field: &ExactField,
+    topology: &Topology,
+    shown: &[Shown],
+) -> Vec<Vec<(f64, Vec3)>> {
+    let saddles = &body_saddles(topology);
+    let parts: Vec<Part> = shown
+        .par_chunks(CELLS_AT_ONCE)
+        .map(|shown| {
+            let mut part = Part::default();
+            for &(cell, low, high) in shown {
+                part.add_cell(field, saddles.get(&cell).map_or(&[], |s| s), (cell, low, high));
+            }
+            part
+        })
+        .collect();
+    let mut inner = Vec::new();
+    for part in parts {
+        let base = inner.len() as u32;
+        record.lives.extend(part.lives.into_iter().map(|mut l| {
+            for t in &mut l.vertices {
+                if let Track::Inner(n) = t {
+                    *n += base;
+                }
+            }
+            l
+        }));
+        inner.extend(part.inner);
+    }
+    inner
+}
+
+/// Isovalues of the body saddles by cell.
+fn body_saddles(topology: &Topology) -> HashMap<u32, Vec<f64>> {
+    let mut saddles: HashMap<u32, Vec<f64>> = HashMap::new();
+    for e in &topology.events {
+        if let Place::Cell(corner) = e.place {
+            saddles.entry(corner).or_default().push(e.isovalue);
+        }
+    }
+    saddles
+}
+
+/// The isovalues at which a cell's triangles may change inside an interval, ascending, its ends among them.
+fn breaks(values: &[f64; 8], body_saddles: &[f64], (low, high): (f64, f64)) -> Vec<f64> {
+    let mut breaks: Vec<f64> = values.to_vec();
+    breaks.extend(body_saddles);
+    for axis in 0..3 {
+        let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
+        for base in [0, 1 << axis] {
+            let [a, b, c, d] = [base, base + u, base + v, base + u + v].map(|c: usize| values[c]);
+            if a.max(d) < b.min(c) || b.max(c) < a.min(d) {
+                // Not by products of samples, which leave the range of numbers sooner.
+                breaks.push(a + (b - a) / (b - a + c - d) * (c - a));
+            }
+        }
+    }
+    breaks.retain(|&c| low < c && c < high);
+    breaks.extend([low, high]);
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup();
+    breaks
+}
+
+impl Part {
+    fn add_cell(&mut self, field: &ExactField, saddles: &[f64], (cell, low, high): Shown) {
+        let values = field.cell_offsets().map(|o| field.sample(cell + o));
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let (low, high) = (low.max(least), high.min(most));
+        if low >= high {
+            return;
+        }
+        let first = self.lives.len();
+        for ends in breaks(&values, saddles, (low, high)).windows(2) {
+            let (low, high) = (ends[0], ends[1]);
+            // Between neighbouring numbers the middle rounds to one of them; at the lower one the interval begins.
+            let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);
+            let surface = extract_cell(field, cell, middle);
+            let vertices = self.vertices(field, cell, &surface, [low, high]);
+            for (face, &cap) in surface.faces.iter().zip(&surface.caps) {
+                let vertices = face.map(|v| vertices[v as usize]);
+                self.lives.push(Life { vertices, low, high, cap });
+            }
+        }
+        merge_consecutive(&mut self.lives, first);
+    }
+
+    fn vertices(
+        &mut self,
+        field: &ExactField,
+        cell: u32,
+        surface: &Extraction,
+        ends: [f64; 2],
+    ) -> Vec<Track> {
+        let mut isovalues = INNER_SHARES.map(|share| ends[0] + share * (ends[1] - ends[0]));
+        let placed = surface.crossings.contains(&None).then(|| {
+            isovalues.map(|c| {
+                let e = extract_cell(field, cell, c);
+                // The same vertices in the same order, however they are joined.
+                let same = e.crossings == surface.crossings;
+                if same { e.positions } else { surface.positions.clone() }
+            })
+        });
+        (isovalues[0], isovalues[INNER_SHARES.len() - 1]) = (ends[0], ends[1]);
+        let strides = field.strides();
+        let vertex = |(v, crossing): (usize, &Option<(u32, u32)>)| match (crossing, &placed) {
+            (Some((a, b)), _) => {
+                let (from, to) = (*a.min(b), *a.max(b));
+                let axis = strides.iter().position(|&s| s == to - from).expect("a lattice edge");
+                Track::Edge(LatticeEdge { from, axis: axis as u8 })
+            }
+            (None, Some(placed)) => {
+                let mut knots: Vec<(f64, Vec3)> = Vec::with_capacity(isovalues.len());
+                for (i, &c) in isovalues.iter().enumerate().rev() {
+                    if knots.last().is_none_or(|next| c < next.0) {
+                        knots.push((c, Vec3::from(placed[i][v])));
+                    }
+                }
+                knots.reverse();
+                self.inner.push(knots);
+                Track::Inner(self.inner.len() as u32 - 1)
+            }
+            (None, None) => unreachable!("vertices inside the cell were placed"),
+        };
+        surface.crossings.iter().enumerate().map(vertex).collect()
+    }
+}
+
+/// Joins the lives of one triangle over intervals that follow each other.
+pub(super) fn merge_consecutive(lives: &mut Vec<Life>, first: usize) {
+    let mut cell: Vec<Life> = lives.drain(first..).collect();
+    cell.sort_by(|a, b| a.vertices.cmp(&b.vertices).then(a.low.total_cmp(&b.low)));
+    for r in cell {
+        match lives[first..].last_mut() {
+            Some(last) if last.vertices == r.vertices && last.high == r.low => last.high = r.high,
+            _ => lives.push(r),
+        }
+    }
+}
+
+/// The way of a vertex along its lattice edge: at the samples' values.
+fn edge_trajectory(field: &ExactField, e: LatticeEdge, range: (f64, f64)) -> [(f64, Vec3); 2] {
+    let to = e.from + field.strides()[e.axis as usize];
+    let (fa, fb) = (field.sample(e.from), field.sample(to));
+    let margin = |v: u32| if field.is_in_layer(v) { CAP_MARGIN } else { EDGE_MARGIN };
+    // An edge into the layer keeps away from the sample at the border.
+    let (near_from, near_to) = (margin(to), 1.0 - margin(e.from));
+    let base = field.position(e.from).map(|x| x as f64);
+    let size = field.volume().voxel_size();
+    let at = |c: f64| {
+        let t = ((c - fa) / (fb - fa)).clamp(near_from, near_to);
+        let t = if t.is_finite() { t } else { 0.5 };
+        let mut p = base;
+        p[e.axis as usize] += t;
+        (c, Vec3::from(std::array::from_fn(|a| (p[a] * size[a]) as f32)))
+    };
+    let (low, high) = (fa.min(fb).max(range.0), fa.max(fb).min(range.1));
+    [at(low), at(high)]
+}
+
+/// One patch of all triangles. `error`: by how much knots that are left out may be off, voxels.
+pub(super) fn patch(
+    record: Recorder,
+    inner: &[Vec<(f64, Vec3)>],
+    field: &ExactField,
+    range: (f64, f64),
+    error: f32,
+) -> Patch {
+    let mut lives = record.lives;
+    merge_consecutive(&mut lives, 0);
+    let mut tracks: Vec<Track> = lives.iter().flat_map(|l| l.vertices).collect();
+    tracks.par_sort_unstable();
+    tracks.dedup();
+    let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use");
+    let thinned: HashMap<u32, Vec<(f64, Vec3)>> = tracks
+        .par_iter()
+        .filter_map(|t| match t {
+            Track::Own(n) => Some((*n, thinned(&record.knots[*n as usize], error))),
+            _ => None,
+        })
+        .collect();
+    let mut knots: Vec<Vec<(f64, Vec3)>> = tracks
+        .iter()
+        .map(|t| match t {
+            Track::Edge(e) => edge_trajectory(field, *e, range).to_vec(),
+            Track::Own(n) => thinned[n].clone(),
+            Track::Inner(n) => inner[*n as usize].clone(),
+        })
+        .collect();
+    // The exact field rounds samples that are no integers, so an edge may be crossed a trace before or after its
+    // samples' values are reached.
+    let triangles: Vec<[usize; 3]> = lives.par_iter().map(|l| l.vertices.map(number)).collect();
+    for (t, l) in triangles.iter().zip(&lives) {
+        for &v in t {
+            let last = knots[v].len() - 1;
+            knots[v][0].0 = knots[v][0].0.min(l.low);
+            knots[v][last].0 = knots[v][last].0.max(l.high);
+        }
+    }
+    let mut isovalues: Vec<f64> = knots.iter().flatten().map(|k| k.0).collect();
+    isovalues.extend(lives.iter().flat_map(|l| [l.low, l.high]));
+    isovalues.par_sort_unstable_by(f64::total_cmp);
+    isovalues.dedup();
+    let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
+    let mut patch = Patch::default();
+    patch.first_knot.push(0);
+    for knots in &knots {
+        patch.knots.extend(
+            knots.iter().map(|&(c, p)| Knot { rank: rank(c), position: p.to_array() }),
+        );
+        patch.first_knot.push(patch.knots.len() as u32);
+    }
+    let ends = lives.iter().zip(&triangles);
+    patch.triangles = ends
+        .map(|(l, t)| Triangle {
+            vertices: t.map(|v| v as u32),
+            birth: rank(l.low),
+            death: rank(l.high),
+            cap: l.cap,
+        })
+        .collect();
+    patch.isovalues = isovalues;
+    patch
+}
+
+/// The knots of one trajectory that stay, by isovalue.
+fn thinned(knots: &[OwnKnot], error: f32) -> Vec<(f64, Vec3)> {
+    let mut knots = knots.to_vec();
+    knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
+    knots.dedup_by(|b, a| a.isovalue == b.isovalue);
+    let places: Vec<ThinPlace> = knots
+        .iter()
+        .map(|k| ThinPlace {
+            isovalue: k.isovalue,
+            position: k.position,
+            normal: k.normal,
+            stays: false,
+        })
+        .collect();
+    let stay = thin(&places, Bound::new(error, 1.0));
+    stay.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
+}

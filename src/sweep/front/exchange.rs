@@ -1,0 +1,570 @@
+//! Cells become exact, and cells become tracked, at one isovalue.
+//!
+//! # Theory
+//!
+//! *Release*: the exact extraction's triangles in cells that are no longer exact are taken into the mesh as they are.
+//! They share the seam's vertices, so nothing has to be matched.
+//!
+//! *Yield*: the mesh is cut along the lattice squares around cells that become exact, by edge splits only, and what lies
+//! inside goes. Its boundary there is then a polyline on those squares. It becomes the one of the exact extraction in
+//! two moves. Where the mesh has a sample on the wrong side, which may be where the isosurface is nearer to that sample
+//! than the mesh to the isosurface, the boundary passes it, as it does when the isovalue goes by. Then every
+//! vertex moves along its lattice edge to where the exact extraction has it.
+//!
+//! Where the mesh crosses a lattice edge more than once, or joins its crossings otherwise than the exact extraction,
+//! nothing is done: the caller makes more cells exact there and tries again. With all cells exact nothing is left to cut.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use glam::Vec3;
+
+use super::region::{Grid, LatticeEdge, Link, Region, Square};
+use super::tracked::{Changes, Tracked, place_of, place_on};
+use crate::extract::extract_cell;
+use crate::mesh::{Edge, Face, Mesh, Vertex, area, bounds};
+use crate::topology::exact::ExactField;
+
+/// How near to a square, as a share of the lattice's edges, an edge of the mesh may pass by it and is split all the same.
+const NEAR: f32 = 1e-3;
+
+/// Samples that the mesh has on the wrong side lie together in groups of at most so many.
+const MOST_WRONG: usize = 8;
+
+/// A part of the mesh between cuts has at most this area, in square voxels, on the side of the cut where it is not.
+const MIXED_AREA: f32 = 1e-3;
+
+/// What an exchange has made.
+pub(super) struct Exchanged {
+    pub(super) tracked: Tracked,
+    /// Per face slot: the face that it was before, if it is one of those.
+    pub(super) was: Vec<Option<Face>>,
+}
+
+/// Makes the mesh of one region that of another, at an isovalue.
+pub(super) fn exchange(
+    before: &Tracked,
+    old: &Region,
+    new: &Region,
+    field: &ExactField,
+    isovalue: f64,
+) -> Result<Exchanged, Vec<u32>> {
+    let mut tracked = before.clone();
+    let cut = Cut::new(old, new, field);
+    cut.split(&mut tracked.mesh);
+    let removed = cut.removed(&tracked)?;
+    let nodes = cut.nodes(&tracked.mesh, &removed)?;
+    let wrong = cut.wrong(&nodes, isovalue)?;
+    let mut spare = tracked.hubs();
+    let mut positions: Vec<[f32; 3]> = (0..tracked.mesh.vertex_slots() as u32)
+        .map(|v| tracked.mesh.position(Vertex(v)).to_array())
+        .collect();
+    let mut triangles = Vec::new();
+    let mut was = Vec::new();
+    for f in tracked.mesh.faces().filter(|f| !tracked.mesh.is_cap(*f)) {
+        if !removed[f.0 as usize] {
+            triangles.push(tracked.mesh.face_vertices(f).map(|v| v.0));
+            was.push(Some(f));
+        }
+    }
+    let released = release(&tracked, old, new, field, isovalue, &mut positions, &mut triangles);
+    was.resize(triangles.len(), None);
+    let at_node: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (v.0, *e)).collect();
+    let key = |v: u32| {
+        let own = at_node.get(&v).or_else(|| released.get(&v)).copied();
+        own.or_else(|| tracked.key(Vertex(v)))
+    };
+    let mut made = Tracked::of(positions, triangles, key, &mut spare).map_err(|s| vec![s.0])?;
+    was.resize(made.mesh.face_slots(), None);
+    let mut changes = Changes::default();
+    let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
+    cut.straighten(&mut made, &mut changes)?;
+    for sample in wrong {
+        let place = place_of(field, sample);
+        made.pass(new, sample, place, &at, &mut changes).map_err(|s| vec![s.0])?;
+    }
+    let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
+    for &(v, e) in &bound {
+        let ends = new.grid.ends(e).map(|s| field.key(s) > field.isovalue_key(isovalue));
+        if ends[0] == ends[1] {
+            return Err(new.grid.ends(e).to_vec());
+        }
+        made.mesh.set_position(v, place_on(field, e, isovalue));
+    }
+    let squares = cut.squares.iter().copied();
+    made.check_seam(new, field, squares, isovalue).map_err(|s| vec![s.0])?;
+    let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
+    made.cure_chords(new, &vertices, &at, &mut changes);
+    was.resize(made.mesh.face_slots(), None);
+    Ok(Exchanged { tracked: made, was })
+}
+
+/// Adds the exact extraction's triangles in the cells that are no longer exact. Returns the lattice edges of its vertices.
+fn release(
+    tracked: &Tracked,
+    old: &Region,
+    new: &Region,
+    field: &ExactField,
+    isovalue: f64,
+    positions: &mut Vec<[f32; 3]>,
+    triangles: &mut Vec<[u32; 3]>,
+) -> HashMap<u32, LatticeEdge> {
+    let grid = new.grid;
+    let strides = field.strides();
+    let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
+    let mut keys = HashMap::new();
+    let isovalue_key = field.isovalue_key(isovalue);
+    for block in old.blocks().difference(new.blocks()) {
+        for cell in grid.cells_of(*block) {
+            let offsets = field.cell_offsets();
+            let above = offsets.iter().filter(|&&o| field.key(cell + o) > isovalue_key).count();
+            if above == 0 || above == 8 {
+                continue;
+            }
+            let surface = extract_cell(field, cell, isovalue);
+            let numbers: Vec<u32> = surface
+                .crossings
+                .iter()
+                .zip(&surface.positions)
+                .map(|(crossing, &position)| {
+                    let Some((a, b)) = crossing else {
+                        positions.push(position);
+                        return positions.len() as u32 - 1;
+                    };
+                    let from = *a.min(b);
+                    let axis = strides.iter().position(|&s| s == a.max(b) - from);
+                    let e = LatticeEdge { from, axis: axis.expect("a lattice edge") as u8 };
+                    let v = tracked.vertex_at(e).map(|v| v.0).unwrap_or_else(|| {
+                        *made.entry(e).or_insert_with(|| {
+                            positions.push(place_on(field, e, isovalue).to_array());
+                            positions.len() as u32 - 1
+                        })
+                    });
+                    keys.insert(v, e);
+                    v
+                })
+                .collect();
+            triangles.extend(surface.faces.iter().map(|f| f.map(|v| numbers[v as usize])));
+        }
+    }
+    keys
+}
+
+/// The squares that the mesh is cut along.
+struct Cut<'a> {
+    field: &'a ExactField<'a>,
+    grid: Grid,
+    old: &'a Region,
+    new: &'a Region,
+    squares: BTreeSet<Square>,
+    /// Bits by square: three times the corner, and the axis.
+    marked: Vec<u64>,
+    size: Vec3,
+}
+
+impl<'a> Cut<'a> {
+    /// The squares between what becomes exact and what stays tracked.
+    fn new(old: &'a Region, new: &'a Region, field: &'a ExactField<'a>) -> Self {
+        let grid = new.grid;
+        let mut squares = BTreeSet::new();
+        for block in new.blocks().difference(old.blocks()) {
+            for cell in grid.cells_of(*block) {
+                for axis in 0..3u8 {
+                    let stride = grid.strides[axis as usize];
+                    for (corner, other) in [(cell, cell - stride), (cell + stride, cell + stride)] {
+                        if !new.is_exact(other) && !old.is_exact(other) {
+                            squares.insert(Square { corner, axis });
+                        }
+                    }
+                }
+            }
+        }
+        let mut marked = vec![0u64; (3 * field.n_vertices()).div_ceil(64)];
+        for s in &squares {
+            let bit = 3 * s.corner as usize + s.axis as usize;
+            marked[bit / 64] |= 1 << (bit % 64);
+        }
+        let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
+        Cut { field, grid, old, new, squares, marked, size }
+    }
+
+    fn is_cut(&self, s: Square) -> bool {
+        let bit = 3 * s.corner as usize + s.axis as usize;
+        self.marked[bit / 64] >> (bit % 64) & 1 == 1
+    }
+
+    /// A lattice plane, voxel frame.
+    fn plane(&self, axis: usize, index: i64) -> f32 {
+        (index as f64 * self.field.volume().voxel_size()[axis]) as f32
+    }
+
+    /// The index of the lattice plane across an axis in which a coordinate lies exactly.
+    fn plane_of(&self, axis: usize, x: f32) -> Option<i64> {
+        let index = (x / self.size[axis]).round() as i64;
+        (self.plane(axis, index) == x).then_some(index)
+    }
+
+    /// The cut squares normal to an axis, in the plane of an index, within some distance of a point.
+    fn squares_near(&self, p: Vec3, axis: usize, index: i64, near: f32) -> Option<Square> {
+        let [b, c] = [1, 2].map(|n| (axis + n) % 3);
+        let x = p / self.size;
+        let sides = |a: usize| [x[a] - near, x[a] + near].map(|x| x.floor() as i64);
+        for i in sides(b) {
+            for j in sides(c) {
+                let mut q = [0i64; 3];
+                (q[axis], q[b], q[c]) = (index, i, j);
+                let inside = (0..3).all(|a| q[a] >= 0 && q[a] + 2 < self.grid.dims[a] as i64);
+                if inside {
+                    let corner = self.grid.vertex(q.map(|q| q as usize + 1));
+                    let s = Square { corner, axis: axis as u8 };
+                    if self.is_cut(s) {
+                        return Some(s);
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether a box meets a cut square in a lattice plane across an axis, or nearly.
+    fn meets(&self, axis: usize, index: i64, [low, high]: [Vec3; 2]) -> bool {
+        let [b, c] = [1, 2].map(|n| (axis + n) % 3);
+        let (x, y) = (low / self.size - NEAR, high / self.size + NEAR);
+        let along = |a: usize| {
+            let most = self.grid.dims[a] as i64 - 4;
+            (x[a].floor() as i64).max(0)..=(y[a].floor() as i64).min(most)
+        };
+        if index < 0 || index + 3 > self.grid.dims[axis] as i64 {
+            return false;
+        }
+        along(b).any(|i| {
+            along(c).any(|j| {
+                let mut q = [0; 3];
+                (q[axis], q[b], q[c]) = (index, i, j);
+                let corner = self.grid.vertex(q.map(|q: i64| q as usize + 1));
+                self.is_cut(Square { corner, axis: axis as u8 })
+            })
+        })
+    }
+
+    /// Splits edges until no face near a cut square passes through its plane, and then no edge in a cut square
+    /// through a plane across its sides.
+    ///
+    /// Each stage looks at one family of parallel planes, and what a stage has done no later one undoes, as every face
+    /// comes out of one that was there: so it ends.
+    fn split(&self, mesh: &mut Mesh) {
+        if self.squares.is_empty() {
+            return;
+        }
+        for axis in 0..3 {
+            self.split_stage(mesh, axis, |cut, mesh, e, index| {
+                let h = e.halfedge();
+                [h, h.twin()].map(|h| mesh.face(h)).into_iter().any(|f| {
+                    let (low, high) = bounds(mesh.corners(f));
+                    !mesh.is_cap(f) && cut.meets(axis, index, [low, high])
+                })
+            });
+        }
+        for axis in 0..3 {
+            self.split_stage(mesh, axis, |cut, mesh, e, _| {
+                let h = e.halfedge();
+                let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
+                (0..3).filter(|&a| a != axis && p[a] == q[a]).any(|a| {
+                    let plane = cut.plane_of(a, p[a]);
+                    plane.is_some_and(|i| cut.meets(a, i, [p.min(q), p.max(q)]))
+                })
+            });
+        }
+    }
+
+    /// Splits the edges that pass through a lattice plane across an axis, where asked to.
+    fn split_stage(
+        &self,
+        mesh: &mut Mesh,
+        axis: usize,
+        is_asked: impl Fn(&Cut, &Mesh, Edge, i64) -> bool,
+    ) {
+        let mut edges: Vec<Edge> = mesh.edges().collect();
+        while let Some(e) = edges.pop() {
+            let h = e.halfedge();
+            if [h, h.twin()].iter().any(|&h| mesh.is_cap(mesh.face(h))) {
+                continue;
+            }
+            let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
+            let (low, high) = (p[axis].min(q[axis]), p[axis].max(q[axis]));
+            let first = (low / self.size[axis]).floor() as i64;
+            let last = (high / self.size[axis]).ceil() as i64;
+            let inside = |&i: &i64| low < self.plane(axis, i) && self.plane(axis, i) < high;
+            let asked = (first..=last).filter(inside).find(|&i| is_asked(self, mesh, e, i));
+            if let Some(index) = asked {
+                let plane = self.plane(axis, index);
+                let mut x = p.lerp(q, (plane - p[axis]) / (q[axis] - p[axis]));
+                x = x.clamp(p.min(q), p.max(q));
+                x[axis] = plane;
+                let s = mesh.split_edge(e, x);
+                edges.extend(s.halves);
+                edges.extend(s.across);
+            }
+        }
+    }
+
+    /// Whether an edge lies in a cut square.
+    fn is_cut_edge(&self, mesh: &Mesh, e: Edge) -> bool {
+        let h = e.halfedge();
+        let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
+        let middle = 0.5 * (p + q);
+        (0..3).any(|axis| {
+            p[axis] == q[axis]
+                && self
+                    .plane_of(axis, p[axis])
+                    .is_some_and(|i| self.squares_near(middle, axis, i, 1e-5).is_some())
+        })
+    }
+
+    /// The cell of a point, if the volume holds it.
+    fn cell(&self, p: Vec3) -> Option<u32> {
+        let x = p / self.size;
+        let index: [i64; 3] = std::array::from_fn(|a| x[a].floor() as i64);
+        let inside = (0..3).all(|a| index[a] >= 0 && index[a] + 3 < self.grid.dims[a] as i64);
+        inside.then(|| self.grid.vertex(index.map(|i| i as usize + 1)))
+    }
+
+    /// Per face slot, whether it goes: what lies in cells that become exact.
+    fn removed(&self, tracked: &Tracked) -> Result<Vec<bool>, Vec<u32>> {
+        let mesh = &tracked.mesh;
+        let mut removed = vec![false; mesh.face_slots()];
+        let mut seen = vec![false; mesh.face_slots()];
+        let mut failed = Vec::new();
+        for first in mesh.faces() {
+            if seen[first.0 as usize] || mesh.is_cap(first) {
+                continue;
+            }
+            let mut part = vec![first];
+            seen[first.0 as usize] = true;
+            let (mut inside, mut outside) = ((0.0, first), (0.0, first));
+            let mut i = 0;
+            while i < part.len() {
+                let f = part[i];
+                i += 1;
+                let corners = mesh.corners(f);
+                if let Some(cell) = self.cell(corners.iter().sum::<Vec3>() / 3.0) {
+                    let a = area(corners);
+                    let side = if !self.new.is_exact(cell) {
+                        Some(&mut outside)
+                    } else if !self.old.is_exact(cell) {
+                        Some(&mut inside)
+                    } else {
+                        None
+                    };
+                    if let Some(side) = side {
+                        side.0 += a;
+                        side.1 = f;
+                    }
+                }
+                for h in mesh.face_halfedges(f) {
+                    let g = mesh.face(h.twin());
+                    let goes_on = !seen[g.0 as usize] && !mesh.is_cap(g);
+                    if goes_on && !self.is_cut_edge(mesh, h.edge()) {
+                        seen[g.0 as usize] = true;
+                        part.push(g);
+                    }
+                }
+            }
+            let goes = inside.0 > outside.0;
+            let other = if goes { outside } else { inside };
+            if other.0 > MIXED_AREA {
+                let middle = mesh.corners(other.1).iter().sum::<Vec3>() / 3.0;
+                failed.extend(self.cell(middle));
+            }
+            if goes {
+                part.iter().for_each(|f| removed[f.0 as usize] = true);
+            }
+        }
+        if failed.is_empty() { Ok(removed) } else { Err(failed) }
+    }
+
+    /// The vertices in which the new boundary crosses lattice edges.
+    fn nodes(
+        &self,
+        mesh: &Mesh,
+        removed: &[bool],
+    ) -> Result<BTreeMap<LatticeEdge, Vertex>, Vec<u32>> {
+        let mut nodes: BTreeMap<LatticeEdge, Vertex> = BTreeMap::new();
+        let mut failed = Vec::new();
+        for f in mesh.faces().filter(|f| !mesh.is_cap(*f) && !removed[f.0 as usize]) {
+            for h in mesh.face_halfedges(f) {
+                let g = mesh.face(h.twin());
+                if mesh.is_cap(g) || !removed[g.0 as usize] {
+                    continue;
+                }
+                for v in [mesh.from(h), mesh.to(h)] {
+                    let p = mesh.position(v);
+                    let planes: [Option<i64>; 3] =
+                        std::array::from_fn(|a| self.plane_of(a, p[a]));
+                    let on = planes.iter().flatten().count();
+                    if on < 2 {
+                        continue;
+                    }
+                    let x = p / self.size;
+                    let index = std::array::from_fn(|a| {
+                        (planes[a].unwrap_or(x[a].floor() as i64) + 1) as usize
+                    });
+                    let from = self.grid.vertex(index);
+                    let axis = planes.iter().position(Option::is_none);
+                    let Some(axis) = axis else {
+                        failed.push(from);
+                        continue;
+                    };
+                    let e = LatticeEdge { from, axis: axis as u8 };
+                    if *nodes.entry(e).or_insert(v) != v {
+                        failed.extend(self.grid.ends(e));
+                    }
+                }
+            }
+        }
+        if failed.is_empty() { Ok(nodes) } else { Err(failed) }
+    }
+
+    /// The lattice edges of the cut at a sample, and whether all of the seam around it is cut.
+    fn cut_edges(&self, v: u32) -> (Vec<LatticeEdge>, bool) {
+        let Link::Cycle(cycle, n) = self.new.link(v) else { return (Vec::new(), false) };
+        let cycle = &cycle[..n as usize];
+        let (mut edges, mut all) = (BTreeSet::new(), true);
+        for i in 0..cycle.len() {
+            let [d, e] = [cycle[i], cycle[(i + 1) % cycle.len()]];
+            let mut corner = v;
+            for x in [d, e] {
+                if x % 2 == 0 {
+                    corner = self.grid.beside(corner, x);
+                }
+            }
+            if self.is_cut(Square { corner, axis: 3 - d / 2 - e / 2 }) {
+                edges.extend([self.grid.edge(v, d), self.grid.edge(v, e)]);
+            } else {
+                all = false;
+            }
+        }
+        (edges.into_iter().collect(), all)
+    }
+
+    /// The samples that the mesh has on the wrong side, in the order of how far the isovalue is from them.
+    fn wrong(
+        &self,
+        nodes: &BTreeMap<LatticeEdge, Vertex>,
+        isovalue: f64,
+    ) -> Result<Vec<u32>, Vec<u32>> {
+        let isovalue_key = self.field.isovalue_key(isovalue);
+        let is_above = |v: u32| self.field.key(v) > isovalue_key;
+        let differs = |e: LatticeEdge| {
+            let [a, b] = self.grid.ends(e);
+            nodes.contains_key(&e) != (is_above(a) != is_above(b))
+        };
+        let mut different: BTreeSet<LatticeEdge> = BTreeSet::new();
+        for s in &self.squares {
+            different.extend(sides(self.grid, *s).into_iter().filter(|&e| differs(e)));
+        }
+        // Samples joined by edges that agree lie on the same side of the mesh, or all on the wrong one.
+        let mut wrong: BTreeSet<u32> = BTreeSet::new();
+        let mut right: BTreeSet<u32> = BTreeSet::new();
+        for &e in &different {
+            for v in self.grid.ends(e) {
+                if wrong.contains(&v) || right.contains(&v) {
+                    continue;
+                }
+                let (mut group, mut anchored, mut i) = (vec![v], false, 0);
+                while i < group.len() && group.len() <= MOST_WRONG {
+                    let (edges, is_all_cut) = self.cut_edges(group[i]);
+                    anchored |= !is_all_cut;
+                    for e in edges.into_iter().filter(|e| !different.contains(e)) {
+                        for w in self.grid.ends(e) {
+                            if !group.contains(&w) {
+                                group.push(w);
+                            }
+                        }
+                    }
+                    i += 1;
+                }
+                let side = if anchored || i < group.len() { &mut right } else { &mut wrong };
+                side.extend(group);
+            }
+        }
+        let failed: Vec<u32> = different
+            .iter()
+            .map(|&e| self.grid.ends(e))
+            .filter(|ends| wrong.contains(&ends[0]) == wrong.contains(&ends[1]))
+            .flatten()
+            .collect();
+        if !failed.is_empty() {
+            return Err(failed);
+        }
+        let mut wrong: Vec<u32> = wrong.into_iter().collect();
+        // From the mesh outwards would need its distances; the values tell as much.
+        let away = |v: &u32| (self.field.sample(*v) - isovalue).abs();
+        wrong.sort_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
+        Ok(wrong)
+    }
+
+    /// Merges the vertices that the boundary has inside squares into those on lattice edges.
+    fn straighten(&self, made: &mut Tracked, changes: &mut Changes) -> Result<(), Vec<u32>> {
+        let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
+        let mut bends: Vec<Vertex> = made
+            .mesh
+            .vertices()
+            .filter(|&v| made.mesh.is_fixed(v) && made.key(v).is_none())
+            .filter(|&v| made.along(v, true).is_some())
+            .collect();
+        while !bends.is_empty() {
+            let before = bends.len();
+            let mut left = Vec::new();
+            for &v in &bends {
+                let ends = [true, false].map(|forward| made.along(v, forward));
+                let mut next = ends.into_iter().flatten().filter(|&w| {
+                    let h = made.mesh.find_halfedge(v, w);
+                    h.is_some_and(|h| made.mesh.is_link_kept(h))
+                });
+                let target = next.next().or(ends[0]);
+                drop(next);
+                let done = target.and_then(|w| made.contract(v, w, &at, changes));
+                if done.is_none() {
+                    left.push(v);
+                }
+            }
+            if left.len() == before {
+                let places = left.iter().filter_map(|&v| self.cell(made.mesh.position(v)));
+                return Err(places.collect());
+            }
+            bends = left;
+        }
+        Ok(())
+    }
+}
+
+/// The four sides of a square, in cyclic order.
+pub(super) fn sides(grid: Grid, s: Square) -> [LatticeEdge; 4] {
+    let [u, v] = [1, 2].map(|n| (s.axis + n) % 3);
+    let [a, b, _, d] = grid.corners(s);
+    [(a, u), (b, v), (d, u), (a, v)].map(|(from, axis)| LatticeEdge { from, axis })
+}
+
+/// The exact extraction's polyline on a square at an isovalue: the ends of each of its edges.
+pub(super) fn polyline(
+    field: &ExactField,
+    grid: Grid,
+    s: Square,
+    isovalue: f64,
+) -> Vec<[LatticeEdge; 2]> {
+    let key = field.isovalue_key(isovalue);
+    let above = grid.corners(s).map(|v| field.key(v) > key);
+    let sides = sides(grid, s);
+    let crossed: Vec<usize> = (0..4).filter(|&i| above[i] != above[(i + 1) % 4]).collect();
+    match crossed[..] {
+        [] => Vec::new(),
+        [a, b] => vec![[sides[a], sides[b]]],
+        _ => {
+            let saddle = field.face_saddle(s.corner, s.axis as usize);
+            let saddle_above = saddle.is_some_and(|s| s.is_above(key));
+            // What is on the other side than the saddle is cut off.
+            let cut = (0..4).filter(|&i| above[i] != saddle_above);
+            cut.map(|i| [sides[(i + 3) % 4], sides[i]]).collect()
+        }
+    }
+}

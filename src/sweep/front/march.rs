@@ -1,0 +1,515 @@
+//! One march over the sampling isovalues for the whole isosurface: plan, exchange, move, check, slide, remesh, record.
+
+use std::collections::{BTreeSet, HashMap};
+
+use glam::Vec3;
+
+use super::calendar::{Calendar, Passage};
+use super::exact::Shown;
+use super::exchange::exchange;
+use super::record::Recorder;
+use super::region::{Grid, Link, Region};
+use super::tracked::{Changes, Stuck, Tracked, place_of, place_on};
+use super::transport::{Moved, Step, transport, typical_slope};
+use crate::error::Result;
+use crate::kernels::Kernels;
+use crate::kernels::field::Field;
+use crate::mesh::{Mesh, Vertex};
+use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
+use crate::sweep::flips::flip_edges;
+use crate::sweep::glide::Born;
+use crate::sweep::refine::{refine, split_long};
+use crate::sweep::remesh::SIZING_GOAL;
+use crate::sweep::simplify::{Bounds, simplify};
+use crate::sweep::{Parameters, Sweep};
+use crate::topology::critical::Place;
+use crate::topology::exact::ExactField;
+
+/// How far all but one in ten places move in a step, voxels.
+const STEP_LENGTH: f32 = 0.7;
+
+/// Steps for which a block stays exact after the last reason for it.
+const HOLD: u32 = 2;
+
+/// A step is tried so often with more cells exact before it is taken as it is.
+const MOST_ROUNDS: usize = 6;
+
+/// An exchange is tried so often before everything is made exact.
+const MOST_EXCHANGES: usize = 24;
+
+/// Rounds of split, collapse, flip and relaxation where the mesh is new.
+const IMPROVE_ROUNDS: usize = 5;
+
+/// What happened.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    pub(super) steps: usize,
+    pub(super) rounds: usize,
+    pub(super) exchanges: usize,
+    pub(super) refused_exchanges: usize,
+    pub(super) passed: usize,
+    pub(super) stuck: usize,
+    pub(super) unresolved: usize,
+    pub(super) given_up: usize,
+}
+
+/// What a march goes on with.
+#[derive(Clone)]
+struct State {
+    tracked: Tracked,
+    region: Region,
+    /// Since when blocks are exact.
+    since: HashMap<u32, f64>,
+    /// By block, the step of the last reason to be exact.
+    reasons: HashMap<u32, u32>,
+    at: f64,
+}
+
+/// See the module.
+pub(super) struct March<'s, 'a> {
+    sweep: &'s Sweep<'a>,
+    calendar: Calendar<'s>,
+    grid: Grid,
+    pub(super) record: Recorder,
+    pub(super) shown: Vec<Shown>,
+    pub(super) tally: Tally,
+    step: u32,
+}
+
+impl<'s, 'a> March<'s, 'a> {
+    pub(super) fn new(sweep: &'s Sweep<'a>) -> Self {
+        let exact = &sweep.exact;
+        March {
+            sweep,
+            calendar: Calendar::new(exact, &sweep.topology),
+            grid: Grid::of(exact),
+            record: Recorder::default(),
+            shown: Vec::new(),
+            tally: Tally::default(),
+            step: 0,
+        }
+    }
+
+    fn exact(&self) -> &'s ExactField<'a> {
+        &self.sweep.exact
+    }
+
+    fn field(&self) -> &'s Field {
+        &self.sweep.field
+    }
+
+    fn parameters(&self) -> &'s Parameters {
+        self.sweep.parameters
+    }
+
+    /// Goes up and down from the start.
+    pub(super) fn run(&mut self, start: f64, kernels: &mut dyn Kernels) -> Result<()> {
+        let (low, high) = self.sweep.range;
+        let length = self.first_step(start);
+        let mut state = State {
+            tracked: Tracked::default(),
+            region: Region::closed(self.grid),
+            since: HashMap::new(),
+            reasons: HashMap::new(),
+            at: start,
+        };
+        state.since = state.region.blocks().iter().map(|&b| (b, start)).collect();
+        self.step = HOLD + 1;
+        let around = [(start - length).max(low), (start + length).min(high)];
+        let region = self.plan(&mut state, around);
+        self.exchange(&mut state, region, kernels)?;
+        let snapshot = self.record.snapshot();
+        let begun = state.clone();
+        self.go(&mut state, high, length, kernels)?;
+        self.record.restore(snapshot);
+        state = begun;
+        self.go(&mut state, low, length, kernels)
+    }
+
+    /// A first guess of the step's length, from the exact extraction.
+    fn first_step(&self, start: f64) -> f64 {
+        let whole = crate::extract::extract(self.exact(), start);
+        let own = whole.positions.iter().map(|&p| p.into());
+        let slope = typical_slope(self.field(), own).unwrap_or(1.0);
+        self.length_for(slope)
+    }
+
+    fn length_for(&self, slope: f32) -> f64 {
+        let unit = f64::from(self.field().isovalue(1.0) - self.field().isovalue(0.0)).max(1e-12);
+        let (low, high) = self.sweep.range;
+        let length = f64::from(STEP_LENGTH * slope) / unit;
+        length.clamp((high - low) / 2000.0, (high - low) / 4.0)
+    }
+
+    /// The next sampling isovalue.
+    fn next(&self, at: f64, last: f64, length: f64) -> f64 {
+        let sign = (last - at).signum();
+        let left = (last - at).abs();
+        let mut next = at + sign * length;
+        if self.exact().volume().samples().is_integer() {
+            // Between samples' values.
+            let half = |c: f64| c.floor() + 0.5;
+            next = half(next);
+            if (next - at) * sign <= 0.25 {
+                next = half(at + sign);
+            }
+        }
+        if (next - at).abs() >= 0.8 * left { last } else { next }
+    }
+
+    /// Marches to an isovalue.
+    fn go(
+        &mut self,
+        state: &mut State,
+        last: f64,
+        mut length: f64,
+        kernels: &mut dyn Kernels,
+    ) -> Result<()> {
+        while state.at != last {
+            self.sweep.cancelled()?;
+            let step = Step { at: state.at, next: self.next(state.at, last, length) };
+            self.take(state, step, kernels)?;
+            let positions = state.tracked.mesh.vertices().filter(|&v| {
+                !state.tracked.mesh.is_fixed(v)
+            });
+            let slope = typical_slope(
+                self.field(),
+                positions.map(|v| state.tracked.mesh.position(v)),
+            );
+            if let Some(slope) = slope {
+                length = self.length_for(slope).clamp(0.5 * length, 1.6 * length);
+            }
+        }
+        self.record.finish(last);
+        for (block, since) in sorted(std::mem::take(&mut state.since)) {
+            self.show(block, since, last);
+        }
+        Ok(())
+    }
+
+    /// Writes down that a block was exact between two isovalues.
+    fn show(&mut self, block: u32, a: f64, b: f64) {
+        if a != b {
+            let cells = self.grid.cells_of(block);
+            self.shown.extend(cells.map(|cell| (cell, a.min(b), a.max(b))));
+        }
+    }
+
+    /// Which blocks are exact in a step: those with something critical in or near it, those for which there was a reason
+    /// shortly before, and what the seam asks for.
+    fn plan(&mut self, state: &mut State, [from, to]: [f64; 2]) -> Region {
+        let margin = to - from;
+        let passage = Passage::between(self.exact(), from - 0.5 * margin, to + margin);
+        let mut busy = BTreeSet::new();
+        for place in self.calendar.critical(passage) {
+            match place {
+                Place::Vertex(v) => {
+                    let octants = (0..8).map(|o| self.grid.octant(v, o));
+                    busy.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
+                }
+                Place::Face { corner, axis } => {
+                    let cells = [corner, corner - self.grid.strides[axis as usize]];
+                    busy.extend(cells.into_iter().filter_map(|c| self.grid.block_of_cell(c)));
+                }
+                Place::Cell(cell) => busy.extend(self.grid.block_of_cell(cell)),
+                Place::Layer => {}
+            }
+        }
+        for &b in &busy {
+            for near in self.grid.blocks_around(b) {
+                state.reasons.insert(near, self.step);
+            }
+        }
+        let mut region = Region::open(self.grid);
+        let oldest = self.step.saturating_sub(HOLD);
+        for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1 >= oldest) {
+            region.add(b);
+        }
+        self.calendar.close(&mut region, Passage::between(self.exact(), from, to));
+        region
+    }
+
+    /// Makes the mesh that of another region, or of a larger one.
+    fn exchange(
+        &mut self,
+        state: &mut State,
+        mut region: Region,
+        kernels: &mut dyn Kernels,
+    ) -> Result<()> {
+        for attempt in 0.. {
+            self.tally.exchanges += 1;
+            let made =
+                exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
+            match made {
+                Ok(mut made) => {
+                    self.improve(&mut made.tracked, state.at, kernels)?;
+                    self.record.exchanged(&made, state.at);
+                    for &b in region.blocks().difference(state.region.blocks()) {
+                        state.since.insert(b, state.at);
+                    }
+                    let released: Vec<u32> =
+                        state.region.blocks().difference(region.blocks()).copied().collect();
+                    for b in released {
+                        if let Some(since) = state.since.remove(&b) {
+                            self.show(b, since, state.at);
+                        }
+                    }
+                    (state.tracked, state.region) = (made.tracked, region);
+                    return Ok(());
+                }
+                Err(samples) => {
+                    self.tally.refused_exchanges += 1;
+                    log::debug!("exchange refused at {} samples: {:?}", samples.len(), &samples[..samples.len().min(4)]);
+                    let mut grown = false;
+                    if attempt < MOST_EXCHANGES {
+                        for s in samples.into_iter().filter(|&s| self.is_sample(s)) {
+                            grown |= region.add_around(s);
+                            if attempt > 4 {
+                                let own = self.grid.block_of_cell(self.grid.octant(s, 0));
+                                for b in own.into_iter().flat_map(|b| self.grid.blocks_around(b)) {
+                                    grown |= region.add(b);
+                                }
+                            }
+                        }
+                    }
+                    if !grown {
+                        self.tally.given_up += 1;
+                        region = Region::closed(self.grid);
+                    }
+                }
+            }
+        }
+        unreachable!("with everything exact nothing is cut")
+    }
+
+    /// Better triangles where the mesh is new, at the isovalue of an exchange.
+    fn improve(
+        &self,
+        tracked: &mut Tracked,
+        isovalue: f64,
+        kernels: &mut dyn Kernels,
+    ) -> Result<()> {
+        let mesh = &mut tracked.mesh;
+        let old: Vec<Vertex> = mesh
+            .vertices()
+            .filter(|&v| !mesh.is_fixed(v) && self.record.is_traced(v))
+            .collect();
+        let n_new = mesh.vertices().filter(|&v| !mesh.is_fixed(v)).count() - old.len();
+        if n_new == 0 {
+            return Ok(());
+        }
+        old.iter().for_each(|&v| mesh.set_pinned(v, true));
+        let criteria = Criteria::new(self.field(), isovalue, self.parameters());
+        for _ in 0..IMPROVE_ROUNDS {
+            let deviations = criteria.deviations(mesh);
+            let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
+            split_long(mesh, &criteria, &length, 1.4, &mut Vec::new());
+            extend_sizing(mesh, &mut length);
+            simplify(mesh, &criteria, &length, Bounds { short: 0.75, share: 1.0 });
+            flip_edges(mesh, &criteria, 3, f32::INFINITY);
+            let compacted = mesh.compacted_free();
+            kernels.load(&compacted.connectivity, &compacted.positions)?;
+            let parameters = self.parameters();
+            let [strength, force] = [parameters.relax_strength, parameters.relax_force];
+            kernels.relax(isovalue, strength as f32, force as f32, 4)?;
+            let positions = kernels.positions()?;
+            for (&v, p) in compacted.vertices.iter().zip(positions) {
+                if !mesh.is_pinned(v) {
+                    mesh.set_position(v, p.into());
+                }
+            }
+        }
+        let deviations = criteria.deviations(mesh);
+        refine(mesh, &criteria, &deviations, &mut Vec::new());
+        flip_edges(mesh, &criteria, 2, f32::INFINITY);
+        old.iter().for_each(|&v| mesh.set_pinned(v, false));
+        Ok(())
+    }
+
+    fn is_sample(&self, v: u32) -> bool {
+        (v as usize) < self.grid.dims.iter().product()
+            && {
+                let p = self.grid.position(v);
+                (0..3).all(|a| p[a] >= 1 && p[a] + 1 < self.grid.dims[a])
+            }
+    }
+
+    /// Takes one step.
+    fn take(&mut self, state: &mut State, step: Step, kernels: &mut dyn Kernels) -> Result<()> {
+        self.step += 1;
+        self.tally.steps += 1;
+        let region = self.plan(state, [step.at, step.next]);
+        self.exchange(state, region, kernels)?;
+        let passage = Passage::between(self.exact(), step.at, step.next);
+        for round in 0.. {
+            self.tally.rounds += 1;
+            let moved = transport(
+                &state.tracked,
+                self.exact(),
+                self.field(),
+                kernels,
+                self.parameters(),
+                step,
+            )?;
+            let stuck = if moved.places.is_empty() || round >= MOST_ROUNDS {
+                self.tally.unresolved += moved.places.len();
+                match self.slide(state, step, passage, &moved) {
+                    Ok(()) => break,
+                    Err(stuck) => Some(stuck),
+                }
+            } else {
+                None
+            };
+            for p in moved.places.iter().take(3) {
+                log::trace!("at {p}");
+            }
+            log::debug!(
+                "{} to {}: {:?} named, {} faces, {} exact blocks, {stuck:?}",
+                step.at,
+                step.next,
+                moved.named,
+                state.tracked.mesh.n_faces(),
+                state.region.blocks().len()
+            );
+            let mut region = state.region.clone();
+            let mut named: BTreeSet<u32> = BTreeSet::new();
+            if let Some(Stuck(sample)) = stuck {
+                self.tally.stuck += 1;
+                let octants = (0..8).map(|o| self.grid.octant(sample, o));
+                named.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
+            } else {
+                named.extend(moved.places.iter().filter_map(|&p| self.block_at(p)));
+            }
+            for b in named {
+                state.reasons.insert(b, self.step);
+                region.add(b);
+                if round >= 2 {
+                    for near in self.grid.blocks_around(b) {
+                        state.reasons.insert(near, self.step);
+                        region.add(near);
+                    }
+                }
+            }
+            self.calendar.close(&mut region, passage);
+            self.exchange(state, region, kernels)?;
+        }
+        state.at = step.next;
+        self.remesh(state);
+        Ok(())
+    }
+
+    /// The block around a place of the voxel frame.
+    fn block_at(&self, p: Vec3) -> Option<u32> {
+        let x = p * self.field().inverse_cell_size();
+        let index = std::array::from_fn(|a| {
+            (x[a].floor().max(0.0) as usize).min(self.grid.dims[a] - 4) + 1
+        });
+        self.grid.is_cell(index).then(|| self.grid.block(index))
+    }
+
+    /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
+    fn slide(
+        &mut self,
+        state: &mut State,
+        step: Step,
+        passage: Passage,
+        moved: &Moved,
+    ) -> std::result::Result<(), Stuck> {
+        let exact = self.exact();
+        let before = state.tracked.clone();
+        let mark = self.record.mark();
+        let mut ends: HashMap<Vertex, Vec3> =
+            moved.vertices.iter().copied().zip(moved.positions.iter().map(|&p| p.into())).collect();
+        let mut samples: Vec<u32> = self.calendar.samples(passage).to_vec();
+        if step.next < step.at {
+            samples.reverse();
+        }
+        let criteria = Criteria::new(self.field(), step.next, self.parameters());
+        for sample in samples {
+            if !matches!(state.region.link(sample), Link::Cycle(..)) {
+                continue;
+            }
+            let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
+            let share = ((value - step.at) / (step.next - step.at)) as f32;
+            let at = |mesh: &Mesh, v: Vertex| {
+                let p = mesh.position(v);
+                ends.get(&v).map_or(p, |&q| p.lerp(q, share))
+            };
+            let mut changes = Changes::default();
+            let place = place_of(exact, sample);
+            let passed = state.tracked.pass(&state.region, sample, place, &at, &mut changes);
+            if let Err(stuck) = passed {
+                state.tracked = before;
+                self.record.roll_back(mark);
+                return Err(stuck);
+            }
+            self.tally.passed += 1;
+            self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
+            for (v, between) in changes.born {
+                let [p, q] = between.map(|v| {
+                    let own = ends.get(&v).copied();
+                    own.unwrap_or_else(|| state.tracked.mesh.position(v))
+                });
+                let n = state.tracked.mesh.vertex_normal(v);
+                let middle = 0.5 * (p + q);
+                let reach = 0.5 * p.distance(q) + 0.1;
+                let end = crate::kernels::project::project_point(
+                    self.field(),
+                    middle,
+                    n,
+                    0,
+                    criteria.isovalue,
+                    reach,
+                );
+                // Its way so far is that of the edge's middle; so that it is there at the sample's value, its place
+                // at the start of the step is as if it had always moved evenly.
+                let now = state.tracked.mesh.position(v);
+                let end = end.unwrap_or(middle);
+                if share < 1.0 {
+                    state.tracked.mesh.set_position(v, (now - share * end) / (1.0 - share));
+                }
+                ends.insert(v, end);
+            }
+        }
+        let normals: HashMap<Vertex, [f32; 3]> =
+            moved.vertices.iter().copied().zip(moved.normals.iter().copied()).collect();
+        let vertices: Vec<Vertex> = state.tracked.mesh.vertices().collect();
+        for v in vertices {
+            if let Some(e) = state.tracked.key(v) {
+                state.tracked.mesh.set_position(v, place_on(exact, e, step.next));
+            } else if let Some(&end) = ends.get(&v) {
+                state.tracked.mesh.set_position(v, end);
+                let n = normals.get(&v).map_or(Vec3::ZERO, |&n| n.into());
+                self.record.knot(v, step.next, end, n);
+            }
+        }
+        Ok(())
+    }
+
+    /// Better triangles at the present isovalue.
+    fn remesh(&mut self, state: &mut State) {
+        let criteria = Criteria::new(self.field(), state.at, self.parameters());
+        let mesh = &mut state.tracked.mesh;
+        if mesh.n_faces() == 0 {
+            return;
+        }
+        flip_edges(mesh, &criteria, 2, f32::INFINITY);
+        let deviations = criteria.deviations(mesh);
+        let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
+        let mut born: Vec<Born> = Vec::new();
+        refine(mesh, &criteria, &deviations, &mut born);
+        extend_sizing(mesh, &mut length);
+        split_long(mesh, &criteria, &length, 1.5, &mut born);
+        extend_sizing(mesh, &mut length);
+        simplify(mesh, &criteria, &length, Bounds { short: 0.6, share: 1.0 });
+        flip_edges(mesh, &criteria, 2, f32::INFINITY);
+        self.record.changed_all(&state.tracked, state.at);
+    }
+}
+
+/// The entries of a map by key.
+fn sorted<V>(map: HashMap<u32, V>) -> Vec<(u32, V)> {
+    let mut all: Vec<(u32, V)> = map.into_iter().collect();
+    all.sort_unstable_by_key(|e| e.0);
+    all
+}

@@ -1,0 +1,197 @@
+//! Writes down what happens to the tracked mesh: where its vertices are, and when its triangles live.
+//!
+//! # Invariants
+//!
+//! 1. A vertex bound to a lattice edge has that edge's trajectory, which is the exact extraction's own: so triangles on
+//!    both sides of the seam share it. Every other vertex has a trajectory of its own.
+//! 2. A triangle lives as long as its three trajectories stay the same.
+
+use glam::Vec3;
+
+use super::exchange::Exchanged;
+use super::region::LatticeEdge;
+use super::tracked::Tracked;
+use crate::mesh::{Face, Vertex};
+
+/// Which trajectory a vertex has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Track {
+    /// That of a lattice edge.
+    Edge(LatticeEdge),
+    /// One of its own, by number.
+    Own(u32),
+    /// That of a vertex inside an exact cell, by number.
+    Inner(u32),
+}
+
+/// A knot, with what thinning needs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OwnKnot {
+    pub(super) isovalue: f64,
+    pub(super) position: Vec3,
+    pub(super) normal: Vec3,
+}
+
+/// A triangle over the isovalues at which it lives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Life {
+    pub(super) vertices: [Track; 3],
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) cap: bool,
+}
+
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Recorder {
+    /// Knots by own trajectory, in the order in which they were written.
+    pub(super) knots: Vec<Vec<OwnKnot>>,
+    pub(super) lives: Vec<Life>,
+    /// By vertex slot.
+    tracks: Vec<Option<Track>>,
+    /// By face slot: the trajectories, and since when.
+    alive: Vec<Option<([Track; 3], f64)>>,
+}
+
+/// What is alive, to go back to.
+#[derive(Clone, Debug)]
+pub(super) struct Snapshot {
+    tracks: Vec<Option<Track>>,
+    alive: Vec<Option<([Track; 3], f64)>>,
+}
+
+/// A place in what is written.
+#[derive(Clone, Debug)]
+pub(super) struct Mark {
+    snapshot: Snapshot,
+    n_lives: usize,
+    n_knots: usize,
+}
+
+impl Recorder {
+    /// What is alive now.
+    pub(super) fn snapshot(&self) -> Snapshot {
+        Snapshot { tracks: self.tracks.clone(), alive: self.alive.clone() }
+    }
+
+    /// Goes on from an earlier state; what was written stays.
+    pub(super) fn restore(&mut self, snapshot: Snapshot) {
+        (self.tracks, self.alive) = (snapshot.tracks, snapshot.alive);
+    }
+
+    /// Where writing is, to go back there.
+    pub(super) fn mark(&self) -> Mark {
+        Mark { snapshot: self.snapshot(), n_lives: self.lives.len(), n_knots: self.knots.len() }
+    }
+
+    /// Forgets what was written since; but for knots of trajectories that were there, which must be none.
+    pub(super) fn roll_back(&mut self, mark: Mark) {
+        self.lives.truncate(mark.n_lives);
+        self.knots.truncate(mark.n_knots);
+        self.restore(mark.snapshot);
+    }
+
+    /// Whether a vertex has a trajectory of its own.
+    pub(super) fn is_traced(&self, v: Vertex) -> bool {
+        matches!(self.tracks.get(v.0 as usize), Some(Some(Track::Own(_))))
+    }
+
+    /// Gives a vertex the trajectory that it should have; a new one begins at the isovalue where the mesh has it.
+    pub(super) fn trace(&mut self, tracked: &Tracked, v: Vertex, isovalue: f64) {
+        let slot = v.0 as usize;
+        if self.tracks.len() <= slot {
+            self.tracks.resize(slot + 1, None);
+        }
+        match (tracked.key(v), self.tracks[slot]) {
+            (Some(e), _) => self.tracks[slot] = Some(Track::Edge(e)),
+            (None, Some(Track::Own(_))) => {}
+            (None, _) => {
+                self.tracks[slot] = Some(Track::Own(self.knots.len() as u32));
+                let (position, normal) = (tracked.mesh.position(v), tracked.mesh.vertex_normal(v));
+                self.knots.push(vec![OwnKnot { isovalue, position, normal }]);
+            }
+        }
+    }
+
+    /// Writes down where a vertex with a trajectory of its own is.
+    pub(super) fn knot(&mut self, v: Vertex, isovalue: f64, position: Vec3, normal: Vec3) {
+        if let Some(Some(Track::Own(n))) = self.tracks.get(v.0 as usize) {
+            let knots = &mut self.knots[*n as usize];
+            if knots.last().is_none_or(|k| k.isovalue != isovalue) {
+                knots.push(OwnKnot { isovalue, position, normal });
+            }
+        }
+    }
+
+    /// Writes down that faces have changed at an isovalue; their vertices are traced.
+    pub(super) fn changed(
+        &mut self,
+        tracked: &Tracked,
+        faces: impl Iterator<Item = Face>,
+        isovalue: f64,
+    ) {
+        for f in faces {
+            let slot = f.0 as usize;
+            if self.alive.len() <= slot {
+                self.alive.resize(slot + 1, None);
+            }
+            let lives = tracked.mesh.has_face(f) && !tracked.mesh.is_cap(f);
+            let now = lives.then(|| {
+                tracked.mesh.face_vertices(f).map(|v| {
+                    self.trace(tracked, v, isovalue);
+                    self.tracks[v.0 as usize].expect("traced")
+                })
+            });
+            if self.alive[slot].map(|a| a.0) != now {
+                self.end(slot, isovalue);
+                self.alive[slot] = now.map(|vertices| (vertices, isovalue));
+            }
+        }
+    }
+
+    /// Writes down that all of the mesh may have changed at an isovalue.
+    pub(super) fn changed_all(&mut self, tracked: &Tracked, isovalue: f64) {
+        self.forget(tracked);
+        self.changed(tracked, (0..tracked.mesh.face_slots() as u32).map(Face), isovalue);
+    }
+
+    /// Writes down an exchange at an isovalue.
+    pub(super) fn exchanged(&mut self, exchanged: &Exchanged, isovalue: f64) {
+        let mut alive = vec![None; exchanged.was.len()];
+        for (now, was) in alive.iter_mut().zip(&exchanged.was) {
+            if let Some(f) = was {
+                *now = self.alive.get_mut(f.0 as usize).and_then(Option::take);
+            }
+        }
+        for slot in 0..self.alive.len() {
+            self.end(slot, isovalue);
+        }
+        self.alive = alive;
+        self.changed_all(&exchanged.tracked, isovalue);
+    }
+
+    /// Vertex slots that are empty have no trajectory: another vertex may take them.
+    fn forget(&mut self, tracked: &Tracked) {
+        for (v, track) in self.tracks.iter_mut().enumerate() {
+            if v >= tracked.mesh.vertex_slots() || !tracked.mesh.has_vertex(Vertex(v as u32)) {
+                *track = None;
+            }
+        }
+    }
+
+    fn end(&mut self, slot: usize, isovalue: f64) {
+        if let Some((vertices, since)) = self.alive[slot].take() {
+            let (low, high) = (since.min(isovalue), since.max(isovalue));
+            if low < high {
+                self.lives.push(Life { vertices, low, high, cap: false });
+            }
+        }
+    }
+
+    /// Ends everything: the march is over.
+    pub(super) fn finish(&mut self, isovalue: f64) {
+        for slot in 0..self.alive.len() {
+            self.end(slot, isovalue);
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! Which cells are exact, and the lattice squares between them and the others.
+//!
+//! # Theory
+//!
+//! Around a sample lie eight cells, its *octants*. A square of the lattice between an exact cell and one that is not
+//! belongs to the *seam*. At every sample of the seam the squares around it must form one cycle, so that the seam is
+//! a surface: then the exact extraction meets it in closed polylines.
+//!
+//! # Invariants
+//!
+//! 1. The cells of the layer around the volume are exact, so every square of the seam lies in the volume.
+//! 2. Cells are exact by blocks of [`BLOCK`]^3: the seam has fewer corners at which it turns.
+
+use std::collections::BTreeSet;
+
+use crate::topology::exact::ExactField;
+
+/// Cells along the side of a block.
+pub(super) const BLOCK: usize = 2;
+
+/// A direction along the lattice: twice the axis, and one more for the positive sense.
+pub(super) type Direction = u8;
+
+/// How the seam runs around a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Link {
+    /// It does not.
+    Away,
+    /// The directions of the seam's lattice edges, in cyclic order, and how many there are.
+    Cycle([Direction; 6], u8),
+    /// Not as one cycle.
+    Pinched,
+}
+
+/// A lattice edge: its lower end and its axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct LatticeEdge {
+    pub(super) from: u32,
+    pub(super) axis: u8,
+}
+
+/// A square of the lattice: its lowest sample and the axis that it is normal to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Square {
+    pub(super) corner: u32,
+    pub(super) axis: u8,
+}
+
+/// The padded grid of a volume: vertices, cells (by their lowest vertex) and blocks by number.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    pub(super) dims: [usize; 3],
+    pub(super) strides: [u32; 3],
+}
+
+impl Grid {
+    pub(super) fn of(field: &ExactField) -> Grid {
+        Grid { dims: field.dims(), strides: field.strides() }
+    }
+
+    /// Position of a vertex in the padded grid.
+    pub(super) fn position(&self, v: u32) -> [usize; 3] {
+        let [nx, ny] = [self.dims[0] as u32, self.dims[1] as u32];
+        let row = v / nx;
+        [(v - row * nx) as usize, (row % ny) as usize, (row / ny) as usize]
+    }
+
+    pub(super) fn vertex(&self, p: [usize; 3]) -> u32 {
+        (0..3).map(|a| p[a] as u32 * self.strides[a]).sum()
+    }
+
+    /// Whether a cell is one of the volume and not of the layer around it.
+    pub(super) fn is_cell(&self, p: [usize; 3]) -> bool {
+        (0..3).all(|a| p[a] >= 1 && p[a] + 2 < self.dims[a])
+    }
+
+    /// The vertex beside another.
+    pub(super) fn beside(&self, v: u32, direction: Direction) -> u32 {
+        let stride = self.strides[direction as usize / 2];
+        if direction % 2 == 1 { v + stride } else { v - stride }
+    }
+
+    /// The lattice edge that leaves a vertex in a direction.
+    pub(super) fn edge(&self, v: u32, direction: Direction) -> LatticeEdge {
+        let from = if direction % 2 == 1 { v } else { self.beside(v, direction) };
+        LatticeEdge { from, axis: direction / 2 }
+    }
+
+    /// Both ends of a lattice edge.
+    pub(super) fn ends(&self, e: LatticeEdge) -> [u32; 2] {
+        [e.from, e.from + self.strides[e.axis as usize]]
+    }
+
+    /// The cell in an octant of a vertex of the volume: bit a tells the upper side along axis a.
+    pub(super) fn octant(&self, v: u32, o: u8) -> u32 {
+        let back: u32 =
+            (0..3).filter(|&a| o >> a & 1 == 0).map(|a| self.strides[a as usize]).sum();
+        v - back
+    }
+
+    /// The four corners of a square in cyclic order.
+    pub(super) fn corners(&self, s: Square) -> [u32; 4] {
+        let [u, v] = [1, 2].map(|n| self.strides[(s.axis as usize + n) % 3]);
+        [s.corner, s.corner + u, s.corner + u + v, s.corner + v]
+    }
+
+    /// The two cells beside a square, the lower one first.
+    pub(super) fn cells_beside(&self, s: Square) -> [u32; 2] {
+        [s.corner - self.strides[s.axis as usize], s.corner]
+    }
+
+    fn blocks(&self) -> [usize; 3] {
+        self.dims.map(|d| (d - 3).div_ceil(BLOCK))
+    }
+
+    /// The block of a cell of the volume, by its position.
+    pub(super) fn block(&self, p: [usize; 3]) -> u32 {
+        let [bx, by, _] = self.blocks();
+        let [i, j, k] = p.map(|x| (x - 1) / BLOCK);
+        (i + bx * (j + by * k)) as u32
+    }
+
+    /// The block of a cell; none of a cell of the layer.
+    pub(super) fn block_of_cell(&self, cell: u32) -> Option<u32> {
+        let p = self.position(cell);
+        self.is_cell(p).then(|| self.block(p))
+    }
+
+    fn block_position(&self, block: u32) -> [usize; 3] {
+        let [bx, by, _] = self.blocks();
+        let b = block as usize;
+        [b % bx, b / bx % by, b / (bx * by)]
+    }
+
+    /// The cells of a block, as ranges of positions.
+    fn block_cells(&self, block: u32) -> [std::ops::Range<usize>; 3] {
+        let b = self.block_position(block);
+        std::array::from_fn(|a| {
+            let first = 1 + BLOCK * b[a];
+            first..(first + BLOCK).min(self.dims[a] - 2)
+        })
+    }
+
+    pub(super) fn cells_of(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
+        let grid = *self;
+        let [x, y, z] = self.block_cells(block);
+        z.flat_map(move |k| {
+            let x = x.clone();
+            y.clone().flat_map(move |j| x.clone().map(move |i| grid.vertex([i, j, k])))
+        })
+    }
+
+    /// The samples on the hull of a block.
+    pub(super) fn samples_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
+        let grid = *self;
+        let [x, y, z] = self.block_cells(block).map(|r| (r.start, r.end));
+        (z.0..=z.1).flat_map(move |k| {
+            (y.0..=y.1).flat_map(move |j| {
+                (x.0..=x.1).filter_map(move |i| {
+                    let hull = [(i, x), (j, y), (k, z)].iter().any(|(p, r)| *p == r.0 || *p == r.1);
+                    hull.then(|| grid.vertex([i, j, k]))
+                })
+            })
+        })
+    }
+
+    /// A block and those around it.
+    pub(super) fn blocks_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
+        let n = self.blocks();
+        let [x, y, z] = {
+            let b = self.block_position(block);
+            std::array::from_fn(|a| b[a].saturating_sub(1)..(b[a] + 2).min(n[a]))
+        };
+        z.flat_map(move |k| {
+            let x = x.clone();
+            y.clone().flat_map(move |j| x.clone().map(move |i| (i + n[0] * (j + n[1] * k)) as u32))
+        })
+    }
+}
+
+/// Which cells are exact.
+#[derive(Clone, Debug)]
+pub(super) struct Region {
+    pub(super) grid: Grid,
+    /// By cell.
+    exact: Vec<bool>,
+    /// The exact blocks.
+    blocks: BTreeSet<u32>,
+}
+
+impl Region {
+    /// Only the layer is exact.
+    pub(super) fn open(grid: Grid) -> Region {
+        let mut exact = vec![true; grid.dims.iter().product()];
+        for k in 1..grid.dims[2] - 2 {
+            for j in 1..grid.dims[1] - 2 {
+                let row = grid.vertex([1, j, k]) as usize;
+                exact[row..row + grid.dims[0] - 3].fill(false);
+            }
+        }
+        Region { grid, exact, blocks: BTreeSet::new() }
+    }
+
+    /// Everything is exact.
+    pub(super) fn closed(grid: Grid) -> Region {
+        let exact = vec![true; grid.dims.iter().product()];
+        let n: usize = grid.blocks().iter().product();
+        Region { grid, exact, blocks: (0..n as u32).collect() }
+    }
+
+    #[inline]
+    pub(super) fn is_exact(&self, cell: u32) -> bool {
+        self.exact[cell as usize]
+    }
+
+    pub(super) fn blocks(&self) -> &BTreeSet<u32> {
+        &self.blocks
+    }
+
+    /// Makes a block exact; whether it was not.
+    pub(super) fn add(&mut self, block: u32) -> bool {
+        let is_new = self.blocks.insert(block);
+        if is_new {
+            self.grid.cells_of(block).for_each(|c| self.exact[c as usize] = true);
+        }
+        is_new
+    }
+
+    /// Makes the blocks around a sample exact; whether one was not.
+    pub(super) fn add_around(&mut self, v: u32) -> bool {
+        let grid = self.grid;
+        let octants = (0..8).filter_map(|o| grid.block_of_cell(grid.octant(v, o)));
+        octants.collect::<Vec<_>>().into_iter().fold(false, |any, b| self.add(b) | any)
+    }
+
+    /// Whether a square lies between an exact cell and one that is not.
+    pub(super) fn is_seam(&self, s: Square) -> bool {
+        let [a, b] = self.grid.cells_beside(s);
+        self.is_exact(a) != self.is_exact(b)
+    }
+
+    /// Which octants of a sample of the volume are exact, by bits.
+    pub(super) fn octants(&self, v: u32) -> u8 {
+        (0..8).fold(0, |bits, o| bits | u8::from(self.is_exact(self.grid.octant(v, o))) << o)
+    }
+
+    /// How the seam runs around a sample of the volume.
+    pub(super) fn link(&self, v: u32) -> Link {
+        link(self.octants(v))
+    }
+}
+
+/// The cells of the layer around the volume.
+pub(super) fn layer(grid: Grid) -> impl Iterator<Item = u32> {
+    let [nx, ny, nz] = grid.dims.map(|d| d - 1);
+    let positions = (0..nz).flat_map(move |k| {
+        (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k]))
+    });
+    positions.filter(move |&p| !grid.is_cell(p)).map(move |p| grid.vertex(p))
+}
+
+/// The cycle of a seam around a sample whose octants are exact as the bits say.
+pub(super) fn link(octants: u8) -> Link {
+    if octants == 0 || octants == 255 {
+        return Link::Away;
+    }
+    let mut beside = [[u8::MAX; 2]; 6];
+    let mut degree = [0usize; 6];
+    for axis in 0..3u8 {
+        let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
+        for quadrant in 0..4u8 {
+            let (sb, sc) = (quadrant & 1, quadrant >> 1);
+            let low = sb << b | sc << c;
+            let differs = octants >> low & 1 != octants >> (low | 1 << axis) & 1;
+            if differs {
+                let ends = [2 * b + sb, 2 * c + sc];
+                for (d, other) in [(ends[0], ends[1]), (ends[1], ends[0])] {
+                    if degree[d as usize] == 2 {
+                        return Link::Pinched;
+                    }
+                    beside[d as usize][degree[d as usize]] = other;
+                    degree[d as usize] += 1;
+                }
+            }
+        }
+    }
+    let n = degree.iter().filter(|&&d| d > 0).count();
+    let first = degree.iter().position(|&d| d > 0).expect("octants differ") as u8;
+    let mut cycle = [u8::MAX; 6];
+    let (mut at, mut before, mut length) = (first, u8::MAX, 0);
+    loop {
+        cycle[length] = at;
+        length += 1;
+        let [p, q] = beside[at as usize];
+        let next = if p == before { q } else { p };
+        (before, at) = (at, next);
+        if at == first || length == 6 {
+            break;
+        }
+    }
+    if at == first && length == n { Link::Cycle(cycle, n as u8) } else { Link::Pinched }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seam_around_a_sample_is_one_cycle_or_pinched() {
+        for octants in 0..=255u8 {
+            let l = link(octants);
+            assert_eq!(l == Link::Away, octants == 0 || octants == 255);
+            // What is exact and what is not are each joined by sides, or the seam is pinched.
+            let joined = |bits: u8| {
+                let first = 1 << bits.trailing_zeros();
+                let mut seen: u8 = first;
+                for _ in 0..8 {
+                    for o in (0..8u8).filter(|o| seen >> o & 1 == 1) {
+                        for a in 0..3 {
+                            seen |= 1 << (o ^ 1 << a) & bits;
+                        }
+                    }
+                }
+                seen == bits
+            };
+            if let Link::Cycle(cycle, n) = l {
+                assert!(joined(octants) && joined(!octants), "{octants:08b}");
+                let mut sorted = cycle[..n as usize].to_vec();
+                sorted.sort_unstable();
+                sorted.dedup();
+                assert!(sorted.len() == n as usize && n >= 3, "{octants:08b}");
+                // Neighbours in the cycle span a square: they are not opposite.
+                for i in 0..n as usize {
+                    assert_ne!(cycle[i] / 2, cycle[(i + 1) % n as usize] / 2);
+                }
+            }
+        }
+        assert_eq!(link(0b1000_0001), Link::Pinched);
+        assert!(matches!(link(0b0000_1111), Link::Cycle(_, 4)));
+        assert!(matches!(link(0b0000_0001), Link::Cycle(_, 3)));
+    }
+}
