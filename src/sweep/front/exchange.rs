@@ -30,8 +30,18 @@ const NEAR: f32 = 1e-3;
 /// Samples that the mesh has on the wrong side lie together in groups of at most so many.
 const MOST_WRONG: usize = 8;
 
-/// A part of the mesh between cuts has at most this area, in square voxels, on the side of the cut where it is not.
-const MIXED_AREA: f32 = 1e-3;
+/// Why an exchange was not made, and the samples around which cells are to be exact.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Refused {
+    pub(super) why: &'static str,
+    pub(super) samples: Vec<u32>,
+}
+
+impl Refused {
+    fn at(why: &'static str, samples: impl IntoIterator<Item = u32>) -> Refused {
+        Refused { why, samples: samples.into_iter().collect() }
+    }
+}
 
 /// What an exchange has made.
 pub(super) struct Exchanged {
@@ -47,11 +57,11 @@ pub(super) fn exchange(
     new: &Region,
     field: &ExactField,
     isovalue: f64,
-) -> Result<Exchanged, Vec<u32>> {
+) -> Result<Exchanged, Refused> {
     let mut tracked = before.clone();
     let cut = Cut::new(old, new, field);
     cut.split(&mut tracked.mesh);
-    let removed = cut.removed(&tracked)?;
+    let removed = cut.removed(&tracked);
     let nodes = cut.nodes(&tracked.mesh, &removed)?;
     let wrong = cut.wrong(&nodes, isovalue)?;
     let mut spare = tracked.hubs();
@@ -73,25 +83,28 @@ pub(super) fn exchange(
         let own = at_node.get(&v).or_else(|| released.get(&v)).copied();
         own.or_else(|| tracked.key(Vertex(v)))
     };
-    let mut made = Tracked::of(positions, triangles, key, &mut spare).map_err(|s| vec![s.0])?;
+    let mut made = Tracked::of(positions, triangles, key, &mut spare)
+        .map_err(|s| Refused::at("no manifold", [s.0]))?;
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
     let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
     cut.straighten(&mut made, &mut changes)?;
     for sample in wrong {
         let place = place_of(field, sample);
-        made.pass(new, sample, place, &at, &mut changes).map_err(|s| vec![s.0])?;
+        made.pass(new, sample, place, &at, &mut changes)
+            .map_err(|s| Refused::at("not passed", [s.0]))?;
     }
     let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
     for &(v, e) in &bound {
         let ends = new.grid.ends(e).map(|s| field.key(s) > field.isovalue_key(isovalue));
         if ends[0] == ends[1] {
-            return Err(new.grid.ends(e).to_vec());
+            return Err(Refused::at("bound to no crossing", new.grid.ends(e)));
         }
         made.mesh.set_position(v, place_on(field, e, isovalue));
     }
     let squares = cut.squares.iter().copied();
-    made.check_seam(new, field, squares, isovalue).map_err(|s| vec![s.0])?;
+    made.check_seam(new, field, squares, isovalue)
+        .map_err(|s| Refused::at("another polyline", [s.0]))?;
     let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
     made.cure_chords(new, &vertices, &at, &mut changes);
     was.resize(made.mesh.face_slots(), None);
@@ -283,26 +296,37 @@ impl<'a> Cut<'a> {
         axis: usize,
         is_asked: impl Fn(&Cut, &Mesh, Edge, i64) -> bool,
     ) {
-        let mut edges: Vec<Edge> = mesh.edges().collect();
-        while let Some(e) = edges.pop() {
+        let planes = |mesh: &Mesh, e: Edge| {
             let h = e.halfedge();
-            if [h, h.twin()].iter().any(|&h| mesh.is_cap(mesh.face(h))) {
-                continue;
-            }
-            let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
-            let (low, high) = (p[axis].min(q[axis]), p[axis].max(q[axis]));
+            let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v)[axis]);
+            let (low, high) = (p.min(q), p.max(q));
             let first = (low / self.size[axis]).floor() as i64;
             let last = (high / self.size[axis]).ceil() as i64;
-            let inside = |&i: &i64| low < self.plane(axis, i) && self.plane(axis, i) < high;
-            let asked = (first..=last).filter(inside).find(|&i| is_asked(self, mesh, e, i));
-            if let Some(index) = asked {
+            (first..=last).filter(move |&i| low < self.plane(axis, i) && self.plane(axis, i) < high)
+        };
+        // One plane after the other: what is split at one does not pass through it again.
+        let mut edges: BTreeMap<i64, Vec<Edge>> = BTreeMap::new();
+        for e in mesh.edges() {
+            planes(mesh, e).for_each(|i| edges.entry(i).or_default().push(e));
+        }
+        while let Some((index, crossing)) = edges.pop_first() {
+            for e in crossing {
+                let h = e.halfedge();
+                let is_cap = [h, h.twin()].iter().any(|&h| mesh.is_cap(mesh.face(h)));
+                let passes = !is_cap && planes(mesh, e).any(|i| i == index);
+                if !passes || !is_asked(self, mesh, e, index) {
+                    continue;
+                }
+                let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
                 let plane = self.plane(axis, index);
-                let mut x = p.lerp(q, (plane - p[axis]) / (q[axis] - p[axis]));
-                x = x.clamp(p.min(q), p.max(q));
+                let x = p.lerp(q, (plane - p[axis]) / (q[axis] - p[axis]));
+                let mut x = x.clamp(p.min(q), p.max(q));
                 x[axis] = plane;
                 let s = mesh.split_edge(e, x);
-                edges.extend(s.halves);
-                edges.extend(s.across);
+                for e in s.halves.into_iter().chain(s.across) {
+                    let above = planes(mesh, e).filter(|&i| i > index);
+                    above.for_each(|i| edges.entry(i).or_default().push(e));
+                }
             }
         }
     }
@@ -328,19 +352,19 @@ impl<'a> Cut<'a> {
         inside.then(|| self.grid.vertex(index.map(|i| i as usize + 1)))
     }
 
-    /// Per face slot, whether it goes: what lies in cells that become exact.
-    fn removed(&self, tracked: &Tracked) -> Result<Vec<bool>, Vec<u32>> {
+    /// Per face slot, whether it goes: the parts between cuts that lie, for the most part, in cells that become exact. What
+    /// strays beyond the seam goes with its part; if the cuts do not part the mesh, its boundary will not be the polyline.
+    fn removed(&self, tracked: &Tracked) -> Vec<bool> {
         let mesh = &tracked.mesh;
         let mut removed = vec![false; mesh.face_slots()];
         let mut seen = vec![false; mesh.face_slots()];
-        let mut failed = Vec::new();
         for first in mesh.faces() {
             if seen[first.0 as usize] || mesh.is_cap(first) {
                 continue;
             }
             let mut part = vec![first];
             seen[first.0 as usize] = true;
-            let (mut inside, mut outside) = ((0.0, first), (0.0, first));
+            let (mut inside, mut outside) = (0.0, 0.0);
             let mut i = 0;
             while i < part.len() {
                 let f = part[i];
@@ -356,8 +380,7 @@ impl<'a> Cut<'a> {
                         None
                     };
                     if let Some(side) = side {
-                        side.0 += a;
-                        side.1 = f;
+                        *side += a;
                     }
                 }
                 for h in mesh.face_halfedges(f) {
@@ -369,17 +392,12 @@ impl<'a> Cut<'a> {
                     }
                 }
             }
-            let goes = inside.0 > outside.0;
-            let other = if goes { outside } else { inside };
-            if other.0 > MIXED_AREA {
-                let middle = mesh.corners(other.1).iter().sum::<Vec3>() / 3.0;
-                failed.extend(self.cell(middle));
-            }
+            let goes = inside > outside;
             if goes {
                 part.iter().for_each(|f| removed[f.0 as usize] = true);
             }
         }
-        if failed.is_empty() { Ok(removed) } else { Err(failed) }
+        removed
     }
 
     /// The vertices in which the new boundary crosses lattice edges.
@@ -387,7 +405,7 @@ impl<'a> Cut<'a> {
         &self,
         mesh: &Mesh,
         removed: &[bool],
-    ) -> Result<BTreeMap<LatticeEdge, Vertex>, Vec<u32>> {
+    ) -> Result<BTreeMap<LatticeEdge, Vertex>, Refused> {
         let mut nodes: BTreeMap<LatticeEdge, Vertex> = BTreeMap::new();
         let mut failed = Vec::new();
         for f in mesh.faces().filter(|f| !mesh.is_cap(*f) && !removed[f.0 as usize]) {
@@ -421,7 +439,7 @@ impl<'a> Cut<'a> {
                 }
             }
         }
-        if failed.is_empty() { Ok(nodes) } else { Err(failed) }
+        if failed.is_empty() { Ok(nodes) } else { Err(Refused::at("crossed twice", failed)) }
     }
 
     /// The lattice edges of the cut at a sample, and whether all of the seam around it is cut.
@@ -451,7 +469,7 @@ impl<'a> Cut<'a> {
         &self,
         nodes: &BTreeMap<LatticeEdge, Vertex>,
         isovalue: f64,
-    ) -> Result<Vec<u32>, Vec<u32>> {
+    ) -> Result<Vec<u32>, Refused> {
         let isovalue_key = self.field.isovalue_key(isovalue);
         let is_above = |v: u32| self.field.key(v) > isovalue_key;
         let differs = |e: LatticeEdge| {
@@ -494,7 +512,7 @@ impl<'a> Cut<'a> {
             .flatten()
             .collect();
         if !failed.is_empty() {
-            return Err(failed);
+            return Err(Refused::at("sides unclear", failed));
         }
         let mut wrong: Vec<u32> = wrong.into_iter().collect();
         // From the mesh outwards would need its distances; the values tell as much.
@@ -504,7 +522,7 @@ impl<'a> Cut<'a> {
     }
 
     /// Merges the vertices that the boundary has inside squares into those on lattice edges.
-    fn straighten(&self, made: &mut Tracked, changes: &mut Changes) -> Result<(), Vec<u32>> {
+    fn straighten(&self, made: &mut Tracked, changes: &mut Changes) -> Result<(), Refused> {
         let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
         let mut bends: Vec<Vertex> = made
             .mesh
@@ -530,7 +548,7 @@ impl<'a> Cut<'a> {
             }
             if left.len() == before {
                 let places = left.iter().filter_map(|&v| self.cell(made.mesh.position(v)));
-                return Err(places.collect());
+                return Err(Refused::at("not straightened", places));
             }
             bends = left;
         }

@@ -6,11 +6,11 @@ use glam::Vec3;
 
 use super::calendar::{Calendar, Passage};
 use super::exact::Shown;
-use super::exchange::exchange;
+use super::exchange::{Refused, exchange};
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
 use super::tracked::{Changes, Stuck, Tracked, place_of, place_on};
-use super::transport::{Moved, Step, transport, typical_slope};
+use super::transport::{Moved, Step, faults, transport, typical_slope};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
@@ -49,6 +49,7 @@ pub(super) struct Tally {
     pub(super) refused_exchanges: usize,
     pub(super) passed: usize,
     pub(super) stuck: usize,
+    pub(super) faults: usize,
     pub(super) unresolved: usize,
     pub(super) given_up: usize,
 }
@@ -257,9 +258,9 @@ impl<'s, 'a> March<'s, 'a> {
                     (state.tracked, state.region) = (made.tracked, region);
                     return Ok(());
                 }
-                Err(samples) => {
+                Err(Refused { why, samples }) => {
                     self.tally.refused_exchanges += 1;
-                    log::debug!("exchange refused at {} samples: {:?}", samples.len(), &samples[..samples.len().min(4)]);
+                    log::debug!("exchange refused at {} samples, {why}: {:?}", samples.len(), &samples[..samples.len().min(4)]);
                     let mut grown = false;
                     if attempt < MOST_EXCHANGES {
                         for s in samples.into_iter().filter(|&s| self.is_sample(s)) {
@@ -395,6 +396,12 @@ impl<'s, 'a> March<'s, 'a> {
         }
         state.at = step.next;
         self.remesh(state);
+        let criteria = Criteria::new(self.field(), state.at, self.parameters());
+        let faults = faults(&state.tracked, &criteria, self.parameters());
+        self.tally.faults += faults.len();
+        for b in faults.into_iter().filter_map(|p| self.block_at(p)) {
+            state.reasons.insert(b, self.step + 1);
+        }
         Ok(())
     }
 

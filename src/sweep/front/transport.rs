@@ -7,7 +7,7 @@ use super::tracked::{Tracked, place_on};
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
-use crate::mesh::{Vertex, area, intersecting, normal};
+use crate::mesh::{Face, Vertex, area, intersecting, normal};
 use crate::sweep::Parameters;
 use crate::sweep::criteria::Criteria;
 use crate::topology::exact::ExactField;
@@ -103,7 +103,22 @@ pub(super) fn transport(
             places.push(p);
         }
     }
-    let faces = &compacted.connectivity.faces;
+    // Where the seam goes over a sample on the way, faces change before they are at the end.
+    let key = exact.isovalue_key(next);
+    let stays: Vec<bool> = compacted
+        .vertices
+        .iter()
+        .map(|&v| {
+            tracked.key(v).is_none_or(|e| {
+                let ends = [e.from, e.from + exact.strides()[e.axis as usize]];
+                let [a, b] = ends.map(|v| exact.key(v) > key);
+                a != b
+            })
+        })
+        .collect();
+    let stays = |t: &&[u32; 3]| t.iter().all(|&v| stays[v as usize]);
+    let faces: Vec<[u32; 3]> =
+        compacted.connectivity.faces.iter().filter(stays).copied().collect();
     let end = |v: u32| Vec3::from(positions[v as usize]);
     let middle = |v: u32| 0.5 * (end(v) + Vec3::from(before[v as usize]));
     let ends = Criteria::new(field, next, parameters);
@@ -115,14 +130,11 @@ pub(super) fn transport(
         .filter_map(|t| {
             let [a, m] = [t.map(end), t.map(middle)];
             let barycentre = a.iter().sum::<Vec3>() / 3.0;
+            if let Some(check) = fault(&ends, a, most) {
+                return Some((check, barycentre));
+            }
             if area(a) < LEAST_AREA {
                 return None;
-            }
-            if normal(a).dot(field.gradient(barycentre)) > 0.0 {
-                return Some((1, barycentre));
-            }
-            if off(&ends, a) > most {
-                return Some((2, barycentre));
             }
             (off(&midway, m) > most).then_some((3, barycentre))
         })
@@ -131,11 +143,38 @@ pub(super) fn transport(
         named[check] += 1;
         places.push(place);
     }
-    for f in intersecting(&positions, faces) {
+    for f in intersecting(&positions, &faces) {
         named[4] += 1;
         places.push(faces[f as usize].map(end).iter().sum::<Vec3>() / 3.0);
     }
     Ok(Moved { vertices: compacted.vertices, positions, normals, places, named })
+}
+
+/// Which check a face fails, if it does: 1 if it is turned over, 2 if it is off.
+fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
+    let barycentre = t.iter().sum::<Vec3>() / 3.0;
+    if area(t) < LEAST_AREA {
+        return None;
+    }
+    if normal(t).dot(criteria.field.gradient(barycentre)) > 0.0 {
+        return Some(1);
+    }
+    (off(criteria, t) > most).then_some(2)
+}
+
+/// The places of a mesh where it cannot stay as it is.
+pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Vec3> {
+    let mesh = &tracked.mesh;
+    let most = MOST_OFF * parameters.error as f32;
+    let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
+    faces
+        .par_iter()
+        .with_min_len(256)
+        .filter_map(|&f| {
+            let t = mesh.corners(f);
+            fault(criteria, t, most).map(|_| t.iter().sum::<Vec3>() / 3.0)
+        })
+        .collect()
 }
 
 /// How far a face's barycentre is from the isosurface, along its normal or by the field's slope there: the normal of a
