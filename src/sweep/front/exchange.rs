@@ -58,6 +58,9 @@ pub(super) fn exchange(
     field: &ExactField,
     isovalue: f64,
 ) -> Result<Exchanged, Refused> {
+    if new.is_closed() {
+        return Ok(Exchanged { tracked: Tracked::default(), was: Vec::new() });
+    }
     let mut tracked = before.clone();
     let cut = Cut::new(old, new, field);
     cut.split(&mut tracked.mesh);
@@ -84,7 +87,7 @@ pub(super) fn exchange(
         own.or_else(|| tracked.key(Vertex(v)))
     };
     let mut made = Tracked::of(positions, triangles, key, &mut spare)
-        .map_err(|s| Refused::at("no manifold", [s.0]))?;
+        .map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
     let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
@@ -400,13 +403,14 @@ impl<'a> Cut<'a> {
         removed
     }
 
-    /// The vertices in which the new boundary crosses lattice edges.
+    /// The vertices in which the new boundary crosses lattice edges. Where it crosses one to and fro, only what is left of
+    /// that when crossings have cancelled in pairs; the others are no more than bends of the polyline.
     fn nodes(
         &self,
         mesh: &Mesh,
         removed: &[bool],
     ) -> Result<BTreeMap<LatticeEdge, Vertex>, Refused> {
-        let mut nodes: BTreeMap<LatticeEdge, Vertex> = BTreeMap::new();
+        let mut nodes: BTreeMap<LatticeEdge, Vec<Vertex>> = BTreeMap::new();
         let mut failed = Vec::new();
         for f in mesh.faces().filter(|f| !mesh.is_cap(*f) && !removed[f.0 as usize]) {
             for h in mesh.face_halfedges(f) {
@@ -433,13 +437,18 @@ impl<'a> Cut<'a> {
                         continue;
                     };
                     let e = LatticeEdge { from, axis: axis as u8 };
-                    if *nodes.entry(e).or_insert(v) != v {
-                        failed.extend(self.grid.ends(e));
+                    let all = nodes.entry(e).or_default();
+                    if !all.contains(&v) {
+                        all.push(v);
                     }
                 }
             }
         }
-        if failed.is_empty() { Ok(nodes) } else { Err(Refused::at("crossed twice", failed)) }
+        if !failed.is_empty() {
+            return Err(Refused::at("through a sample", failed));
+        }
+        let left = nodes.into_iter().filter(|(_, all)| all.len() % 2 == 1);
+        Ok(left.map(|(e, all)| (e, all[all.len() / 2])).collect())
     }
 
     /// The lattice edges of the cut at a sample, and whether all of the seam around it is cut.

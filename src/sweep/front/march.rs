@@ -28,6 +28,11 @@ use crate::topology::exact::ExactField;
 /// How far all but one in ten places move in a step, voxels.
 const STEP_LENGTH: f32 = 0.7;
 
+/// A step is taken shorter where more than this share of the faces cannot follow it, unless it is as short as the second
+/// share of the range.
+const TOO_LONG_SHARE: f64 = 0.03;
+const SHORTEST: f64 = 1e-3;
+
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 2;
 
@@ -40,6 +45,9 @@ const MOST_EXCHANGES: usize = 24;
 /// Rounds of split, collapse, flip and relaxation where the mesh is new.
 const IMPROVE_ROUNDS: usize = 5;
 
+/// Where an exchange is refused, so many blocks around the place are made exact at most.
+const MOST_NEAR: usize = 1000;
+
 /// What happened.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tally {
@@ -49,6 +57,7 @@ pub(super) struct Tally {
     pub(super) refused_exchanges: usize,
     pub(super) passed: usize,
     pub(super) stuck: usize,
+    pub(super) too_long: usize,
     pub(super) faults: usize,
     pub(super) unresolved: usize,
     pub(super) given_up: usize,
@@ -148,12 +157,10 @@ impl<'s, 'a> March<'s, 'a> {
         let left = (last - at).abs();
         let mut next = at + sign * length;
         if self.exact().volume().samples().is_integer() {
-            // Between samples' values.
-            let half = |c: f64| c.floor() + 0.5;
-            next = half(next);
-            if (next - at) * sign <= 0.25 {
-                next = half(at + sign);
-            }
+            // Not where samples are passed: between them, if the step is as long as that.
+            let half = next.floor() + 0.5;
+            let is_long = length >= 1.0 && (half - at) * sign >= 0.5 * length;
+            next = if is_long { half } else if next == next.floor() { next + 0.1 } else { next };
         }
         if (next - at).abs() >= 0.8 * left { last } else { next }
     }
@@ -169,7 +176,10 @@ impl<'s, 'a> March<'s, 'a> {
         while state.at != last {
             self.sweep.cancelled()?;
             let step = Step { at: state.at, next: self.next(state.at, last, length) };
-            self.take(state, step, kernels)?;
+            if !self.take(state, step, kernels)? {
+                length = 0.5 * (step.next - step.at).abs();
+                continue;
+            }
             let positions = state.tracked.mesh.vertices().filter(|&v| {
                 !state.tracked.mesh.is_fixed(v)
             });
@@ -200,7 +210,7 @@ impl<'s, 'a> March<'s, 'a> {
     /// shortly before, and what the seam asks for.
     fn plan(&mut self, state: &mut State, [from, to]: [f64; 2]) -> Region {
         let margin = to - from;
-        let passage = Passage::between(self.exact(), from - 0.5 * margin, to + margin);
+        let passage = Passage::between(self.exact(), from - 0.25 * margin, to + 0.5 * margin);
         let mut busy = BTreeSet::new();
         for place in self.calendar.critical(passage) {
             match place {
@@ -226,7 +236,14 @@ impl<'s, 'a> March<'s, 'a> {
         for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1 >= oldest) {
             region.add(b);
         }
+        let n_reasons = region.blocks().len();
         self.calendar.close(&mut region, Passage::between(self.exact(), from, to));
+        log::debug!(
+            "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} exact; {} faces tracked",
+            busy.len(),
+            region.blocks().len(),
+            state.tracked.mesh.n_faces()
+        );
         region
     }
 
@@ -263,14 +280,22 @@ impl<'s, 'a> March<'s, 'a> {
                     log::debug!("exchange refused at {} samples, {why}: {:?}", samples.len(), &samples[..samples.len().min(4)]);
                     let mut grown = false;
                     if attempt < MOST_EXCHANGES {
-                        for s in samples.into_iter().filter(|&s| self.is_sample(s)) {
-                            grown |= region.add_around(s);
-                            if attempt > 4 {
-                                let own = self.grid.block_of_cell(self.grid.octant(s, 0));
-                                for b in own.into_iter().flat_map(|b| self.grid.blocks_around(b)) {
-                                    grown |= region.add(b);
+                        let samples = samples.into_iter().filter(|&s| self.is_sample(s));
+                        for s in samples {
+                            let mut own = region.add_around(s);
+                            let mut near: BTreeSet<u32> =
+                                self.grid.block_of_cell(self.grid.octant(s, 0)).into_iter().collect();
+                            while !own && near.len() < MOST_NEAR || attempt > 3 && near.len() < 2 {
+                                let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
+                                near = around.collect();
+                                if near.is_empty() {
+                                    break;
+                                }
+                                for &b in &near {
+                                    own |= region.add(b);
                                 }
                             }
+                            grown |= own;
                         }
                     }
                     if !grown {
@@ -335,8 +360,8 @@ impl<'s, 'a> March<'s, 'a> {
             }
     }
 
-    /// Takes one step.
-    fn take(&mut self, state: &mut State, step: Step, kernels: &mut dyn Kernels) -> Result<()> {
+    /// Takes one step; does not where it is too long for too much of the mesh.
+    fn take(&mut self, state: &mut State, step: Step, kernels: &mut dyn Kernels) -> Result<bool> {
         self.step += 1;
         self.tally.steps += 1;
         let region = self.plan(state, [step.at, step.next]);
@@ -352,6 +377,14 @@ impl<'s, 'a> March<'s, 'a> {
                 self.parameters(),
                 step,
             )?;
+            let (low, high) = self.sweep.range;
+            let is_short = (step.next - step.at).abs() < SHORTEST * (high - low);
+            let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
+            if round == 0 && !is_short && moved.places.len() as f64 > most.max(20.0) {
+                log::debug!("{} to {} is too long: {:?}", step.at, step.next, moved.named);
+                self.tally.too_long += 1;
+                return Ok(false);
+            }
             let stuck = if moved.places.is_empty() || round >= MOST_ROUNDS {
                 self.tally.unresolved += moved.places.len();
                 match self.slide(state, step, passage, &moved) {
@@ -402,7 +435,7 @@ impl<'s, 'a> March<'s, 'a> {
         for b in faults.into_iter().filter_map(|p| self.block_at(p)) {
             state.reasons.insert(b, self.step + 1);
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The block around a place of the voxel frame.

@@ -217,6 +217,11 @@ impl Region {
         &self.blocks
     }
 
+    /// Whether everything is exact.
+    pub(super) fn is_closed(&self) -> bool {
+        self.blocks.len() == self.grid.blocks().iter().product::<usize>()
+    }
+
     /// Makes a block exact; whether it was not.
     pub(super) fn add(&mut self, block: u32) -> bool {
         let is_new = self.blocks.insert(block);

@@ -79,8 +79,9 @@ impl Tracked {
         mut triangles: Vec<[u32; 3]>,
         key: impl Fn(u32) -> Option<LatticeEdge>,
         spare: &mut Vec<u32>,
-    ) -> std::result::Result<Tracked, Stuck> {
-        let next = boundary(&triangles)?;
+    ) -> std::result::Result<Tracked, Vec3> {
+        let place = |v: u32| Vec3::from(positions[v as usize]);
+        let next = boundary(&triangles).map_err(place)?;
         let n_faces = triangles.len();
         let mut borders = vec![0; positions.len()];
         let mut seen: BTreeSet<u32> = BTreeSet::new();
@@ -114,8 +115,10 @@ impl Tracked {
         for &v in seen.iter().chain(&hubs) {
             borders[v as usize] = fixed;
         }
-        let stuck = |_| Stuck(seen.iter().find_map(|&v| key(v)).map_or(0, |e| e.from));
-        let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps).map_err(stuck)?;
+        let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps);
+        // Its own checks name no place; what is on the boundary is as good as any.
+        let somewhere = |_| seen.first().map_or(Vec3::ZERO, |&v| positions[v as usize].into());
+        let mesh = mesh.map_err(somewhere)?;
         let mut tracked = Tracked { mesh, ..Tracked::default() };
         for v in seen {
             if let Some(e) = key(v) {
@@ -353,8 +356,8 @@ fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
     cells(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
 }
 
-/// The boundary of some triangles: per vertex on it the next one.
-fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, Stuck> {
+/// The boundary of some triangles: per vertex on it the next one; a vertex at which they are no manifold, if there is one.
+fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
     let mut sides: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
     for t in triangles {
         for i in 0..3 {
@@ -369,11 +372,11 @@ fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, S
             [(low, high, turned)] => {
                 let (a, b) = if *turned { (*high, *low) } else { (*low, *high) };
                 if next.insert(a, b).is_some() {
-                    return Err(Stuck(u32::MAX));
+                    return Err(a);
                 }
             }
             [(_, _, false), (_, _, true)] => {}
-            _ => return Err(Stuck(u32::MAX)),
+            _ => return Err(group[0].0),
         }
     }
     Ok(next)
