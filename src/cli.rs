@@ -63,7 +63,7 @@ written, is damaged or unsupported, 4 isovalue outside the range, 5 verification
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Compute(compute::Compute),
+    Compute(Box<compute::Compute>),
     Extract(extract::Extract),
     Info(info::Info),
     Analyze(analyze::Analyze),

@@ -251,9 +251,9 @@ pub(super) fn patch(
     let mut patch = Patch::default();
     patch.first_knot.push(0);
     for knots in &knots {
-        patch.knots.extend(
-            knots.iter().map(|&(c, p)| Knot { rank: rank(c), position: p.to_array() }),
-        );
+        patch
+            .knots
+            .extend(knots.iter().map(|&(c, p)| Knot { rank: rank(c), position: p.to_array() }));
         patch.first_knot.push(patch.knots.len() as u32);
     }
     let ends = lives.iter().zip(&triangles);

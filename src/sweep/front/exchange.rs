@@ -103,6 +103,9 @@ pub(super) fn exchange(
         if ends[0] == ends[1] {
             return Err(Refused::at("bound to no crossing", new.grid.ends(e)));
         }
+        if made.vertex_at(e) != Some(v) {
+            return Err(Refused::at("bound twice", new.grid.ends(e)));
+        }
         made.mesh.set_position(v, place_on(field, e, isovalue));
     }
     let squares = cut.squares.iter().copied();
@@ -420,8 +423,7 @@ impl<'a> Cut<'a> {
                 }
                 for v in [mesh.from(h), mesh.to(h)] {
                     let p = mesh.position(v);
-                    let planes: [Option<i64>; 3] =
-                        std::array::from_fn(|a| self.plane_of(a, p[a]));
+                    let planes: [Option<i64>; 3] = std::array::from_fn(|a| self.plane_of(a, p[a]));
                     let on = planes.iter().flatten().count();
                     if on < 2 {
                         continue;

@@ -160,7 +160,13 @@ impl<'s, 'a> March<'s, 'a> {
             // Not where samples are passed: between them, if the step is as long as that.
             let half = next.floor() + 0.5;
             let is_long = length >= 1.0 && (half - at) * sign >= 0.5 * length;
-            next = if is_long { half } else if next == next.floor() { next + 0.1 } else { next };
+            next = if is_long {
+                half
+            } else if next == next.floor() {
+                next + 0.1
+            } else {
+                next
+            };
         }
         if (next - at).abs() >= 0.8 * left { last } else { next }
     }
@@ -180,13 +186,10 @@ impl<'s, 'a> March<'s, 'a> {
                 length = 0.5 * (step.next - step.at).abs();
                 continue;
             }
-            let positions = state.tracked.mesh.vertices().filter(|&v| {
-                !state.tracked.mesh.is_fixed(v)
-            });
-            let slope = typical_slope(
-                self.field(),
-                positions.map(|v| state.tracked.mesh.position(v)),
-            );
+            let positions =
+                state.tracked.mesh.vertices().filter(|&v| !state.tracked.mesh.is_fixed(v));
+            let slope =
+                typical_slope(self.field(), positions.map(|v| state.tracked.mesh.position(v)));
             if let Some(slope) = slope {
                 length = self.length_for(slope).clamp(0.5 * length, 1.6 * length);
             }
@@ -256,8 +259,7 @@ impl<'s, 'a> March<'s, 'a> {
     ) -> Result<()> {
         for attempt in 0.. {
             self.tally.exchanges += 1;
-            let made =
-                exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
+            let made = exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
             match made {
                 Ok(mut made) => {
                     self.improve(&mut made.tracked, state.at, kernels)?;
@@ -277,23 +279,19 @@ impl<'s, 'a> March<'s, 'a> {
                 }
                 Err(Refused { why, samples }) => {
                     self.tally.refused_exchanges += 1;
-                    log::debug!("exchange refused at {} samples, {why}: {:?}", samples.len(), &samples[..samples.len().min(4)]);
+                    log::debug!(
+                        "exchange refused at {} samples, {why}: {:?}",
+                        samples.len(),
+                        &samples[..samples.len().min(4)]
+                    );
                     let mut grown = false;
                     if attempt < MOST_EXCHANGES {
                         let samples = samples.into_iter().filter(|&s| self.is_sample(s));
                         for s in samples {
-                            let mut own = region.add_around(s);
-                            let mut near: BTreeSet<u32> =
-                                self.grid.block_of_cell(self.grid.octant(s, 0)).into_iter().collect();
-                            while !own && near.len() < MOST_NEAR || attempt > 3 && near.len() < 2 {
-                                let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
-                                near = around.collect();
-                                if near.is_empty() {
-                                    break;
-                                }
-                                for &b in &near {
-                                    own |= region.add(b);
-                                }
+                            let own = region.add_around(s);
+                            if !own || attempt > 3 {
+                                let block = self.grid.block_of_cell(self.grid.octant(s, 0));
+                                grown |= self.add_ring(&mut region, block);
                             }
                             grown |= own;
                         }
@@ -308,6 +306,21 @@ impl<'s, 'a> March<'s, 'a> {
         unreachable!("with everything exact nothing is cut")
     }
 
+    /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
+    fn add_ring(&self, region: &mut Region, block: Option<u32>) -> bool {
+        let mut near: BTreeSet<u32> = block.into_iter().collect();
+        while near.len() < MOST_NEAR {
+            let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
+            let wider: BTreeSet<u32> = around.collect();
+            let grown = wider.iter().fold(false, |any, &b| region.add(b) | any);
+            if grown || wider.len() == near.len() {
+                return grown;
+            }
+            near = wider;
+        }
+        false
+    }
+
     /// Better triangles where the mesh is new, at the isovalue of an exchange.
     fn improve(
         &self,
@@ -316,10 +329,8 @@ impl<'s, 'a> March<'s, 'a> {
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
         let mesh = &mut tracked.mesh;
-        let old: Vec<Vertex> = mesh
-            .vertices()
-            .filter(|&v| !mesh.is_fixed(v) && self.record.is_traced(v))
-            .collect();
+        let old: Vec<Vertex> =
+            mesh.vertices().filter(|&v| !mesh.is_fixed(v) && self.record.is_traced(v)).collect();
         let n_new = mesh.vertices().filter(|&v| !mesh.is_fixed(v)).count() - old.len();
         if n_new == 0 {
             return Ok(());
@@ -353,11 +364,10 @@ impl<'s, 'a> March<'s, 'a> {
     }
 
     fn is_sample(&self, v: u32) -> bool {
-        (v as usize) < self.grid.dims.iter().product()
-            && {
-                let p = self.grid.position(v);
-                (0..3).all(|a| p[a] >= 1 && p[a] + 1 < self.grid.dims[a])
-            }
+        (v as usize) < self.grid.dims.iter().product() && {
+            let p = self.grid.position(v);
+            (0..3).all(|a| p[a] >= 1 && p[a] + 1 < self.grid.dims[a])
+        }
     }
 
     /// Takes one step; does not where it is too long for too much of the mesh.

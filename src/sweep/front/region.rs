@@ -93,8 +93,7 @@ impl Grid {
 
     /// The cell in an octant of a vertex of the volume: bit a tells the upper side along axis a.
     pub(super) fn octant(&self, v: u32, o: u8) -> u32 {
-        let back: u32 =
-            (0..3).filter(|&a| o >> a & 1 == 0).map(|a| self.strides[a as usize]).sum();
+        let back: u32 = (0..3).filter(|&a| o >> a & 1 == 0).map(|a| self.strides[a as usize]).sum();
         v - back
     }
 
@@ -258,9 +257,8 @@ impl Region {
 /// The cells of the layer around the volume.
 pub(super) fn layer(grid: Grid) -> impl Iterator<Item = u32> {
     let [nx, ny, nz] = grid.dims.map(|d| d - 1);
-    let positions = (0..nz).flat_map(move |k| {
-        (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k]))
-    });
+    let positions =
+        (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
     positions.filter(move |&p| !grid.is_cell(p)).map(move |p| grid.vertex(p))
 }
 
@@ -320,7 +318,8 @@ mod tests {
                 let first = 1 << bits.trailing_zeros();
                 let mut seen: u8 = first;
                 for _ in 0..8 {
-                    for o in (0..8u8).filter(|o| seen >> o & 1 == 1) {
+                    let before = seen;
+                    for o in (0..8u8).filter(|o| before >> o & 1 == 1) {
                         for a in 0..3 {
                             seen |= 1 << (o ^ 1 << a) & bits;
                         }

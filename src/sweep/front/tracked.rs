@@ -196,7 +196,11 @@ impl Tracked {
             let h = self.mesh.find_halfedge(a, b).ok_or(stuck)?;
             let v = self.mesh.split_edge(h.edge(), place).vertex;
             self.mesh.set_fixed(v, true);
-            if at_end { run.push(v) } else { run.insert(0, v) }
+            if at_end {
+                run.push(v);
+            } else {
+                run.insert(0, v);
+            }
             at_end = !at_end;
         }
         for (&v, &e) in run.iter().zip(&new) {

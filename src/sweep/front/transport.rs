@@ -117,8 +117,7 @@ pub(super) fn transport(
         })
         .collect();
     let stays = |t: &&[u32; 3]| t.iter().all(|&v| stays[v as usize]);
-    let faces: Vec<[u32; 3]> =
-        compacted.connectivity.faces.iter().filter(stays).copied().collect();
+    let faces: Vec<[u32; 3]> = compacted.connectivity.faces.iter().filter(stays).copied().collect();
     let end = |v: u32| Vec3::from(positions[v as usize]);
     let middle = |v: u32| 0.5 * (end(v) + Vec3::from(before[v as usize]));
     let ends = Criteria::new(field, next, parameters);
@@ -196,8 +195,7 @@ pub(super) fn expected_motion(field: &Field, positions: &[[f32; 3]], at: f64, ne
 
 /// The slope that nine of ten places reach.
 pub(super) fn typical_slope(field: &Field, places: impl Iterator<Item = Vec3>) -> Option<f32> {
-    let mut slopes: Vec<f32> =
-        places.map(|p| crate::sweep::caps::inner_slope(field, p)).collect();
+    let mut slopes: Vec<f32> = places.map(|p| crate::sweep::caps::inner_slope(field, p)).collect();
     if slopes.is_empty() {
         return None;
     }
