@@ -31,13 +31,47 @@ pub struct ComponentCount {
 /// Counts the isosurface at an isovalue, component by component in the order of their first
 /// crossings. All of them are closed: the layer around the volume closes them.
 pub fn count(field: &ExactField, isovalue: f64) -> Vec<ComponentCount> {
+    let parts = count_parts(field, isovalue, |_| true);
+    let mut components: Vec<ComponentCount> = Vec::new();
+    for (crossing, part) in parts.crossings.into_iter().zip(parts.part_of) {
+        if part as usize == components.len() {
+            let Crossing { low, high, .. } = crossing;
+            let euler = parts.doubled[part as usize] / 2;
+            components.push(ComponentCount { low, high, euler, n_crossings: 0 });
+        }
+        components[part as usize].n_crossings += 1;
+    }
+    components
+}
+
+/// The parts of the isosurface in some of the cells.
+#[derive(Debug)]
+pub(crate) struct Parts {
+    /// In the order of the walk.
+    pub(crate) crossings: Vec<Crossing>,
+    /// By crossing; parts are numbered by their first crossings.
+    pub(crate) part_of: Vec<u32>,
+    /// By part: twice its Euler characteristic and the number of arcs on its boundary; of any triangulation of it whose
+    /// boundary has as many edges, twice its vertices less its faces.
+    pub(crate) doubled: Vec<i64>,
+}
+
+/// Counts the parts of the isosurface in the cells, by their lowest corners, for which `is_in` holds.
+pub(crate) fn count_parts(
+    field: &ExactField,
+    isovalue: f64,
+    is_in: impl Fn(u32) -> bool,
+) -> Parts {
     let isovalue_key = field.isovalue_key(isovalue);
     let mut numbers = Crossings::new(field);
     let mut crossings: Vec<Crossing> = Vec::new();
     let mut sets = DisjointSets::new(0);
-    // Twice the Euler characteristic that loops and tunnels contribute, at their first crossing.
-    let mut doubled: Vec<i64> = Vec::new();
+    // What loops and tunnels contribute, at their first crossing.
+    let mut own: Vec<i64> = Vec::new();
     for_each_crossed_cell(field, isovalue, |cell| {
+        if !is_in(cell.corner) {
+            return;
+        }
         let surface = CellSurface::of(field, &cell, isovalue_key);
         let mut firsts = [0; 4];
         for (l, first) in firsts.iter_mut().enumerate().take(surface.n_loops()) {
@@ -47,35 +81,30 @@ pub fn count(field: &ExactField, isovalue: f64) -> Vec<ComponentCount> {
                 if is_new {
                     crossings.push(crossing);
                     sets.push();
-                    doubled.push(2);
+                    own.push(2);
                 }
                 if place == 0 {
                     *first = crossing.vertex;
                 }
                 sets.join(*first, crossing.vertex);
             }
-            doubled[*first as usize] += 2 - edges.len() as i64;
+            own[*first as usize] += 2 - edges.len() as i64;
         }
         if let Some((first, second)) = surface.tunnel {
             sets.join(firsts[first], firsts[second]);
-            doubled[firsts[first] as usize] -= 4;
+            own[firsts[first] as usize] -= 4;
         }
     });
-    let mut places = vec![usize::MAX; crossings.len()];
-    let mut components: Vec<ComponentCount> = Vec::new();
-    for crossing in crossings {
-        let root = sets.find(crossing.vertex) as usize;
-        if places[root] == usize::MAX {
-            places[root] = components.len();
-            let Crossing { low, high, .. } = crossing;
-            components.push(ComponentCount { low, high, euler: 0, n_crossings: 0 });
+    let mut places = vec![u32::MAX; crossings.len()];
+    let (mut part_of, mut doubled) = (Vec::with_capacity(crossings.len()), Vec::new());
+    for (crossing, own) in crossings.iter().zip(own) {
+        let place = &mut places[sets.find(crossing.vertex) as usize];
+        if *place == u32::MAX {
+            *place = doubled.len() as u32;
+            doubled.push(0);
         }
-        let component = &mut components[places[root]];
-        component.n_crossings += 1;
-        component.euler += doubled[crossing.vertex as usize];
+        part_of.push(*place);
+        doubled[*place as usize] += own;
     }
-    for component in &mut components {
-        component.euler /= 2;
-    }
-    components
+    Parts { crossings, part_of, doubled }
 }

@@ -9,6 +9,7 @@
 //! Events take place in exact cells, so the tracked mesh knows none.
 
 mod calendar;
+mod check;
 mod exact;
 mod exchange;
 mod march;

@@ -5,11 +5,12 @@ use std::collections::{BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::calendar::{Calendar, Passage};
+use super::check::{open_seam, unlike_parts};
 use super::exact::Shown;
 use super::exchange::{Refused, exchange};
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
-use super::tracked::{Changes, Stuck, Tracked, place_of, place_on};
+use super::tracked::{Changes, Tracked, place_of, place_on};
 use super::transport::{Moved, Step, faults, transport, typical_slope};
 use crate::error::Result;
 use crate::kernels::Kernels;
@@ -260,6 +261,10 @@ impl<'s, 'a> March<'s, 'a> {
         for attempt in 0.. {
             self.tally.exchanges += 1;
             let made = exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
+            let made = made.and_then(|made| {
+                let bad = self.unlike(&made.tracked, &region, state.at);
+                if bad.is_empty() { Ok(made) } else { Err(Refused { why: "unlike", samples: bad }) }
+            });
             match made {
                 Ok(mut made) => {
                     self.improve(&mut made.tracked, state.at, kernels)?;
@@ -304,6 +309,29 @@ impl<'s, 'a> March<'s, 'a> {
             }
         }
         unreachable!("with everything exact nothing is cut")
+    }
+
+    /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
+    fn unlike(&self, tracked: &Tracked, region: &Region, isovalue: f64) -> Vec<u32> {
+        let open = open_seam(tracked, region, self.exact(), isovalue);
+        if !open.is_empty() {
+            log::warn!("{isovalue}: open at {} samples: {:?}", open.len(), open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>());
+            return open.into_iter().collect();
+        }
+        let places = unlike_parts(tracked, region, self.exact(), isovalue);
+        if !places.is_empty() {
+            log::warn!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
+        }
+        places.into_iter().filter_map(|p| self.sample_at(p)).collect()
+    }
+
+    /// The lowest sample of the cell around a place of the voxel frame.
+    fn sample_at(&self, p: Vec3) -> Option<u32> {
+        let x = p * self.field().inverse_cell_size();
+        let index = std::array::from_fn(|a| {
+            (x[a].floor().max(0.0) as usize).min(self.grid.dims[a] - 4) + 1
+        });
+        Some(self.grid.vertex(index))
     }
 
     /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
@@ -417,10 +445,12 @@ impl<'s, 'a> March<'s, 'a> {
             );
             let mut region = state.region.clone();
             let mut named: BTreeSet<u32> = BTreeSet::new();
-            if let Some(Stuck(sample)) = stuck {
+            if let Some(samples) = stuck {
                 self.tally.stuck += 1;
-                let octants = (0..8).map(|o| self.grid.octant(sample, o));
-                named.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
+                for sample in samples.into_iter().filter(|&s| self.is_sample(s)) {
+                    let octants = (0..8).map(|o| self.grid.octant(sample, o));
+                    named.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
+                }
             } else {
                 named.extend(moved.places.iter().filter_map(|&p| self.block_at(p)));
             }
@@ -464,7 +494,7 @@ impl<'s, 'a> March<'s, 'a> {
         step: Step,
         passage: Passage,
         moved: &Moved,
-    ) -> std::result::Result<(), Stuck> {
+    ) -> std::result::Result<(), Vec<u32>> {
         let exact = self.exact();
         let before = state.tracked.clone();
         let mark = self.record.mark();
@@ -491,7 +521,14 @@ impl<'s, 'a> March<'s, 'a> {
             if let Err(stuck) = passed {
                 state.tracked = before;
                 self.record.roll_back(mark);
-                return Err(stuck);
+                return Err(vec![stuck.0]);
+            }
+            if std::env::var_os("FRONT_CHECK").is_some() {
+                let beside = |up: bool| if up { value + 1e-6 } else { value - 1e-6 };
+                let bad = open_seam(&state.tracked, &state.region, exact, beside(step.next > step.at));
+                if !bad.is_empty() {
+                    log::warn!("{value}: after passing {sample} {:?} open at {:?}", self.grid.position(sample), bad.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>());
+                }
             }
             self.tally.passed += 1;
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
@@ -520,6 +557,12 @@ impl<'s, 'a> March<'s, 'a> {
                 }
                 ends.insert(v, end);
             }
+        }
+        let bad = self.unlike(&state.tracked, &state.region, step.next);
+        if !bad.is_empty() {
+            state.tracked = before;
+            self.record.roll_back(mark);
+            return Err(bad);
         }
         let normals: HashMap<Vertex, [f32; 3]> =
             moved.vertices.iter().copied().zip(moved.normals.iter().copied()).collect();
