@@ -21,7 +21,7 @@ use glam::Vec3;
 use super::region::{Grid, LatticeEdge, Link, Region, Square};
 use super::tracked::{Changes, Tracked, place_of, place_on};
 use crate::extract::extract_cell;
-use crate::mesh::{Edge, Face, Mesh, Vertex, area, bounds};
+use crate::mesh::{Edge, Face, Mesh, Vertex, bounds};
 use crate::topology::exact::ExactField;
 
 /// How near to a square, as a share of the lattice's edges, an edge of the mesh may pass by it and is split all the same.
@@ -222,28 +222,6 @@ impl<'a> Cut<'a> {
         (self.plane(axis, index) == x).then_some(index)
     }
 
-    /// The cut squares normal to an axis, in the plane of an index, within some distance of a point.
-    fn squares_near(&self, p: Vec3, axis: usize, index: i64, near: f32) -> Option<Square> {
-        let [b, c] = [1, 2].map(|n| (axis + n) % 3);
-        let x = p / self.size;
-        let sides = |a: usize| [x[a] - near, x[a] + near].map(|x| x.floor() as i64);
-        for i in sides(b) {
-            for j in sides(c) {
-                let mut q = [0i64; 3];
-                (q[axis], q[b], q[c]) = (index, i, j);
-                let inside = (0..3).all(|a| q[a] >= 0 && q[a] + 2 < self.grid.dims[a] as i64);
-                if inside {
-                    let corner = self.grid.vertex(q.map(|q| q as usize + 1));
-                    let s = Square { corner, axis: axis as u8 };
-                    if self.is_cut(s) {
-                        return Some(s);
-                    }
-                }
-            }
-        }
-        None
-    }
-
     /// Whether a box meets a cut square in a lattice plane across an axis, or nearly.
     fn meets(&self, axis: usize, index: i64, [low, high]: [Vec3; 2]) -> bool {
         let [b, c] = [1, 2].map(|n| (axis + n) % 3);
@@ -337,19 +315,6 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Whether an edge lies in a cut square.
-    fn is_cut_edge(&self, mesh: &Mesh, e: Edge) -> bool {
-        let h = e.halfedge();
-        let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
-        let middle = 0.5 * (p + q);
-        (0..3).any(|axis| {
-            p[axis] == q[axis]
-                && self
-                    .plane_of(axis, p[axis])
-                    .is_some_and(|i| self.squares_near(middle, axis, i, 1e-5).is_some())
-        })
-    }
-
     /// The cell of a point, if the volume holds it.
     fn cell(&self, p: Vec3) -> Option<u32> {
         let x = p / self.size;
@@ -358,50 +323,41 @@ impl<'a> Cut<'a> {
         inside.then(|| self.grid.vertex(index.map(|i| i as usize + 1)))
     }
 
-    /// Per face slot, whether it goes: the parts between cuts that lie, for the most part, in cells that become exact. What
-    /// strays beyond the seam goes with its part; if the cuts do not part the mesh, its boundary will not be the polyline.
+    /// Per face slot, whether it goes: it does in cells that become exact. What strays into cells that were exact already
+    /// goes with what it is joined to, for the most part.
     fn removed(&self, tracked: &Tracked) -> Vec<bool> {
         let mesh = &tracked.mesh;
         let mut removed = vec![false; mesh.face_slots()];
-        let mut seen = vec![false; mesh.face_slots()];
-        for first in mesh.faces() {
-            if seen[first.0 as usize] || mesh.is_cap(first) {
+        let mut strays = Vec::new();
+        for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
+            let cell = self.cell(mesh.corners(f).iter().sum::<Vec3>() / 3.0);
+            match cell.filter(|&c| !self.old.is_exact(c)) {
+                Some(cell) => removed[f.0 as usize] = self.new.is_exact(cell),
+                None => strays.push(f),
+            }
+        }
+        let mut is_stray = vec![false; mesh.face_slots()];
+        strays.iter().for_each(|f| is_stray[f.0 as usize] = true);
+        for &first in &strays {
+            if !is_stray[first.0 as usize] {
                 continue;
             }
-            let mut part = vec![first];
-            seen[first.0 as usize] = true;
-            let (mut inside, mut outside) = (0.0, 0.0);
-            let mut i = 0;
+            is_stray[first.0 as usize] = false;
+            let (mut part, mut goes, mut i) = (vec![first], 0.0, 0);
             while i < part.len() {
-                let f = part[i];
-                i += 1;
-                let corners = mesh.corners(f);
-                if let Some(cell) = self.cell(corners.iter().sum::<Vec3>() / 3.0) {
-                    let a = area(corners);
-                    let side = if !self.new.is_exact(cell) {
-                        Some(&mut outside)
-                    } else if !self.old.is_exact(cell) {
-                        Some(&mut inside)
-                    } else {
-                        None
-                    };
-                    if let Some(side) = side {
-                        *side += a;
-                    }
-                }
-                for h in mesh.face_halfedges(f) {
+                for h in mesh.face_halfedges(part[i]) {
                     let g = mesh.face(h.twin());
-                    let goes_on = !seen[g.0 as usize] && !mesh.is_cap(g);
-                    if goes_on && !self.is_cut_edge(mesh, h.edge()) {
-                        seen[g.0 as usize] = true;
+                    if is_stray[g.0 as usize] {
+                        is_stray[g.0 as usize] = false;
                         part.push(g);
+                    } else if !mesh.is_cap(g) && !part.contains(&g) {
+                        let length = mesh.length(h.edge());
+                        goes += if removed[g.0 as usize] { length } else { -length };
                     }
                 }
+                i += 1;
             }
-            let goes = inside > outside;
-            if goes {
-                part.iter().for_each(|f| removed[f.0 as usize] = true);
-            }
+            part.iter().for_each(|f| removed[f.0 as usize] = goes > 0.0);
         }
         removed
     }

@@ -523,13 +523,6 @@ impl<'s, 'a> March<'s, 'a> {
                 self.record.roll_back(mark);
                 return Err(vec![stuck.0]);
             }
-            if std::env::var_os("FRONT_CHECK").is_some() {
-                let beside = |up: bool| if up { value + 1e-6 } else { value - 1e-6 };
-                let bad = open_seam(&state.tracked, &state.region, exact, beside(step.next > step.at));
-                if !bad.is_empty() {
-                    log::warn!("{value}: after passing {sample} {:?} open at {:?}", self.grid.position(sample), bad.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>());
-                }
-            }
             self.tally.passed += 1;
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
             for (v, between) in changes.born {
