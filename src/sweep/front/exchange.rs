@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::region::{Grid, LatticeEdge, Link, Region, Square};
-use super::tracked::{Changes, Tracked, place_of, place_on};
+use super::tracked::{Changes, Tracked, boundary, place_of, place_on};
 use crate::extract::extract_cell;
 use crate::mesh::{Edge, Face, Mesh, Vertex, bounds};
 use crate::topology::exact::ExactField;
@@ -65,28 +65,31 @@ pub(super) fn exchange(
     let cut = Cut::new(old, new, field);
     cut.split(&mut tracked.mesh);
     let removed = cut.removed(&tracked);
-    let nodes = cut.nodes(&tracked.mesh, &removed)?;
-    let wrong = cut.wrong(&nodes, isovalue)?;
     let mut spare = tracked.hubs();
-    let mut positions: Vec<[f32; 3]> = (0..tracked.mesh.vertex_slots() as u32)
-        .map(|v| tracked.mesh.position(Vertex(v)).to_array())
-        .collect();
-    let mut triangles = Vec::new();
+    let mut pieces = Pieces {
+        positions: (0..tracked.mesh.vertex_slots() as u32)
+            .map(|v| tracked.mesh.position(Vertex(v)).to_array())
+            .collect(),
+        ..Pieces::default()
+    };
     let mut was = Vec::new();
     for f in tracked.mesh.faces().filter(|f| !tracked.mesh.is_cap(*f)) {
         if !removed[f.0 as usize] {
-            triangles.push(tracked.mesh.face_vertices(f).map(|v| v.0));
+            pieces.triangles.push(tracked.mesh.face_vertices(f).map(|v| v.0));
             was.push(Some(f));
         }
     }
-    let released = release(&tracked, old, new, field, isovalue, &mut positions, &mut triangles);
-    was.resize(triangles.len(), None);
-    let at_node: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (v.0, *e)).collect();
-    let key = |v: u32| {
-        let own = at_node.get(&v).or_else(|| released.get(&v)).copied();
-        own.or_else(|| tracked.key(Vertex(v)))
-    };
-    let mut made = Tracked::of(positions, triangles, key, &mut spare)
+    pieces.part_pinched();
+    let nodes = cut.nodes(&pieces, &tracked, &[old, new])?;
+    pieces.bound = nodes.iter().map(|(e, v)| (*v, *e)).collect();
+    release(&nodes, old, new, field, isovalue, &mut pieces);
+    was.resize(pieces.triangles.len(), None);
+    pieces.part_pinched();
+    let nodes = cut.nodes(&pieces, &tracked, &[new])?;
+    let wrong = cut.wrong(&nodes, isovalue)?;
+    let bound: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (*v, *e)).collect();
+    let key = |v: u32| bound.get(&v).copied();
+    let mut made = Tracked::of(pieces.positions, pieces.triangles, key, &mut spare)
         .map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
@@ -117,20 +120,80 @@ pub(super) fn exchange(
     Ok(Exchanged { tracked: made, was })
 }
 
-/// Adds the exact extraction's triangles in the cells that are no longer exact. Returns the lattice edges of its vertices.
+/// Triangles to make a mesh of.
+#[derive(Default)]
+struct Pieces {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+    /// The vertices bound to lattice edges.
+    bound: HashMap<u32, LatticeEdge>,
+}
+
+impl Pieces {
+    /// Where triangles are joined in a vertex only, they become several parts with a vertex each.
+    fn part_pinched(&mut self) {
+        let mut corners: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * self.triangles.len());
+        for (t, vertices) in self.triangles.iter().enumerate() {
+            corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
+        }
+        corners.sort_unstable();
+        let mut copies: Vec<(u32, Vec<(u32, u32, u32)>)> = Vec::new();
+        for around in corners.chunk_by(|a, b| a.0 == b.0) {
+            let beside = |&(_, t, i): &(u32, u32, u32)| {
+                let t = self.triangles[t as usize];
+                [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
+            };
+            // Walk the fan of the first corner both ways; what is left is another part.
+            let mut left: Vec<(u32, u32, u32)> = around.to_vec();
+            let mut is_first = true;
+            while let Some(first) = left.pop() {
+                let (mut part, [mut end, mut start]) = (vec![first], beside(&first));
+                loop {
+                    let next = left.iter().position(|c| {
+                        let [a, b] = beside(c);
+                        b == end || a == start
+                    });
+                    let Some(i) = next else { break };
+                    let corner = left.swap_remove(i);
+                    let [a, b] = beside(&corner);
+                    if b == end {
+                        end = a;
+                    } else {
+                        start = b;
+                    }
+                    part.push(corner);
+                }
+                if !is_first {
+                    copies.push((first.0, part));
+                }
+                is_first = false;
+            }
+        }
+        for (v, part) in copies {
+            let copy = self.positions.len() as u32;
+            self.positions.push(self.positions[v as usize]);
+            if let Some(&e) = self.bound.get(&v) {
+                self.bound.insert(copy, e);
+            }
+            for (_, t, i) in part {
+                self.triangles[t as usize][i as usize] = copy;
+            }
+        }
+    }
+}
+
+/// Adds the exact extraction's triangles in the cells that are no longer exact, and binds their vertices.
 fn release(
-    tracked: &Tracked,
+    nodes: &BTreeMap<LatticeEdge, u32>,
     old: &Region,
     new: &Region,
     field: &ExactField,
     isovalue: f64,
-    positions: &mut Vec<[f32; 3]>,
-    triangles: &mut Vec<[u32; 3]>,
-) -> HashMap<u32, LatticeEdge> {
+    pieces: &mut Pieces,
+) {
     let grid = new.grid;
     let strides = field.strides();
     let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
-    let mut keys = HashMap::new();
     let isovalue_key = field.isovalue_key(isovalue);
     for block in old.blocks().difference(new.blocks()) {
         for cell in grid.cells_of(*block) {
@@ -146,26 +209,25 @@ fn release(
                 .zip(&surface.positions)
                 .map(|(crossing, &position)| {
                     let Some((a, b)) = crossing else {
-                        positions.push(position);
-                        return positions.len() as u32 - 1;
+                        pieces.positions.push(position);
+                        return pieces.positions.len() as u32 - 1;
                     };
                     let from = *a.min(b);
                     let axis = strides.iter().position(|&s| s == a.max(b) - from);
                     let e = LatticeEdge { from, axis: axis.expect("a lattice edge") as u8 };
-                    let v = tracked.vertex_at(e).map(|v| v.0).unwrap_or_else(|| {
+                    let v = nodes.get(&e).copied().unwrap_or_else(|| {
                         *made.entry(e).or_insert_with(|| {
-                            positions.push(place_on(field, e, isovalue).to_array());
-                            positions.len() as u32 - 1
+                            pieces.positions.push(place_on(field, e, isovalue).to_array());
+                            pieces.positions.len() as u32 - 1
                         })
                     });
-                    keys.insert(v, e);
+                    pieces.bound.insert(v, e);
                     v
                 })
                 .collect();
-            triangles.extend(surface.faces.iter().map(|f| f.map(|v| numbers[v as usize])));
+            pieces.triangles.extend(surface.faces.iter().map(|f| f.map(|v| numbers[v as usize])));
         }
     }
-    keys
 }
 
 /// The squares that the mesh is cut along.
@@ -362,51 +424,59 @@ impl<'a> Cut<'a> {
         removed
     }
 
-    /// The vertices in which the new boundary crosses lattice edges. Where it crosses one to and fro, only what is left of
+    /// The vertices in which a boundary crosses lattice edges. Where it crosses one to and fro, only what is left of
     /// that when crossings have cancelled in pairs; the others are no more than bends of the polyline.
     fn nodes(
         &self,
-        mesh: &Mesh,
-        removed: &[bool],
-    ) -> Result<BTreeMap<LatticeEdge, Vertex>, Refused> {
-        let mut nodes: BTreeMap<LatticeEdge, Vec<Vertex>> = BTreeMap::new();
+        pieces: &Pieces,
+        tracked: &Tracked,
+        regions: &[&Region],
+    ) -> Result<BTreeMap<LatticeEdge, u32>, Refused> {
+        let next = boundary(&pieces.triangles)
+            .map_err(|v| Refused::at("no manifold", self.cell(pieces.positions[v as usize].into())))?;
+        let mut nodes: BTreeMap<LatticeEdge, Vec<(bool, u32)>> = BTreeMap::new();
         let mut failed = Vec::new();
-        for f in mesh.faces().filter(|f| !mesh.is_cap(*f) && !removed[f.0 as usize]) {
-            for h in mesh.face_halfedges(f) {
-                let g = mesh.face(h.twin());
-                if mesh.is_cap(g) || !removed[g.0 as usize] {
-                    continue;
-                }
-                for v in [mesh.from(h), mesh.to(h)] {
-                    let p = mesh.position(v);
-                    let planes: [Option<i64>; 3] = std::array::from_fn(|a| self.plane_of(a, p[a]));
-                    let on = planes.iter().flatten().count();
-                    if on < 2 {
+        for &v in next.keys() {
+            let bound = pieces.bound.get(&v).copied().or_else(|| tracked.key(Vertex(v)));
+            let e = match bound {
+                Some(e) => Some(e),
+                None => match self.lattice_edge(pieces.positions[v as usize].into()) {
+                    Ok(e) => e,
+                    Err(sample) => {
+                        failed.push(sample);
                         continue;
                     }
-                    let x = p / self.size;
-                    let index = std::array::from_fn(|a| {
-                        (planes[a].unwrap_or(x[a].floor() as i64) + 1) as usize
-                    });
-                    let from = self.grid.vertex(index);
-                    let axis = planes.iter().position(Option::is_none);
-                    let Some(axis) = axis else {
-                        failed.push(from);
-                        continue;
-                    };
-                    let e = LatticeEdge { from, axis: axis as u8 };
-                    let all = nodes.entry(e).or_default();
-                    if !all.contains(&v) {
-                        all.push(v);
-                    }
-                }
+                },
+            };
+            if let Some(e) = e.filter(|&e| regions.iter().any(|r| r.is_on_seam(e))) {
+                nodes.entry(e).or_default().push((bound.is_none(), v));
             }
         }
         if !failed.is_empty() {
             return Err(Refused::at("through a sample", failed));
         }
         let left = nodes.into_iter().filter(|(_, all)| all.len() % 2 == 1);
-        Ok(left.map(|(e, all)| (e, all[all.len() / 2])).collect())
+        // Those that were bound come first.
+        Ok(left.map(|(e, mut all)| {
+            all.sort_unstable();
+            (e, all[0].1)
+        }).collect())
+    }
+
+    /// The lattice edge in which a place lies exactly, if in one; the sample where it lies in that.
+    fn lattice_edge(&self, p: Vec3) -> Result<Option<LatticeEdge>, u32> {
+        let planes: [Option<i64>; 3] = std::array::from_fn(|a| self.plane_of(a, p[a]));
+        if planes.iter().flatten().count() < 2 {
+            return Ok(None);
+        }
+        let x = p / self.size;
+        let index: [i64; 3] = std::array::from_fn(|a| planes[a].unwrap_or(x[a].floor() as i64) + 1);
+        if (0..3).any(|a| index[a] < 1 || index[a] + 2 > self.grid.dims[a] as i64) {
+            return Ok(None);
+        }
+        let from = self.grid.vertex(index.map(|i| i as usize));
+        let axis = planes.iter().position(Option::is_none).ok_or(from)?;
+        Ok(Some(LatticeEdge { from, axis: axis as u8 }))
     }
 
     /// The lattice edges of the cut at a sample, and whether all of the seam around it is cut.
@@ -434,7 +504,7 @@ impl<'a> Cut<'a> {
     /// The samples that the mesh has on the wrong side, in the order of how far the isovalue is from them.
     fn wrong(
         &self,
-        nodes: &BTreeMap<LatticeEdge, Vertex>,
+        nodes: &BTreeMap<LatticeEdge, u32>,
         isovalue: f64,
     ) -> Result<Vec<u32>, Refused> {
         let isovalue_key = self.field.isovalue_key(isovalue);

@@ -128,7 +128,7 @@ impl<'s, 'a> March<'s, 'a> {
         self.step = HOLD + 1;
         let around = [(start - length).max(low), (start + length).min(high)];
         let region = self.plan(&mut state, around);
-        self.exchange(&mut state, region, kernels)?;
+        self.exchange(&mut state, region, Passage::between(self.exact(), around[0], around[1]), kernels)?;
         let snapshot = self.record.snapshot();
         let begun = state.clone();
         self.go(&mut state, high, length, kernels)?;
@@ -256,6 +256,7 @@ impl<'s, 'a> March<'s, 'a> {
         &mut self,
         state: &mut State,
         mut region: Region,
+        passage: Passage,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
         for attempt in 0.. {
@@ -301,7 +302,9 @@ impl<'s, 'a> March<'s, 'a> {
                             grown |= own;
                         }
                     }
-                    if !grown {
+                    if grown {
+                        self.calendar.close(&mut region, passage);
+                    } else {
                         self.tally.given_up += 1;
                         region = Region::closed(self.grid);
                     }
@@ -403,8 +406,8 @@ impl<'s, 'a> March<'s, 'a> {
         self.step += 1;
         self.tally.steps += 1;
         let region = self.plan(state, [step.at, step.next]);
-        self.exchange(state, region, kernels)?;
         let passage = Passage::between(self.exact(), step.at, step.next);
+        self.exchange(state, region, passage, kernels)?;
         for round in 0.. {
             self.tally.rounds += 1;
             let moved = transport(
@@ -465,7 +468,7 @@ impl<'s, 'a> March<'s, 'a> {
                 }
             }
             self.calendar.close(&mut region, passage);
-            self.exchange(state, region, kernels)?;
+            self.exchange(state, region, passage, kernels)?;
         }
         state.at = step.next;
         self.remesh(state);

@@ -97,6 +97,12 @@ impl Grid {
         v - back
     }
 
+    /// The four cells around a lattice edge.
+    pub(super) fn cells_around(&self, e: LatticeEdge) -> [u32; 4] {
+        let [u, v] = [1, 2].map(|n| self.strides[(e.axis as usize + n) % 3]);
+        [e.from, e.from - u, e.from - v, e.from - u - v]
+    }
+
     /// The four corners of a square in cyclic order.
     pub(super) fn corners(&self, s: Square) -> [u32; 4] {
         let [u, v] = [1, 2].map(|n| self.strides[(s.axis as usize + n) % 3]);
@@ -241,6 +247,12 @@ impl Region {
     pub(super) fn is_seam(&self, s: Square) -> bool {
         let [a, b] = self.grid.cells_beside(s);
         self.is_exact(a) != self.is_exact(b)
+    }
+
+    /// Whether a lattice edge is a side of a square of the seam.
+    pub(super) fn is_on_seam(&self, e: LatticeEdge) -> bool {
+        let cells = self.grid.cells_around(e);
+        cells.iter().any(|&c| self.is_exact(c) != self.is_exact(cells[0]))
     }
 
     /// Which octants of a sample of the volume are exact, by bits.

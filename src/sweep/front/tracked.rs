@@ -352,18 +352,12 @@ impl Tracked {
 /// Whether two lattice edges are sides of one exact cell.
 fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
     let grid = region.grid;
-    let others = cells_of_edge(grid, b);
-    cells_of_edge(grid, a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
-}
-
-/// The four cells around a lattice edge.
-pub(super) fn cells_of_edge(grid: Grid, e: LatticeEdge) -> [u32; 4] {
-    let [u, v] = [1, 2].map(|n| grid.strides[(e.axis as usize + n) % 3]);
-    [e.from, e.from - u, e.from - v, e.from - u - v]
+    let others = grid.cells_around(b);
+    grid.cells_around(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
 }
 
 /// The boundary of some triangles: per vertex on it the next one; a vertex at which they are no manifold, if there is one.
-fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
+pub(super) fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
     let mut sides: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
     for t in triangles {
         for i in 0..3 {
