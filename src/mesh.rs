@@ -31,6 +31,7 @@ mod cross;
 mod edit;
 mod intersect;
 mod measure;
+mod replace;
 #[cfg(test)]
 pub(crate) mod shapes;
 
@@ -38,6 +39,7 @@ pub(crate) use bins::Bins;
 pub use cross::Crossed;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
+pub(crate) use replace::Replacement;
 pub use measure::{area, bounds, normal, radius_ratio};
 
 use glam::Vec3;

@@ -195,7 +195,7 @@ impl Mesh {
     }
 
     /// Makes three half-edges the sides of a face.
-    fn link_face(&mut self, f: Face, sides: [HalfEdge; 3]) {
+    pub(super) fn link_face(&mut self, f: Face, sides: [HalfEdge; 3]) {
         for i in 0..3 {
             self.next[sides[i].0 as usize] = sides[(i + 1) % 3].0;
             self.face[sides[i].0 as usize] = f.0;

@@ -13,6 +13,7 @@ mod check;
 mod exact;
 mod exchange;
 mod march;
+mod part;
 mod record;
 mod region;
 mod tracked;

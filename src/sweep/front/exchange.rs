@@ -17,11 +17,14 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::region::{Grid, LatticeEdge, Link, Region, Square};
-use super::tracked::{Changes, Tracked, boundary, place_of, place_on};
+use super::part::Part;
+use super::tracked::{Changes, Tracked, boundary, parted, place_of, place_on};
+use crate::disjoint_sets::DisjointSets;
 use crate::extract::extract_cell;
-use crate::mesh::{Edge, Face, Mesh, Vertex, bounds};
+use crate::mesh::{Edge, Face, Mesh, Vertex, area, bounds};
 use crate::topology::exact::ExactField;
 
 /// How near to a square, as a share of the lattice's edges, an edge of the mesh may pass by it and is split all the same.
@@ -29,6 +32,9 @@ const NEAR: f32 = 1e-3;
 
 /// Samples that the mesh has on the wrong side lie together in groups of at most so many.
 const MOST_WRONG: usize = 8;
+
+/// A part of the mesh of a smaller area, in square voxels, that crosses no lattice edge is none of the isosurface.
+const SMALL_PART: f32 = 3.0;
 
 /// Why an exchange was not made, and the samples around which cells are to be exact.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,14 +49,38 @@ impl Refused {
     }
 }
 
-/// What an exchange has made.
+/// What an exchange has made of a part of the mesh.
 pub(super) struct Exchanged {
-    pub(super) tracked: Tracked,
-    /// Per face slot: the face that it was before, if it is one of those.
+    pub(super) part: Part,
+    pub(super) made: Tracked,
+    /// Per vertex slot, as far as it goes: the vertex of the whole that it is.
+    pub(super) origin: Vec<Option<Vertex>>,
+    /// Per face slot: the face of the whole that it was, if it is one of those.
     pub(super) was: Vec<Option<Face>>,
 }
 
-/// Makes the mesh of one region that of another, at an isovalue.
+/// The faces of the mesh near the blocks that change.
+fn part_to_change(before: &Tracked, old: &Region, new: &Region, field: &ExactField) -> Part {
+    let grid = new.grid;
+    let changed = old.blocks().symmetric_difference(new.blocks());
+    let near = grid.marked(changed.flat_map(|&b| grid.blocks_around(b)));
+    let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
+    let mesh = &before.mesh;
+    let is_near: Vec<bool> = (0..mesh.face_slots() as u32)
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(|f| {
+            let f = Face(f);
+            mesh.has_face(f) && !mesh.is_cap(f) && {
+                let (low, high) = bounds(mesh.corners(f));
+                grid.any_block(low / size, high / size, &near)
+            }
+        })
+        .collect();
+    Part::of(before, |f| is_near[f.0 as usize])
+}
+
+/// Makes the part of the mesh that changes with the region that of another region, at an isovalue.
 pub(super) fn exchange(
     before: &Tracked,
     old: &Region,
@@ -58,25 +88,30 @@ pub(super) fn exchange(
     field: &ExactField,
     isovalue: f64,
 ) -> Result<Exchanged, Refused> {
-    if new.is_closed() {
-        return Ok(Exchanged { tracked: Tracked::default(), was: Vec::new() });
-    }
-    let mut tracked = before.clone();
+    let part = part_to_change(before, old, new, field);
     let cut = Cut::new(old, new, field);
+    let whole_key = |v: u32| part.origin[v as usize].and_then(|o| before.key(o));
+    let of_part =
+        Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key, &mut Vec::new());
+    let mut tracked = of_part.map_err(|p| Refused::at("no part", cut.cell(p)))?;
     cut.split(&mut tracked.mesh);
     let removed = cut.removed(&tracked);
-    let mut spare = tracked.hubs();
     let mut pieces = Pieces {
         positions: (0..tracked.mesh.vertex_slots() as u32)
             .map(|v| tracked.mesh.position(Vertex(v)).to_array())
             .collect(),
+        origin: part.origin.clone(),
+        rim: part.is_rim.clone(),
         ..Pieces::default()
     };
+    // Slots of the part's hubs are no vertices of the whole.
+    pieces.origin.resize(pieces.positions.len(), None);
+    pieces.rim.resize(pieces.positions.len(), false);
     let mut was = Vec::new();
     for f in tracked.mesh.faces().filter(|f| !tracked.mesh.is_cap(*f)) {
         if !removed[f.0 as usize] {
             pieces.triangles.push(tracked.mesh.face_vertices(f).map(|v| v.0));
-            was.push(Some(f));
+            was.push(part.faces.get(f.0 as usize).copied());
         }
     }
     pieces.part_pinched();
@@ -86,19 +121,27 @@ pub(super) fn exchange(
     was.resize(pieces.triangles.len(), None);
     pieces.part_pinched();
     let nodes = cut.nodes(&pieces, &tracked, &[new])?;
+    let nodes = if pieces.close_loops(&nodes, &mut was) {
+        pieces.part_pinched();
+        cut.nodes(&pieces, &tracked, &[new])?
+    } else {
+        nodes
+    };
     let wrong = cut.wrong(&nodes, isovalue)?;
     let bound: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (*v, *e)).collect();
     let key = |v: u32| bound.get(&v).copied();
-    let mut made = Tracked::of(pieces.positions, pieces.triangles, key, &mut spare)
-        .map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
+    let made = Tracked::of(pieces.positions, pieces.triangles, key, &mut Vec::new());
+    let mut made = made.map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
     let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
-    cut.straighten(&mut made, &mut changes)?;
-    for sample in wrong {
-        let place = place_of(field, sample);
-        made.pass(new, sample, place, &at, &mut changes)
-            .map_err(|s| Refused::at("not passed", [s.0]))?;
+    cut.straighten(&mut made, &pieces.rim, &mut changes)?;
+    let mut passed = |made: &mut Tracked, &sample: &u32| {
+        made.pass(new, sample, place_of(field, sample), &at, &mut changes).is_err()
+    };
+    let stuck: Vec<u32> = wrong.into_iter().filter(|s| passed(&mut made, s)).collect();
+    if !stuck.is_empty() {
+        return Err(Refused::at("not passed", stuck));
     }
     let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
     for &(v, e) in &bound {
@@ -112,12 +155,14 @@ pub(super) fn exchange(
         made.mesh.set_position(v, place_on(field, e, isovalue));
     }
     let squares = cut.squares.iter().copied();
-    made.check_seam(new, field, squares, isovalue)
-        .map_err(|s| Refused::at("another polyline", [s.0]))?;
+    let other = made.other_polylines(new, field, squares, isovalue);
+    if !other.is_empty() {
+        return Err(Refused::at("another polyline", other));
+    }
     let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
     made.cure_chords(new, &vertices, &at, &mut changes);
     was.resize(made.mesh.face_slots(), None);
-    Ok(Exchanged { tracked: made, was })
+    Ok(Exchanged { part, made, origin: pieces.origin, was })
 }
 
 /// Triangles to make a mesh of.
@@ -127,58 +172,106 @@ struct Pieces {
     triangles: Vec<[u32; 3]>,
     /// The vertices bound to lattice edges.
     bound: HashMap<u32, LatticeEdge>,
+    /// By vertex, as far as it goes: that of the whole mesh.
+    origin: Vec<Option<Vertex>>,
+    /// By vertex, as far as it goes: whether it is on the part's rim.
+    rim: Vec<bool>,
 }
 
 impl Pieces {
     /// Where triangles are joined in a vertex only, they become several parts with a vertex each.
     fn part_pinched(&mut self) {
-        let mut corners: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * self.triangles.len());
-        for (t, vertices) in self.triangles.iter().enumerate() {
-            corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
-        }
-        corners.sort_unstable();
-        let mut copies: Vec<(u32, Vec<(u32, u32, u32)>)> = Vec::new();
-        for around in corners.chunk_by(|a, b| a.0 == b.0) {
-            let beside = |&(_, t, i): &(u32, u32, u32)| {
-                let t = self.triangles[t as usize];
-                [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
-            };
-            // Walk the fan of the first corner both ways; what is left is another part.
-            let mut left: Vec<(u32, u32, u32)> = around.to_vec();
-            let mut is_first = true;
-            while let Some(first) = left.pop() {
-                let (mut part, [mut end, mut start]) = (vec![first], beside(&first));
-                loop {
-                    let next = left.iter().position(|c| {
-                        let [a, b] = beside(c);
-                        b == end || a == start
-                    });
-                    let Some(i) = next else { break };
-                    let corner = left.swap_remove(i);
-                    let [a, b] = beside(&corner);
-                    if b == end {
-                        end = a;
-                    } else {
-                        start = b;
-                    }
-                    part.push(corner);
-                }
-                if !is_first {
-                    copies.push((first.0, part));
-                }
-                is_first = false;
-            }
-        }
-        for (v, part) in copies {
+        for v in parted(&mut self.triangles, self.positions.len()) {
             let copy = self.positions.len() as u32;
             self.positions.push(self.positions[v as usize]);
             if let Some(&e) = self.bound.get(&v) {
                 self.bound.insert(copy, e);
             }
-            for (_, t, i) in part {
-                self.triangles[t as usize][i as usize] = copy;
+            let rim = self.is_rim(v);
+            self.origin.resize(copy as usize, None);
+            self.origin.push(self.origin[v as usize].filter(|_| rim));
+            self.rim.resize(copy as usize, false);
+            self.rim.push(rim);
+        }
+    }
+
+    /// The lattice edge that a vertex is bound to, or was in the mesh before.
+    fn bound_by(&self, before: &Tracked, v: u32) -> Option<LatticeEdge> {
+        self.bound.get(&v).copied().or_else(|| before.key(Vertex(v)))
+    }
+
+    fn is_rim(&self, v: u32) -> bool {
+        self.rim.get(v as usize).copied().unwrap_or(false)
+    }
+}
+
+impl Pieces {
+    /// Loops of the boundary that cross no lattice edge: what they bound is filled, or taken away where it is small. Returns
+    /// whether there was one.
+    fn close_loops(
+        &mut self,
+        nodes: &BTreeMap<LatticeEdge, u32>,
+        was: &mut Vec<Option<Face>>,
+    ) -> bool {
+        let Ok(next) = boundary(&self.triangles) else { return false };
+        let is_node: BTreeSet<u32> = nodes.values().copied().collect();
+        let mut seen: BTreeSet<u32> = BTreeSet::new();
+        let mut loops: Vec<Vec<u32>> = Vec::new();
+        for &first in next.keys() {
+            if !seen.insert(first) {
+                continue;
+            }
+            let (mut around, mut a) = (vec![first], next[&first]);
+            while a != first {
+                seen.insert(a);
+                around.push(a);
+                a = next[&a];
+            }
+            if !around.iter().any(|v| is_node.contains(v) || self.is_rim(*v)) {
+                loops.push(around);
             }
         }
+        if loops.is_empty() {
+            return false;
+        }
+        let mut sets = DisjointSets::new(self.positions.len());
+        for [a, b, c] in &self.triangles {
+            sets.join(*a, *b);
+            sets.join(*a, *c);
+        }
+        let at_rim: BTreeSet<u32> =
+            (0..self.rim.len() as u32).filter(|&v| self.is_rim(v)).map(|v| sets.find(v)).collect();
+        let place = |v: u32| Vec3::from(self.positions[v as usize]);
+        let mut areas: HashMap<u32, f32> = HashMap::new();
+        for t in &self.triangles {
+            *areas.entry(sets.find(t[0])).or_default() += area(t.map(place));
+        }
+        let mut gone: BTreeSet<u32> = BTreeSet::new();
+        let mut filled: Vec<(Vec3, Vec<u32>)> = Vec::new();
+        for around in loops {
+            let set = sets.find(around[0]);
+            if areas[&set] < SMALL_PART && !at_rim.contains(&set) {
+                gone.insert(set);
+            } else {
+                let middle = around.iter().map(|&v| place(v)).sum::<Vec3>() / around.len() as f32;
+                filled.push((middle, around));
+            }
+        }
+        let mut kept = self.triangles.iter().map(|t| !gone.contains(&sets.find(t[0])));
+        let kept: Vec<bool> = kept.by_ref().collect();
+        let mut keep = kept.iter();
+        self.triangles.retain(|_| *keep.next().expect("one each"));
+        let mut keep = kept.iter();
+        was.retain(|_| *keep.next().expect("one each"));
+        for (middle, around) in filled {
+            let v = self.positions.len() as u32;
+            self.positions.push(middle.to_array());
+            for (i, &a) in around.iter().enumerate() {
+                self.triangles.push([around[(i + 1) % around.len()], a, v]);
+                was.push(None);
+            }
+        }
+        true
     }
 }
 
@@ -437,7 +530,10 @@ impl<'a> Cut<'a> {
         let mut nodes: BTreeMap<LatticeEdge, Vec<(bool, u32)>> = BTreeMap::new();
         let mut failed = Vec::new();
         for &v in next.keys() {
-            let bound = pieces.bound.get(&v).copied().or_else(|| tracked.key(Vertex(v)));
+            if pieces.is_rim(v) && pieces.bound_by(tracked, v).is_none() {
+                continue;
+            }
+            let bound = pieces.bound_by(tracked, v);
             let e = match bound {
                 Some(e) => Some(e),
                 None => match self.lattice_edge(pieces.positions[v as usize].into()) {
@@ -559,13 +655,19 @@ impl<'a> Cut<'a> {
     }
 
     /// Merges the vertices that the boundary has inside squares into those on lattice edges.
-    fn straighten(&self, made: &mut Tracked, changes: &mut Changes) -> Result<(), Refused> {
+    fn straighten(
+        &self,
+        made: &mut Tracked,
+        rim: &[bool],
+        changes: &mut Changes,
+    ) -> Result<(), Refused> {
+        let is_rim = |v: &Vertex| rim.get(v.0 as usize).copied().unwrap_or(false);
         let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
         let mut bends: Vec<Vertex> = made
             .mesh
             .vertices()
             .filter(|&v| made.mesh.is_fixed(v) && made.key(v).is_none())
-            .filter(|&v| made.along(v, true).is_some())
+            .filter(|&v| made.along(v, true).is_some() && !is_rim(&v))
             .collect();
         while !bends.is_empty() {
             let before = bends.len();

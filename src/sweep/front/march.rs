@@ -7,7 +7,8 @@ use glam::Vec3;
 use super::calendar::{Calendar, Passage};
 use super::check::{open_seam, unlike_parts};
 use super::exact::Shown;
-use super::exchange::{Refused, exchange};
+use super::exchange::{Exchanged, Refused, exchange};
+use super::part::{Joined, join};
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
 use super::tracked::{Changes, Tracked, place_of, place_on};
@@ -27,7 +28,7 @@ use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
 
 /// How far all but one in ten places move in a step, voxels.
-const STEP_LENGTH: f32 = 0.7;
+const STEP_LENGTH: f32 = 0.25;
 
 /// A step is taken shorter where more than this share of the faces cannot follow it, unless it is as short as the second
 /// share of the range.
@@ -35,7 +36,7 @@ const TOO_LONG_SHARE: f64 = 0.03;
 const SHORTEST: f64 = 1e-3;
 
 /// Steps for which a block stays exact after the last reason for it.
-const HOLD: u32 = 2;
+const HOLD: u32 = 1;
 
 /// A step is tried so often with more cells exact before it is taken as it is.
 const MOST_ROUNDS: usize = 6;
@@ -214,7 +215,7 @@ impl<'s, 'a> March<'s, 'a> {
     /// shortly before, and what the seam asks for.
     fn plan(&mut self, state: &mut State, [from, to]: [f64; 2]) -> Region {
         let margin = to - from;
-        let passage = Passage::between(self.exact(), from - 0.25 * margin, to + 0.5 * margin);
+        let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
         let mut busy = BTreeSet::new();
         for place in self.calendar.critical(passage) {
             match place {
@@ -231,9 +232,7 @@ impl<'s, 'a> March<'s, 'a> {
             }
         }
         for &b in &busy {
-            for near in self.grid.blocks_around(b) {
-                state.reasons.insert(near, self.step);
-            }
+            state.reasons.insert(b, self.step);
         }
         let mut region = Region::open(self.grid);
         let oldest = self.step.saturating_sub(HOLD);
@@ -262,14 +261,16 @@ impl<'s, 'a> March<'s, 'a> {
         for attempt in 0.. {
             self.tally.exchanges += 1;
             let made = exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
-            let made = made.and_then(|made| {
-                let bad = self.unlike(&made.tracked, &region, state.at);
-                if bad.is_empty() { Ok(made) } else { Err(Refused { why: "unlike", samples: bad }) }
-            });
-            match made {
+            let joined = match made {
                 Ok(mut made) => {
-                    self.improve(&mut made.tracked, state.at, kernels)?;
-                    self.record.exchanged(&made, state.at);
+                    self.improve(&mut made, state.at, kernels)?;
+                    self.joined(state, &made, &region)
+                }
+                Err(refused) => Err(refused),
+            };
+            match joined {
+                Ok(joined) => {
+                    self.record.exchanged(&joined, state.at);
                     for &b in region.blocks().difference(state.region.blocks()) {
                         state.since.insert(b, state.at);
                     }
@@ -280,7 +281,7 @@ impl<'s, 'a> March<'s, 'a> {
                             self.show(b, since, state.at);
                         }
                     }
-                    (state.tracked, state.region) = (made.tracked, region);
+                    (state.tracked, state.region) = (joined.tracked, region);
                     return Ok(());
                 }
                 Err(Refused { why, samples }) => {
@@ -312,6 +313,22 @@ impl<'s, 'a> March<'s, 'a> {
             }
         }
         unreachable!("with everything exact nothing is cut")
+    }
+
+    /// The mesh with a part exchanged.
+    fn joined(
+        &self,
+        state: &State,
+        made: &Exchanged,
+        region: &Region,
+    ) -> std::result::Result<Joined, Refused> {
+        let joined = join(&state.tracked, &made.part, &made.made, &made.origin, &made.was);
+        let joined = joined.map_err(|place| Refused {
+            why: "not joined",
+            samples: self.sample_at(place).into_iter().collect(),
+        })?;
+        let samples = self.unlike(&joined.tracked, region, state.at);
+        if samples.is_empty() { Ok(joined) } else { Err(Refused { why: "unlike", samples }) }
     }
 
     /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
@@ -355,15 +372,19 @@ impl<'s, 'a> March<'s, 'a> {
     /// Better triangles where the mesh is new, at the isovalue of an exchange.
     fn improve(
         &self,
-        tracked: &mut Tracked,
+        exchanged: &mut Exchanged,
         isovalue: f64,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
-        let mesh = &mut tracked.mesh;
-        let old: Vec<Vertex> =
-            mesh.vertices().filter(|&v| !mesh.is_fixed(v) && self.record.is_traced(v)).collect();
-        let n_new = mesh.vertices().filter(|&v| !mesh.is_fixed(v)).count() - old.len();
-        if n_new == 0 {
+        let origin = &exchanged.origin;
+        let is_old = |v: Vertex| {
+            let o = origin.get(v.0 as usize).copied().flatten();
+            o.is_some_and(|o| self.record.is_traced(o))
+        };
+        let mesh = &mut exchanged.made.mesh;
+        let (old, new): (Vec<Vertex>, Vec<Vertex>) =
+            mesh.vertices().filter(|&v| !mesh.is_fixed(v)).partition(|&v| is_old(v));
+        if new.is_empty() {
             return Ok(());
         }
         old.iter().for_each(|&v| mesh.set_pinned(v, true));
@@ -472,6 +493,11 @@ impl<'s, 'a> March<'s, 'a> {
         }
         state.at = step.next;
         self.remesh(state);
+        if log::log_enabled!(log::Level::Debug) {
+            let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
+            let own = crate::extract::count::count_parts(self.exact(), state.at, |c| !state.region.is_exact(c));
+            log::debug!("share tracked {:.3} of {} crossings; {} faces", own.crossings.len() as f64 / all.crossings.len().max(1) as f64, all.crossings.len(), state.tracked.mesh.n_faces());
+        }
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
         let faults = faults(&state.tracked, &criteria, self.parameters());
         self.tally.faults += faults.len();

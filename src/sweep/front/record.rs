@@ -6,9 +6,11 @@
 //!    both sides of the seam share it. Every other vertex has a trajectory of its own.
 //! 2. A triangle lives as long as its three trajectories stay the same.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 
-use super::exchange::Exchanged;
+use super::part::Joined;
 use super::region::LatticeEdge;
 use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
@@ -156,18 +158,30 @@ impl Recorder {
     }
 
     /// Writes down an exchange at an isovalue.
-    pub(super) fn exchanged(&mut self, exchanged: &Exchanged, isovalue: f64) {
-        let mut alive = vec![None; exchanged.was.len()];
-        for (now, was) in alive.iter_mut().zip(&exchanged.was) {
-            if let Some(f) = was {
-                *now = self.alive.get_mut(f.0 as usize).and_then(Option::take);
+    pub(super) fn exchanged(&mut self, joined: &Joined, isovalue: f64) {
+        let mut before: HashMap<Face, ([Track; 3], f64)> = HashMap::new();
+        for f in &joined.removed {
+            if let Some(alive) = self.alive.get_mut(f.0 as usize).and_then(Option::take) {
+                before.insert(*f, alive);
             }
         }
-        for slot in 0..self.alive.len() {
-            self.end(slot, isovalue);
+        for v in &joined.vertices {
+            if let Some(track) = self.tracks.get_mut(v.0 as usize) {
+                *track = None;
+            }
         }
-        self.alive = alive;
-        self.changed_all(&exchanged.tracked, isovalue);
+        let slots = joined.tracked.mesh.face_slots();
+        self.alive.resize(slots.max(self.alive.len()), None);
+        for (f, was) in &joined.faces {
+            self.alive[f.0 as usize] = was.and_then(|was| before.remove(&was));
+        }
+        // In an order that does not depend on the map.
+        for f in &joined.removed {
+            if let Some(alive) = before.remove(f) {
+                self.write(alive, isovalue);
+            }
+        }
+        self.changed(&joined.tracked, joined.faces.iter().map(|f| f.0), isovalue);
     }
 
     /// Vertex slots that are empty have no trajectory: another vertex may take them.
@@ -180,11 +194,15 @@ impl Recorder {
     }
 
     fn end(&mut self, slot: usize, isovalue: f64) {
-        if let Some((vertices, since)) = self.alive[slot].take() {
-            let (low, high) = (since.min(isovalue), since.max(isovalue));
-            if low < high {
-                self.lives.push(Life { vertices, low, high, cap: false });
-            }
+        if let Some(alive) = self.alive[slot].take() {
+            self.write(alive, isovalue);
+        }
+    }
+
+    fn write(&mut self, (vertices, since): ([Track; 3], f64), isovalue: f64) {
+        let (low, high) = (since.min(isovalue), since.max(isovalue));
+        if low < high {
+            self.lives.push(Life { vertices, low, high, cap: false });
         }
     }
 

@@ -13,6 +13,8 @@
 
 use std::collections::BTreeSet;
 
+use glam::Vec3;
+
 use crate::topology::exact::ExactField;
 
 /// Cells along the side of a block.
@@ -166,6 +168,25 @@ impl Grid {
                     hull.then(|| grid.vertex([i, j, k]))
                 })
             })
+        })
+    }
+
+    /// Some blocks, by number.
+    pub(super) fn marked(&self, blocks: impl Iterator<Item = u32>) -> Vec<bool> {
+        let mut marked = vec![false; self.blocks().iter().product()];
+        blocks.for_each(|b| marked[b as usize] = true);
+        marked
+    }
+
+    /// Whether a box, in voxels, touches one of some blocks.
+    pub(super) fn any_block(&self, low: Vec3, high: Vec3, marked: &[bool]) -> bool {
+        let n = self.blocks();
+        let [x, y, z]: [std::ops::RangeInclusive<usize>; 3] = std::array::from_fn(|a| {
+            let at = |x: f32| (x.max(0.0) as usize / BLOCK).min(n[a] - 1);
+            at(low[a])..=at(high[a])
+        });
+        z.into_iter().any(|k| {
+            y.clone().any(|j| x.clone().any(|i| marked[i + n[0] * (j + n[1] * k)]))
         })
     }
 

@@ -56,7 +56,7 @@ impl Tracked {
         slots.filter_map(|(v, key)| key.map(|key| (Vertex(v as u32), key)))
     }
 
-    fn bind(&mut self, v: Vertex, e: LatticeEdge) {
+    pub(super) fn bind(&mut self, v: Vertex, e: LatticeEdge) {
         if self.keys.len() <= v.0 as usize {
             self.keys.resize(v.0 as usize + 1, None);
         }
@@ -71,6 +71,11 @@ impl Tracked {
         {
             self.at.remove(&e);
         }
+    }
+
+    /// Unbinds vertices.
+    pub(super) fn unbind_all(&mut self, vertices: &[Vertex]) {
+        vertices.iter().for_each(|&v| self.unbind(v));
     }
 
     /// The mesh of some triangles, each vertex of whose boundary is bound by `key`. `positions` are by vertex slot.
@@ -313,39 +318,24 @@ impl Tracked {
         }
     }
 
-    /// The hubs, ascending.
-    pub(super) fn hubs(&self) -> Vec<u32> {
-        let is_hub = |v: &Vertex| self.mesh.is_fixed(*v) && self.key(*v).is_none();
-        self.mesh.vertices().filter(is_hub).map(|v| v.0).collect()
-    }
-
-    /// Whether the boundary is the exact extraction's polyline on the seam at an isovalue, edge by edge; a sample near
-    /// the first place where it is not.
-    pub(super) fn check_seam(
+    /// Samples of squares of the seam on which the boundary is not the exact extraction's polyline at an isovalue.
+    pub(super) fn other_polylines(
         &self,
         region: &Region,
         field: &ExactField,
         squares: impl Iterator<Item = super::region::Square>,
         isovalue: f64,
-    ) -> std::result::Result<(), Stuck> {
-        let mut n_expected = 0;
-        let mut seen = BTreeSet::new();
-        for s in squares.filter(|&s| region.is_seam(s)) {
-            if !seen.insert(s) {
-                continue;
-            }
-            for [a, b] in super::exchange::polyline(field, region.grid, s, isovalue) {
-                n_expected += 1;
-                let ends = [a, b].map(|e| self.vertex_at(e));
-                let [Some(a), Some(b)] = ends else { return Err(Stuck(s.corner)) };
-                let joined = self.along(a, true) == Some(b) || self.along(a, false) == Some(b);
-                if !joined {
-                    return Err(Stuck(s.corner));
-                }
-            }
-        }
-        let _ = n_expected;
-        Ok(())
+    ) -> Vec<u32> {
+        let joins = |[a, b]: [LatticeEdge; 2]| {
+            let ends = [a, b].map(|e| self.vertex_at(e));
+            let [Some(a), Some(b)] = ends else { return false };
+            self.along(a, true) == Some(b) || self.along(a, false) == Some(b)
+        };
+        let is_other = |s: &super::region::Square| {
+            region.is_seam(*s)
+                && !super::exchange::polyline(field, region.grid, *s, isovalue).into_iter().all(joins)
+        };
+        squares.filter(is_other).map(|s| s.corner).collect()
     }
 }
 
@@ -354,6 +344,56 @@ fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
     let grid = region.grid;
     let others = grid.cells_around(b);
     grid.cells_around(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
+}
+
+/// Where triangles are joined in a vertex only, gives all parts but one a vertex of their own: numbers from `n_vertices` on.
+/// Returns the vertex that each of them was.
+pub(super) fn parted(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> {
+    let mut corners: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * triangles.len());
+    for (t, vertices) in triangles.iter().enumerate() {
+        corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
+    }
+    corners.sort_unstable();
+    let mut copies: Vec<(u32, Vec<(u32, u32, u32)>)> = Vec::new();
+    let mut left: Vec<(u32, u32, u32)> = Vec::new();
+    for around in corners.chunk_by(|a, b| a.0 == b.0) {
+        let beside = |&(_, t, i): &(u32, u32, u32)| {
+            let t = triangles[t as usize];
+            [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
+        };
+        // Walk the fan of one corner both ways; what is left is another part.
+        left.clear();
+        left.extend(around);
+        let mut is_first = true;
+        while let Some(first) = left.pop() {
+            let (mut part, [mut start, mut end]) = (vec![first], beside(&first));
+            loop {
+                let next = left.iter().position(|c| {
+                    let [a, b] = beside(c);
+                    a == end || b == start
+                });
+                let Some(i) = next else { break };
+                let corner = left.swap_remove(i);
+                let [a, b] = beside(&corner);
+                if a == end {
+                    end = b;
+                } else {
+                    start = a;
+                }
+                part.push(corner);
+            }
+            if !is_first {
+                copies.push((first.0, part));
+            }
+            is_first = false;
+        }
+    }
+    for (n, (_, part)) in copies.iter().enumerate() {
+        for &(_, t, i) in part {
+            triangles[t as usize][i as usize] = (n_vertices + n) as u32;
+        }
+    }
+    copies.into_iter().map(|c| c.0).collect()
 }
 
 /// The boundary of some triangles: per vertex on it the next one; a vertex at which they are no manifold, if there is one.

@@ -1,0 +1,228 @@
+//! Some faces give way to others with the same boundary.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::{Face, Mesh, NONE, Vertex};
+
+/// What takes the place of some faces.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Replacement {
+    /// The faces that go.
+    pub(crate) removed: Vec<Face>,
+    /// New vertices: position (voxel frame) and border planes.
+    pub(crate) vertices: Vec<(Vec3, u8)>,
+    /// The faces that come, and whether they are caps. A vertex below `first_new` is one of the mesh, others count
+    /// through `vertices` from there.
+    pub(crate) faces: Vec<([u32; 3], bool)>,
+    pub(crate) first_new: u32,
+}
+
+/// What a replacement has made.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Replaced {
+    /// In the order of the replacement's.
+    pub(crate) vertices: Vec<Vertex>,
+    pub(crate) faces: Vec<Face>,
+    /// The vertices that are gone, but for those whose slots new ones have taken.
+    pub(crate) gone: Vec<Vertex>,
+}
+
+impl Mesh {
+    /// Replaces faces. Slots that are empty are taken again.
+    ///
+    /// # Errors
+    ///
+    /// The place where the result would be no closed manifold; the mesh is of no use then.
+    pub(crate) fn replace_faces(&mut self, replacement: &Replacement) -> Result<Replaced, Vec3> {
+        let mut goes = vec![false; self.face_slots()];
+        replacement.removed.iter().for_each(|f| goes[f.0 as usize] = true);
+        let mut valences: HashMap<u32, usize> = HashMap::new();
+        let old = replacement.faces.iter().flat_map(|(t, _)| *t).filter(|&v| v < replacement.first_new);
+        let beside = replacement.removed.iter().flat_map(|&f| self.face_vertices(f)).map(|v| v.0);
+        for v in old.chain(beside) {
+            if self.has_vertex(Vertex(v)) {
+                valences.entry(v).or_insert_with(|| self.valence(Vertex(v)));
+            }
+        }
+        for v in replacement.removed.iter().flat_map(|&f| self.face_vertices(f)) {
+            *valences.get_mut(&v.0).expect("counted") -= 1;
+        }
+        // The half-edges that stay and lose their face, by their ends.
+        let mut outer: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut touched: Vec<u32> = Vec::with_capacity(3 * replacement.removed.len());
+        let mut inner: Vec<u32> = Vec::new();
+        for &f in &replacement.removed {
+            for h in self.face_halfedges(f) {
+                let (from, to) = (self.from(h), self.to(h));
+                touched.push(from.0);
+                let other = self.face(h.twin());
+                if !goes[other.0 as usize] {
+                    outer.insert((from.0, to.0), h.0);
+                } else if h.0 % 2 == 0 {
+                    inner.push(h.0);
+                }
+            }
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        for &h in &inner {
+            self.to[h as usize] = NONE;
+            self.to[h as usize + 1] = NONE;
+        }
+        for f in &replacement.removed {
+            self.face_halfedge[f.0 as usize] = NONE;
+        }
+        touched.iter().for_each(|&v| self.vertex_halfedge[v as usize] = NONE);
+        for (&(from, _), &h) in &outer {
+            // Any of them serves: the walk around a vertex starts anywhere. The least one, for the order's sake.
+            let first = &mut self.vertex_halfedge[from as usize];
+            *first = (*first).min(h);
+        }
+        let vertices = self.add_vertices(replacement, &outer);
+        let vertex = |v: u32| {
+            let new = v.checked_sub(replacement.first_new);
+            new.map_or(v, |n| vertices[n as usize].0)
+        };
+        let triangles: Vec<[u32; 3]> =
+            replacement.faces.iter().map(|(t, _)| t.map(vertex)).collect();
+        let halfedges = self.pair(&triangles, &mut outer)?;
+        let mut free_faces: Vec<u32> = self.empty_faces();
+        let mut faces = Vec::with_capacity(triangles.len());
+        for (i, &(_, cap)) in replacement.faces.iter().enumerate() {
+            let f = free_faces.pop().unwrap_or_else(|| {
+                self.face_halfedge.push(NONE);
+                self.caps.push(cap);
+                self.caps.len() as u32 - 1
+            });
+            self.caps[f as usize] = cap;
+            let h = [0, 1, 2].map(|k| super::HalfEdge(halfedges[3 * i + k]));
+            self.link_face(Face(f), h);
+            for (k, h) in h.into_iter().enumerate() {
+                self.vertex_halfedge[triangles[i][k] as usize] = h.0;
+            }
+            faces.push(Face(f));
+        }
+        touched.extend(vertices.iter().map(|v| v.0));
+        touched.extend(triangles.iter().flatten());
+        touched.sort_unstable();
+        touched.dedup();
+        self.n_vertices = self.vertex_halfedge.iter().filter(|&&h| h != NONE).count();
+        self.n_faces = self.face_halfedge.iter().filter(|&&h| h != NONE).count();
+        self.check_around(&touched, &triangles, &valences)?;
+        let gone = touched.into_iter().filter(|&v| self.vertex_halfedge[v as usize] == NONE);
+        Ok(Replaced { vertices, faces, gone: gone.map(Vertex).collect() })
+    }
+
+    /// New vertices, in empty slots first.
+    fn add_vertices(
+        &mut self,
+        replacement: &Replacement,
+        outer: &HashMap<(u32, u32), u32>,
+    ) -> Vec<Vertex> {
+        let mut used = vec![false; self.vertex_slots()];
+        for &(from, to) in outer.keys() {
+            used[from as usize] = true;
+            used[to as usize] = true;
+        }
+        for (t, _) in &replacement.faces {
+            for &v in t.iter().filter(|&&v| v < replacement.first_new) {
+                used[v as usize] = true;
+            }
+        }
+        let mut free: Vec<u32> = (0..self.vertex_slots() as u32)
+            .filter(|&v| self.vertex_halfedge[v as usize] == NONE && !used[v as usize])
+            .rev()
+            .collect();
+        let add = |&(position, border): &(Vec3, u8)| {
+            let v = free.pop().unwrap_or_else(|| {
+                self.positions.push(position);
+                self.borders.push(border);
+                self.vertex_halfedge.push(NONE);
+                self.positions.len() as u32 - 1
+            });
+            self.positions[v as usize] = position;
+            self.borders[v as usize] = border;
+            Vertex(v)
+        };
+        replacement.vertices.iter().map(add).collect()
+    }
+
+    fn empty_faces(&self) -> Vec<u32> {
+        let slots = 0..self.face_slots() as u32;
+        slots.rev().filter(|&f| self.face_halfedge[f as usize] == NONE).collect()
+    }
+
+    /// The half-edges of new triangles: those that have lost their face, and new ones in pairs.
+    fn pair(
+        &mut self,
+        triangles: &[[u32; 3]],
+        outer: &mut HashMap<(u32, u32), u32>,
+    ) -> Result<Vec<u32>, Vec3> {
+        let mut halfedges = vec![NONE; 3 * triangles.len()];
+        let mut sides: Vec<(u32, u32, bool, u32)> = Vec::with_capacity(halfedges.len());
+        for (i, t) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                let corner = (3 * i + k) as u32;
+                match outer.remove(&(a, b)) {
+                    Some(h) => halfedges[corner as usize] = h,
+                    None => sides.push((a.min(b), a.max(b), a > b, corner)),
+                }
+            }
+        }
+        let place = |mesh: &Mesh, v: u32| mesh.positions[v as usize];
+        if let Some(&(a, _)) = outer.keys().min() {
+            return Err(place(self, a));
+        }
+        sides.sort_unstable();
+        let slots = (0..self.to.len() as u32).step_by(2);
+        let mut free: Vec<u32> = slots.rev().filter(|&h| self.to[h as usize] == NONE).collect();
+        for pair in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+            let &[(a, b, false, up), (_, _, true, down)] = pair else {
+                return Err(place(self, pair[0].0));
+            };
+            let h = match free.pop() {
+                Some(h) => h,
+                None => {
+                    self.next.extend([NONE; 2]);
+                    self.face.extend([NONE; 2]);
+                    self.to.extend([NONE; 2]);
+                    self.to.len() as u32 - 2
+                }
+            };
+            self.to[h as usize] = b;
+            self.to[h as usize + 1] = a;
+            halfedges[up as usize] = h;
+            halfedges[down as usize] = h + 1;
+        }
+        Ok(halfedges)
+    }
+
+    /// That around each of some vertices the faces form one cycle, and no neighbour comes twice. `valences` are the
+    /// numbers of faces that have stayed.
+    fn check_around(
+        &self,
+        vertices: &[u32],
+        triangles: &[[u32; 3]],
+        valences: &HashMap<u32, usize>,
+    ) -> Result<(), Vec3> {
+        let mut corners: Vec<u32> = triangles.iter().flatten().copied().collect();
+        corners.sort_unstable();
+        for &v in vertices {
+            if self.vertex_halfedge[v as usize] == NONE {
+                continue;
+            }
+            let new = corners.partition_point(|&c| c <= v) - corners.partition_point(|&c| c < v);
+            let all = new + valences.get(&v).copied().unwrap_or(0);
+            let mut ring: Vec<Vertex> = self.one_ring(Vertex(v)).collect();
+            ring.sort_unstable();
+            ring.dedup();
+            if ring.len() != all || self.valence(Vertex(v)) != all || all < 3 {
+                return Err(self.positions[v as usize]);
+            }
+        }
+        Ok(())
+    }
+}
