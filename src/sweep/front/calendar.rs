@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::region::{Link, Region, Square};
+use super::region::{Grid, Link, Region, Square, link};
 use crate::topology::Topology;
 use crate::topology::critical::Place;
 use crate::topology::exact::{ExactField, ORDER_BITS};
@@ -94,9 +94,9 @@ impl<'a> Calendar<'a> {
     }
 
     /// Whether a sample is regular for the field on the seam, which runs around it as a cycle.
-    fn is_regular(&self, v: u32, region: &Region, cycle: &[u8]) -> bool {
+    fn is_regular(&self, v: u32, grid: Grid, cycle: &[u8]) -> bool {
         let key = self.field.key(v);
-        let is_above = |d: u8| self.field.key(region.grid.beside(v, d)) > key;
+        let is_above = |d: u8| self.field.key(grid.beside(v, d)) > key;
         let n = cycle.len();
         (0..n).filter(|&i| is_above(cycle[i]) != is_above(cycle[(i + 1) % n])).count() == 2
     }
@@ -104,12 +104,12 @@ impl<'a> Calendar<'a> {
     /// Makes more blocks exact until the seam is a surface on which only regular samples are passed.
     pub(super) fn close(&self, region: &mut Region, passage: Passage) {
         let grid = region.grid;
-        let is_bad = |region: &Region, v: u32| match region.link(v) {
+        let is_bad = |v: u32, octants: u8| match link(octants) {
             Link::Away => false,
             Link::Pinched => true,
             Link::Cycle(cycle, n) => {
                 passage.holds(self.field.order_key(v))
-                    && !self.is_regular(v, region, &cycle[..n as usize])
+                    && !self.is_regular(v, grid, &cycle[..n as usize])
             }
         };
         let mut suspects: Vec<u32> = self.samples(passage).to_vec();
@@ -118,18 +118,16 @@ impl<'a> Calendar<'a> {
             suspects.par_sort_unstable();
             suspects.dedup();
             let bad: Vec<u32> =
-                suspects.par_iter().copied().filter(|&v| is_bad(region, v)).collect();
+                suspects.par_iter().copied().filter(|&v| is_bad(v, region.octants(v))).collect();
             let open: Vec<Square> = self.squares(passage).filter(|&s| region.is_seam(s)).collect();
-            let before = region.blocks().clone();
+            let mut added: Vec<u32> = Vec::new();
             for v in bad {
-                region.add_around(v);
+                added.extend(region.mend(v, |octants| is_bad(v, octants)));
             }
             for s in open {
-                for b in grid.cells_beside(s).into_iter().filter_map(|c| grid.block_of_cell(c)) {
-                    region.add(b);
-                }
+                let beside = grid.cells_beside(s).into_iter().filter_map(|c| grid.block_of_cell(c));
+                added.extend(beside.filter(|&b| region.add(b)));
             }
-            let added: Vec<u32> = region.blocks().difference(&before).copied().collect();
             if added.is_empty() {
                 return;
             }

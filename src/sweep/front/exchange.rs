@@ -95,7 +95,7 @@ pub(super) fn exchange(
         Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key, &mut Vec::new());
     let mut tracked = of_part.map_err(|p| Refused::at("no part", cut.cell(p)))?;
     cut.split(&mut tracked.mesh);
-    let removed = cut.removed(&tracked);
+    let removed = cut.removed(&tracked, &part.is_rim);
     let mut pieces = Pieces {
         positions: (0..tracked.mesh.vertex_slots() as u32)
             .map(|v| tracked.mesh.position(Vertex(v)).to_array())
@@ -480,7 +480,7 @@ impl<'a> Cut<'a> {
 
     /// Per face slot, whether it goes: it does in cells that become exact. What strays into cells that were exact already
     /// goes with what it is joined to, for the most part.
-    fn removed(&self, tracked: &Tracked) -> Vec<bool> {
+    fn removed(&self, tracked: &Tracked, is_rim: &[bool]) -> Vec<bool> {
         let mesh = &tracked.mesh;
         let mut removed = vec![false; mesh.face_slots()];
         let mut strays = Vec::new();
@@ -499,7 +499,10 @@ impl<'a> Cut<'a> {
             }
             is_stray[first.0 as usize] = false;
             let (mut part, mut goes, mut i) = (vec![first], 0.0, 0);
+            let (mut at_rim, mut is_alone) = (false, true);
             while i < part.len() {
+                let at = |v: Vertex| is_rim.get(v.0 as usize).copied().unwrap_or(false);
+                at_rim |= mesh.face_vertices(part[i]).into_iter().any(at);
                 for h in mesh.face_halfedges(part[i]) {
                     let g = mesh.face(h.twin());
                     if is_stray[g.0 as usize] {
@@ -507,12 +510,14 @@ impl<'a> Cut<'a> {
                         part.push(g);
                     } else if !mesh.is_cap(g) && !part.contains(&g) {
                         let length = mesh.length(h.edge());
+                        is_alone = false;
                         goes += if removed[g.0 as usize] { length } else { -length };
                     }
                 }
                 i += 1;
             }
-            part.iter().for_each(|f| removed[f.0 as usize] = goes > 0.0);
+            let goes = goes > 0.0 || is_alone && !at_rim;
+            part.iter().for_each(|f| removed[f.0 as usize] = goes);
         }
         removed
     }

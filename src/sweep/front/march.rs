@@ -38,6 +38,9 @@ const SHORTEST: f64 = 1e-3;
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
 
+/// The longest that a block stays exact that cannot be tracked, steps.
+const LONGEST_HOLD: u32 = 32;
+
 /// A step is tried so often with more cells exact before it is taken as it is.
 const MOST_ROUNDS: usize = 6;
 
@@ -65,6 +68,13 @@ pub(super) struct Tally {
     pub(super) given_up: usize,
 }
 
+/// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reason {
+    until: u32,
+    held: u32,
+}
+
 /// What a march goes on with.
 #[derive(Clone)]
 struct State {
@@ -72,8 +82,8 @@ struct State {
     region: Region,
     /// Since when blocks are exact.
     since: HashMap<u32, f64>,
-    /// By block, the step of the last reason to be exact.
-    reasons: HashMap<u32, u32>,
+    /// By block, the last reason to be exact.
+    reasons: HashMap<u32, Reason>,
     at: f64,
 }
 
@@ -232,11 +242,11 @@ impl<'s, 'a> March<'s, 'a> {
             }
         }
         for &b in &busy {
-            state.reasons.insert(b, self.step);
+            let reason = state.reasons.entry(b).or_default();
+            reason.until = reason.until.max(self.step + HOLD);
         }
         let mut region = Region::open(self.grid);
-        let oldest = self.step.saturating_sub(HOLD);
-        for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1 >= oldest) {
+        for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1.until >= self.step) {
             region.add(b);
         }
         let n_reasons = region.blocks().len();
@@ -296,7 +306,7 @@ impl<'s, 'a> March<'s, 'a> {
                         let samples = samples.into_iter().filter(|&s| self.is_sample(s));
                         for s in samples {
                             let own = region.add_around(s);
-                            if !own || attempt > 3 {
+                            if !own || attempt > 12 {
                                 let block = self.grid.block_of_cell(self.grid.octant(s, 0));
                                 grown |= self.add_ring(&mut region, block);
                             }
@@ -479,11 +489,11 @@ impl<'s, 'a> March<'s, 'a> {
                 named.extend(moved.places.iter().filter_map(|&p| self.block_at(p)));
             }
             for b in named {
-                state.reasons.insert(b, self.step);
+                self.back_off(state, b);
                 region.add(b);
                 if round >= 2 {
                     for near in self.grid.blocks_around(b) {
-                        state.reasons.insert(near, self.step);
+                        self.back_off(state, near);
                         region.add(near);
                     }
                 }
@@ -502,9 +512,20 @@ impl<'s, 'a> March<'s, 'a> {
         let faults = faults(&state.tracked, &criteria, self.parameters());
         self.tally.faults += faults.len();
         for b in faults.into_iter().filter_map(|p| self.block_at(p)) {
-            state.reasons.insert(b, self.step + 1);
+            self.back_off(state, b);
         }
         Ok(true)
+    }
+
+    /// A block could not be tracked: it stays exact for a while, which doubles where it was tracked again in vain.
+    fn back_off(&self, state: &mut State, block: u32) {
+        let reason = state.reasons.entry(block).or_default();
+        if reason.until > self.step {
+            return;
+        }
+        let again = reason.held > 0 && reason.until + reason.held + HOLD >= self.step;
+        reason.held = if again { (2 * reason.held).min(LONGEST_HOLD) } else { HOLD + 1 };
+        reason.until = self.step + reason.held;
     }
 
     /// The block around a place of the voxel frame.

@@ -243,11 +243,6 @@ impl Region {
         &self.blocks
     }
 
-    /// Whether everything is exact.
-    pub(super) fn is_closed(&self) -> bool {
-        self.blocks.len() == self.grid.blocks().iter().product::<usize>()
-    }
-
     /// Makes a block exact; whether it was not.
     pub(super) fn add(&mut self, block: u32) -> bool {
         let is_new = self.blocks.insert(block);
@@ -262,6 +257,37 @@ impl Region {
         let grid = self.grid;
         let octants = (0..8).filter_map(|o| grid.block_of_cell(grid.octant(v, o)));
         octants.collect::<Vec<_>>().into_iter().fold(false, |any, b| self.add(b) | any)
+    }
+
+    /// Makes the fewest blocks around a sample exact by which its octants are no longer bad; returns those. With all of them
+    /// exact they must not be.
+    pub(super) fn mend(&mut self, v: u32, is_bad: impl Fn(u8) -> bool) -> Vec<u32> {
+        let octants = self.octants(v);
+        if !is_bad(octants) {
+            return Vec::new();
+        }
+        let mut blocks: Vec<(u32, u8)> = Vec::new();
+        for o in (0..8u8).filter(|o| octants >> o & 1 == 0) {
+            let block = self.grid.block_of_cell(self.grid.octant(v, o)).expect("the layer is exact");
+            match blocks.iter_mut().find(|b| b.0 == block) {
+                Some(b) => b.1 |= 1 << o,
+                None => blocks.push((block, 1 << o)),
+            }
+        }
+        let mut choices: Vec<u32> = (1..1 << blocks.len()).collect();
+        choices.sort_by_key(|c| (c.count_ones(), *c));
+        let is_in = |choice: u32, i: usize| choice >> i & 1 == 1;
+        let with = |choice: u32| {
+            let chosen = (0..blocks.len()).filter(|&i| is_in(choice, i));
+            chosen.fold(octants, |bits, i| bits | blocks[i].1)
+        };
+        let choice = choices.into_iter().find(|&c| !is_bad(with(c))).expect("all of them");
+        let chosen = (0..blocks.len()).filter(|&i| is_in(choice, i)).map(|i| blocks[i].0);
+        let chosen: Vec<u32> = chosen.collect();
+        for &b in &chosen {
+            self.add(b);
+        }
+        chosen
     }
 
     /// Whether a square lies between an exact cell and one that is not.
