@@ -8,6 +8,8 @@
 //! (an extremum or a saddle of the field on it, a saddle inside one of its squares) is kept off it: the cells around
 //! become exact before the isovalue gets there (`close`).
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::region::{Grid, Link, Region, Square, link};
@@ -91,6 +93,21 @@ impl<'a> Calendar<'a> {
 
     fn squares(&self, passage: Passage) -> impl Iterator<Item = Square> {
         passage.of(&self.squares, |s| s.0).iter().map(|s| s.1)
+    }
+
+    /// The blocks that isosurfaces of a passage meet, its ends among them.
+    pub(super) fn blocks(&self, grid: Grid, passage: Passage) -> BTreeSet<u32> {
+        let field = self.field;
+        let first = passage.low >> ORDER_BITS;
+        let last = passage.high >> ORDER_BITS;
+        let n = field.n_vertices() as u32;
+        let cells = (0..n).into_par_iter().with_min_len(4096).filter_map(|cell| {
+            let block = grid.block_of_cell(cell)?;
+            let keys = field.cell_offsets().map(|o| field.key(cell + o));
+            let (low, high) = keys.iter().fold((i128::MAX, i128::MIN), |(l, h), &k| (l.min(k), h.max(k)));
+            (low <= last && high > first).then_some(block)
+        });
+        cells.collect::<Vec<u32>>().into_iter().collect()
     }
 
     /// Whether a sample is regular for the field on the seam, which runs around it as a cycle.

@@ -49,6 +49,27 @@ impl Refused {
     }
 }
 
+/// Reasons to refuse an exchange.
+#[derive(Default)]
+struct Refusals {
+    why: Option<&'static str>,
+    samples: Vec<u32>,
+}
+
+impl Refusals {
+    fn add(&mut self, why: &'static str, samples: impl IntoIterator<Item = u32>) {
+        let before = self.samples.len();
+        self.samples.extend(samples);
+        if self.samples.len() > before {
+            self.why.get_or_insert(why);
+        }
+    }
+
+    fn none(self) -> Result<(), Refused> {
+        self.why.map_or(Ok(()), |why| Err(Refused { why, samples: self.samples }))
+    }
+}
+
 /// What an exchange has made of a part of the mesh.
 pub(super) struct Exchanged {
     pub(super) part: Part,
@@ -61,6 +82,9 @@ pub(super) struct Exchanged {
 
 /// The faces of the mesh near the blocks that change.
 fn part_to_change(before: &Tracked, old: &Region, new: &Region, field: &ExactField) -> Part {
+    if new.is_closed() {
+        return Part::of(before, |_| true);
+    }
     let grid = new.grid;
     let changed = old.blocks().symmetric_difference(new.blocks());
     let near = grid.marked(changed.flat_map(|&b| grid.blocks_around(b)));
@@ -127,7 +151,7 @@ pub(super) fn exchange(
     } else {
         nodes
     };
-    let wrong = cut.wrong(&nodes, isovalue)?;
+    let (wrong, unclear) = cut.wrong(&nodes, isovalue);
     let bound: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (*v, *e)).collect();
     let key = |v: u32| bound.get(&v).copied();
     let made = Tracked::of(pieces.positions, pieces.triangles, key, &mut Vec::new());
@@ -135,30 +159,28 @@ pub(super) fn exchange(
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
     let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
-    cut.straighten(&mut made, &pieces.rim, &mut changes)?;
+    // All that is wrong is told at once: every attempt costs.
+    let mut refused = Refusals::default();
+    refused.add("sides unclear", unclear);
+    refused.add("not straightened", cut.straighten(&mut made, &pieces.rim, &mut changes));
     let mut passed = |made: &mut Tracked, &sample: &u32| {
         made.pass(new, sample, place_of(field, sample), &at, &mut changes).is_err()
     };
     let stuck: Vec<u32> = wrong.into_iter().filter(|s| passed(&mut made, s)).collect();
-    if !stuck.is_empty() {
-        return Err(Refused::at("not passed", stuck));
-    }
+    refused.add("not passed", stuck);
     let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
     for &(v, e) in &bound {
         let ends = new.grid.ends(e).map(|s| field.key(s) > field.isovalue_key(isovalue));
         if ends[0] == ends[1] {
-            return Err(Refused::at("bound to no crossing", new.grid.ends(e)));
-        }
-        if made.vertex_at(e) != Some(v) {
-            return Err(Refused::at("bound twice", new.grid.ends(e)));
+            refused.add("bound to no crossing", new.grid.ends(e));
+        } else if made.vertex_at(e) != Some(v) {
+            refused.add("bound twice", new.grid.ends(e));
         }
         made.mesh.set_position(v, place_on(field, e, isovalue));
     }
     let squares = cut.squares.iter().copied();
-    let other = made.other_polylines(new, field, squares, isovalue);
-    if !other.is_empty() {
-        return Err(Refused::at("another polyline", other));
-    }
+    refused.add("another polyline", made.other_polylines(new, field, squares, isovalue));
+    refused.none()?;
     let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
     made.cure_chords(new, &vertices, &at, &mut changes);
     was.resize(made.mesh.face_slots(), None);
@@ -602,12 +624,13 @@ impl<'a> Cut<'a> {
         (edges.into_iter().collect(), all)
     }
 
-    /// The samples that the mesh has on the wrong side, in the order of how far the isovalue is from them.
+    /// The samples that the mesh has on the wrong side, in the order of how far the isovalue is from them; and samples at
+    /// which that cannot be told.
     fn wrong(
         &self,
         nodes: &BTreeMap<LatticeEdge, u32>,
         isovalue: f64,
-    ) -> Result<Vec<u32>, Refused> {
+    ) -> (Vec<u32>, Vec<u32>) {
         let isovalue_key = self.field.isovalue_key(isovalue);
         let is_above = |v: u32| self.field.key(v) > isovalue_key;
         let differs = |e: LatticeEdge| {
@@ -649,23 +672,21 @@ impl<'a> Cut<'a> {
             .filter(|ends| wrong.contains(&ends[0]) == wrong.contains(&ends[1]))
             .flatten()
             .collect();
-        if !failed.is_empty() {
-            return Err(Refused::at("sides unclear", failed));
-        }
         let mut wrong: Vec<u32> = wrong.into_iter().collect();
         // From the mesh outwards would need its distances; the values tell as much.
         let away = |v: &u32| (self.field.sample(*v) - isovalue).abs();
         wrong.sort_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
-        Ok(wrong)
+        (wrong, failed)
     }
 
-    /// Merges the vertices that the boundary has inside squares into those on lattice edges.
+    /// Merges the vertices that the boundary has inside squares into those on lattice edges. Returns the cells where it
+    /// cannot.
     fn straighten(
         &self,
         made: &mut Tracked,
         rim: &[bool],
         changes: &mut Changes,
-    ) -> Result<(), Refused> {
+    ) -> Vec<u32> {
         let is_rim = |v: &Vertex| rim.get(v.0 as usize).copied().unwrap_or(false);
         let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
         let mut bends: Vec<Vertex> = made
@@ -692,11 +713,11 @@ impl<'a> Cut<'a> {
             }
             if left.len() == before {
                 let places = left.iter().filter_map(|&v| self.cell(made.mesh.position(v)));
-                return Err(Refused::at("not straightened", places));
+                return places.collect();
             }
             bends = left;
         }
-        Ok(())
+        Vec::new()
     }
 }
 

@@ -16,7 +16,7 @@ use super::transport::{Moved, Step, faults, transport, typical_slope};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Mesh, Vertex};
+use crate::mesh::{Face, Mesh, Vertex, intersecting};
 use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
 use crate::sweep::flips::flip_edges;
 use crate::sweep::glide::Born;
@@ -46,6 +46,9 @@ const MOST_ROUNDS: usize = 6;
 
 /// An exchange is tried so often before everything is made exact.
 const MOST_EXCHANGES: usize = 24;
+
+/// In so many attempts at an exchange, places where the mesh would be faulty are made exact as well.
+const MOST_FAULTY: usize = 2;
 
 /// Rounds of split, collapse, flip and relaxation where the mesh is new.
 const IMPROVE_ROUNDS: usize = 5;
@@ -130,7 +133,10 @@ impl<'s, 'a> March<'s, 'a> {
         let length = self.first_step(start);
         let mut state = State {
             tracked: Tracked::default(),
-            region: Region::closed(self.grid),
+            region: Region::closed(
+                self.grid,
+                self.calendar.blocks(self.grid, Passage::between(self.exact(), start, start)),
+            ),
             since: HashMap::new(),
             reasons: HashMap::new(),
             at: start,
@@ -268,14 +274,27 @@ impl<'s, 'a> March<'s, 'a> {
         passage: Passage,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
+        let mut most_faulty = MOST_FAULTY;
         for attempt in 0.. {
             self.tally.exchanges += 1;
+            let mut faulty = false;
             let made = exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
             let joined = match made {
-                Ok(mut made) => {
-                    self.improve(&mut made, state.at, kernels)?;
-                    self.joined(state, &made, &region)
-                }
+                Ok(mut made) => match self.joined(state, &made, &region) {
+                    Ok(_) => {
+                        self.improve(&mut made, state.at, kernels)?;
+                        let bad = self.bad_places(&made.made, state.at);
+                        let samples: Vec<u32> =
+                            bad.into_iter().filter_map(|p| self.sample_at(p)).collect();
+                        if samples.is_empty() || attempt >= most_faulty {
+                            self.joined(state, &made, &region)
+                        } else {
+                            faulty = true;
+                            Err(Refused { why: "faulty", samples })
+                        }
+                    }
+                    refused => refused,
+                },
                 Err(refused) => Err(refused),
             };
             match joined {
@@ -305,6 +324,12 @@ impl<'s, 'a> March<'s, 'a> {
                     if attempt < MOST_EXCHANGES {
                         let samples = samples.into_iter().filter(|&s| self.is_sample(s));
                         for s in samples {
+                            if faulty {
+                                let block = self.grid.block_of_cell(s).expect("a cell of the volume");
+                                grown |= region.add(block);
+                                self.back_off(state, block);
+                                continue;
+                            }
                             let own = region.add_around(s);
                             if !own || attempt > 12 {
                                 let block = self.grid.block_of_cell(self.grid.octant(s, 0));
@@ -313,16 +338,35 @@ impl<'s, 'a> March<'s, 'a> {
                             grown |= own;
                         }
                     }
-                    if grown {
+                    if faulty && !grown {
+                        most_faulty = 0;
+                    } else if grown {
                         self.calendar.close(&mut region, passage);
                     } else {
                         self.tally.given_up += 1;
-                        region = Region::closed(self.grid);
+                        region = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
                     }
                 }
             }
         }
         unreachable!("with everything exact nothing is cut")
+    }
+
+    /// Places of a mesh whose faces are turned over, off, or cross others.
+    fn bad_places(&self, tracked: &Tracked, isovalue: f64) -> Vec<Vec3> {
+        let criteria = Criteria::new(self.field(), isovalue, self.parameters());
+        let mut places = faults(tracked, &criteria, self.parameters());
+        let mesh = &tracked.mesh;
+        let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
+        let triangles: Vec<[u32; 3]> =
+            faces.iter().map(|&f| mesh.face_vertices(f).map(|v| v.0)).collect();
+        let positions: Vec<[f32; 3]> = (0..mesh.vertex_slots() as u32)
+            .map(|v| mesh.position(Vertex(v)).to_array())
+            .collect();
+        let crossing = intersecting(&positions, &triangles);
+        let middle = |f: u32| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0;
+        places.extend(crossing.into_iter().map(middle));
+        places
     }
 
     /// The mesh with a part exchanged.
@@ -491,7 +535,7 @@ impl<'s, 'a> March<'s, 'a> {
             for b in named {
                 self.back_off(state, b);
                 region.add(b);
-                if round >= 2 {
+                if round >= 4 {
                     for near in self.grid.blocks_around(b) {
                         self.back_off(state, near);
                         region.add(near);

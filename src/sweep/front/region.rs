@@ -18,7 +18,7 @@ use glam::Vec3;
 use crate::topology::exact::ExactField;
 
 /// Cells along the side of a block.
-pub(super) const BLOCK: usize = 2;
+pub(super) const BLOCK: usize = 1;
 
 /// A direction along the lattice: twice the axis, and one more for the positive sense.
 pub(super) type Direction = u8;
@@ -210,8 +210,9 @@ pub(super) struct Region {
     pub(super) grid: Grid,
     /// By cell.
     exact: Vec<bool>,
-    /// The exact blocks.
+    /// The exact blocks; where everything is exact, those that matter.
     blocks: BTreeSet<u32>,
+    is_closed: bool,
 }
 
 impl Region {
@@ -224,14 +225,17 @@ impl Region {
                 exact[row..row + grid.dims[0] - 3].fill(false);
             }
         }
-        Region { grid, exact, blocks: BTreeSet::new() }
+        Region { grid, exact, blocks: BTreeSet::new(), is_closed: false }
     }
 
-    /// Everything is exact.
-    pub(super) fn closed(grid: Grid) -> Region {
-        let exact = vec![true; grid.dims.iter().product()];
-        let n: usize = grid.blocks().iter().product();
-        Region { grid, exact, blocks: (0..n as u32).collect() }
+    /// Everything is exact; `blocks` are those that the isosurface meets while it is.
+    pub(super) fn closed(grid: Grid, blocks: BTreeSet<u32>) -> Region {
+        Region { grid, exact: vec![true; grid.dims.iter().product()], blocks, is_closed: true }
+    }
+
+    /// Whether everything is exact.
+    pub(super) fn is_closed(&self) -> bool {
+        self.is_closed
     }
 
     #[inline]
