@@ -172,6 +172,9 @@ impl<'a> Criteria<'a> {
     }
 }
 
+/// The longest wanted edge at the seam between tracked mesh and exact cells, voxels: the side of a cell.
+const MAX_SEAM_EDGE: f32 = 1.0;
+
 /// Wanted edge length at every vertex slot, voxels.
 ///
 /// A triangle with edges of length l on a surface of curvature k deviates by about k l^2 / 6, so
@@ -208,6 +211,11 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
         let gap = criteria.gap(mesh, v);
         let l = &mut length[v.0 as usize];
         *l = l.min((EDGES_PER_GAP * gap).max(MIN_GAP_EDGE));
+    }
+    // Beside exact cells, whose hull turns at every cell, longer triangles would reach across its corners.
+    for v in mesh.vertices().filter(|&v| mesh.is_fixed(v)) {
+        let l = &mut length[v.0 as usize];
+        *l = l.min(MAX_SEAM_EDGE);
     }
     // Lengths grow by at most half a length per length, so that triangles stay well shaped.
     for _ in 0..2 {

@@ -165,7 +165,8 @@ impl<'s, 'a> March<'s, 'a> {
     fn length_for(&self, slope: f32) -> f64 {
         let unit = f64::from(self.field().isovalue(1.0) - self.field().isovalue(0.0)).max(1e-12);
         let (low, high) = self.sweep.range;
-        let length = f64::from(STEP_LENGTH * slope) / unit;
+        let sl: f32 = std::env::var("SL").ok().and_then(|s| s.parse().ok()).unwrap_or(STEP_LENGTH);
+        let length = f64::from(sl * slope) / unit;
         length.clamp((high - low) / 2000.0, (high - low) / 4.0)
     }
 
@@ -487,6 +488,7 @@ impl<'s, 'a> March<'s, 'a> {
             self.tally.rounds += 1;
             let moved = transport(
                 &state.tracked,
+                &state.region,
                 self.exact(),
                 self.field(),
                 kernels,
@@ -534,8 +536,7 @@ impl<'s, 'a> March<'s, 'a> {
             }
             for b in named {
                 self.back_off(state, b);
-                region.add(b);
-                if round >= 4 {
+                if !region.add(b) || round >= 4 {
                     for near in self.grid.blocks_around(b) {
                         self.back_off(state, near);
                         region.add(near);

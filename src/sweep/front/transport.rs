@@ -1,10 +1,14 @@
 //! Every free vertex to the next isovalue, and what of that cannot be: places, never a verdict on the mesh.
 
+use std::collections::HashMap;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::region::{LatticeEdge, Region};
 use super::tracked::{Tracked, place_on};
 use crate::error::Result;
+use crate::extract::extract_cell;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
 use crate::mesh::{Face, Vertex, area, intersecting, normal};
@@ -52,6 +56,7 @@ pub(super) struct Step {
 /// Moves all free vertices to the next isovalue, relaxes them there, and looks where that went wrong.
 pub(super) fn transport(
     tracked: &Tracked,
+    region: &Region,
     exact: &ExactField,
     field: &Field,
     kernels: &mut dyn Kernels,
@@ -142,11 +147,52 @@ pub(super) fn transport(
         named[check] += 1;
         places.push(place);
     }
-    for f in intersecting(&positions, &faces) {
+    let (mut all_positions, mut all) = (positions.clone(), faces.clone());
+    let number = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
+    let bound = |e: LatticeEdge| tracked.vertex_at(e).and_then(number);
+    add_exact_beside(region, exact, next, &bound, &mut all_positions, &mut all);
+    let crossing = intersecting(&all_positions, &all);
+    for f in crossing.into_iter().filter(|&f| (f as usize) < faces.len()) {
         named[4] += 1;
         places.push(faces[f as usize].map(end).iter().sum::<Vec3>() / 3.0);
     }
     Ok(Moved { vertices: compacted.vertices, positions, normals, places, named })
+}
+
+/// Adds the exact extraction's triangles in the exact cells beside the seam, which share the seam's vertices.
+fn add_exact_beside(
+    region: &Region,
+    exact: &ExactField,
+    isovalue: f64,
+    bound: &dyn Fn(LatticeEdge) -> Option<u32>,
+    positions: &mut Vec<[f32; 3]>,
+    triangles: &mut Vec<[u32; 3]>,
+) {
+    let grid = region.grid;
+    let strides = exact.strides();
+    let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
+    for cell in region.blocks().iter().flat_map(|&b| grid.cells_of(b)) {
+        let is_beside = strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
+        if !is_beside {
+            continue;
+        }
+        let surface = extract_cell(exact, cell, isovalue);
+        let mut numbers = Vec::with_capacity(surface.positions.len());
+        for (crossing, &position) in surface.crossings.iter().zip(&surface.positions) {
+            let next = positions.len() as u32;
+            let number = crossing.map_or(next, |(a, b)| {
+                let from = a.min(b);
+                let axis = strides.iter().position(|&s| s == a.max(b) - from);
+                let e = LatticeEdge { from, axis: axis.expect("a lattice edge") as u8 };
+                bound(e).unwrap_or_else(|| *made.entry(e).or_insert(next))
+            });
+            if number == next {
+                positions.push(position);
+            }
+            numbers.push(number);
+        }
+        triangles.extend(surface.faces.iter().map(|f| f.map(|v| numbers[v as usize])));
+    }
 }
 
 /// Which check a face fails, if it does: 1 if it is turned over, 2 if it is off.
