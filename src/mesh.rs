@@ -39,8 +39,8 @@ pub(crate) use bins::Bins;
 pub use cross::Crossed;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
-pub(crate) use replace::Replacement;
 pub use measure::{area, bounds, normal, radius_ratio};
+pub(crate) use replace::Replacement;
 
 use glam::Vec3;
 

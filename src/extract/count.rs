@@ -57,11 +57,7 @@ pub(crate) struct Parts {
 }
 
 /// Counts the parts of the isosurface in the cells, by their lowest corners, for which `is_in` holds.
-pub(crate) fn count_parts(
-    field: &ExactField,
-    isovalue: f64,
-    is_in: impl Fn(u32) -> bool,
-) -> Parts {
+pub(crate) fn count_parts(field: &ExactField, isovalue: f64, is_in: impl Fn(u32) -> bool) -> Parts {
     let isovalue_key = field.isovalue_key(isovalue);
     let mut numbers = Crossings::new(field);
     let mut crossings: Vec<Crossing> = Vec::new();

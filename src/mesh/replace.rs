@@ -39,7 +39,8 @@ impl Mesh {
         let mut goes = vec![false; self.face_slots()];
         replacement.removed.iter().for_each(|f| goes[f.0 as usize] = true);
         let mut valences: HashMap<u32, usize> = HashMap::new();
-        let old = replacement.faces.iter().flat_map(|(t, _)| *t).filter(|&v| v < replacement.first_new);
+        let old =
+            replacement.faces.iter().flat_map(|(t, _)| *t).filter(|&v| v < replacement.first_new);
         let beside = replacement.removed.iter().flat_map(|&f| self.face_vertices(f)).map(|v| v.0);
         for v in old.chain(beside) {
             if self.has_vertex(Vertex(v)) {

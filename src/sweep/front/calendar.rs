@@ -104,7 +104,8 @@ impl<'a> Calendar<'a> {
         let cells = (0..n).into_par_iter().with_min_len(4096).filter_map(|cell| {
             let block = grid.block_of_cell(cell)?;
             let keys = field.cell_offsets().map(|o| field.key(cell + o));
-            let (low, high) = keys.iter().fold((i128::MAX, i128::MIN), |(l, h), &k| (l.min(k), h.max(k)));
+            let (low, high) =
+                keys.iter().fold((i128::MAX, i128::MIN), |(l, h), &k| (l.min(k), h.max(k)));
             (low <= last && high > first).then_some(block)
         });
         cells.collect::<Vec<u32>>().into_iter().collect()

@@ -19,8 +19,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::region::{Grid, LatticeEdge, Link, Region, Square};
 use super::part::Part;
+use super::region::{Grid, LatticeEdge, Link, Region, Square};
 use super::tracked::{Changes, Tracked, boundary, parted, place_of, place_on};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::extract_cell;
@@ -552,8 +552,9 @@ impl<'a> Cut<'a> {
         tracked: &Tracked,
         regions: &[&Region],
     ) -> Result<BTreeMap<LatticeEdge, u32>, Refused> {
-        let next = boundary(&pieces.triangles)
-            .map_err(|v| Refused::at("no manifold", self.cell(pieces.positions[v as usize].into())))?;
+        let next = boundary(&pieces.triangles).map_err(|v| {
+            Refused::at("no manifold", self.cell(pieces.positions[v as usize].into()))
+        })?;
         let mut nodes: BTreeMap<LatticeEdge, Vec<(bool, u32)>> = BTreeMap::new();
         let mut failed = Vec::new();
         for &v in next.keys() {
@@ -580,10 +581,12 @@ impl<'a> Cut<'a> {
         }
         let left = nodes.into_iter().filter(|(_, all)| all.len() % 2 == 1);
         // Those that were bound come first.
-        Ok(left.map(|(e, mut all)| {
-            all.sort_unstable();
-            (e, all[0].1)
-        }).collect())
+        Ok(left
+            .map(|(e, mut all)| {
+                all.sort_unstable();
+                (e, all[0].1)
+            })
+            .collect())
     }
 
     /// The lattice edge in which a place lies exactly, if in one; the sample where it lies in that.
@@ -626,11 +629,7 @@ impl<'a> Cut<'a> {
 
     /// The samples that the mesh has on the wrong side, in the order of how far the isovalue is from them; and samples at
     /// which that cannot be told.
-    fn wrong(
-        &self,
-        nodes: &BTreeMap<LatticeEdge, u32>,
-        isovalue: f64,
-    ) -> (Vec<u32>, Vec<u32>) {
+    fn wrong(&self, nodes: &BTreeMap<LatticeEdge, u32>, isovalue: f64) -> (Vec<u32>, Vec<u32>) {
         let isovalue_key = self.field.isovalue_key(isovalue);
         let is_above = |v: u32| self.field.key(v) > isovalue_key;
         let differs = |e: LatticeEdge| {
@@ -681,12 +680,7 @@ impl<'a> Cut<'a> {
 
     /// Merges the vertices that the boundary has inside squares into those on lattice edges. Returns the cells where it
     /// cannot.
-    fn straighten(
-        &self,
-        made: &mut Tracked,
-        rim: &[bool],
-        changes: &mut Changes,
-    ) -> Vec<u32> {
+    fn straighten(&self, made: &mut Tracked, rim: &[bool], changes: &mut Changes) -> Vec<u32> {
         let is_rim = |v: &Vertex| rim.get(v.0 as usize).copied().unwrap_or(false);
         let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
         let mut bends: Vec<Vertex> = made

@@ -145,7 +145,12 @@ impl<'s, 'a> March<'s, 'a> {
         self.step = HOLD + 1;
         let around = [(start - length).max(low), (start + length).min(high)];
         let region = self.plan(&mut state, around);
-        self.exchange(&mut state, region, Passage::between(self.exact(), around[0], around[1]), kernels)?;
+        self.exchange(
+            &mut state,
+            region,
+            Passage::between(self.exact(), around[0], around[1]),
+            kernels,
+        )?;
         let snapshot = self.record.snapshot();
         let begun = state.clone();
         self.go(&mut state, high, length, kernels)?;
@@ -165,8 +170,8 @@ impl<'s, 'a> March<'s, 'a> {
     fn length_for(&self, slope: f32) -> f64 {
         let unit = f64::from(self.field().isovalue(1.0) - self.field().isovalue(0.0)).max(1e-12);
         let (low, high) = self.sweep.range;
-        let sl: f32 = std::env::var("SL").ok().and_then(|s| s.parse().ok()).unwrap_or(STEP_LENGTH);
-        let length = f64::from(sl * slope) / unit;
+
+        let length = f64::from(STEP_LENGTH * slope) / unit;
         length.clamp((high - low) / 2000.0, (high - low) / 4.0)
     }
 
@@ -321,22 +326,22 @@ impl<'s, 'a> March<'s, 'a> {
                         samples.len(),
                         &samples[..samples.len().min(4)]
                     );
+                    let samples: Vec<u32> =
+                        samples.into_iter().filter(|&s| self.is_sample(s)).collect();
                     let mut grown = false;
-                    if attempt < MOST_EXCHANGES {
-                        let samples = samples.into_iter().filter(|&s| self.is_sample(s));
-                        for s in samples {
-                            if faulty {
-                                let block = self.grid.block_of_cell(s).expect("a cell of the volume");
-                                grown |= region.add(block);
-                                self.back_off(state, block);
-                                continue;
-                            }
-                            let own = region.add_around(s);
-                            if !own || attempt > 12 {
-                                let block = self.grid.block_of_cell(self.grid.octant(s, 0));
-                                grown |= self.add_ring(&mut region, block);
-                            }
-                            grown |= own;
+                    for &s in &samples {
+                        if faulty {
+                            let block = self.grid.block_of_cell(s).expect("a cell of the volume");
+                            grown |= region.add(block);
+                            self.back_off(state, block);
+                        } else if attempt < MOST_EXCHANGES {
+                            grown |= region.add_around(s);
+                        }
+                    }
+                    if !grown && !faulty && attempt < MOST_EXCHANGES {
+                        for &s in &samples {
+                            let block = self.grid.block_of_cell(self.grid.octant(s, 0));
+                            grown |= self.add_ring(&mut region, block);
                         }
                     }
                     if faulty && !grown {
@@ -345,7 +350,8 @@ impl<'s, 'a> March<'s, 'a> {
                         self.calendar.close(&mut region, passage);
                     } else {
                         self.tally.given_up += 1;
-                        region = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
+                        region =
+                            Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
                     }
                 }
             }
@@ -361,9 +367,8 @@ impl<'s, 'a> March<'s, 'a> {
         let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
         let triangles: Vec<[u32; 3]> =
             faces.iter().map(|&f| mesh.face_vertices(f).map(|v| v.0)).collect();
-        let positions: Vec<[f32; 3]> = (0..mesh.vertex_slots() as u32)
-            .map(|v| mesh.position(Vertex(v)).to_array())
-            .collect();
+        let positions: Vec<[f32; 3]> =
+            (0..mesh.vertex_slots() as u32).map(|v| mesh.position(Vertex(v)).to_array()).collect();
         let crossing = intersecting(&positions, &triangles);
         let middle = |f: u32| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0;
         places.extend(crossing.into_iter().map(middle));
@@ -390,7 +395,11 @@ impl<'s, 'a> March<'s, 'a> {
     fn unlike(&self, tracked: &Tracked, region: &Region, isovalue: f64) -> Vec<u32> {
         let open = open_seam(tracked, region, self.exact(), isovalue);
         if !open.is_empty() {
-            log::warn!("{isovalue}: open at {} samples: {:?}", open.len(), open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>());
+            log::warn!(
+                "{isovalue}: open at {} samples: {:?}",
+                open.len(),
+                open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>()
+            );
             return open.into_iter().collect();
         }
         let places = unlike_parts(tracked, region, self.exact(), isovalue);
@@ -550,8 +559,15 @@ impl<'s, 'a> March<'s, 'a> {
         self.remesh(state);
         if log::log_enabled!(log::Level::Debug) {
             let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
-            let own = crate::extract::count::count_parts(self.exact(), state.at, |c| !state.region.is_exact(c));
-            log::debug!("share tracked {:.3} of {} crossings; {} faces", own.crossings.len() as f64 / all.crossings.len().max(1) as f64, all.crossings.len(), state.tracked.mesh.n_faces());
+            let own = crate::extract::count::count_parts(self.exact(), state.at, |c| {
+                !state.region.is_exact(c)
+            });
+            log::debug!(
+                "share tracked {:.3} of {} crossings; {} faces",
+                own.crossings.len() as f64 / all.crossings.len().max(1) as f64,
+                all.crossings.len(),
+                state.tracked.mesh.n_faces()
+            );
         }
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
         let faults = faults(&state.tracked, &criteria, self.parameters());

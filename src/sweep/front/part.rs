@@ -33,8 +33,7 @@ impl Part {
     /// The faces of a mesh for which `is_in` holds.
     pub(super) fn of(whole: &Tracked, is_in: impl Fn(Face) -> bool) -> Part {
         let mesh = &whole.mesh;
-        let faces: Vec<Face> =
-            mesh.faces().filter(|&f| !mesh.is_cap(f) && is_in(f)).collect();
+        let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f) && is_in(f)).collect();
         let mut is_part = vec![false; mesh.face_slots()];
         faces.iter().for_each(|f| is_part[f.0 as usize] = true);
         let mut part = Part { faces, ..Part::default() };
@@ -128,7 +127,8 @@ pub(super) fn join(
     let old: Vec<Vertex> = part.origin.iter().copied().flatten().collect();
     tracked.unbind_all(&old);
     let replaced = tracked.mesh.replace_faces(&r)?;
-    let slot = |n: u32| n.checked_sub(first_new).map_or(Vertex(n), |i| replaced.vertices[i as usize]);
+    let slot =
+        |n: u32| n.checked_sub(first_new).map_or(Vertex(n), |i| replaced.vertices[i as usize]);
     let mut known: Vec<(Vertex, u32)> = numbers.into_iter().collect();
     known.sort_unstable();
     for &(v, n) in &known {

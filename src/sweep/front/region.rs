@@ -18,7 +18,7 @@ use glam::Vec3;
 use crate::topology::exact::ExactField;
 
 /// Cells along the side of a block.
-pub(super) const BLOCK: usize = 1;
+pub(super) const BLOCK: usize = 2;
 
 /// A direction along the lattice: twice the axis, and one more for the positive sense.
 pub(super) type Direction = u8;
@@ -185,9 +185,8 @@ impl Grid {
             let at = |x: f32| (x.max(0.0) as usize / BLOCK).min(n[a] - 1);
             at(low[a])..=at(high[a])
         });
-        z.into_iter().any(|k| {
-            y.clone().any(|j| x.clone().any(|i| marked[i + n[0] * (j + n[1] * k)]))
-        })
+        z.into_iter()
+            .any(|k| y.clone().any(|j| x.clone().any(|i| marked[i + n[0] * (j + n[1] * k)])))
     }
 
     /// A block and those around it.
@@ -272,7 +271,8 @@ impl Region {
         }
         let mut blocks: Vec<(u32, u8)> = Vec::new();
         for o in (0..8u8).filter(|o| octants >> o & 1 == 0) {
-            let block = self.grid.block_of_cell(self.grid.octant(v, o)).expect("the layer is exact");
+            let block =
+                self.grid.block_of_cell(self.grid.octant(v, o)).expect("the layer is exact");
             match blocks.iter_mut().find(|b| b.0 == block) {
                 Some(b) => b.1 |= 1 << o,
                 None => blocks.push((block, 1 << o)),

@@ -333,7 +333,9 @@ impl Tracked {
         };
         let is_other = |s: &super::region::Square| {
             region.is_seam(*s)
-                && !super::exchange::polyline(field, region.grid, *s, isovalue).into_iter().all(joins)
+                && !super::exchange::polyline(field, region.grid, *s, isovalue)
+                    .into_iter()
+                    .all(joins)
         };
         squares.filter(is_other).map(|s| s.corner).collect()
     }

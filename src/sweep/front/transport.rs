@@ -172,7 +172,8 @@ fn add_exact_beside(
     let strides = exact.strides();
     let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
     for cell in region.blocks().iter().flat_map(|&b| grid.cells_of(b)) {
-        let is_beside = strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
+        let is_beside =
+            strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
         if !is_beside {
             continue;
         }
