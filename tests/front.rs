@@ -17,10 +17,10 @@ fn spectrum(volume: &Arc<Volume>) -> Spectrum {
 
 #[test]
 fn the_topology_is_exact_at_random_isovalues() {
-    for (n, name) in ["sphere:24", "blobs:24", "noise:9:101", "noise:9:102", "noise:9:103"]
-        .into_iter()
-        .enumerate()
-    {
+    // The seam of the last three was open before it was looked at in full.
+    let names =
+        ["sphere:24", "blobs:24", "noise:9:101", "noise:9:111", "noise:9:115", "noise:16:116"];
+    for (n, name) in names.into_iter().enumerate() {
         let volume = Arc::new(phantom(name).expect("a phantom"));
         let spectrum = spectrum(&volume);
         let sampling = Sampling { n_random: 24, n_events: 4, seed: 500 + n as u64 };

@@ -1,6 +1,6 @@
 //! Some faces give way to others with the same boundary.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::Vec3;
 
@@ -51,7 +51,7 @@ impl Mesh {
             *valences.get_mut(&v.0).expect("counted") -= 1;
         }
         // The half-edges that stay and lose their face, by their ends.
-        let mut outer: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut outer: BTreeMap<(u32, u32), u32> = BTreeMap::new();
         let mut touched: Vec<u32> = Vec::with_capacity(3 * replacement.removed.len());
         let mut inner: Vec<u32> = Vec::new();
         for &f in &replacement.removed {
@@ -77,9 +77,8 @@ impl Mesh {
         }
         touched.iter().for_each(|&v| self.vertex_halfedge[v as usize] = NONE);
         for (&(from, _), &h) in &outer {
-            // Any of them serves: the walk around a vertex starts anywhere. The least one, for the order's sake.
-            let first = &mut self.vertex_halfedge[from as usize];
-            *first = (*first).min(h);
+            // Any of them serves: the walk around a vertex starts anywhere.
+            self.vertex_halfedge[from as usize] = h;
         }
         let vertices = self.add_vertices(replacement, &outer);
         let vertex = |v: u32| {
@@ -120,7 +119,7 @@ impl Mesh {
     fn add_vertices(
         &mut self,
         replacement: &Replacement,
-        outer: &HashMap<(u32, u32), u32>,
+        outer: &BTreeMap<(u32, u32), u32>,
     ) -> Vec<Vertex> {
         let mut used = vec![false; self.vertex_slots()];
         for &(from, to) in outer.keys() {
@@ -159,7 +158,7 @@ impl Mesh {
     fn pair(
         &mut self,
         triangles: &[[u32; 3]],
-        outer: &mut HashMap<(u32, u32), u32>,
+        outer: &mut BTreeMap<(u32, u32), u32>,
     ) -> Result<Vec<u32>, Vec3> {
         let mut halfedges = vec![NONE; 3 * triangles.len()];
         let mut sides: Vec<(u32, u32, bool, u32)> = Vec::with_capacity(halfedges.len());
@@ -174,7 +173,7 @@ impl Mesh {
             }
         }
         let place = |mesh: &Mesh, v: u32| mesh.positions[v as usize];
-        if let Some(&(a, _)) = outer.keys().min() {
+        if let Some(&(a, _)) = outer.keys().next() {
             return Err(place(self, a));
         }
         sides.sort_unstable();
@@ -225,5 +224,48 @@ impl Mesh {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn a_fan_gives_way_to_two_triangles_and_comes_back_in_the_same_slots() {
+        let mut mesh = shapes::octahedron(Vec3::ZERO, 1.0);
+        let top = Vertex(0);
+        let fan: Vec<Face> = mesh.spokes(top).map(|h| mesh.face(h)).collect();
+        let ring: Vec<u32> = mesh.spokes(top).map(|h| mesh.to(h).0).collect();
+        let first_new = mesh.vertex_slots() as u32;
+        let flat = vec![([ring[0], ring[1], ring[2]], false), ([ring[0], ring[2], ring[3]], false)];
+        let down = Replacement { removed: fan, faces: flat, first_new, ..Replacement::default() };
+        let made = mesh.replace_faces(&down).expect("the same boundary");
+        mesh.check().expect("the invariants hold");
+        assert_eq!((mesh.n_vertices(), mesh.n_faces(), mesh.euler()), (5, 6, 2));
+        assert_eq!(made.gone, [top]);
+        let fan = (0..4).map(|i| ([ring[i], ring[(i + 1) % 4], first_new], false)).collect();
+        let vertices = vec![(Vec3::Z, 0)];
+        let up = Replacement { removed: made.faces, vertices, faces: fan, first_new };
+        let made = mesh.replace_faces(&up).expect("the same boundary");
+        mesh.check().expect("the invariants hold");
+        assert_eq!((mesh.n_vertices(), mesh.n_faces(), mesh.euler()), (6, 8, 2));
+        assert_eq!(made.vertices, [top], "an empty slot is taken again");
+        assert_eq!(mesh.position(top), Vec3::Z);
+        assert!(made.faces.iter().all(|&f| !mesh.is_cap(f)));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let mesh = shapes::octahedron(Vec3::ZERO, 1.0);
+        let f = mesh.faces().next().expect("a face");
+        let first_new = mesh.vertex_slots() as u32;
+        let hole = Replacement { removed: vec![f], first_new, ..Replacement::default() };
+        let place = mesh.clone().replace_faces(&hole).expect_err("the mesh is open");
+        assert!(mesh.corners(f).contains(&place));
+        let [a, b, c] = mesh.face_vertices(f).map(|v| v.0);
+        let turned = Replacement { faces: vec![([a, c, b], false)], ..hole };
+        mesh.clone().replace_faces(&turned).expect_err("the face is turned over");
     }
 }

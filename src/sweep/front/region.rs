@@ -406,4 +406,20 @@ mod tests {
         assert!(matches!(link(0b0000_1111), Link::Cycle(_, 4)));
         assert!(matches!(link(0b0000_0001), Link::Cycle(_, 3)));
     }
+
+    #[test]
+    fn a_pinched_seam_is_mended_by_the_fewest_blocks() {
+        let grid = Grid { dims: [13, 13, 13], strides: [1, 13, 169] };
+        // A sample in which eight blocks meet.
+        let v = grid.vertex([1 + 2 * BLOCK, 1 + 2 * BLOCK, 1 + 2 * BLOCK]);
+        let block = |o: u8| grid.block_of_cell(grid.octant(v, o)).expect("a cell of the volume");
+        for (octants, n_added) in [([0, 7], 2), ([0, 3], 1), ([0, 1], 0)] {
+            let mut region = Region::open(grid);
+            octants.iter().for_each(|&o| assert!(region.add(block(o))));
+            let added = region.mend(v, |bits| link(bits) == Link::Pinched);
+            assert_eq!(added.len(), n_added, "{octants:?}");
+            assert_ne!(region.link(v), Link::Pinched);
+            assert_eq!(region.blocks().len(), 2 + n_added);
+        }
+    }
 }

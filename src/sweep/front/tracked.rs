@@ -348,18 +348,21 @@ fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
     grid.cells_around(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
 }
 
+/// A corner of a triangle: the vertex, the triangle, and which of its corners.
+type Corner = (u32, u32, u32);
+
 /// Where triangles are joined in a vertex only, gives all parts but one a vertex of their own: numbers from `n_vertices` on.
 /// Returns the vertex that each of them was.
 pub(super) fn parted(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> {
-    let mut corners: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * triangles.len());
+    let mut corners: Vec<Corner> = Vec::with_capacity(3 * triangles.len());
     for (t, vertices) in triangles.iter().enumerate() {
         corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
     }
     corners.sort_unstable();
-    let mut copies: Vec<(u32, Vec<(u32, u32, u32)>)> = Vec::new();
-    let mut left: Vec<(u32, u32, u32)> = Vec::new();
+    let mut copies: Vec<(u32, Vec<Corner>)> = Vec::new();
+    let mut left: Vec<Corner> = Vec::new();
     for around in corners.chunk_by(|a, b| a.0 == b.0) {
-        let beside = |&(_, t, i): &(u32, u32, u32)| {
+        let beside = |&(_, t, i): &Corner| {
             let t = triangles[t as usize];
             [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
         };
@@ -444,4 +447,24 @@ pub(super) fn place_of(field: &ExactField, v: u32) -> Vec3 {
     let size = field.volume().voxel_size();
     let p = field.position(v);
     Vec3::from(std::array::from_fn(|a| (p[a] as f64 * size[a]) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_joined_in_a_vertex_only_are_parted() {
+        // Two fans around vertex 0, and one that closes around vertex 9.
+        let mut triangles =
+            [[0, 1, 2], [0, 2, 3], [0, 4, 5], [9, 10, 11], [9, 11, 12], [9, 12, 10]];
+        assert_eq!(parted(&mut triangles, 13), [0]);
+        let around = |n: u32, t: &[[u32; 3]]| t.iter().filter(|t| t.contains(&n)).count();
+        let mut sizes = [around(0, &triangles), around(13, &triangles)];
+        sizes.sort_unstable();
+        assert_eq!(sizes, [1, 2]);
+        assert_eq!(around(9, &triangles), 3);
+        assert!(parted(&mut triangles, 14).is_empty());
+        assert!(boundary(&triangles).is_ok());
+    }
 }
