@@ -291,7 +291,7 @@ impl<'s, 'a> March<'s, 'a> {
                         self.improve(&mut made, state.at, kernels)?;
                         let bad = self.bad_places(&made.made, state.at);
                         let samples: Vec<u32> =
-                            bad.into_iter().filter_map(|p| self.sample_at(p)).collect();
+                            bad.into_iter().map(|p| self.sample_at(p)).collect();
                         if samples.is_empty() || attempt >= most_faulty {
                             self.joined(state, &made, &region)
                         } else {
@@ -383,10 +383,8 @@ impl<'s, 'a> March<'s, 'a> {
         region: &Region,
     ) -> std::result::Result<Joined, Refused> {
         let joined = join(&state.tracked, &made.part, &made.made, &made.origin, &made.was);
-        let joined = joined.map_err(|place| Refused {
-            why: "not joined",
-            samples: self.sample_at(place).into_iter().collect(),
-        })?;
+        let joined = joined
+            .map_err(|place| Refused { why: "not joined", samples: vec![self.sample_at(place)] })?;
         let samples = self.unlike(&joined.tracked, region, state.at);
         if samples.is_empty() { Ok(joined) } else { Err(Refused { why: "unlike", samples }) }
     }
@@ -395,7 +393,7 @@ impl<'s, 'a> March<'s, 'a> {
     fn unlike(&self, tracked: &Tracked, region: &Region, isovalue: f64) -> Vec<u32> {
         let open = open_seam(tracked, region, self.exact(), isovalue);
         if !open.is_empty() {
-            log::warn!(
+            log::debug!(
                 "{isovalue}: open at {} samples: {:?}",
                 open.len(),
                 open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>()
@@ -404,18 +402,18 @@ impl<'s, 'a> March<'s, 'a> {
         }
         let places = unlike_parts(tracked, region, self.exact(), isovalue);
         if !places.is_empty() {
-            log::warn!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
+            log::debug!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
         }
-        places.into_iter().filter_map(|p| self.sample_at(p)).collect()
+        places.into_iter().map(|p| self.sample_at(p)).collect()
     }
 
     /// The lowest sample of the cell around a place of the voxel frame.
-    fn sample_at(&self, p: Vec3) -> Option<u32> {
+    fn sample_at(&self, p: Vec3) -> u32 {
         let x = p * self.field().inverse_cell_size();
         let index = std::array::from_fn(|a| {
             (x[a].floor().max(0.0) as usize).min(self.grid.dims[a] - 4) + 1
         });
-        Some(self.grid.vertex(index))
+        self.grid.vertex(index)
     }
 
     /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
