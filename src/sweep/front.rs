@@ -10,12 +10,15 @@
 
 mod calendar;
 mod check;
+mod clusters;
 mod exact;
 mod exchange;
+mod improve;
 mod march;
 mod part;
 mod record;
 mod region;
+mod rough;
 mod tracked;
 mod transport;
 

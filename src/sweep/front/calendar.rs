@@ -43,6 +43,11 @@ impl Passage {
         self.low < key && key <= self.high
     }
 
+    /// Whether an isosurface of the passage, its ends among them, meets what has samples of these keys.
+    pub(super) fn meets(&self, low: i128, high: i128) -> bool {
+        low <= self.high >> ORDER_BITS && high > self.low >> ORDER_BITS
+    }
+
     fn of<'t, T>(&self, sorted: &'t [T], key: impl Fn(&T) -> i128) -> &'t [T] {
         let first = sorted.partition_point(|x| key(x) <= self.low);
         let end = sorted.partition_point(|x| key(x) <= self.high);
@@ -98,15 +103,13 @@ impl<'a> Calendar<'a> {
     /// The blocks that isosurfaces of a passage meet, its ends among them.
     pub(super) fn blocks(&self, grid: Grid, passage: Passage) -> BTreeSet<u32> {
         let field = self.field;
-        let first = passage.low >> ORDER_BITS;
-        let last = passage.high >> ORDER_BITS;
         let n = field.n_vertices() as u32;
         let cells = (0..n).into_par_iter().with_min_len(4096).filter_map(|cell| {
             let block = grid.block_of_cell(cell)?;
             let keys = field.cell_offsets().map(|o| field.key(cell + o));
             let (low, high) =
                 keys.iter().fold((i128::MAX, i128::MIN), |(l, h), &k| (l.min(k), h.max(k)));
-            (low <= last && high > first).then_some(block)
+            passage.meets(low, high).then_some(block)
         });
         cells.collect::<Vec<u32>>().into_iter().collect()
     }
@@ -121,6 +124,36 @@ impl<'a> Calendar<'a> {
 
     /// Makes more blocks exact until the seam is a surface on which only regular samples are passed.
     pub(super) fn close(&self, region: &mut Region, passage: Passage) {
+        let mut suspects: Vec<u32> = self.samples(passage).to_vec();
+        suspects.extend(region.blocks().iter().flat_map(|&b| region.grid.samples_around(b)));
+        let squares: Vec<Square> = self.squares(passage).collect();
+        self.close_near(region, passage, suspects, &squares);
+    }
+
+    /// The same for a region that needed no more blocks before some were added.
+    pub(super) fn close_around(&self, region: &mut Region, passage: Passage, added: &[u32]) {
+        let grid = region.grid;
+        let suspects = added.iter().flat_map(|&b| grid.samples_around(b)).collect();
+        self.close_near(region, passage, suspects, &self.squares_around(grid, passage, added));
+    }
+
+    /// The squares beside cells of some blocks whose saddles are passed.
+    fn squares_around(&self, grid: Grid, passage: Passage, blocks: &[u32]) -> Vec<Square> {
+        let passed = |s: &Square| {
+            let saddle = self.field.face_saddle(s.corner, s.axis as usize);
+            saddle.is_some_and(|saddle| passage.holds(saddle.order_key()))
+        };
+        let cells = blocks.iter().flat_map(|&b| grid.cells_of(b));
+        cells.flat_map(|c| grid.squares_of(c)).map(|s| s.0).filter(passed).collect()
+    }
+
+    fn close_near(
+        &self,
+        region: &mut Region,
+        passage: Passage,
+        mut suspects: Vec<u32>,
+        squares: &[Square],
+    ) {
         let grid = region.grid;
         let is_bad = |v: u32, octants: u8| match link(octants) {
             Link::Away => false,
@@ -130,14 +163,13 @@ impl<'a> Calendar<'a> {
                     && !self.is_regular(v, grid, &cycle[..n as usize])
             }
         };
-        let mut suspects: Vec<u32> = self.samples(passage).to_vec();
-        suspects.extend(region.blocks().iter().flat_map(|&b| grid.samples_around(b)));
+        let mut squares = squares.to_vec();
         loop {
             suspects.par_sort_unstable();
             suspects.dedup();
             let bad: Vec<u32> =
                 suspects.par_iter().copied().filter(|&v| is_bad(v, region.octants(v))).collect();
-            let open: Vec<Square> = self.squares(passage).filter(|&s| region.is_seam(s)).collect();
+            let open: Vec<Square> = squares.into_iter().filter(|&s| region.is_seam(s)).collect();
             let mut added: Vec<u32> = Vec::new();
             for v in bad {
                 added.extend(region.mend(v, |octants| is_bad(v, octants)));
@@ -149,6 +181,7 @@ impl<'a> Calendar<'a> {
             if added.is_empty() {
                 return;
             }
+            squares = self.squares_around(grid, passage, &added);
             suspects = added.into_iter().flat_map(|b| grid.samples_around(b)).collect();
         }
     }

@@ -12,11 +12,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
-use super::exchange::polyline;
-use super::region::{LatticeEdge, Region, Square};
+use super::exchange::{Exchanged, polyline};
+use super::region::{Grid, LatticeEdge, Region, Square};
 use super::tracked::{Tracked, place_of};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::count::count_parts;
+use crate::extract::extract_cell;
 use crate::mesh::Vertex;
 use crate::topology::exact::ExactField;
 
@@ -26,14 +27,8 @@ fn seam(region: &Region) -> Vec<Square> {
     let mut squares = Vec::new();
     for &block in region.blocks() {
         for cell in grid.cells_of(block) {
-            for axis in 0..3u8 {
-                let stride = grid.strides[axis as usize];
-                for (corner, other) in [(cell, cell - stride), (cell + stride, cell + stride)] {
-                    if !region.is_exact(other) {
-                        squares.push(Square { corner, axis });
-                    }
-                }
-            }
+            let sides = grid.squares_of(cell).into_iter();
+            squares.extend(sides.filter(|s| !region.is_exact(s.1)).map(|s| s.0));
         }
     }
     let [nx, ny, nz] = grid.dims;
@@ -55,6 +50,221 @@ fn seam(region: &Region) -> Vec<Square> {
     }
     squares.sort_unstable();
     squares
+}
+
+/// Blocks that change together, at an isovalue.
+pub(super) struct Change<'a> {
+    pub(super) field: &'a ExactField<'a>,
+    pub(super) isovalue: f64,
+    /// Before and after.
+    pub(super) regions: [&'a Region; 2],
+    pub(super) blocks: &'a [u32],
+}
+
+impl Change<'_> {
+    fn grid(&self) -> Grid {
+        self.regions[0].grid
+    }
+
+    /// The squares of the cells that change, ascending, and whether each is on the seam before and after.
+    fn squares(&self) -> Vec<(Square, [bool; 2])> {
+        let cells = self.blocks.iter().flat_map(|&b| self.grid().cells_of(b));
+        let mut squares: Vec<Square> =
+            cells.flat_map(|c| self.grid().squares_of(c)).map(|s| s.0).collect();
+        squares.sort_unstable();
+        squares.dedup();
+        squares.into_iter().map(|s| (s, self.regions.map(|r| r.is_seam(s)))).collect()
+    }
+
+    fn polyline(&self, s: Square) -> Vec<[LatticeEdge; 2]> {
+        polyline(self.field, self.grid(), s, self.isovalue)
+    }
+
+    /// Adds the exact extraction in the blocks that are exact before, or after, and not then.
+    fn add_exact(&self, now: usize, pieces: &mut Surface) {
+        let [here, there] = [self.regions[now], self.regions[1 - now]];
+        for &block in self.blocks.iter().filter(|b| here.holds(**b) && !there.holds(**b)) {
+            for cell in self.grid().cells_of(block) {
+                let surface = extract_cell(self.field, cell, self.isovalue);
+                let numbers: Vec<u32> = surface
+                    .crossings
+                    .iter()
+                    .map(|c| match c {
+                        Some(ends) => pieces.crossing(self.grid().edge_between(*ends)),
+                        None => pieces.vertex(),
+                    })
+                    .collect();
+                let faces = surface.faces.iter().map(|f| f.map(|v| numbers[v as usize]));
+                pieces.faces.extend(faces);
+            }
+        }
+    }
+}
+
+/// A surface as far as its topology goes.
+#[derive(Default)]
+struct Surface {
+    n_vertices: u32,
+    crossings: HashMap<LatticeEdge, u32>,
+    faces: Vec<[u32; 3]>,
+}
+
+/// What tells the vertices of two surfaces to be the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Anchor {
+    Crossing(LatticeEdge),
+    Rim(Vertex),
+}
+
+impl Surface {
+    fn vertex(&mut self) -> u32 {
+        self.n_vertices += 1;
+        self.n_vertices - 1
+    }
+
+    fn crossing(&mut self, e: LatticeEdge) -> u32 {
+        let next = self.n_vertices;
+        let v = *self.crossings.entry(e).or_insert(next);
+        self.n_vertices = self.n_vertices.max(v + 1);
+        v
+    }
+
+    /// Vertices less edges plus faces of each component, by the component's first vertex, and by vertex the component.
+    fn characteristics(&self) -> (BTreeMap<u32, i64>, DisjointSets) {
+        let mut sets = DisjointSets::new(self.n_vertices as usize);
+        let mut edges: Vec<(u32, u32)> = Vec::with_capacity(3 * self.faces.len());
+        for t in &self.faces {
+            for i in 0..3 {
+                let (a, b) = (t[i], t[(i + 1) % 3]);
+                sets.join(a, b);
+                edges.push((a.min(b), a.max(b)));
+            }
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let mut sum: BTreeMap<u32, i64> = BTreeMap::new();
+        let mut vertices: Vec<u32> = self.faces.iter().flatten().copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.into_iter().for_each(|v| *sum.entry(sets.find(v)).or_default() += 1);
+        edges.into_iter().for_each(|e| *sum.entry(sets.find(e.0)).or_default() -= 1);
+        self.faces.iter().for_each(|f| *sum.entry(sets.find(f[0])).or_default() += 1);
+        (sum, sets)
+    }
+}
+
+/// Samples near which the boundary of an exchanged part is not the exact extraction's polyline: what it was before, less the
+/// squares that are no longer on the seam, and those that have become so.
+pub(super) fn open_part(before: &Tracked, exchanged: &Exchanged, change: &Change) -> Vec<u32> {
+    let part = &exchanged.part;
+    let mut left: HashMap<[LatticeEdge; 2], i32> = HashMap::new();
+    let mut bad = Vec::new();
+    let mut add = |keys: [Option<LatticeEdge>; 2], n: i32, bad: &mut Vec<u32>| match keys {
+        [Some(a), Some(b)] => *left.entry([a.min(b), a.max(b)]).or_default() += n,
+        keys => bad.extend(keys.into_iter().flatten().map(|e| e.from)),
+    };
+    for &f in &part.faces {
+        for h in before.mesh.face_halfedges(f).into_iter().filter(|&h| before.is_boundary(h)) {
+            add([before.mesh.from(h), before.mesh.to(h)].map(|v| before.key(v)), 1, &mut bad);
+        }
+    }
+    for (s, [was, is]) in change.squares() {
+        if was != is {
+            for [a, b] in change.polyline(s) {
+                add([Some(a), Some(b)], i32::from(is) - i32::from(was), &mut bad);
+            }
+        }
+    }
+    let made = &exchanged.made;
+    for f in made.mesh.faces().filter(|&f| !made.mesh.is_cap(f)) {
+        for h in made.mesh.face_halfedges(f).into_iter().filter(|&h| made.is_boundary(h)) {
+            let ends = [made.mesh.from(h), made.mesh.to(h)];
+            if !exchanged.is_rim(ends) {
+                add(ends.map(|v| exchanged.key(before, v)), -1, &mut bad);
+            }
+        }
+    }
+    bad.extend(left.into_iter().filter(|(_, n)| *n != 0).map(|([a, _], _)| a.from));
+    bad.sort_unstable();
+    bad
+}
+
+/// Samples of the parts whose Euler characteristic an exchange has not kept, the exact extraction in the cells that change
+/// counted with the mesh: the isovalue has not moved, so the isosurface has not.
+pub(super) fn unlike_before(before: &Tracked, exchanged: &Exchanged, change: &Change) -> Vec<u32> {
+    let part = &exchanged.part;
+    let mut anchors: Vec<(Anchor, usize, u32)> = Vec::new();
+    let mut surfaces = [Surface::default(), Surface::default()];
+    let mut add = |now: usize, key: Option<LatticeEdge>, rim: Option<Vertex>| {
+        let surface: &mut Surface = &mut surfaces[now];
+        let n = match key {
+            Some(e) => surface.crossing(e),
+            None => surface.vertex(),
+        };
+        anchors.extend(rim.map(|v| (Anchor::Rim(v), now, n)));
+        n
+    };
+    let at_rim = |v: usize, o: Option<Vertex>| o.filter(|_| part.is_rim.get(v).is_some_and(|r| *r));
+    let mut old: Vec<u32> = Vec::with_capacity(part.origin.len());
+    for (v, &o) in part.origin.iter().enumerate() {
+        old.push(add(0, o.and_then(|o| before.key(o)), at_rim(v, o)));
+    }
+    let mesh = &exchanged.made.mesh;
+    let faces: Vec<[Vertex; 3]> =
+        mesh.faces().filter(|&f| !mesh.is_cap(f)).map(|f| mesh.face_vertices(f)).collect();
+    let mut new: Vec<Option<u32>> = vec![None; mesh.vertex_slots()];
+    for &v in faces.iter().flatten() {
+        if new[v.0 as usize].is_none() {
+            let origin = exchanged.origin.get(v.0 as usize).copied().flatten();
+            let is_rim =
+                |o: &Vertex| part.rim.range((*o, Vertex(0))..).next().is_some_and(|r| r.0 == *o);
+            new[v.0 as usize] = Some(add(1, exchanged.key(before, v), origin.filter(is_rim)));
+        }
+    }
+    surfaces[0].faces = part.triangles.iter().map(|t| t.map(|v| old[v as usize])).collect();
+    let number = |v: Vertex| new[v.0 as usize].expect("numbered");
+    surfaces[1].faces = faces.iter().map(|t| t.map(number)).collect();
+    for (now, surface) in surfaces.iter_mut().enumerate() {
+        change.add_exact(now, surface);
+        let mut crossings: Vec<(LatticeEdge, u32)> =
+            surface.crossings.iter().map(|(e, v)| (*e, *v)).collect();
+        crossings.sort_unstable();
+        anchors.extend(crossings.into_iter().map(|(e, v)| (Anchor::Crossing(e), now, v)));
+    }
+    anchors.sort_unstable();
+    let [(old_sums, mut old_sets), (new_sums, mut new_sets)] =
+        [surfaces[0].characteristics(), surfaces[1].characteristics()];
+    // Components of both that have a vertex in common are one group.
+    let n_old = surfaces[0].n_vertices;
+    let mut groups = DisjointSets::new((n_old + surfaces[1].n_vertices) as usize);
+    let mut place = |now: usize, v: u32| match now {
+        0 => old_sets.find(v),
+        _ => n_old + new_sets.find(v),
+    };
+    for same in anchors.chunk_by(|a, b| a.0 == b.0) {
+        let first = place(same[0].1, same[0].2);
+        for &(_, now, v) in same {
+            groups.join(first, place(now, v));
+        }
+    }
+    let mut sums: BTreeMap<u32, [i64; 2]> = BTreeMap::new();
+    old_sums.iter().for_each(|(&v, n)| sums.entry(groups.find(v)).or_default()[0] += n);
+    new_sums.iter().for_each(|(&v, n)| sums.entry(groups.find(n_old + v)).or_default()[1] += n);
+    let bad: Vec<u32> = sums.iter().filter(|(_, s)| s[0] != s[1]).map(|(&g, _)| g).collect();
+    if bad.is_empty() {
+        return Vec::new();
+    }
+    log::debug!("unlike: {:?}", sums.iter().filter(|(_, s)| s[0] != s[1]).collect::<Vec<_>>());
+    let mut samples = Vec::new();
+    for &(anchor, now, v) in &anchors {
+        if let Anchor::Crossing(e) = anchor
+            && bad.contains(&groups.find(place(now, v)))
+        {
+            samples.push(e.from);
+        }
+    }
+    samples.dedup();
+    samples
 }
 
 /// Samples near which the mesh's boundary is not the exact extraction's polyline on the seam.
@@ -113,11 +323,8 @@ pub(super) fn unlike_parts(
     let exact = count_parts(field, isovalue, |cell| !region.is_exact(cell));
     let mut own: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
     let mut others: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); exact.doubled.len()];
-    let strides = field.strides();
     for (crossing, &part) in exact.crossings.iter().zip(&exact.part_of) {
-        let from = crossing.low.min(crossing.high);
-        let axis = strides.iter().position(|&s| s == crossing.low.max(crossing.high) - from);
-        let e = LatticeEdge { from, axis: axis.expect("a lattice edge") as u8 };
+        let e = region.grid.edge_between((crossing.low, crossing.high));
         if let Some(v) = tracked.vertex_at(e) {
             let set = sets.find(v.0);
             own.entry(set).or_default().insert(part);

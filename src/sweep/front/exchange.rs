@@ -17,8 +17,9 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
-use rayon::prelude::*;
 
+use super::check::{Change, open_part, unlike_before};
+use super::clusters::Cluster;
 use super::part::Part;
 use super::region::{Grid, LatticeEdge, Link, Region, Square};
 use super::tracked::{Changes, Tracked, boundary, parted, place_of, place_on};
@@ -36,7 +37,7 @@ const MOST_WRONG: usize = 8;
 /// A part of the mesh of a smaller area, in square voxels, that crosses no lattice edge is none of the isosurface.
 const SMALL_PART: f32 = 3.0;
 
-/// Why an exchange was not made, and the samples around which cells are to be exact.
+/// Why an exchange was not made, and the samples around which cells are to be exact; none if more of the mesh is to take part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Refused {
     pub(super) why: &'static str,
@@ -80,40 +81,16 @@ pub(super) struct Exchanged {
     pub(super) was: Vec<Option<Face>>,
 }
 
-/// The faces of the mesh near the blocks that change.
-fn part_to_change(before: &Tracked, old: &Region, new: &Region, field: &ExactField) -> Part {
-    if new.is_closed() {
-        return Part::of(before, |_| true);
-    }
-    let grid = new.grid;
-    let changed = old.blocks().symmetric_difference(new.blocks());
-    let near = grid.marked(changed.flat_map(|&b| grid.blocks_around(b)));
-    let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
-    let mesh = &before.mesh;
-    let is_near: Vec<bool> = (0..mesh.face_slots() as u32)
-        .into_par_iter()
-        .with_min_len(1024)
-        .map(|f| {
-            let f = Face(f);
-            mesh.has_face(f) && !mesh.is_cap(f) && {
-                let (low, high) = bounds(mesh.corners(f));
-                grid.any_block(low / size, high / size, &near)
-            }
-        })
-        .collect();
-    Part::of(before, |f| is_near[f.0 as usize])
-}
-
-/// Makes the part of the mesh that changes with the region that of another region, at an isovalue.
+/// Makes the mesh near some blocks that of another region, at an isovalue.
 pub(super) fn exchange(
     before: &Tracked,
-    old: &Region,
-    new: &Region,
+    cluster: &Cluster,
+    [old, new]: [&Region; 2],
     field: &ExactField,
     isovalue: f64,
 ) -> Result<Exchanged, Refused> {
-    let part = part_to_change(before, old, new, field);
-    let cut = Cut::new(old, new, field);
+    let part = Part::of(before, &cluster.faces);
+    let cut = Cut::new(cluster, [old, new], field);
     let whole_key = |v: u32| part.origin[v as usize].and_then(|o| before.key(o));
     let of_part =
         Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key, &mut Vec::new());
@@ -141,7 +118,7 @@ pub(super) fn exchange(
     pieces.part_pinched();
     let nodes = cut.nodes(&pieces, &tracked, &[old, new])?;
     pieces.bound = nodes.iter().map(|(e, v)| (*v, *e)).collect();
-    release(&nodes, old, new, field, isovalue, &mut pieces);
+    release(&nodes, &cut.released, field, isovalue, &mut pieces);
     was.resize(pieces.triangles.len(), None);
     pieces.part_pinched();
     let nodes = cut.nodes(&pieces, &tracked, &[new])?;
@@ -181,10 +158,44 @@ pub(super) fn exchange(
     let squares = cut.squares.iter().copied();
     refused.add("another polyline", made.other_polylines(new, field, squares, isovalue));
     refused.none()?;
+    let mut refused = Refusals::default();
     let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
     made.cure_chords(new, &vertices, &at, &mut changes);
     was.resize(made.mesh.face_slots(), None);
-    Ok(Exchanged { part, made, origin: pieces.origin, was })
+    let exchanged = Exchanged { part, made, origin: pieces.origin, was };
+    if !exchanged.has_rim() {
+        return Err(Refused { why: "part too small", samples: Vec::new() });
+    }
+    let change = Change { field, isovalue, regions: [old, new], blocks: &cluster.blocks };
+    refused.add("open", open_part(before, &exchanged, &change));
+    refused.add("unlike", unlike_before(before, &exchanged, &change));
+    refused.none()?;
+    Ok(exchanged)
+}
+
+impl Exchanged {
+    /// The lattice edge that a vertex is bound to, if need be by what it was: of the fans at a vertex of the rim only one
+    /// is bound.
+    pub(super) fn key(&self, before: &Tracked, v: Vertex) -> Option<LatticeEdge> {
+        let origin = || self.origin.get(v.0 as usize).copied().flatten();
+        self.made.key(v).or_else(|| before.key(origin()?))
+    }
+
+    /// Whether an edge of the boundary is one of the part's rim.
+    pub(super) fn is_rim(&self, ends: [Vertex; 2]) -> bool {
+        let origin = |v: Vertex| self.origin.get(v.0 as usize).copied().flatten();
+        matches!(ends.map(origin), [Some(a), Some(b)] if self.part.rim.contains(&(a, b)))
+    }
+
+    /// Whether all of the rim is there: it is not where a part was too small for what had to go.
+    fn has_rim(&self) -> bool {
+        let mesh = &self.made.mesh;
+        let boundary = mesh.faces().filter(|&f| !mesh.is_cap(f)).flat_map(|f| {
+            let own = mesh.face_halfedges(f).into_iter();
+            own.filter(|&h| self.made.is_boundary(h)).map(|h| [mesh.from(h), mesh.to(h)])
+        });
+        boundary.filter(|&ends| self.is_rim(ends)).count() == self.part.rim.len()
+    }
 }
 
 /// Triangles to make a mesh of.
@@ -300,17 +311,15 @@ impl Pieces {
 /// Adds the exact extraction's triangles in the cells that are no longer exact, and binds their vertices.
 fn release(
     nodes: &BTreeMap<LatticeEdge, u32>,
-    old: &Region,
-    new: &Region,
+    released: &[u32],
     field: &ExactField,
     isovalue: f64,
     pieces: &mut Pieces,
 ) {
-    let grid = new.grid;
-    let strides = field.strides();
+    let grid = Grid::of(field);
     let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
     let isovalue_key = field.isovalue_key(isovalue);
-    for block in old.blocks().difference(new.blocks()) {
+    for block in released {
         for cell in grid.cells_of(*block) {
             let offsets = field.cell_offsets();
             let above = offsets.iter().filter(|&&o| field.key(cell + o) > isovalue_key).count();
@@ -323,13 +332,11 @@ fn release(
                 .iter()
                 .zip(&surface.positions)
                 .map(|(crossing, &position)| {
-                    let Some((a, b)) = crossing else {
+                    let Some(ends) = crossing else {
                         pieces.positions.push(position);
                         return pieces.positions.len() as u32 - 1;
                     };
-                    let from = *a.min(b);
-                    let axis = strides.iter().position(|&s| s == a.max(b) - from);
-                    let e = LatticeEdge { from, axis: axis.expect("a lattice edge") as u8 };
+                    let e = grid.edge_between(*ends);
                     let v = nodes.get(&e).copied().unwrap_or_else(|| {
                         *made.entry(e).or_insert_with(|| {
                             pieces.positions.push(place_on(field, e, isovalue).to_array());
@@ -352,40 +359,33 @@ struct Cut<'a> {
     old: &'a Region,
     new: &'a Region,
     squares: BTreeSet<Square>,
-    /// Bits by square: three times the corner, and the axis.
-    marked: Vec<u64>,
+    /// The blocks that are no longer exact.
+    released: Vec<u32>,
     size: Vec3,
 }
 
 impl<'a> Cut<'a> {
     /// The squares between what becomes exact and what stays tracked.
-    fn new(old: &'a Region, new: &'a Region, field: &'a ExactField<'a>) -> Self {
+    fn new(cluster: &Cluster, [old, new]: [&'a Region; 2], field: &'a ExactField<'a>) -> Self {
         let grid = new.grid;
         let mut squares = BTreeSet::new();
-        for block in new.blocks().difference(old.blocks()) {
-            for cell in grid.cells_of(*block) {
-                for axis in 0..3u8 {
-                    let stride = grid.strides[axis as usize];
-                    for (corner, other) in [(cell, cell - stride), (cell + stride, cell + stride)] {
-                        if !new.is_exact(other) && !old.is_exact(other) {
-                            squares.insert(Square { corner, axis });
-                        }
+        for &block in cluster.blocks.iter().filter(|b| new.holds(**b) && !old.holds(**b)) {
+            for cell in grid.cells_of(block) {
+                for (square, other) in grid.squares_of(cell) {
+                    if !new.is_exact(other) && !old.is_exact(other) {
+                        squares.insert(square);
                     }
                 }
             }
         }
-        let mut marked = vec![0u64; (3 * field.n_vertices()).div_ceil(64)];
-        for s in &squares {
-            let bit = 3 * s.corner as usize + s.axis as usize;
-            marked[bit / 64] |= 1 << (bit % 64);
-        }
+        let is_released = |b: &u32| old.holds(*b) && !new.holds(*b);
+        let released = cluster.blocks.iter().copied().filter(is_released).collect();
         let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
-        Cut { field, grid, old, new, squares, marked, size }
+        Cut { field, grid, old, new, squares, released, size }
     }
 
     fn is_cut(&self, s: Square) -> bool {
-        let bit = 3 * s.corner as usize + s.axis as usize;
-        self.marked[bit / 64] >> (bit % 64) & 1 == 1
+        self.squares.contains(&s)
     }
 
     /// A lattice plane, voxel frame.
@@ -504,6 +504,9 @@ impl<'a> Cut<'a> {
     /// goes with what it is joined to, for the most part.
     fn removed(&self, tracked: &Tracked, is_rim: &[bool]) -> Vec<bool> {
         let mesh = &tracked.mesh;
+        if self.new.is_closed() {
+            return vec![true; mesh.face_slots()];
+        }
         let mut removed = vec![false; mesh.face_slots()];
         let mut strays = Vec::new();
         for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
@@ -557,11 +560,14 @@ impl<'a> Cut<'a> {
         })?;
         let mut nodes: BTreeMap<LatticeEdge, Vec<(bool, u32)>> = BTreeMap::new();
         let mut failed = Vec::new();
+        let mut at_rim: BTreeSet<Vertex> = BTreeSet::new();
         for &v in next.keys() {
-            if pieces.is_rim(v) && pieces.bound_by(tracked, v).is_none() {
+            let bound = pieces.bound_by(tracked, v);
+            // A vertex of the rim may be there once for each of its fans.
+            let mut is_first = |o: Option<Vertex>| o.is_none_or(|o| at_rim.insert(o));
+            if pieces.is_rim(v) && (bound.is_none() || !is_first(pieces.origin[v as usize])) {
                 continue;
             }
-            let bound = pieces.bound_by(tracked, v);
             let e = match bound {
                 Some(e) => Some(e),
                 None => match self.lattice_edge(pieces.positions[v as usize].into()) {

@@ -3,20 +3,24 @@
 use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::calendar::{Calendar, Passage};
 use super::check::{open_seam, unlike_parts};
+use super::clusters::{Cluster, clusters};
 use super::exact::Shown;
 use super::exchange::{Exchanged, Refused, exchange};
-use super::part::{Joined, join};
+use super::improve::Improvement;
+use super::part::join;
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
+use super::rough::Rough;
 use super::tracked::{Changes, Tracked, place_of, place_on};
 use super::transport::{Moved, Step, faults, transport, typical_slope};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Face, Mesh, Vertex, intersecting};
+use crate::mesh::{Mesh, Vertex};
 use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
 use crate::sweep::flips::flip_edges;
 use crate::sweep::glide::Born;
@@ -38,6 +42,9 @@ const SHORTEST: f64 = 1e-3;
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
 
+/// Blocks that are exact stay so where there is a reason for it within so many steps.
+const LOOK_AHEAD: f64 = 4.0;
+
 /// The longest that a block stays exact that cannot be tracked, steps.
 const LONGEST_HOLD: u32 = 32;
 
@@ -47,11 +54,8 @@ const MOST_ROUNDS: usize = 6;
 /// An exchange is tried so often before everything is made exact.
 const MOST_EXCHANGES: usize = 24;
 
-/// In so many attempts at an exchange, places where the mesh would be faulty are made exact as well.
-const MOST_FAULTY: usize = 2;
-
-/// Rounds of split, collapse, flip and relaxation where the mesh is new.
-const IMPROVE_ROUNDS: usize = 5;
+/// An exchange changes faces this near to its blocks at most, voxels; as much farther in every further attempt.
+const NEAR: f32 = 1.0;
 
 /// Where an exchange is refused, so many blocks around the place are made exact at most.
 const MOST_NEAR: usize = 1000;
@@ -94,6 +98,7 @@ struct State {
 pub(super) struct March<'s, 'a> {
     sweep: &'s Sweep<'a>,
     calendar: Calendar<'s>,
+    rough: Rough,
     grid: Grid,
     pub(super) record: Recorder,
     pub(super) shown: Vec<Shown>,
@@ -104,10 +109,12 @@ pub(super) struct March<'s, 'a> {
 impl<'s, 'a> March<'s, 'a> {
     pub(super) fn new(sweep: &'s Sweep<'a>) -> Self {
         let exact = &sweep.exact;
+        let grid = Grid::of(exact);
         March {
             sweep,
             calendar: Calendar::new(exact, &sweep.topology),
-            grid: Grid::of(exact),
+            rough: Rough::new(exact, grid, sweep.range),
+            grid,
             record: Recorder::default(),
             shown: Vec::new(),
             tally: Tally::default(),
@@ -145,12 +152,8 @@ impl<'s, 'a> March<'s, 'a> {
         self.step = HOLD + 1;
         let around = [(start - length).max(low), (start + length).min(high)];
         let region = self.plan(&mut state, around);
-        self.exchange(
-            &mut state,
-            region,
-            Passage::between(self.exact(), around[0], around[1]),
-            kernels,
-        )?;
+        let passage = Passage::between(self.exact(), around[0], around[1]);
+        self.exchange(&mut state, region, passage, kernels)?;
         let snapshot = self.record.snapshot();
         let begun = state.clone();
         self.go(&mut state, high, length, kernels)?;
@@ -238,26 +241,17 @@ impl<'s, 'a> March<'s, 'a> {
     fn plan(&mut self, state: &mut State, [from, to]: [f64; 2]) -> Region {
         let margin = to - from;
         let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
-        let mut busy = BTreeSet::new();
-        for place in self.calendar.critical(passage) {
-            match place {
-                Place::Vertex(v) => {
-                    let octants = (0..8).map(|o| self.grid.octant(v, o));
-                    busy.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
-                }
-                Place::Face { corner, axis } => {
-                    let cells = [corner, corner - self.grid.strides[axis as usize]];
-                    busy.extend(cells.into_iter().filter_map(|c| self.grid.block_of_cell(c)));
-                }
-                Place::Cell(cell) => busy.extend(self.grid.block_of_cell(cell)),
-                Place::Layer => {}
-            }
-        }
+        let busy = self.busy(passage);
+        let ahead = Passage::between(self.exact(), from, to + LOOK_AHEAD * margin);
+        let soon = self.busy(ahead);
         for &b in &busy {
             let reason = state.reasons.entry(b).or_default();
             reason.until = reason.until.max(self.step + HOLD);
         }
         let mut region = Region::open(self.grid);
+        for &b in soon.iter().filter(|b| state.region.blocks().contains(b)) {
+            region.add(b);
+        }
         for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1.until >= self.step) {
             region.add(b);
         }
@@ -272,125 +266,196 @@ impl<'s, 'a> March<'s, 'a> {
         region
     }
 
-    /// Makes the mesh that of another region, or of a larger one.
+    /// The blocks near something critical, or too rough, in a passage.
+    fn busy(&self, passage: Passage) -> BTreeSet<u32> {
+        let mut busy = self.rough.blocks(passage);
+        for place in self.calendar.critical(passage) {
+            match place {
+                Place::Vertex(v) => {
+                    let octants = (0..8).map(|o| self.grid.octant(v, o));
+                    busy.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
+                }
+                Place::Face { corner, axis } => {
+                    let cells = [corner, corner - self.grid.strides[axis as usize]];
+                    busy.extend(cells.into_iter().filter_map(|c| self.grid.block_of_cell(c)));
+                }
+                Place::Cell(cell) => busy.extend(self.grid.block_of_cell(cell)),
+                Place::Layer => {}
+            }
+        }
+        busy
+    }
+
+    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be.
     fn exchange(
         &mut self,
         state: &mut State,
-        mut region: Region,
+        mut target: Region,
         passage: Passage,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
-        let mut most_faulty = MOST_FAULTY;
+        if state.region.is_closed() {
+            let blocks = state.region.blocks().clone();
+            state.region = Region::open(self.grid);
+            for b in blocks {
+                state.region.add(b);
+            }
+        }
+        let mut changed = false;
+        let mut new: BTreeSet<Vertex> = BTreeSet::new();
         for attempt in 0.. {
-            self.tally.exchanges += 1;
-            let mut faulty = false;
-            let made = exchange(&state.tracked, &state.region, &region, self.exact(), state.at);
-            let joined = match made {
-                Ok(mut made) => match self.joined(state, &made, &region) {
-                    Ok(_) => {
-                        self.improve(&mut made, state.at, kernels)?;
-                        let bad = self.bad_places(&made.made, state.at);
-                        let samples: Vec<u32> =
-                            bad.into_iter().map(|p| self.sample_at(p)).collect();
-                        if samples.is_empty() || attempt >= most_faulty {
-                            self.joined(state, &made, &region)
-                        } else {
-                            faulty = true;
-                            Err(Refused { why: "faulty", samples })
-                        }
-                    }
-                    refused => refused,
-                },
-                Err(refused) => Err(refused),
-            };
-            match joined {
-                Ok(joined) => {
-                    self.record.exchanged(&joined, state.at);
-                    for &b in region.blocks().difference(state.region.blocks()) {
-                        state.since.insert(b, state.at);
-                    }
-                    let released: Vec<u32> =
-                        state.region.blocks().difference(region.blocks()).copied().collect();
-                    for b in released {
-                        if let Some(since) = state.since.remove(&b) {
-                            self.show(b, since, state.at);
-                        }
-                    }
-                    (state.tracked, state.region) = (joined.tracked, region);
-                    return Ok(());
+            let regions = [&state.region, &target];
+            let clusters =
+                clusters(&state.tracked, regions, self.exact(), NEAR * (1 + attempt) as f32);
+            if clusters.is_empty() {
+                let bad = if changed { self.unlike(state, state.at) } else { Vec::new() };
+                if bad.is_empty() {
+                    break;
                 }
-                Err(Refused { why, samples }) => {
-                    self.tally.refused_exchanges += 1;
-                    log::debug!(
-                        "exchange refused at {} samples, {why}: {:?}",
-                        samples.len(),
-                        &samples[..samples.len().min(4)]
-                    );
-                    let samples: Vec<u32> =
-                        samples.into_iter().filter(|&s| self.is_sample(s)).collect();
-                    let mut grown = false;
-                    for &s in &samples {
-                        if faulty {
-                            let block = self.grid.block_of_cell(s).expect("a cell of the volume");
-                            grown |= region.add(block);
-                            self.back_off(state, block);
-                        } else if attempt < MOST_EXCHANGES {
-                            grown |= region.add_around(s);
-                        }
-                    }
-                    if !grown && !faulty && attempt < MOST_EXCHANGES {
-                        for &s in &samples {
-                            let block = self.grid.block_of_cell(self.grid.octant(s, 0));
-                            grown |= self.add_ring(&mut region, block);
-                        }
-                    }
-                    if faulty && !grown {
-                        most_faulty = 0;
-                    } else if grown {
-                        self.calendar.close(&mut region, passage);
-                    } else {
-                        self.tally.given_up += 1;
-                        region =
-                            Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
-                    }
+                self.grow(&mut target, &[bad], passage, attempt);
+                continue;
+            }
+            changed = true;
+            let (before, at, exact) = (&state.tracked, state.at, self.exact());
+            let made: Vec<std::result::Result<Exchanged, Refused>> =
+                clusters.par_iter().map(|c| exchange(before, c, regions, exact, at)).collect();
+            self.tally.exchanges += clusters.len();
+            let refused = self.commit(state, &target, &clusters, made, &mut new);
+            self.tally.refused_exchanges += refused.len();
+            log::debug!(
+                "{} of {} clusters refused: {:?}",
+                refused.len(),
+                clusters.len(),
+                refused.iter().take(8).map(|r| (r.why, r.samples.len())).collect::<Vec<_>>()
+            );
+            let samples: Vec<Vec<u32>> = refused.into_iter().map(|r| r.samples).collect();
+            if samples.iter().any(|s| !s.is_empty()) {
+                self.grow(&mut target, &samples, passage, attempt);
+            }
+        }
+        self.improve(state, &new, kernels)
+    }
+
+    /// Puts what was made of clusters into the mesh; returns what was refused.
+    fn commit(
+        &mut self,
+        state: &mut State,
+        target: &Region,
+        clusters: &[Cluster],
+        made: Vec<std::result::Result<Exchanged, Refused>>,
+        new: &mut BTreeSet<Vertex>,
+    ) -> Vec<Refused> {
+        let mut refused = Vec::new();
+        let mut good: Vec<(&Cluster, Exchanged)> = Vec::new();
+        for (cluster, made) in clusters.iter().zip(made) {
+            match made {
+                Ok(made) => good.push((cluster, made)),
+                Err(why) => refused.push(why),
+            }
+        }
+        let joined = loop {
+            if good.is_empty() {
+                return refused;
+            }
+            let parts: Vec<&Exchanged> = good.iter().map(|g| &g.1).collect();
+            match join(&state.tracked, &parts) {
+                Ok(joined) => break joined,
+                Err(place) => {
+                    let sample = self.sample_at(place);
+                    let block = self.grid.block_of_cell(sample);
+                    let near: BTreeSet<u32> =
+                        block.into_iter().flat_map(|b| self.grid.blocks_around(b)).collect();
+                    let is_it = |c: &Cluster| c.blocks.iter().any(|b| near.contains(b));
+                    let i = good.iter().position(|g| is_it(g.0)).unwrap_or(0);
+                    good.remove(i);
+                    refused.push(Refused { why: "not joined", samples: vec![sample] });
+                }
+            }
+        };
+        self.record.exchanged(&joined, state.at);
+        new.extend(&joined.vertices);
+        state.tracked = joined.tracked;
+        for (cluster, _) in good {
+            for &b in &cluster.blocks {
+                if target.holds(b) {
+                    state.since.insert(b, state.at);
+                } else if let Some(since) = state.since.remove(&b) {
+                    self.show(b, since, state.at);
+                }
+            }
+            state.region.follow(target, &cluster.blocks);
+        }
+        if target.is_closed() {
+            state.region = target.clone();
+        }
+        refused
+    }
+
+    /// Makes more blocks exact around samples at which exchanges were refused, or everything.
+    fn grow(
+        &mut self,
+        target: &mut Region,
+        refused: &[Vec<u32>],
+        passage: Passage,
+        attempt: usize,
+    ) {
+        let before = target.blocks().clone();
+        for samples in refused {
+            let samples: Vec<u32> =
+                samples.iter().copied().filter(|&s| self.is_sample(s)).collect();
+            let mut grown = false;
+            for &s in &samples {
+                grown |= target.add_around(s);
+            }
+            if !grown {
+                for &s in &samples {
+                    let block = self.grid.block_of_cell(self.grid.octant(s, 0));
+                    self.add_ring(target, block);
                 }
             }
         }
-        unreachable!("with everything exact nothing is cut")
+        let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
+        if added.is_empty() || attempt >= MOST_EXCHANGES {
+            log::debug!("given up");
+            self.tally.given_up += 1;
+            *target = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
+        } else {
+            self.calendar.close_around(target, passage, &added);
+        }
     }
 
-    /// Places of a mesh whose faces are turned over, off, or cross others.
-    fn bad_places(&self, tracked: &Tracked, isovalue: f64) -> Vec<Vec3> {
-        let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let mut places = faults(tracked, &criteria, self.parameters());
-        let mesh = &tracked.mesh;
-        let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
-        let triangles: Vec<[u32; 3]> =
-            faces.iter().map(|&f| mesh.face_vertices(f).map(|v| v.0)).collect();
-        let positions: Vec<[f32; 3]> =
-            (0..mesh.vertex_slots() as u32).map(|v| mesh.position(Vertex(v)).to_array()).collect();
-        let crossing = intersecting(&positions, &triangles);
-        let middle = |f: u32| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0;
-        places.extend(crossing.into_iter().map(middle));
-        places
-    }
-
-    /// The mesh with a part exchanged.
-    fn joined(
-        &self,
-        state: &State,
-        made: &Exchanged,
-        region: &Region,
-    ) -> std::result::Result<Joined, Refused> {
-        let joined = join(&state.tracked, &made.part, &made.made, &made.origin, &made.was);
-        let joined = joined
-            .map_err(|place| Refused { why: "not joined", samples: vec![self.sample_at(place)] })?;
-        let samples = self.unlike(&joined.tracked, region, state.at);
-        if samples.is_empty() { Ok(joined) } else { Err(Refused { why: "unlike", samples }) }
+    /// Better triangles where the mesh is new.
+    fn improve(
+        &mut self,
+        state: &mut State,
+        new: &BTreeSet<Vertex>,
+        kernels: &mut dyn Kernels,
+    ) -> Result<()> {
+        let improvement = Improvement {
+            field: self.field(),
+            grid: self.grid,
+            parameters: self.parameters(),
+            isovalue: state.at,
+        };
+        let record = &self.record;
+        let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
+        let Some(made) = improvement.improved(&state.tracked, &is_new, kernels)? else {
+            return Ok(());
+        };
+        let Ok(joined) = join(&state.tracked, &[&made]) else { return Ok(()) };
+        self.record.exchanged(&joined, state.at);
+        state.tracked = joined.tracked;
+        let mesh = &state.tracked.mesh;
+        for &v in new.iter().chain(&joined.vertices) {
+            if mesh.has_vertex(v) && self.record.begins(v, state.at) {
+                self.record.begins_at(v, mesh.position(v), mesh.vertex_normal(v));
+            }
+        }
+        Ok(())
     }
 
     /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
-    fn unlike(&self, tracked: &Tracked, region: &Region, isovalue: f64) -> Vec<u32> {
+    fn unlike(&self, State { tracked, region, .. }: &State, isovalue: f64) -> Vec<u32> {
         let open = open_seam(tracked, region, self.exact(), isovalue);
         if !open.is_empty() {
             log::debug!(
@@ -409,11 +474,7 @@ impl<'s, 'a> March<'s, 'a> {
 
     /// The lowest sample of the cell around a place of the voxel frame.
     fn sample_at(&self, p: Vec3) -> u32 {
-        let x = p * self.field().inverse_cell_size();
-        let index = std::array::from_fn(|a| {
-            (x[a].floor().max(0.0) as usize).min(self.grid.dims[a] - 4) + 1
-        });
-        self.grid.vertex(index)
+        self.grid.cell_at(p * self.field().inverse_cell_size())
     }
 
     /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
@@ -429,52 +490,6 @@ impl<'s, 'a> March<'s, 'a> {
             near = wider;
         }
         false
-    }
-
-    /// Better triangles where the mesh is new, at the isovalue of an exchange.
-    fn improve(
-        &self,
-        exchanged: &mut Exchanged,
-        isovalue: f64,
-        kernels: &mut dyn Kernels,
-    ) -> Result<()> {
-        let origin = &exchanged.origin;
-        let is_old = |v: Vertex| {
-            let o = origin.get(v.0 as usize).copied().flatten();
-            o.is_some_and(|o| self.record.is_traced(o))
-        };
-        let mesh = &mut exchanged.made.mesh;
-        let (old, new): (Vec<Vertex>, Vec<Vertex>) =
-            mesh.vertices().filter(|&v| !mesh.is_fixed(v)).partition(|&v| is_old(v));
-        if new.is_empty() {
-            return Ok(());
-        }
-        old.iter().for_each(|&v| mesh.set_pinned(v, true));
-        let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        for _ in 0..IMPROVE_ROUNDS {
-            let deviations = criteria.deviations(mesh);
-            let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
-            split_long(mesh, &criteria, &length, 1.4, &mut Vec::new());
-            extend_sizing(mesh, &mut length);
-            simplify(mesh, &criteria, &length, Bounds { short: 0.75, share: 1.0 });
-            flip_edges(mesh, &criteria, 3, f32::INFINITY);
-            let compacted = mesh.compacted_free();
-            kernels.load(&compacted.connectivity, &compacted.positions)?;
-            let parameters = self.parameters();
-            let [strength, force] = [parameters.relax_strength, parameters.relax_force];
-            kernels.relax(isovalue, strength as f32, force as f32, 4)?;
-            let positions = kernels.positions()?;
-            for (&v, p) in compacted.vertices.iter().zip(positions) {
-                if !mesh.is_pinned(v) {
-                    mesh.set_position(v, p.into());
-                }
-            }
-        }
-        let deviations = criteria.deviations(mesh);
-        refine(mesh, &criteria, &deviations, &mut Vec::new());
-        flip_edges(mesh, &criteria, 2, f32::INFINITY);
-        old.iter().for_each(|&v| mesh.set_pinned(v, false));
-        Ok(())
     }
 
     fn is_sample(&self, v: u32) -> bool {
@@ -550,7 +565,9 @@ impl<'s, 'a> March<'s, 'a> {
                     }
                 }
             }
-            self.calendar.close(&mut region, passage);
+            let added: Vec<u32> =
+                region.blocks().difference(state.region.blocks()).copied().collect();
+            self.calendar.close_around(&mut region, passage, &added);
             self.exchange(state, region, passage, kernels)?;
         }
         state.at = step.next;
@@ -589,11 +606,7 @@ impl<'s, 'a> March<'s, 'a> {
 
     /// The block around a place of the voxel frame.
     fn block_at(&self, p: Vec3) -> Option<u32> {
-        let x = p * self.field().inverse_cell_size();
-        let index = std::array::from_fn(|a| {
-            (x[a].floor().max(0.0) as usize).min(self.grid.dims[a] - 4) + 1
-        });
-        self.grid.is_cell(index).then(|| self.grid.block(index))
+        self.grid.block_at(p * self.field().inverse_cell_size())
     }
 
     /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
@@ -660,7 +673,7 @@ impl<'s, 'a> March<'s, 'a> {
                 ends.insert(v, end);
             }
         }
-        let bad = self.unlike(&state.tracked, &state.region, step.next);
+        let bad = self.unlike(state, step.next);
         if !bad.is_empty() {
             state.tracked = before;
             self.record.roll_back(mark);

@@ -10,6 +10,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
+use super::exchange::Exchanged;
+use super::region::LatticeEdge;
 use super::tracked::{Tracked, parted};
 use crate::kernels::PINNED;
 use crate::mesh::{FIXED, Face, Mesh, Replacement, Vertex};
@@ -30,13 +32,11 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The faces of a mesh for which `is_in` holds.
-    pub(super) fn of(whole: &Tracked, is_in: impl Fn(Face) -> bool) -> Part {
+    /// Some faces of a mesh, ascending, caps not among them.
+    pub(super) fn of(whole: &Tracked, faces: &[Face]) -> Part {
         let mesh = &whole.mesh;
-        let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f) && is_in(f)).collect();
-        let mut is_part = vec![false; mesh.face_slots()];
-        faces.iter().for_each(|f| is_part[f.0 as usize] = true);
-        let mut part = Part { faces, ..Part::default() };
+        let is_part = |f: Face| faces.binary_search(&f).is_ok();
+        let mut part = Part { faces: faces.to_vec(), ..Part::default() };
         let mut vertices: Vec<Vertex> =
             part.faces.iter().flat_map(|&f| mesh.face_vertices(f)).collect();
         vertices.sort_unstable();
@@ -47,7 +47,7 @@ impl Part {
             part.triangles.push(mesh.face_vertices(f).map(number));
             for h in mesh.face_halfedges(f) {
                 let other = mesh.face(h.twin());
-                if !mesh.is_cap(other) && !is_part[other.0 as usize] {
+                if !mesh.is_cap(other) && !is_part(other) {
                     let ends = [mesh.from(h), mesh.to(h)];
                     part.rim.insert((ends[0], ends[1]));
                     ends.iter().for_each(|&v| part.is_rim[number(v) as usize] = true);
@@ -76,69 +76,70 @@ pub(super) struct Joined {
     pub(super) vertices: Vec<Vertex>,
 }
 
-/// Puts a part back after changes. `origin` is by vertex slot of `made`, `was` by its face slots: the faces of the whole.
+/// Puts parts back after changes; no two of them have a face in common.
 ///
 /// # Errors
 ///
 /// A place where the result would be no manifold.
-pub(super) fn join(
-    whole: &Tracked,
-    part: &Part,
-    made: &Tracked,
-    origin: &[Option<Vertex>],
-    was: &[Option<Face>],
-) -> Result<Joined, Vec3> {
+pub(super) fn join(whole: &Tracked, exchanged: &[&Exchanged]) -> Result<Joined, Vec3> {
     let mut tracked = whole.clone();
     let first_new = whole.mesh.vertex_slots() as u32;
-    let mut r = Replacement { removed: part.faces.clone(), first_new, ..Replacement::default() };
-    let mut numbers: HashMap<Vertex, u32> = HashMap::new();
+    let mut r = Replacement { first_new, ..Replacement::default() };
+    for e in exchanged {
+        r.removed.extend(&e.part.faces);
+    }
+    r.removed.sort_unstable();
     let mut places: HashMap<u32, Vec3> = HashMap::new();
-    let mut number = |r: &mut Replacement, v: Vertex| {
-        *numbers.entry(v).or_insert_with(|| {
-            let place = made.mesh.position(v);
-            let n = origin.get(v.0 as usize).copied().flatten().map_or_else(
-                || {
-                    r.vertices.push((place, 0));
-                    first_new + r.vertices.len() as u32 - 1
-                },
-                |o| o.0,
-            );
-            places.insert(n, place);
-            n
-        })
-    };
     let mut edges: Vec<(u32, u32)> = Vec::new();
     let mut from = Vec::new();
-    for f in made.mesh.faces().filter(|&f| !made.mesh.is_cap(f)) {
-        let t = made.mesh.face_vertices(f).map(|v| number(&mut r, v));
-        r.faces.push((t, false));
-        from.push(was.get(f.0 as usize).copied().flatten());
-        for h in made.mesh.face_halfedges(f).into_iter().filter(|&h| made.is_boundary(h)) {
-            let ends = [made.mesh.from(h), made.mesh.to(h)].map(|v| number(&mut r, v));
-            if !part.rim.contains(&(Vertex(ends[0]), Vertex(ends[1]))) {
-                edges.push((ends[0], ends[1]));
+    let mut known: Vec<(Vertex, u32, Option<LatticeEdge>, Vec3)> = Vec::new();
+    for Exchanged { part, made, origin, was } in exchanged {
+        let mut numbers: Vec<Option<u32>> = vec![None; made.mesh.vertex_slots()];
+        let mut number = |r: &mut Replacement, v: Vertex| {
+            *numbers[v.0 as usize].get_or_insert_with(|| {
+                let place = made.mesh.position(v);
+                let n = origin.get(v.0 as usize).copied().flatten().map_or_else(
+                    || {
+                        r.vertices.push((place, 0));
+                        first_new + r.vertices.len() as u32 - 1
+                    },
+                    |o| o.0,
+                );
+                places.insert(n, place);
+                known.push((v, n, made.key(v), place));
+                n
+            })
+        };
+        for f in made.mesh.faces().filter(|&f| !made.mesh.is_cap(f)) {
+            let t = made.mesh.face_vertices(f).map(|v| number(&mut r, v));
+            r.faces.push((t, false));
+            from.push(was.get(f.0 as usize).copied().flatten());
+            for h in made.mesh.face_halfedges(f).into_iter().filter(|&h| made.is_boundary(h)) {
+                let ends = [made.mesh.from(h), made.mesh.to(h)].map(|v| number(&mut r, v));
+                if !part.rim.contains(&(Vertex(ends[0]), Vertex(ends[1]))) {
+                    edges.push((ends[0], ends[1]));
+                }
             }
         }
     }
-    edges.extend(open_loops(whole, part, &mut r));
+    edges.extend(open_loops(whole, &mut r));
     add_caps(&mut r, edges, &|v| {
         places.get(&v).copied().unwrap_or_else(|| whole.mesh.position(Vertex(v)))
     })?;
-    let old: Vec<Vertex> = part.origin.iter().copied().flatten().collect();
-    tracked.unbind_all(&old);
+    for e in exchanged {
+        let old: Vec<Vertex> = e.part.origin.iter().copied().flatten().collect();
+        tracked.unbind_all(&old);
+    }
     let replaced = tracked.mesh.replace_faces(&r)?;
     let slot =
         |n: u32| n.checked_sub(first_new).map_or(Vertex(n), |i| replaced.vertices[i as usize]);
-    let mut known: Vec<(Vertex, u32)> = numbers.into_iter().collect();
-    known.sort_unstable();
-    for &(v, n) in &known {
-        tracked.mesh.set_position(slot(n), made.mesh.position(v));
+    for &(_, n, _, place) in &known {
+        tracked.mesh.set_position(slot(n), place);
         tracked.mesh.set_fixed(slot(n), false);
     }
-    for (v, n) in known {
-        let own = slot(n);
-        if let Some(e) = made.key(v) {
-            tracked.bind(own, e);
+    for (_, n, key, _) in known {
+        if let Some(e) = key {
+            tracked.bind(slot(n), e);
         }
     }
     let n = from.len();
@@ -147,22 +148,23 @@ pub(super) fn join(
     Ok(Joined { tracked, removed: r.removed, faces, vertices })
 }
 
-/// Takes away the caps of all loops that a part has some of; returns the edges of these loops that stay.
-fn open_loops(whole: &Tracked, part: &Part, r: &mut Replacement) -> Vec<(u32, u32)> {
+/// Takes away the caps of all loops that faces which go have some of; returns the edges of these loops that stay. The
+/// faces are ascending.
+fn open_loops(whole: &Tracked, r: &mut Replacement) -> Vec<(u32, u32)> {
     let mesh: &Mesh = &whole.mesh;
     let mut hubs: BTreeSet<Vertex> = BTreeSet::new();
-    for &f in &part.faces {
+    for &f in &r.removed {
         for h in mesh.face_halfedges(f).into_iter().filter(|&h| whole.is_boundary(h)) {
             hubs.insert(mesh.to(mesh.next(h.twin())));
         }
     }
-    let is_part: BTreeSet<Face> = part.faces.iter().copied().collect();
+    let n = r.removed.len();
     let mut edges = Vec::new();
     for hub in hubs {
         for spoke in mesh.spokes(hub) {
             r.removed.push(mesh.face(spoke));
             let rim = mesh.next(spoke).twin();
-            if !is_part.contains(&mesh.face(rim)) {
+            if r.removed[..n].binary_search(&mesh.face(rim)).is_err() {
                 edges.push((mesh.from(rim).0, mesh.to(rim).0));
             }
         }

@@ -93,9 +93,29 @@ impl Recorder {
         self.restore(mark.snapshot);
     }
 
-    /// Whether a vertex has a trajectory of its own.
-    pub(super) fn is_traced(&self, v: Vertex) -> bool {
-        matches!(self.tracks.get(v.0 as usize), Some(Some(Track::Own(_))))
+    /// The knots of a vertex's own trajectory.
+    fn own(&mut self, v: Vertex) -> Option<&mut Vec<OwnKnot>> {
+        match self.tracks.get(v.0 as usize) {
+            Some(Some(Track::Own(n))) => Some(&mut self.knots[*n as usize]),
+            _ => None,
+        }
+    }
+
+    /// Whether a vertex's own trajectory begins at an isovalue, where it has only one knot.
+    pub(super) fn begins(&self, v: Vertex, isovalue: f64) -> bool {
+        match self.tracks.get(v.0 as usize) {
+            Some(Some(Track::Own(n))) => {
+                matches!(self.knots[*n as usize][..], [k] if k.isovalue == isovalue)
+            }
+            _ => false,
+        }
+    }
+
+    /// Writes down that a vertex whose trajectory begins at the present isovalue begins elsewhere.
+    pub(super) fn begins_at(&mut self, v: Vertex, position: Vec3, normal: Vec3) {
+        if let Some([knot]) = self.own(v).map(|k| &mut k[..]) {
+            (knot.position, knot.normal) = (position, normal);
+        }
     }
 
     /// Gives a vertex the trajectory that it should have; a new one begins at the isovalue where the mesh has it.
@@ -117,11 +137,10 @@ impl Recorder {
 
     /// Writes down where a vertex with a trajectory of its own is.
     pub(super) fn knot(&mut self, v: Vertex, isovalue: f64, position: Vec3, normal: Vec3) {
-        if let Some(Some(Track::Own(n))) = self.tracks.get(v.0 as usize) {
-            let knots = &mut self.knots[*n as usize];
-            if knots.last().is_none_or(|k| k.isovalue != isovalue) {
-                knots.push(OwnKnot { isovalue, position, normal });
-            }
+        if let Some(knots) = self.own(v)
+            && knots.last().is_none_or(|k| k.isovalue != isovalue)
+        {
+            knots.push(OwnKnot { isovalue, position, normal });
         }
     }
 

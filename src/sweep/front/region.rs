@@ -88,6 +88,13 @@ impl Grid {
         LatticeEdge { from, axis: direction / 2 }
     }
 
+    /// The lattice edge between two samples.
+    pub(super) fn edge_between(&self, (a, b): (u32, u32)) -> LatticeEdge {
+        let from = a.min(b);
+        let axis = self.strides.iter().position(|&s| s == a.max(b) - from);
+        LatticeEdge { from, axis: axis.expect("ends of a lattice edge") as u8 }
+    }
+
     /// Both ends of a lattice edge.
     pub(super) fn ends(&self, e: LatticeEdge) -> [u32; 2] {
         [e.from, e.from + self.strides[e.axis as usize]]
@@ -111,6 +118,18 @@ impl Grid {
         [s.corner, s.corner + u, s.corner + u + v, s.corner + v]
     }
 
+    /// The six squares of a cell, each with the cell on its other side.
+    pub(super) fn squares_of(&self, cell: u32) -> [(Square, u32); 6] {
+        std::array::from_fn(|i| {
+            let (axis, stride) = ((i / 2) as u8, self.strides[i / 2]);
+            if i % 2 == 0 {
+                (Square { corner: cell, axis }, cell - stride)
+            } else {
+                (Square { corner: cell + stride, axis }, cell + stride)
+            }
+        })
+    }
+
     /// The two cells beside a square, the lower one first.
     pub(super) fn cells_beside(&self, s: Square) -> [u32; 2] {
         [s.corner - self.strides[s.axis as usize], s.corner]
@@ -131,6 +150,17 @@ impl Grid {
     pub(super) fn block_of_cell(&self, cell: u32) -> Option<u32> {
         let p = self.position(cell);
         self.is_cell(p).then(|| self.block(p))
+    }
+
+    /// The cell around a place, in voxels; the nearest one of the volume.
+    pub(super) fn cell_at(&self, x: Vec3) -> u32 {
+        let index = |a: usize| (x[a].floor().max(0.0) as usize).min(self.dims[a] - 4) + 1;
+        self.vertex(std::array::from_fn(index))
+    }
+
+    /// The block around a place, in voxels.
+    pub(super) fn block_at(&self, x: Vec3) -> Option<u32> {
+        self.block_of_cell(self.cell_at(x))
     }
 
     fn block_position(&self, block: u32) -> [usize; 3] {
@@ -178,15 +208,17 @@ impl Grid {
         marked
     }
 
-    /// Whether a box, in voxels, touches one of some blocks.
-    pub(super) fn any_block(&self, low: Vec3, high: Vec3, marked: &[bool]) -> bool {
+    /// The blocks that a box, in voxels, touches.
+    pub(super) fn blocks_in(&self, low: Vec3, high: Vec3) -> impl Iterator<Item = u32> + use<> {
         let n = self.blocks();
         let [x, y, z]: [std::ops::RangeInclusive<usize>; 3] = std::array::from_fn(|a| {
             let at = |x: f32| (x.max(0.0) as usize / BLOCK).min(n[a] - 1);
             at(low[a])..=at(high[a])
         });
-        z.into_iter()
-            .any(|k| y.clone().any(|j| x.clone().any(|i| marked[i + n[0] * (j + n[1] * k)])))
+        z.flat_map(move |k| {
+            let x = x.clone();
+            y.clone().flat_map(move |j| x.clone().map(move |i| (i + n[0] * (j + n[1] * k)) as u32))
+        })
     }
 
     /// A block and those around it.
@@ -244,6 +276,22 @@ impl Region {
 
     pub(super) fn blocks(&self) -> &BTreeSet<u32> {
         &self.blocks
+    }
+
+    /// Whether a block is one of the exact ones.
+    pub(super) fn holds(&self, block: u32) -> bool {
+        self.blocks.contains(&block)
+    }
+
+    /// Makes blocks exact or not, as another region has them.
+    pub(super) fn follow(&mut self, other: &Region, blocks: &[u32]) {
+        for &b in blocks {
+            if other.holds(b) {
+                self.add(b);
+            } else if self.blocks.remove(&b) {
+                self.grid.cells_of(b).for_each(|c| self.exact[c as usize] = false);
+            }
+        }
     }
 
     /// Makes a block exact; whether it was not.

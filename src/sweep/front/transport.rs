@@ -181,10 +181,8 @@ fn add_exact_beside(
         let mut numbers = Vec::with_capacity(surface.positions.len());
         for (crossing, &position) in surface.crossings.iter().zip(&surface.positions) {
             let next = positions.len() as u32;
-            let number = crossing.map_or(next, |(a, b)| {
-                let from = a.min(b);
-                let axis = strides.iter().position(|&s| s == a.max(b) - from);
-                let e = LatticeEdge { from, axis: axis.expect("a lattice edge") as u8 };
+            let number = crossing.map_or(next, |ends| {
+                let e = grid.edge_between(ends);
                 bound(e).unwrap_or_else(|| *made.entry(e).or_insert(next))
             });
             if number == next {
