@@ -109,6 +109,25 @@ struct Surface {
     faces: Vec<[u32; 3]>,
 }
 
+/// Components, and the sum of their Euler characteristics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Sum {
+    components: usize,
+    characteristic: i64,
+}
+
+impl Sum {
+    /// One more component.
+    fn add(&mut self, characteristic: i64) {
+        self.join(Sum { components: 1, characteristic });
+    }
+
+    fn join(&mut self, other: Sum) {
+        self.components += other.components;
+        self.characteristic += other.characteristic;
+    }
+}
+
 /// What tells the vertices of two surfaces to be the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Anchor {
@@ -247,14 +266,24 @@ pub(super) fn unlike_before(before: &Tracked, exchanged: &Exchanged, change: &Ch
             groups.join(first, place(now, v));
         }
     }
-    let mut sums: BTreeMap<u32, [i64; 2]> = BTreeMap::new();
-    old_sums.iter().for_each(|(&v, n)| sums.entry(groups.find(v)).or_default()[0] += n);
-    new_sums.iter().for_each(|(&v, n)| sums.entry(groups.find(n_old + v)).or_default()[1] += n);
-    let bad: Vec<u32> = sums.iter().filter(|(_, s)| s[0] != s[1]).map(|(&g, _)| g).collect();
+    let mut sums: BTreeMap<u32, [Sum; 2]> = BTreeMap::new();
+    old_sums.iter().for_each(|(&v, &n)| sums.entry(groups.find(v)).or_default()[0].add(n));
+    new_sums.iter().for_each(|(&v, &n)| sums.entry(groups.find(n_old + v)).or_default()[1].add(n));
+    // What is closed and has changed sides as a whole has no vertex in common with what it has become: such components
+    // are compared together.
+    let is_alone = |s: &[Sum; 2]| s.iter().any(|s| s.components == 0);
+    let alone = sums.values().filter(|s| is_alone(s)).fold([Sum::default(); 2], |mut all, s| {
+        (0..2).for_each(|now| all[now].join(s[now]));
+        all
+    });
+    let same = alone[0] == alone[1];
+    let is_bad = |s: &[Sum; 2]| {
+        if is_alone(s) { !same } else { s[0].characteristic != s[1].characteristic }
+    };
+    let bad: Vec<u32> = sums.iter().filter(|(_, s)| is_bad(s)).map(|(&g, _)| g).collect();
     if bad.is_empty() {
         return Vec::new();
     }
-    log::debug!("unlike: {:?}", sums.iter().filter(|(_, s)| s[0] != s[1]).collect::<Vec<_>>());
     let mut samples = Vec::new();
     for &(anchor, now, v) in &anchors {
         if let Anchor::Crossing(e) = anchor

@@ -56,6 +56,7 @@ const MOST_EXCHANGES: usize = 24;
 
 /// An exchange changes faces this near to its blocks at most, voxels; as much farther in every further attempt.
 const NEAR: f32 = 1.0;
+const MOST_WIDER: usize = 4;
 
 /// Where an exchange is refused, so many blocks around the place are made exact at most.
 const MOST_NEAR: usize = 1000;
@@ -303,10 +304,14 @@ impl<'s, 'a> March<'s, 'a> {
         }
         let mut changed = false;
         let mut new: BTreeSet<Vertex> = BTreeSet::new();
-        for attempt in 0.. {
+        for attempt in 0usize.. {
+            if target.is_closed() {
+                self.drop_all(state, target);
+                break;
+            }
             let regions = [&state.region, &target];
-            let clusters =
-                clusters(&state.tracked, regions, self.exact(), NEAR * (1 + attempt) as f32);
+            let near = NEAR * (1 + attempt).min(MOST_WIDER) as f32;
+            let clusters = clusters(&state.tracked, regions, self.exact(), near);
             if clusters.is_empty() {
                 let bad = if changed { self.unlike(state, state.at) } else { Vec::new() };
                 if bad.is_empty() {
@@ -334,6 +339,16 @@ impl<'s, 'a> March<'s, 'a> {
             }
         }
         self.improve(state, &new, kernels)
+    }
+
+    /// Makes everything exact.
+    fn drop_all(&mut self, state: &mut State, closed: Region) {
+        self.record.clear(state.at);
+        state.tracked = Tracked::default();
+        for &b in closed.blocks() {
+            state.since.entry(b).or_insert(state.at);
+        }
+        state.region = closed;
     }
 
     /// Puts what was made of clusters into the mesh; returns what was refused.
@@ -384,9 +399,6 @@ impl<'s, 'a> March<'s, 'a> {
                 }
             }
             state.region.follow(target, &cluster.blocks);
-        }
-        if target.is_closed() {
-            state.region = target.clone();
         }
         refused
     }
@@ -502,6 +514,8 @@ impl<'s, 'a> March<'s, 'a> {
     /// Takes one step; does not where it is too long for too much of the mesh.
     fn take(&mut self, state: &mut State, step: Step, kernels: &mut dyn Kernels) -> Result<bool> {
         self.step += 1;
+        let l0 = self.record.lives.len();
+        let mut l_x = l0;
         self.tally.steps += 1;
         let region = self.plan(state, [step.at, step.next]);
         let passage = Passage::between(self.exact(), step.at, step.next);
@@ -525,6 +539,7 @@ impl<'s, 'a> March<'s, 'a> {
                 self.tally.too_long += 1;
                 return Ok(false);
             }
+            l_x = self.record.lives.len();
             let stuck = if moved.places.is_empty() || round >= MOST_ROUNDS {
                 self.tally.unresolved += moved.places.len();
                 match self.slide(state, step, passage, &moved) {
@@ -571,12 +586,24 @@ impl<'s, 'a> March<'s, 'a> {
             self.exchange(state, region, passage, kernels)?;
         }
         state.at = step.next;
+        let l1 = self.record.lives.len();
         self.remesh(state);
+        log::debug!("lives: exchanges {}, slide {}, remesh {}", l_x - l0, l1 - l_x, self.record.lives.len() - l1);
         if log::log_enabled!(log::Level::Debug) {
             let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
             let own = crate::extract::count::count_parts(self.exact(), state.at, |c| {
                 !state.region.is_exact(c)
             });
+            let mesh = &state.tracked.mesh;
+            let mut classes = [(0usize, 0.0f32, 0usize); 2];
+            for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
+                let at_seam = mesh.face_vertices(f).into_iter().any(|v| mesh.is_fixed(v));
+                let q = crate::mesh::radius_ratio(mesh.corners(f));
+                let c = &mut classes[usize::from(at_seam)];
+                (c.0, c.1, c.2) = (c.0 + 1, c.1 + q, c.2 + usize::from(q < 0.5));
+            }
+            let [inner, seam] = classes.map(|c| (c.0, c.1 / c.0 as f32, c.2 as f32 / c.0 as f32));
+            log::debug!("inner faces {inner:?}, at the seam {seam:?}");
             log::debug!(
                 "share tracked {:.3} of {} crossings; {} faces",
                 own.crossings.len() as f64 / all.crossings.len().max(1) as f64,

@@ -225,6 +225,12 @@ impl Recorder {
         }
     }
 
+    /// Ends everything: nothing is tracked any more.
+    pub(super) fn clear(&mut self, isovalue: f64) {
+        self.finish(isovalue);
+        self.tracks.clear();
+    }
+
     /// Ends everything: the march is over.
     pub(super) fn finish(&mut self, isovalue: f64) {
         for slot in 0..self.alive.len() {

@@ -29,6 +29,7 @@ impl Rough {
     pub(super) fn new(field: &ExactField, grid: Grid, range: (f64, f64)) -> Rough {
         let [first, last] = [range.0, range.1].map(|c| field.isovalue_key(c));
         let gradients = Gradients::new(field);
+        let widest = std::env::var("ISO_WIDEST").map_or(WIDEST, |s| s.parse().unwrap());
         let cells = (0..field.n_vertices() as u32)
             .into_par_iter()
             .with_min_len(4096)
@@ -38,7 +39,7 @@ impl Rough {
                 let keys = corners.map(|v| field.key(v));
                 let (low, high) = (*keys.iter().min()?, *keys.iter().max()?);
                 let meets = low <= last && high > first && low < high;
-                (meets && gradients.turn(corners) < WIDEST).then_some((block, low, high))
+                (meets && gradients.turn(corners) < widest).then_some((block, low, high))
             })
             .collect();
         Rough { cells }
