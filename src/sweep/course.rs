@@ -8,7 +8,7 @@ use super::border::{Cleared, clear};
 use super::caps::split_chamfers;
 use super::criteria::{Criteria, extend_sizing, sizing};
 use super::crowd::{coarseness, is_too_dense};
-use super::flips::flip_edges;
+use super::flips::{Flips, flip_edges};
 use super::glide::{Edits, glides};
 use super::opening::Opening;
 use super::refine::{refine, split_curve, split_long};
@@ -283,7 +283,7 @@ fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edi
     split_chamfers(mesh, field);
     let criteria = Criteria::new(field, at, parameters).for_size_of(mesh);
     // What a flip can mend needs no refinement.
-    flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
+    flip_edges(mesh, &criteria, 2, Flips::within(FLIP_SHARE * criteria.error));
     let deviations = criteria.deviations(mesh);
     let criteria = criteria.coarser(coarseness(mesh, &deviations, criteria.error));
     let mut born = Vec::new();
@@ -294,6 +294,6 @@ fn edit(mesh: &mut Mesh, field: &Field, parameters: &Parameters, at: f64) -> Edi
     split_long(mesh, &criteria, &length, LONG, &mut born);
     extend_sizing(mesh, &mut length);
     let collapsed = simplify(mesh, &criteria, &length, COLLAPSES);
-    flip_edges(mesh, &criteria, 2, FLIP_SHARE * criteria.error);
+    flip_edges(mesh, &criteria, 2, Flips::within(FLIP_SHARE * criteria.error));
     Edits { born, collapsed }
 }

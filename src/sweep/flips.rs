@@ -6,8 +6,26 @@ use super::caps::follows_border;
 use super::criteria::Criteria;
 use crate::mesh::{Edge, Mesh, normal, radius_ratio};
 
-/// A flip must raise the worse radius ratio of the two triangles by this much.
-const GAIN: f32 = 0.02;
+/// Which flips are made.
+#[derive(Clone, Copy)]
+pub(crate) struct Flips {
+    /// The edges before and after are at most so far apart, voxels: so far the surface jumps.
+    pub(crate) most_apart: f32,
+    /// A flip must raise the worse radius ratio of the two triangles by this much,
+    pub(crate) gain: f32,
+    /// where that is below this one.
+    pub(crate) poor: f32,
+}
+
+impl Flips {
+    /// Whatever makes triangles better.
+    pub(crate) const ALL: Flips = Flips { most_apart: f32::INFINITY, gain: 0.02, poor: 1.0 };
+
+    /// Whatever makes triangles better and moves the surface by no more than so many voxels.
+    pub(crate) fn within(most_apart: f32) -> Flips {
+        Flips { most_apart, ..Flips::ALL }
+    }
+}
 
 /// Triangles that deviate by more than this share of the tolerance are off: no flip makes any.
 const OFF_SHARE: f32 = 0.7;
@@ -19,29 +37,28 @@ const NEARER_QUALITY: f32 = 0.5;
 
 /// Flips every edge whose flip makes the worse of its two triangles better, while the mesh stays as
 /// close to the isosurface, and every edge whose flip brings triangles nearer to it that are off, while they
-/// stay good. The edges before and after are at most `most_apart` voxels apart: so far the surface jumps.
-/// At most `passes` times over all edges. Returns the number of flips.
+/// stay good, as `flips` allows. At most `passes` times over all edges. Returns the number of flips.
 pub(crate) fn flip_edges(
     mesh: &mut Mesh,
     criteria: &Criteria,
     passes: usize,
-    most_apart: f32,
+    flips: Flips,
 ) -> usize {
     let mut total = 0;
     let mut edges: Vec<Edge> = mesh.edges().collect();
     for _ in 0..passes {
         let mut touched: Vec<Edge> = Vec::new();
-        let mut flips = 0;
+        let mut n = 0;
         for &e in &edges {
-            if flip_is_better(mesh, criteria, e, most_apart) && mesh.can_flip(e) {
+            if flip_is_better(mesh, criteria, e, flips) && mesh.can_flip(e) {
                 let faces = mesh.flip(e).faces;
                 touched
                     .extend(faces.iter().flat_map(|&f| mesh.face_halfedges(f)).map(|h| h.edge()));
-                flips += 1;
+                n += 1;
             }
         }
-        total += flips;
-        if flips == 0 {
+        total += n;
+        if n == 0 {
             break;
         }
         touched.sort_unstable();
@@ -53,7 +70,7 @@ pub(crate) fn flip_edges(
 
 /// Whether the triangles after the flip are better and follow the isosurface as well, or follow it better and
 /// are good.
-fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) -> bool {
+fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, flips: Flips) -> bool {
     let h = e.halfedge();
     if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
         return false;
@@ -63,7 +80,7 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) ->
     let (c, d) = (at(mesh.to(mesh.next(h))), at(mesh.to(mesh.next(h.twin()))));
     let before: [[Vec3; 3]; 2] = [[a, b, c], [b, a, d]];
     let after: [[Vec3; 3]; 2] = [[a, d, c], [d, b, c]];
-    if (c - a).dot((b - a).cross(d - c).normalize_or_zero()).abs() > most_apart {
+    if (c - a).dot((b - a).cross(d - c).normalize_or_zero()).abs() > flips.most_apart {
         return false;
     }
     let is_cap = mesh.is_cap(mesh.face(h)) || mesh.is_cap(mesh.face(h.twin()));
@@ -78,8 +95,8 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, most_apart: f32) ->
     }
     let worst = |t: [[Vec3; 3]; 2]| radius_ratio(t[0]).min(radius_ratio(t[1]));
     let deviation = |t: [[Vec3; 3]; 2]| criteria.deviation(t[0]).max(criteria.deviation(t[1]));
-    let worst_after = worst(after);
-    if worst_after >= worst(before) + GAIN {
+    let (worst_before, worst_after) = (worst(before), worst(after));
+    if worst_before < flips.poor && worst_after >= worst_before + flips.gain {
         let after = deviation(after);
         return after <= OFF_SHARE * criteria.error || after <= deviation(before);
     }
@@ -133,7 +150,7 @@ mod tests {
     fn goes_along_ridge(slope: f32, most_apart: f32) -> bool {
         let (field, mut mesh) = (roof(slope), across(slope));
         let criteria = Criteria::new(&field, ISOVALUE, &Parameters::default());
-        flip_edges(&mut mesh, &criteria, 2, most_apart);
+        flip_edges(&mut mesh, &criteria, 2, Flips::within(most_apart));
         mesh.check().expect("flips keep the invariants");
         mesh.find_halfedge(Vertex(0), Vertex(1)).is_some()
     }

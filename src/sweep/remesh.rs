@@ -3,7 +3,7 @@
 
 use super::caps::{smooth_caps, split_chamfers};
 use super::criteria::{Criteria, extend_sizing, sizing};
-use super::flips::flip_edges;
+use super::flips::{Flips, flip_edges};
 use super::refine::{refine, split_curve, split_long};
 use super::simplify::{Bounds, simplify};
 use crate::error::Result;
@@ -74,7 +74,7 @@ pub(crate) fn remesh(
         split_long(mesh, criteria, &length, 1.4, &mut Vec::new());
         extend_sizing(mesh, &mut length);
         collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.75, share: 1.0 }));
-        flip_edges(mesh, criteria, 3, f32::INFINITY);
+        flip_edges(mesh, criteria, 3, Flips::ALL);
         if is_too_much(mesh, round) {
             log::debug!("{} faces are too many after {round} rounds", mesh.n_faces());
             return Ok(None);
@@ -87,11 +87,11 @@ pub(crate) fn remesh(
         if n_refined + split_curve(mesh, criteria, &mut Vec::new()) == 0 {
             break;
         }
-        flip_edges(mesh, criteria, 3, f32::INFINITY);
+        flip_edges(mesh, criteria, 3, Flips::ALL);
         relax(mesh, criteria, kernels, isovalue, parameters, 2)?;
     }
     let length = vec![0.0; mesh.vertex_slots()];
     collapsed.extend(simplify(mesh, criteria, &length, Bounds { short: 0.0, share: 1.0 }));
-    flip_edges(mesh, criteria, 2, f32::INFINITY);
+    flip_edges(mesh, criteria, 2, Flips::ALL);
     Ok((!is_too_much(mesh, effort.rounds)).then_some(collapsed))
 }

@@ -19,13 +19,16 @@ use crate::kernels::field::Field;
 use crate::mesh::{Face, Mesh, Vertex, intersecting};
 use crate::sweep::Parameters;
 use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
-use crate::sweep::flips::flip_edges;
+use crate::sweep::flips::{Flips, flip_edges};
 use crate::sweep::refine::{refine, split_long};
 use crate::sweep::remesh::SIZING_GOAL;
 use crate::sweep::simplify::{Bounds, simplify};
 
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 5;
+
+/// Share of the tolerance within which collapses stay, so that refinement does not undo them.
+const COLLAPSE_SHARE: f32 = 0.5;
 
 /// The same is tried so often, each time with fewer vertices that move.
 const ATTEMPTS: usize = 3;
@@ -108,8 +111,8 @@ impl Improvement<'_> {
             let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
             split_long(mesh, &criteria, &length, 1.4, &mut Vec::new());
             extend_sizing(mesh, &mut length);
-            simplify(mesh, &criteria, &length, Bounds { short: 0.75, share: 1.0 });
-            flip_edges(mesh, &criteria, 3, f32::INFINITY);
+            simplify(mesh, &criteria, &length, Bounds { short: 0.75, share: COLLAPSE_SHARE });
+            flip_edges(mesh, &criteria, 3, Flips::ALL);
             let compacted = mesh.compacted_free();
             kernels.load(&compacted.connectivity, &compacted.positions)?;
             let [strength, force] = [parameters.relax_strength, parameters.relax_force];
@@ -123,7 +126,7 @@ impl Improvement<'_> {
         }
         let deviations = criteria.deviations(mesh);
         refine(mesh, &criteria, &deviations, &mut Vec::new());
-        flip_edges(mesh, &criteria, 2, f32::INFINITY);
+        flip_edges(mesh, &criteria, 2, Flips::ALL);
         for v in held {
             if mesh.has_vertex(v) {
                 mesh.set_pinned(v, false);

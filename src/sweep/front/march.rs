@@ -22,7 +22,7 @@ use crate::kernels::Kernels;
 use crate::kernels::field::Field;
 use crate::mesh::{Mesh, Vertex};
 use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
-use crate::sweep::flips::flip_edges;
+use crate::sweep::flips::{Flips, flip_edges};
 use crate::sweep::glide::Born;
 use crate::sweep::refine::{refine, split_long};
 use crate::sweep::remesh::SIZING_GOAL;
@@ -60,6 +60,13 @@ const MOST_WIDER: usize = 4;
 
 /// Where an exchange is refused, so many blocks around the place are made exact at most.
 const MOST_NEAR: usize = 1000;
+
+/// What remeshing changes at a sampling isovalue: less than would be changed back soon, as every change ends triangles.
+/// Of hydrogen's triangles 45 in 100 lived for one step only with what makes a new mesh good (gain .02, any triangle,
+/// edges from .6 to 1.5, all of the tolerance); 15 in 100 so.
+const FLIPS: Flips = Flips { most_apart: f32::INFINITY, gain: 0.1, poor: 0.6 };
+const LONG: f32 = 1.8;
+const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.3 };
 
 /// What happened.
 #[derive(Clone, Copy, Debug, Default)]
@@ -588,7 +595,12 @@ impl<'s, 'a> March<'s, 'a> {
         state.at = step.next;
         let l1 = self.record.lives.len();
         self.remesh(state);
-        log::debug!("lives: exchanges {}, slide {}, remesh {}", l_x - l0, l1 - l_x, self.record.lives.len() - l1);
+        log::debug!(
+            "lives: exchanges {}, slide {}, remesh {}",
+            l_x - l0,
+            l1 - l_x,
+            self.record.lives.len() - l1
+        );
         if log::log_enabled!(log::Level::Debug) {
             let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
             let own = crate::extract::count::count_parts(self.exact(), state.at, |c| {
@@ -728,16 +740,16 @@ impl<'s, 'a> March<'s, 'a> {
         if mesh.n_faces() == 0 {
             return;
         }
-        flip_edges(mesh, &criteria, 2, f32::INFINITY);
+        let mut born: Vec<Born> = Vec::new();
+        flip_edges(mesh, &criteria, 2, FLIPS);
         let deviations = criteria.deviations(mesh);
         let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
-        let mut born: Vec<Born> = Vec::new();
         refine(mesh, &criteria, &deviations, &mut born);
         extend_sizing(mesh, &mut length);
-        split_long(mesh, &criteria, &length, 1.5, &mut born);
+        split_long(mesh, &criteria, &length, LONG, &mut born);
         extend_sizing(mesh, &mut length);
-        simplify(mesh, &criteria, &length, Bounds { short: 0.6, share: 1.0 });
-        flip_edges(mesh, &criteria, 2, f32::INFINITY);
+        simplify(mesh, &criteria, &length, COLLAPSES);
+        flip_edges(mesh, &criteria, 2, FLIPS);
         self.record.changed_all(&state.tracked, state.at);
     }
 }
