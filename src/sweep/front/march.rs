@@ -20,13 +20,13 @@ use super::transport::{Moved, Step, faults, transport, typical_slope};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Mesh, Vertex};
+use crate::mesh::{Face, Mesh, Vertex};
 use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
 use crate::sweep::flips::{Flips, flip_edges};
 use crate::sweep::glide::Born;
 use crate::sweep::refine::{refine, split_long};
 use crate::sweep::remesh::SIZING_GOAL;
-use crate::sweep::simplify::{Bounds, simplify};
+use crate::sweep::simplify::{Bounds, collapse_faces, simplify};
 use crate::sweep::{Parameters, Sweep};
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
@@ -50,6 +50,9 @@ const LONGEST_HOLD: u32 = 32;
 
 /// A step is tried so often with more cells exact before it is taken as it is.
 const MOST_ROUNDS: usize = 6;
+
+/// Where faces fold they are collapsed so often before their cells become exact.
+const THINNED: usize = 1;
 
 /// An exchange is tried so often before everything is made exact.
 const MOST_EXCHANGES: usize = 24;
@@ -547,6 +550,9 @@ impl<'s, 'a> March<'s, 'a> {
                 return Ok(false);
             }
             l_x = self.record.lives.len();
+            if round < THINNED && !moved.folded.is_empty() && self.thin_out(state, &moved.folded) {
+                continue;
+            }
             let stuck = if moved.places.is_empty() || round >= MOST_ROUNDS {
                 self.tally.unresolved += moved.places.len();
                 match self.slide(state, step, passage, &moved) {
@@ -630,6 +636,17 @@ impl<'s, 'a> March<'s, 'a> {
             self.back_off(state, b);
         }
         Ok(true)
+    }
+
+    /// Collapses faces that fold on the way, most of them where the seam runs into the mesh; whether one could be.
+    fn thin_out(&mut self, state: &mut State, folded: &[Face]) -> bool {
+        let criteria = Criteria::new(self.field(), state.at, self.parameters());
+        let n = collapse_faces(&mut state.tracked.mesh, &criteria, folded);
+        log::debug!("{n} of {} folded faces collapse", folded.len());
+        if n > 0 {
+            self.record.changed_all(&state.tracked, state.at);
+        }
+        n > 0
     }
 
     /// A block could not be tracked: it stays exact for a while, which doubles where it was tracked again in vain.

@@ -42,6 +42,8 @@ pub(super) struct Moved {
     pub(super) normals: Vec<[f32; 3]>,
     /// Places that could not be tracked, voxel frame.
     pub(super) places: Vec<Vec3>,
+    /// Faces that are turned over or cross others.
+    pub(super) folded: Vec<Face>,
     /// How often each check named one.
     pub(super) named: [usize; 5],
 }
@@ -72,6 +74,7 @@ pub(super) fn transport(
             positions: Vec::new(),
             normals: Vec::new(),
             places: Vec::new(),
+            folded: Vec::new(),
             named: [0; 5],
         });
     }
@@ -122,28 +125,34 @@ pub(super) fn transport(
         })
         .collect();
     let stays = |t: &&[u32; 3]| t.iter().all(|&v| stays[v as usize]);
-    let faces: Vec<[u32; 3]> = compacted.connectivity.faces.iter().filter(stays).copied().collect();
+    let all = compacted.faces.iter().zip(&compacted.connectivity.faces);
+    let (slots, faces): (Vec<Face>, Vec<[u32; 3]>) = all.filter(|f| stays(&f.1)).unzip();
+    let mut folded = Vec::new();
     let end = |v: u32| Vec3::from(positions[v as usize]);
     let middle = |v: u32| 0.5 * (end(v) + Vec3::from(before[v as usize]));
     let ends = Criteria::new(field, next, parameters);
     let midway = Criteria::new(field, 0.5 * (at + next), parameters);
     let most = MOST_OFF * parameters.error as f32;
-    let found: Vec<(usize, Vec3)> = faces
+    let found: Vec<(usize, Vec3, Face)> = faces
         .par_iter()
+        .zip(&slots)
         .with_min_len(256)
-        .filter_map(|t| {
+        .filter_map(|(t, &slot)| {
             let [a, m] = [t.map(end), t.map(middle)];
             let barycentre = a.iter().sum::<Vec3>() / 3.0;
             if let Some(check) = fault(&ends, a, most) {
-                return Some((check, barycentre));
+                return Some((check, barycentre, slot));
             }
             if area(a) < LEAST_AREA {
                 return None;
             }
-            (off(&midway, m) > most).then_some((3, barycentre))
+            (off(&midway, m) > most).then_some((3, barycentre, slot))
         })
         .collect();
-    for (check, place) in found {
+    for (check, place, slot) in found {
+        if check == 1 {
+            folded.push(slot);
+        }
         named[check] += 1;
         places.push(place);
     }
@@ -154,9 +163,12 @@ pub(super) fn transport(
     let crossing = intersecting(&all_positions, &all);
     for f in crossing.into_iter().filter(|&f| (f as usize) < faces.len()) {
         named[4] += 1;
+        folded.push(slots[f as usize]);
         places.push(faces[f as usize].map(end).iter().sum::<Vec3>() / 3.0);
     }
-    Ok(Moved { vertices: compacted.vertices, positions, normals, places, named })
+    folded.sort_unstable();
+    folded.dedup();
+    Ok(Moved { vertices: compacted.vertices, positions, normals, places, folded, named })
 }
 
 /// Adds the exact extraction's triangles in the exact cells beside the seam, which share the seam's vertices.
