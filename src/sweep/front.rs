@@ -18,6 +18,7 @@ mod march;
 mod part;
 mod record;
 mod region;
+mod remesh;
 mod rough;
 mod tracked;
 mod transport;

@@ -14,6 +14,7 @@ use super::improve::Improvement;
 use super::part::join;
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
+use super::remesh::remesh;
 use super::rough::Rough;
 use super::tracked::{Changes, Tracked, place_of, place_on};
 use super::transport::{Moved, Step, faults, transport, typical_slope};
@@ -21,12 +22,8 @@ use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
 use crate::mesh::{Face, Mesh, Vertex};
-use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
-use crate::sweep::flips::{Flips, flip_edges};
-use crate::sweep::glide::Born;
-use crate::sweep::refine::{refine, split_long};
-use crate::sweep::remesh::SIZING_GOAL;
-use crate::sweep::simplify::{Bounds, collapse_faces, simplify};
+use crate::sweep::criteria::Criteria;
+use crate::sweep::simplify::collapse_faces;
 use crate::sweep::{Parameters, Sweep};
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
@@ -63,13 +60,6 @@ const MOST_WIDER: usize = 4;
 
 /// Where an exchange is refused, so many blocks around the place are made exact at most.
 const MOST_NEAR: usize = 1000;
-
-/// What remeshing changes at a sampling isovalue: less than would be changed back soon, as every change ends triangles.
-/// Of hydrogen's triangles 45 in 100 lived for one step only with what makes a new mesh good (gain .02, any triangle,
-/// edges from .6 to 1.5, all of the tolerance); 15 in 100 so.
-const FLIPS: Flips = Flips { most_apart: f32::INFINITY, gain: 0.1, poor: 0.6 };
-const LONG: f32 = 1.8;
-const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.3 };
 
 /// What happened.
 #[derive(Clone, Copy, Debug, Default)]
@@ -524,8 +514,6 @@ impl<'s, 'a> March<'s, 'a> {
     /// Takes one step; does not where it is too long for too much of the mesh.
     fn take(&mut self, state: &mut State, step: Step, kernels: &mut dyn Kernels) -> Result<bool> {
         self.step += 1;
-        let l0 = self.record.lives.len();
-        let mut l_x = l0;
         self.tally.steps += 1;
         let region = self.plan(state, [step.at, step.next]);
         let passage = Passage::between(self.exact(), step.at, step.next);
@@ -549,7 +537,6 @@ impl<'s, 'a> March<'s, 'a> {
                 self.tally.too_long += 1;
                 return Ok(false);
             }
-            l_x = self.record.lives.len();
             if round < THINNED && !moved.folded.is_empty() && self.thin_out(state, &moved.folded) {
                 continue;
             }
@@ -599,29 +586,14 @@ impl<'s, 'a> March<'s, 'a> {
             self.exchange(state, region, passage, kernels)?;
         }
         state.at = step.next;
-        let l1 = self.record.lives.len();
-        self.remesh(state);
-        log::debug!(
-            "lives: exchanges {}, slide {}, remesh {}",
-            l_x - l0,
-            l1 - l_x,
-            self.record.lives.len() - l1
-        );
+        let criteria = Criteria::new(self.field(), state.at, self.parameters());
+        remesh(&mut state.tracked.mesh, &criteria);
+        self.record.changed_all(&state.tracked, state.at);
         if log::log_enabled!(log::Level::Debug) {
             let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
             let own = crate::extract::count::count_parts(self.exact(), state.at, |c| {
                 !state.region.is_exact(c)
             });
-            let mesh = &state.tracked.mesh;
-            let mut classes = [(0usize, 0.0f32, 0usize); 2];
-            for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
-                let at_seam = mesh.face_vertices(f).into_iter().any(|v| mesh.is_fixed(v));
-                let q = crate::mesh::radius_ratio(mesh.corners(f));
-                let c = &mut classes[usize::from(at_seam)];
-                (c.0, c.1, c.2) = (c.0 + 1, c.1 + q, c.2 + usize::from(q < 0.5));
-            }
-            let [inner, seam] = classes.map(|c| (c.0, c.1 / c.0 as f32, c.2 as f32 / c.0 as f32));
-            log::debug!("inner faces {inner:?}, at the seam {seam:?}");
             log::debug!(
                 "share tracked {:.3} of {} crossings; {} faces",
                 own.crossings.len() as f64 / all.crossings.len().max(1) as f64,
@@ -629,7 +601,6 @@ impl<'s, 'a> March<'s, 'a> {
                 state.tracked.mesh.n_faces()
             );
         }
-        let criteria = Criteria::new(self.field(), state.at, self.parameters());
         let faults = faults(&state.tracked, &criteria, self.parameters());
         self.tally.faults += faults.len();
         for b in faults.into_iter().filter_map(|p| self.block_at(p)) {
@@ -748,26 +719,6 @@ impl<'s, 'a> March<'s, 'a> {
             }
         }
         Ok(())
-    }
-
-    /// Better triangles at the present isovalue.
-    fn remesh(&mut self, state: &mut State) {
-        let criteria = Criteria::new(self.field(), state.at, self.parameters());
-        let mesh = &mut state.tracked.mesh;
-        if mesh.n_faces() == 0 {
-            return;
-        }
-        let mut born: Vec<Born> = Vec::new();
-        flip_edges(mesh, &criteria, 2, FLIPS);
-        let deviations = criteria.deviations(mesh);
-        let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
-        refine(mesh, &criteria, &deviations, &mut born);
-        extend_sizing(mesh, &mut length);
-        split_long(mesh, &criteria, &length, LONG, &mut born);
-        extend_sizing(mesh, &mut length);
-        simplify(mesh, &criteria, &length, COLLAPSES);
-        flip_edges(mesh, &criteria, 2, FLIPS);
-        self.record.changed_all(&state.tracked, state.at);
     }
 }
 
