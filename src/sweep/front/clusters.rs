@@ -19,7 +19,7 @@ pub(super) struct Cluster {
 }
 
 /// The clusters in which a region becomes another one: blocks of two of them have no sample in common, and no face is within
-/// `near` voxels of both.
+/// `near` voxels of both. Neither region is closed.
 pub(super) fn clusters(
     tracked: &Tracked,
     [old, new]: [&Region; 2],
@@ -29,10 +29,6 @@ pub(super) fn clusters(
     let mesh = &tracked.mesh;
     let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
     let blocks: Vec<u32> = old.blocks().symmetric_difference(new.blocks()).copied().collect();
-    if new.is_closed() {
-        let is_done = old.is_closed() && faces.is_empty();
-        return if is_done { Vec::new() } else { vec![Cluster { blocks, faces }] };
-    }
     let grid = new.grid;
     let number = |b: u32| blocks.binary_search(&b).ok().map(|i| i as u32);
     let marked = grid.marked(blocks.iter().copied());

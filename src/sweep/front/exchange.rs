@@ -12,7 +12,7 @@
 //! vertex moves along its lattice edge to where the exact extraction has it.
 //!
 //! Where the mesh crosses a lattice edge more than once, or joins its crossings otherwise than the exact extraction,
-//! nothing is done: the caller makes more cells exact there and tries again. With all cells exact nothing is left to cut.
+//! nothing is done: the caller makes more cells exact there and tries again, at last all, which needs no exchange.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -504,9 +504,6 @@ impl<'a> Cut<'a> {
     /// goes with what it is joined to, for the most part.
     fn removed(&self, tracked: &Tracked, is_rim: &[bool]) -> Vec<bool> {
         let mesh = &tracked.mesh;
-        if self.new.is_closed() {
-            return vec![true; mesh.face_slots()];
-        }
         let mut removed = vec![false; mesh.face_slots()];
         let mut strays = Vec::new();
         for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
