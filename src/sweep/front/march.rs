@@ -333,8 +333,17 @@ impl<'s, 'a> March<'s, 'a> {
                 clusters.len(),
                 refused.iter().take(8).map(|r| (r.why, r.samples.len())).collect::<Vec<_>>()
             );
-            let samples: Vec<Vec<u32>> = refused.into_iter().map(|r| r.samples).collect();
-            if samples.iter().any(|s| !s.is_empty()) {
+            let mut samples: Vec<Vec<u32>> = refused.into_iter().map(|r| r.samples).collect();
+            // What names no sample asks for more of the mesh, of which there is no more after a while.
+            samples.retain(|s| !s.is_empty());
+            if samples.is_empty() && attempt > MOST_WIDER {
+                let hull = |b: u32| self.grid.samples_around(b);
+                samples = clusters
+                    .iter()
+                    .map(|c| c.blocks.iter().flat_map(|&b| hull(b)).collect())
+                    .collect();
+            }
+            if !samples.is_empty() {
                 self.grow(&mut target, &samples, passage, attempt);
             }
         }
