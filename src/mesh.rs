@@ -396,9 +396,14 @@ impl Mesh {
     /// The vertices that are not pinned and those beside them, with the faces between; the latter
     /// vertices come without their rings.
     pub fn compacted_free(&self) -> Compacted {
-        let is_free = |v: Vertex| !self.is_pinned(v);
+        self.compacted_where(|v| !self.is_pinned(v))
+    }
+
+    /// The vertices that are asked for and those beside them, with the faces between; the latter vertices are pinned and
+    /// come without their rings.
+    pub fn compacted_where(&self, is_free: impl Fn(Vertex) -> bool) -> Compacted {
         let faces: Vec<Face> =
-            self.faces().filter(|&f| self.face_vertices(f).into_iter().any(is_free)).collect();
+            self.faces().filter(|&f| self.face_vertices(f).into_iter().any(&is_free)).collect();
         let mut vertices: Vec<Vertex> = faces.iter().flat_map(|&f| self.face_vertices(f)).collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -422,7 +427,10 @@ impl Mesh {
                 .collect(),
             ring_offsets: Vec::with_capacity(vertices.len() + 1),
             ring: Vec::with_capacity(self.n_faces * 3),
-            borders: vertices.iter().map(|&v| self.borders[v.0 as usize]).collect(),
+            borders: vertices
+                .iter()
+                .map(|&v| self.borders[v.0 as usize] | if has_ring(v) { 0 } else { PINNED })
+                .collect(),
         };
         connectivity.ring_offsets.push(0);
         for &v in &vertices {

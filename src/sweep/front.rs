@@ -19,7 +19,6 @@ mod part;
 mod record;
 mod region;
 mod remesh;
-mod rough;
 mod tracked;
 mod transport;
 

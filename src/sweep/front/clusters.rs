@@ -1,15 +1,18 @@
 //! Which blocks change together: an exchange is made, or refused, for each cluster of them alone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::region::Region;
+use super::region::{BLOCK, Region};
 use super::tracked::Tracked;
 use crate::disjoint_sets::DisjointSets;
 use crate::mesh::{Face, bounds};
 use crate::topology::exact::ExactField;
+
+/// Blocks so far away are looked at for faces near others.
+const RINGS: usize = 3;
 
 /// Blocks that change together, ascending, and the faces of the mesh near them, ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,11 +42,23 @@ pub(super) fn clusters(
         }
     }
     let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
+    // Most faces are far from all of them: told by the block of a corner.
+    let reach = |b: u32| {
+        (0..RINGS).fold(BTreeSet::from([b]), |wider, _| {
+            wider.into_iter().flat_map(|b| grid.blocks_around(b)).collect()
+        })
+    };
+    let wide = grid.marked(blocks.iter().flat_map(|&b| reach(b)));
+    let most = (RINGS * BLOCK) as f32 - near;
     let beside: Vec<(Face, Vec<u32>)> = faces
         .into_par_iter()
         .with_min_len(1024)
         .filter_map(|f| {
             let (low, high) = bounds(mesh.corners(f));
+            let is_far = grid.block_at(low / size).is_some_and(|b| !wide[b as usize]);
+            if is_far && ((high - low) / size).max_element() < most {
+                return None;
+            }
             let blocks = grid.blocks_in(low / size - near, high / size + near);
             let beside: Vec<u32> = blocks.filter(|&b| marked[b as usize]).collect();
             (!beside.is_empty()).then_some((f, beside))

@@ -6,6 +6,8 @@
 //! does not move. Where that leaves a face turned over, off the isosurface or crossing another, the triangles stay as they
 //! came.
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 
 use super::exchange::Exchanged;
@@ -25,13 +27,13 @@ use crate::sweep::remesh::SIZING_GOAL;
 use crate::sweep::simplify::{Bounds, simplify};
 
 /// Rounds of split, collapse, flip and relaxation.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 3;
 
 /// Share of the tolerance within which collapses stay, so that refinement does not undo them.
 const COLLAPSE_SHARE: f32 = 0.5;
 
-/// The same is tried so often, each time with fewer vertices that move.
-const ATTEMPTS: usize = 3;
+/// The same is tried so often, each time with fewer vertices that move: around faults twice as far.
+const ATTEMPTS: usize = 4;
 
 /// What improvement knows of the sweep.
 pub(super) struct Improvement<'a> {
@@ -84,8 +86,12 @@ impl Improvement<'_> {
                 break;
             }
             log::debug!("{} faults in what is new", bad.len());
-            let blocks = bad.into_iter().filter_map(|p| self.block_at(p));
-            let marked = self.grid.marked(blocks.flat_map(|b| self.grid.blocks_around(b)));
+            let mut near: BTreeSet<u32> =
+                bad.into_iter().filter_map(|p| self.block_at(p)).collect();
+            for _ in 0..1 << attempt {
+                near = near.into_iter().flat_map(|b| self.grid.blocks_around(b)).collect();
+            }
+            let marked = self.grid.marked(near.into_iter());
             let is_beside = |v: &Vertex| {
                 let block = self.block_at(fresh.mesh.position(*v));
                 block.is_some_and(|b| marked[b as usize])

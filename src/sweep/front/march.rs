@@ -15,13 +15,12 @@ use super::part::join;
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
 use super::remesh::remesh;
-use super::rough::Rough;
 use super::tracked::{Changes, Tracked, place_of, place_on};
-use super::transport::{Moved, Step, faults, transport, typical_slope};
+use super::transport::{Again, Moved, Step, Transport, faults, typical_slope};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Face, Mesh, Vertex};
+use crate::mesh::{Face, Mesh, Vertex, bounds};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::simplify::collapse_faces;
 use crate::sweep::{Parameters, Sweep};
@@ -51,8 +50,14 @@ const MOST_ROUNDS: usize = 6;
 /// Where faces fold they are collapsed so often before their cells become exact.
 const THINNED: usize = 1;
 
-/// An exchange is tried so often before everything is made exact.
+/// An exchange is tried so often before blocks that should be released there stay exact; before whole components of the
+/// mesh become exact; and before everything does.
+const MOST_RELEASES: usize = 3;
+const MOST_NEARBY: usize = 8;
 const MOST_EXCHANGES: usize = 24;
+
+/// More samples than these are no place: what was refused is too large to tell.
+const MOST_NAMED: usize = 64;
 
 /// An exchange changes faces this near to its blocks at most, voxels; as much farther in every further attempt.
 const NEAR: f32 = 1.0;
@@ -74,6 +79,14 @@ pub(super) struct Tally {
     pub(super) faults: usize,
     pub(super) unresolved: usize,
     pub(super) given_up: usize,
+}
+
+/// What was asked for in an attempt to exchange.
+struct Asked<'r> {
+    /// Now, and then.
+    regions: [&'r Region; 2],
+    clusters: &'r [Cluster],
+    attempt: usize,
 }
 
 /// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
@@ -99,7 +112,6 @@ struct State {
 pub(super) struct March<'s, 'a> {
     sweep: &'s Sweep<'a>,
     calendar: Calendar<'s>,
-    rough: Rough,
     grid: Grid,
     pub(super) record: Recorder,
     pub(super) shown: Vec<Shown>,
@@ -114,7 +126,6 @@ impl<'s, 'a> March<'s, 'a> {
         March {
             sweep,
             calendar: Calendar::new(exact, &sweep.topology),
-            rough: Rough::new(exact, grid, sweep.range),
             grid,
             record: Recorder::default(),
             shown: Vec::new(),
@@ -267,9 +278,9 @@ impl<'s, 'a> March<'s, 'a> {
         region
     }
 
-    /// The blocks near something critical, or too rough, in a passage.
+    /// The blocks near something critical in a passage.
     fn busy(&self, passage: Passage) -> BTreeSet<u32> {
-        let mut busy = self.rough.blocks(passage);
+        let mut busy = BTreeSet::new();
         for place in self.calendar.critical(passage) {
             match place {
                 Place::Vertex(v) => {
@@ -287,14 +298,15 @@ impl<'s, 'a> March<'s, 'a> {
         busy
     }
 
-    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be.
+    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be. Returns the
+    /// vertices that have come or gone.
     fn exchange(
         &mut self,
         state: &mut State,
         mut target: Region,
         passage: Passage,
         kernels: &mut dyn Kernels,
-    ) -> Result<()> {
+    ) -> Result<BTreeSet<Vertex>> {
         if state.region.is_closed() {
             let blocks = state.region.blocks().clone();
             state.region = Region::open(self.grid);
@@ -302,7 +314,6 @@ impl<'s, 'a> March<'s, 'a> {
                 state.region.add(b);
             }
         }
-        let mut changed = false;
         let mut new: BTreeSet<Vertex> = BTreeSet::new();
         for attempt in 0usize.. {
             if target.is_closed() {
@@ -313,14 +324,8 @@ impl<'s, 'a> March<'s, 'a> {
             let near = NEAR * (1 + attempt).min(MOST_WIDER) as f32;
             let clusters = clusters(&state.tracked, regions, self.exact(), near);
             if clusters.is_empty() {
-                let bad = if changed { self.unlike(state, state.at) } else { Vec::new() };
-                if bad.is_empty() {
-                    break;
-                }
-                self.grow(&mut target, &[bad], passage, attempt);
-                continue;
+                break;
             }
-            changed = true;
             let (before, at, exact) = (&state.tracked, state.at, self.exact());
             let made: Vec<std::result::Result<Exchanged, Refused>> =
                 clusters.par_iter().map(|c| exchange(before, c, regions, exact, at)).collect();
@@ -331,23 +336,25 @@ impl<'s, 'a> March<'s, 'a> {
                 "{} of {} clusters refused: {:?}",
                 refused.len(),
                 clusters.len(),
-                refused.iter().take(8).map(|r| (r.why, r.samples.len())).collect::<Vec<_>>()
+                refused.iter().take(8).map(|r| (r.1.why, r.1.samples.len())).collect::<Vec<_>>()
             );
-            let mut samples: Vec<Vec<u32>> = refused.into_iter().map(|r| r.samples).collect();
-            // What names no sample asks for more of the mesh, of which there is no more after a while.
-            samples.retain(|s| !s.is_empty());
-            if samples.is_empty() && attempt > MOST_WIDER {
-                let hull = |b: u32| self.grid.samples_around(b);
-                samples = clusters
-                    .iter()
-                    .map(|c| c.blocks.iter().flat_map(|&b| hull(b)).collect())
-                    .collect();
-            }
-            if !samples.is_empty() {
-                self.grow(&mut target, &samples, passage, attempt);
-            }
+            let asked = Asked {
+                regions: [&state.region.clone(), &target.clone()],
+                clusters: &clusters,
+                attempt,
+            };
+            self.widen(&mut target, &state.tracked, &asked, refused, passage);
         }
-        self.improve(state, &new, kernels)
+        let improved = self.improve(state, &new, kernels)?;
+        new.extend(improved);
+        Ok(new)
+    }
+
+    /// The blocks that faces meet.
+    fn blocks_of(&self, tracked: &Tracked, faces: &BTreeSet<Face>) -> BTreeSet<u32> {
+        let scale = self.field().inverse_cell_size();
+        let boxes = faces.iter().map(|&f| bounds(tracked.mesh.corners(f)));
+        boxes.flat_map(|(low, high)| self.grid.blocks_in(low * scale, high * scale)).collect()
     }
 
     /// Makes everything exact.
@@ -360,7 +367,7 @@ impl<'s, 'a> March<'s, 'a> {
         state.region = closed;
     }
 
-    /// Puts what was made of clusters into the mesh; returns what was refused.
+    /// Puts what was made of clusters into the mesh; returns which were refused.
     fn commit(
         &mut self,
         state: &mut State,
@@ -368,13 +375,13 @@ impl<'s, 'a> March<'s, 'a> {
         clusters: &[Cluster],
         made: Vec<std::result::Result<Exchanged, Refused>>,
         new: &mut BTreeSet<Vertex>,
-    ) -> Vec<Refused> {
+    ) -> Vec<(usize, Refused)> {
         let mut refused = Vec::new();
-        let mut good: Vec<(&Cluster, Exchanged)> = Vec::new();
-        for (cluster, made) in clusters.iter().zip(made) {
+        let mut good: Vec<(usize, Exchanged)> = Vec::new();
+        for (cluster, made) in made.into_iter().enumerate() {
             match made {
                 Ok(made) => good.push((cluster, made)),
-                Err(why) => refused.push(why),
+                Err(why) => refused.push((cluster, why)),
             }
         }
         let joined = loop {
@@ -390,9 +397,9 @@ impl<'s, 'a> March<'s, 'a> {
                     let near: BTreeSet<u32> =
                         block.into_iter().flat_map(|b| self.grid.blocks_around(b)).collect();
                     let is_it = |c: &Cluster| c.blocks.iter().any(|b| near.contains(b));
-                    let i = good.iter().position(|g| is_it(g.0)).unwrap_or(0);
-                    good.remove(i);
-                    refused.push(Refused { why: "not joined", samples: vec![sample] });
+                    let i = good.iter().position(|g| is_it(&clusters[g.0])).unwrap_or(0);
+                    let (cluster, _) = good.remove(i);
+                    refused.push((cluster, Refused { why: "not joined", samples: vec![sample] }));
                 }
             }
         };
@@ -400,6 +407,7 @@ impl<'s, 'a> March<'s, 'a> {
         new.extend(&joined.vertices);
         state.tracked = joined.tracked;
         for (cluster, _) in good {
+            let cluster = &clusters[cluster];
             for &b in &cluster.blocks {
                 if target.holds(b) {
                     state.since.insert(b, state.at);
@@ -410,6 +418,40 @@ impl<'s, 'a> March<'s, 'a> {
             state.region.follow(target, &cluster.blocks);
         }
         refused
+    }
+
+    /// Changes what is asked for where that was refused.
+    fn widen(
+        &mut self,
+        target: &mut Region,
+        tracked: &Tracked,
+        Asked { regions: [now, then], clusters, attempt }: &Asked,
+        refused: Vec<(usize, Refused)>,
+        passage: Passage,
+    ) {
+        let mut added: Vec<u32> = Vec::new();
+        let mut around: Vec<Vec<u32>> = Vec::new();
+        for (i, Refused { samples, .. }) in refused {
+            let blocks = &clusters[i].blocks;
+            let is_released = |b: &u32| now.holds(*b) && !then.holds(*b);
+            let is_stubborn = *attempt >= MOST_RELEASES || samples.len() > MOST_NAMED;
+            if is_stubborn && blocks.iter().any(is_released) {
+                added.extend(blocks.iter().copied().filter(is_released));
+            } else if *attempt > MOST_NEARBY {
+                let whole = components(tracked, &clusters[i].faces);
+                added.extend(self.blocks_of(tracked, &whole));
+            } else if !samples.is_empty() {
+                around.push(samples);
+            } else if *attempt > MOST_WIDER {
+                // What names no sample asks for more of the mesh, of which there is no more after a while.
+                around.push(blocks.iter().flat_map(|&b| self.grid.samples_around(b)).collect());
+            }
+        }
+        added.retain(|&b| target.add(b));
+        self.calendar.close_around(target, passage, &added);
+        if !around.is_empty() || *attempt >= MOST_EXCHANGES {
+            self.grow(target, &around, passage, *attempt);
+        }
     }
 
     /// Makes more blocks exact around samples at which exchanges were refused, or everything.
@@ -445,13 +487,13 @@ impl<'s, 'a> March<'s, 'a> {
         }
     }
 
-    /// Better triangles where the mesh is new.
+    /// Better triangles where the mesh is new. Returns the vertices that have come or gone.
     fn improve(
         &mut self,
         state: &mut State,
         new: &BTreeSet<Vertex>,
         kernels: &mut dyn Kernels,
-    ) -> Result<()> {
+    ) -> Result<Vec<Vertex>> {
         let improvement = Improvement {
             field: self.field(),
             grid: self.grid,
@@ -461,9 +503,9 @@ impl<'s, 'a> March<'s, 'a> {
         let record = &self.record;
         let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
         let Some(made) = improvement.improved(&state.tracked, &is_new, kernels)? else {
-            return Ok(());
+            return Ok(Vec::new());
         };
-        let Ok(joined) = join(&state.tracked, &[&made]) else { return Ok(()) };
+        let Ok(joined) = join(&state.tracked, &[&made]) else { return Ok(Vec::new()) };
         self.record.exchanged(&joined, state.at);
         state.tracked = joined.tracked;
         let mesh = &state.tracked.mesh;
@@ -472,7 +514,7 @@ impl<'s, 'a> March<'s, 'a> {
                 self.record.begins_at(v, mesh.position(v), mesh.vertex_normal(v));
             }
         }
-        Ok(())
+        Ok(joined.vertices)
     }
 
     /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
@@ -527,17 +569,27 @@ impl<'s, 'a> March<'s, 'a> {
         let region = self.plan(state, [step.at, step.next]);
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
+        let mut before: Option<Moved> = None;
+        let mut fresh: BTreeSet<Vertex> = BTreeSet::new();
+        let mut near: BTreeSet<u32> = BTreeSet::new();
         for round in 0.. {
             self.tally.rounds += 1;
-            let moved = transport(
-                &state.tracked,
-                &state.region,
-                self.exact(),
-                self.field(),
-                kernels,
-                self.parameters(),
+            let transport = Transport {
+                tracked: &state.tracked,
+                region: &state.region,
+                exact: self.exact(),
+                field: self.field(),
+                parameters: self.parameters(),
                 step,
-            )?;
+                again: before.as_ref().map(|before| Again {
+                    before,
+                    fresh: &fresh,
+                    near: self.grid.marked(near.iter().flat_map(|&b| self.grid.blocks_around(b))),
+                }),
+            };
+            let moved = transport.moved(kernels)?;
+            fresh.clear();
+            near.clear();
             let (low, high) = self.sweep.range;
             let is_short = (step.next - step.at).abs() < SHORTEST * (high - low);
             let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
@@ -546,8 +598,14 @@ impl<'s, 'a> March<'s, 'a> {
                 self.tally.too_long += 1;
                 return Ok(false);
             }
-            if round < THINNED && !moved.folded.is_empty() && self.thin_out(state, &moved.folded) {
-                continue;
+            if round < THINNED && !moved.folded.is_empty() {
+                let corners = |f: &Face| state.tracked.mesh.corners(*f);
+                let places: Vec<Vec3> = moved.folded.iter().flat_map(corners).collect();
+                if self.thin_out(state, &moved.folded) {
+                    near.extend(places.into_iter().filter_map(|p| self.block_at(p)));
+                    before = Some(moved);
+                    continue;
+                }
             }
             let stuck = if moved.places.is_empty() || round >= MOST_ROUNDS {
                 self.tally.unresolved += moved.places.len();
@@ -592,7 +650,10 @@ impl<'s, 'a> March<'s, 'a> {
             let added: Vec<u32> =
                 region.blocks().difference(state.region.blocks()).copied().collect();
             self.calendar.close_around(&mut region, passage, &added);
-            self.exchange(state, region, passage, kernels)?;
+            let old = state.region.blocks().clone();
+            fresh = self.exchange(state, region, passage, kernels)?;
+            near.extend(old.symmetric_difference(state.region.blocks()));
+            before = Some(moved);
         }
         state.at = step.next;
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
@@ -729,6 +790,18 @@ impl<'s, 'a> March<'s, 'a> {
         }
         Ok(())
     }
+}
+
+/// The faces of the components of the mesh to which some faces belong.
+fn components(tracked: &Tracked, faces: &[Face]) -> BTreeSet<Face> {
+    let mesh = &tracked.mesh;
+    let mut found: BTreeSet<Face> = faces.iter().copied().collect();
+    let mut open: Vec<Face> = found.iter().copied().collect();
+    while let Some(f) = open.pop() {
+        let beside = mesh.face_halfedges(f).map(|h| mesh.face(h.twin()));
+        open.extend(beside.into_iter().filter(|&g| !mesh.is_cap(g) && found.insert(g)));
+    }
+    found
 }
 
 /// The entries of a map by key.

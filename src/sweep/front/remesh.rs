@@ -19,7 +19,7 @@ use crate::sweep::simplify::{Bounds, simplify};
 /// edges from .6 to 1.5 of the wanted length, all of the tolerance); 8 in 100 so.
 const FLIPS: Flips = Flips { most_apart: f32::INFINITY, gain: 0.1, poor: 0.6 };
 const LONG: f32 = 1.8;
-const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.3 };
+const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.6 };
 
 /// Remeshes what is not fixed.
 pub(super) fn remesh(mesh: &mut Mesh, criteria: &Criteria) {

@@ -1,6 +1,6 @@
 //! Every free vertex to the next isovalue, and what of that cannot be: places, never a verdict on the mesh.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::extract::extract_cell;
 use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
-use crate::mesh::{Face, Vertex, area, intersecting, normal};
+use crate::mesh::{Compacted, Face, Vertex, area, intersecting, normal};
 use crate::sweep::Parameters;
 use crate::sweep::criteria::Criteria;
 use crate::topology::exact::ExactField;
@@ -31,10 +31,12 @@ const OUTSIDE: f32 = 0.05;
 /// A face of a smaller area, in square voxels, has no direction.
 const LEAST_AREA: f32 = 1e-3;
 
-/// So many tolerances a face may be off half-way and at the end of a step.
-const MOST_OFF: f32 = 2.0;
+/// So many tolerances a face may be off half-way and at the end of a step, before it is refined; and afterwards.
+const MOST_OFF: f32 = 4.0;
+const MOST_OFF_REFINED: f32 = 2.0;
 
 /// Where the vertices are after a step.
+#[derive(Default)]
 pub(super) struct Moved {
     /// The vertices that move, ascending, and those beside them.
     pub(super) vertices: Vec<Vertex>,
@@ -48,6 +50,42 @@ pub(super) struct Moved {
     pub(super) named: [usize; 5],
 }
 
+impl Moved {
+    fn end(&self, v: Vertex) -> Option<[f32; 3]> {
+        self.vertices.binary_search(&v).ok().map(|i| self.positions[i])
+    }
+
+    fn name(&mut self, check: usize, place: Vec3) {
+        self.named[check] += 1;
+        self.places.push(place);
+    }
+
+    fn all(&self) -> impl Iterator<Item = (Vertex, [f32; 3], [f32; 3])> {
+        let ends = self.positions.iter().zip(&self.normals);
+        self.vertices.iter().zip(ends).map(|(v, (p, n))| (*v, *p, *n))
+    }
+
+    /// Takes over where vertices are that have not been moved again.
+    fn keep(&mut self, before: &Moved, tracked: &Tracked) {
+        let is_kept = |v: Vertex| tracked.mesh.has_vertex(v) && self.end(v).is_none();
+        let mut all: Vec<_> = before.all().filter(|v| is_kept(v.0)).collect();
+        all.extend(self.all());
+        all.sort_unstable_by_key(|v| v.0);
+        self.vertices = all.iter().map(|v| v.0).collect();
+        self.positions = all.iter().map(|v| v.1).collect();
+        self.normals = all.iter().map(|v| v.2).collect();
+    }
+}
+
+/// A step that is taken again after the mesh has changed in some places.
+pub(super) struct Again<'a> {
+    pub(super) before: &'a Moved,
+    /// Vertices that have come or gone since.
+    pub(super) fresh: &'a BTreeSet<Vertex>,
+    /// By block: whether something has changed in it or beside it.
+    pub(super) near: Vec<bool>,
+}
+
 /// A step from one isovalue to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
@@ -55,154 +93,230 @@ pub(super) struct Step {
     pub(super) next: f64,
 }
 
-/// Moves all free vertices to the next isovalue, relaxes them there, and looks where that went wrong.
-pub(super) fn transport(
-    tracked: &Tracked,
-    region: &Region,
-    exact: &ExactField,
-    field: &Field,
-    kernels: &mut dyn Kernels,
-    parameters: &Parameters,
-    Step { at, next }: Step,
-) -> Result<Moved> {
-    let mesh = &tracked.mesh;
-    let compacted = mesh.compacted_free();
-    let before = &compacted.positions;
-    if before.is_empty() {
-        return Ok(Moved {
-            vertices: Vec::new(),
-            positions: Vec::new(),
-            normals: Vec::new(),
-            places: Vec::new(),
-            folded: Vec::new(),
-            named: [0; 5],
-        });
+/// What moves, and in what.
+pub(super) struct Transport<'a> {
+    pub(super) tracked: &'a Tracked,
+    pub(super) region: &'a Region,
+    pub(super) exact: &'a ExactField<'a>,
+    pub(super) field: &'a Field,
+    pub(super) parameters: &'a Parameters,
+    pub(super) step: Step,
+    /// None if all of the mesh is to move.
+    pub(super) again: Option<Again<'a>>,
+}
+
+impl Transport<'_> {
+    /// Moves free vertices to the next isovalue, relaxes them there, and looks where that went wrong.
+    pub(super) fn moved(&self, kernels: &mut dyn Kernels) -> Result<Moved> {
+        let mesh = &self.tracked.mesh;
+        let near = |v: Vertex| self.is_near(mesh.position(v), 0);
+        let moves: Vec<bool> = (0..mesh.vertex_slots() as u32)
+            .into_par_iter()
+            .map(Vertex)
+            .map(|v| {
+                let again = |a: &Again| a.fresh.contains(&v) || a.before.end(v).is_none();
+                mesh.has_vertex(v)
+                    && !mesh.is_pinned(v)
+                    && self.again.as_ref().is_none_or(|a| near(v) || again(a))
+            })
+            .collect();
+        let moves = |v: Vertex| moves.get(v.0 as usize).copied().unwrap_or(false);
+        let compacted = mesh.compacted_where(moves);
+        let mut moved = Moved::default();
+        if !compacted.positions.is_empty() {
+            self.go(kernels, &compacted, &moves, &mut moved)?;
+            self.check_faces(&compacted, &mut moved);
+            self.check_crossings(&compacted, &mut moved);
+            moved.folded.sort_unstable();
+            moved.folded.dedup();
+        }
+        if let Some(again) = &self.again {
+            moved.keep(again.before, self.tracked);
+        }
+        Ok(moved)
     }
-    kernels.load(&compacted.connectivity, before)?;
-    let n = (expected_motion(field, before, at, next) / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
-    for i in 1..=n as usize {
-        kernels.project(at + (next - at) * i as f64 / f64::from(n), REACH)?;
+
+    /// Whether a place is in a block near which something has changed, or in one of `rings` around those.
+    fn is_near(&self, p: Vec3, rings: usize) -> bool {
+        let Some(again) = &self.again else { return true };
+        let grid = self.region.grid;
+        let Some(block) = grid.block_at(p * self.field.inverse_cell_size()) else { return false };
+        again.near[block as usize]
+            || rings > 0 && grid.blocks_around(block).any(|b| again.near[b as usize])
     }
-    let status = kernels.status()?;
-    let mut positions = kernels.positions()?;
-    for (&v, p) in compacted.vertices.iter().zip(&mut positions) {
-        if let Some(e) = tracked.key(v) {
-            *p = place_on(exact, e, next).to_array();
+
+    /// Where a vertex that does not move freely is at the end of the step: the seam where it will be, the rest of the mesh
+    /// where it has gone before.
+    fn held_end(&self, v: Vertex) -> Option<[f32; 3]> {
+        match self.tracked.key(v) {
+            Some(e) => Some(place_on(self.exact, e, self.step.next).to_array()),
+            None => self.again.as_ref().and_then(|a| a.before.end(v)),
         }
     }
-    kernels.load(&compacted.connectivity, &positions)?;
-    kernels.relax(
-        next,
-        parameters.relax_strength as f32,
-        parameters.relax_force as f32,
-        parameters.relax_iterations,
-    )?;
-    let positions = kernels.positions()?;
-    let normals = kernels.normals()?;
-    let is_free = |i: usize| !mesh.is_fixed(compacted.vertices[i]);
-    let top = crate::sweep::caps::top(field);
-    let mut named = [0; 5];
-    let mut places: Vec<Vec3> = Vec::new();
-    for i in (0..positions.len()).filter(|&i| is_free(i)) {
-        let [p, q] = [before[i], positions[i]].map(Vec3::from);
-        let outside = (-q).max(q - top).max_element() > OUTSIDE;
-        if status[i] == Status::Failed || outside || p.distance(q) > MOST_MOTION {
-            named[0] += 1;
-            places.push(p);
+
+    /// Projects and relaxes.
+    fn go(
+        &self,
+        kernels: &mut dyn Kernels,
+        compacted: &Compacted,
+        moves: &dyn Fn(Vertex) -> bool,
+        moved: &mut Moved,
+    ) -> Result<()> {
+        let Step { at, next } = self.step;
+        let before = &compacted.positions;
+        kernels.load(&compacted.connectivity, before)?;
+        let motion = expected_motion(self.field, before, at, next);
+        let n = (motion / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
+        for i in 1..=n as usize {
+            kernels.project(at + (next - at) * i as f64 / f64::from(n), REACH)?;
         }
+        let status = kernels.status()?;
+        let mut positions = kernels.positions()?;
+        for (&v, p) in compacted.vertices.iter().zip(&mut positions).filter(|v| !moves(*v.0)) {
+            *p = self.held_end(v).unwrap_or(*p);
+        }
+        kernels.load(&compacted.connectivity, &positions)?;
+        let [strength, force] =
+            [self.parameters.relax_strength, self.parameters.relax_force].map(|x| x as f32);
+        kernels.relax(next, strength, force, self.parameters.relax_iterations)?;
+        moved.positions = kernels.positions()?;
+        moved.normals = kernels.normals()?;
+        moved.vertices = compacted.vertices.clone();
+        let top = crate::sweep::caps::top(self.field);
+        for i in (0..positions.len()).filter(|&i| moves(compacted.vertices[i])) {
+            let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
+            let outside = (-q).max(q - top).max_element() > OUTSIDE;
+            if status[i] == Status::Failed || outside || p.distance(q) > MOST_MOTION {
+                moved.name(0, p);
+            }
+        }
+        Ok(())
     }
-    // Where the seam goes over a sample on the way, faces change before they are at the end.
-    let key = exact.isovalue_key(next);
-    let stays: Vec<bool> = compacted
-        .vertices
-        .iter()
-        .map(|&v| {
-            tracked.key(v).is_none_or(|e| {
-                let ends = [e.from, e.from + exact.strides()[e.axis as usize]];
-                let [a, b] = ends.map(|v| exact.key(v) > key);
+
+    /// Whether all of a face is there at the end of the step. Where the seam goes over a sample on the way, faces change
+    /// before.
+    fn stays(&self, f: Face) -> bool {
+        let key = self.exact.isovalue_key(self.step.next);
+        self.tracked.mesh.face_vertices(f).into_iter().all(|v| {
+            self.tracked.key(v).is_none_or(|e| {
+                let ends = [e.from, e.from + self.exact.strides()[e.axis as usize]];
+                let [a, b] = ends.map(|v| self.exact.key(v) > key);
                 a != b
             })
         })
-        .collect();
-    let stays = |t: &&[u32; 3]| t.iter().all(|&v| stays[v as usize]);
-    let all = compacted.faces.iter().zip(&compacted.connectivity.faces);
-    let (slots, faces): (Vec<Face>, Vec<[u32; 3]>) = all.filter(|f| stays(&f.1)).unzip();
-    let mut folded = Vec::new();
-    let end = |v: u32| Vec3::from(positions[v as usize]);
-    let middle = |v: u32| 0.5 * (end(v) + Vec3::from(before[v as usize]));
-    let ends = Criteria::new(field, next, parameters);
-    let midway = Criteria::new(field, 0.5 * (at + next), parameters);
-    let most = MOST_OFF * parameters.error as f32;
-    let found: Vec<(usize, Vec3, Face)> = faces
-        .par_iter()
-        .zip(&slots)
-        .with_min_len(256)
-        .filter_map(|(t, &slot)| {
-            let [a, m] = [t.map(end), t.map(middle)];
-            let barycentre = a.iter().sum::<Vec3>() / 3.0;
-            if let Some(check) = fault(&ends, a, most) {
-                return Some((check, barycentre, slot));
-            }
-            if area(a) < LEAST_AREA {
-                return None;
-            }
-            (off(&midway, m) > most).then_some((3, barycentre, slot))
-        })
-        .collect();
-    for (check, place, slot) in found {
-        if check == 1 {
-            folded.push(slot);
-        }
-        named[check] += 1;
-        places.push(place);
     }
-    let (mut all_positions, mut all) = (positions.clone(), faces.clone());
-    let number = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
-    let bound = |e: LatticeEdge| tracked.vertex_at(e).and_then(number);
-    add_exact_beside(region, exact, next, &bound, &mut all_positions, &mut all);
-    let crossing = intersecting(&all_positions, &all);
-    for f in crossing.into_iter().filter(|&f| (f as usize) < faces.len()) {
-        named[4] += 1;
-        folded.push(slots[f as usize]);
-        places.push(faces[f as usize].map(end).iter().sum::<Vec3>() / 3.0);
-    }
-    folded.sort_unstable();
-    folded.dedup();
-    Ok(Moved { vertices: compacted.vertices, positions, normals, places, folded, named })
-}
 
-/// Adds the exact extraction's triangles in the exact cells beside the seam, which share the seam's vertices.
-fn add_exact_beside(
-    region: &Region,
-    exact: &ExactField,
-    isovalue: f64,
-    bound: &dyn Fn(LatticeEdge) -> Option<u32>,
-    positions: &mut Vec<[f32; 3]>,
-    triangles: &mut Vec<[u32; 3]>,
-) {
-    let grid = region.grid;
-    let strides = exact.strides();
-    let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
-    for cell in region.blocks().iter().flat_map(|&b| grid.cells_of(b)) {
-        let is_beside =
-            strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
-        if !is_beside {
-            continue;
-        }
-        let surface = extract_cell(exact, cell, isovalue);
-        let mut numbers = Vec::with_capacity(surface.positions.len());
-        for (crossing, &position) in surface.crossings.iter().zip(&surface.positions) {
-            let next = positions.len() as u32;
-            let number = crossing.map_or(next, |ends| {
-                let e = grid.edge_between(ends);
-                bound(e).unwrap_or_else(|| *made.entry(e).or_insert(next))
-            });
-            if number == next {
-                positions.push(position);
+    /// Names faces that are turned over or off.
+    fn check_faces(&self, compacted: &Compacted, moved: &mut Moved) {
+        let Step { at, next } = self.step;
+        let ends = Criteria::new(self.field, next, self.parameters);
+        let midway = Criteria::new(self.field, 0.5 * (at + next), self.parameters);
+        let most = MOST_OFF * self.parameters.error as f32;
+        let end = |v: u32| Vec3::from(moved.positions[v as usize]);
+        let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
+        let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
+        let found: Vec<(usize, Vec3, Face)> = faces
+            .with_min_len(256)
+            .filter_map(|(&slot, t)| {
+                let [a, m] = [t.map(end), t.map(middle)];
+                let barycentre = a.iter().sum::<Vec3>() / 3.0;
+                if !self.stays(slot) || area(a) < LEAST_AREA {
+                    return None;
+                }
+                let is_off = || (off(&midway, m) > most).then_some(3);
+                let check = fault(&ends, a, most).or_else(is_off)?;
+                Some((check, barycentre, slot))
+            })
+            .collect();
+        for (check, place, slot) in found {
+            if check == 1 {
+                moved.folded.push(slot);
             }
-            numbers.push(number);
+            moved.name(check, place);
         }
-        triangles.extend(surface.faces.iter().map(|f| f.map(|v| numbers[v as usize])));
+    }
+
+    /// Names faces that cross others, or the exact triangles beside the seam.
+    fn check_crossings(&self, compacted: &Compacted, moved: &mut Moved) {
+        let mesh = &self.tracked.mesh;
+        let mut numbers: HashMap<Vertex, u32> = HashMap::new();
+        let mut positions = moved.positions.clone();
+        let all = compacted.faces.iter().zip(&compacted.connectivity.faces);
+        let (slots, mut faces): (Vec<Face>, Vec<[u32; 3]>) =
+            all.filter(|f| self.stays(*f.0)).map(|(f, t)| (*f, *t)).unzip();
+        let own = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
+        if self.again.is_some() {
+            let is_beside = |f: &Face| {
+                !mesh.is_cap(*f)
+                    && compacted.faces.binary_search(f).is_err()
+                    && mesh.corners(*f).into_iter().any(|p| self.is_near(p, 1))
+                    && self.stays(*f)
+            };
+            let all: Vec<Face> = mesh.faces().collect();
+            let beside: Vec<Face> =
+                all.into_par_iter().with_min_len(1024).filter(is_beside).collect();
+            for f in beside {
+                faces.push(mesh.face_vertices(f).map(|v| {
+                    own(v).unwrap_or_else(|| {
+                        *numbers.entry(v).or_insert_with(|| {
+                            let end = self.held_end(v);
+                            positions.push(end.unwrap_or(mesh.position(v).to_array()));
+                            positions.len() as u32 - 1
+                        })
+                    })
+                }));
+            }
+        }
+        let bound = |e: LatticeEdge| {
+            let v = self.tracked.vertex_at(e)?;
+            own(v).or_else(|| numbers.get(&v).copied())
+        };
+        self.add_exact_beside(&bound, &mut positions, &mut faces);
+        let crossing = intersecting(&positions, &faces);
+        for f in crossing.into_iter().map(|f| f as usize).filter(|&f| f < slots.len()) {
+            moved.folded.push(slots[f]);
+            let corners = faces[f].map(|v| Vec3::from(positions[v as usize]));
+            moved.name(4, corners.iter().sum::<Vec3>() / 3.0);
+        }
+    }
+
+    /// Adds the exact extraction's triangles in the exact cells beside the seam, which share the seam's vertices.
+    fn add_exact_beside(
+        &self,
+        bound: &dyn Fn(LatticeEdge) -> Option<u32>,
+        positions: &mut Vec<[f32; 3]>,
+        triangles: &mut Vec<[u32; 3]>,
+    ) {
+        let (region, exact) = (self.region, self.exact);
+        let grid = region.grid;
+        let strides = exact.strides();
+        let is_near = |b: u32| {
+            let near = |a: &Again| grid.blocks_around(b).any(|b| a.near[b as usize]);
+            self.again.as_ref().is_none_or(near)
+        };
+        let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
+        let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
+        for cell in blocks.flat_map(|b| grid.cells_of(b)) {
+            let is_beside =
+                strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
+            if !is_beside {
+                continue;
+            }
+            let surface = extract_cell(exact, cell, self.step.next);
+            let mut numbers = Vec::with_capacity(surface.positions.len());
+            for (crossing, &position) in surface.crossings.iter().zip(&surface.positions) {
+                let next = positions.len() as u32;
+                let number = crossing.map_or(next, |ends| {
+                    let e = grid.edge_between(ends);
+                    bound(e).unwrap_or_else(|| *made.entry(e).or_insert(next))
+                });
+                if number == next {
+                    positions.push(position);
+                }
+                numbers.push(number);
+            }
+            triangles.extend(surface.faces.iter().map(|f| f.map(|v| numbers[v as usize])));
+        }
     }
 }
 
@@ -221,7 +335,7 @@ fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
 /// The places of a mesh where it cannot stay as it is.
 pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Vec3> {
     let mesh = &tracked.mesh;
-    let most = MOST_OFF * parameters.error as f32;
+    let most = MOST_OFF_REFINED * parameters.error as f32;
     let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
     faces
         .par_iter()
