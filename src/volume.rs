@@ -9,28 +9,26 @@
 //! | world | the file's | origin + direction * (spacing * (i, j, k)) |
 //!
 //! All geometry inside the library is in the voxel frame, so lengths are metric also where the
-//! spacing is anisotropic; exports are in the world frame.
+//! spacing is anisotropic; exports are in the world frame. There the axes need not be perpendicular ([`Placement`]).
 
 mod decode;
 mod histogram;
 mod npy;
 mod nrrd;
 pub mod phantom;
+mod placement;
 mod raw;
 mod read;
 
 pub use histogram::Histogram;
 pub use phantom::{phantom, phantom_names};
+pub use placement::{Placement, Space, Unit};
 pub use raw::told_by_name;
 pub use read::{ReadOptions, files_of, read_volume};
 
 use num_traits::AsPrimitive;
 
 use crate::error::{Error, Result};
-
-/// Spacings from the first to the second, and origins up to the second: with them all positions of the world frame,
-/// and areas there, are normal numbers in the f32 of exported meshes.
-const SPACINGS: (f64, f64) = (1e-15, 1e15);
 
 /// Longest extent along an axis, in voxels: beyond it f32 positions are more than a sixteenth of a voxel apart.
 const LARGEST_EXTENT: f64 = 1_048_576.0;
@@ -131,65 +129,6 @@ pub enum Outside {
     High,
 }
 
-/// Where the samples lie in the world.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Placement {
-    /// World position of sample (0, 0, 0).
-    pub origin: [f64; 3],
-    /// Distance between samples along x, y, z; positive.
-    pub spacing: [f64; 3],
-    /// Unit direction of each grid axis in the world; `direction[a]` is that of axis `a`.
-    pub direction: [[f64; 3]; 3],
-}
-
-impl Default for Placement {
-    fn default() -> Self {
-        Placement {
-            origin: [0.0; 3],
-            spacing: [1.0; 3],
-            direction: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        }
-    }
-}
-
-impl Placement {
-    /// Whether this is a frame in which lengths can be measured along the axes.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong: a number that is not finite or too large, a spacing that is not positive or extreme, directions
-    /// that are not of unit length or not perpendicular to within 1e-3 (the voxel frame could
-    /// not hold a sheared grid without distorting its triangles). Left-handed frames are fine.
-    pub fn check(&self) -> std::result::Result<(), String> {
-        if self.spacing.iter().any(|s| !(SPACINGS.0..=SPACINGS.1).contains(s)) {
-            return Err(format!(
-                "spacing {:?}, expected positive numbers from {:e} to {:e}",
-                self.spacing, SPACINGS.0, SPACINGS.1
-            ));
-        }
-        if self.origin.iter().any(|x| !(-SPACINGS.1..=SPACINGS.1).contains(x)) {
-            return Err(format!(
-                "origin {:?}, expected finite numbers up to {:e}",
-                self.origin, SPACINGS.1
-            ));
-        }
-        for a in 0..3 {
-            for b in 0..3 {
-                let (u, v) = (self.direction[a], self.direction[b]);
-                let dot: f64 = (0..3).map(|i| u[i] * v[i]).sum();
-                let off = (dot - if a == b { 1.0 } else { 0.0 }).abs();
-                if off.is_nan() || off > 1e-3 {
-                    return Err(format!(
-                        "axis directions {:?}, expected perpendicular unit vectors",
-                        self.direction
-                    ));
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
 /// A scalar field on a regular grid.
 #[derive(Clone, Debug)]
 pub struct Volume {
@@ -255,8 +194,7 @@ impl Volume {
                 range.0, range.1
             )));
         }
-        let spacing = placement.spacing;
-        let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+        let (spacing, unit) = (placement.spacing, placement.voxel());
         if let Some(a) = (0..3).find(|&a| dims[a] as f64 * spacing[a] > LARGEST_EXTENT * unit) {
             return Err(Error::input(format!(
                 "{name}: {} samples {:e} apart, expected at most {LARGEST_EXTENT} times the smallest spacing {unit:e} in all",
@@ -329,11 +267,19 @@ impl Volume {
         }
     }
 
+    /// World positions of the first and last samples along x, y, z: the eight corners, x fastest.
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|corner| {
+            let index =
+                std::array::from_fn(|a| (corner >> a & 1) as f64 * (self.dims[a] - 1) as f64);
+            self.placement.world(index)
+        })
+    }
+
     /// Size of a cell in the voxel frame: spacing over the smallest spacing.
     pub fn voxel_size(&self) -> [f64; 3] {
-        let s = self.placement.spacing;
-        let unit = s[0].min(s[1]).min(s[2]);
-        [s[0] / unit, s[1] / unit, s[2] / unit]
+        let unit = self.placement.voxel();
+        self.placement.spacing.map(|s| s / unit)
     }
 
     /// The trilinear field at a point of the voxel frame; outside, that of the layer around the

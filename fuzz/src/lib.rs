@@ -69,7 +69,7 @@ pub fn spectrum(input: &[u8]) {
 
 /// A file whose sections have these contents, each a length (u16) and that many bytes; the last takes what is left.
 fn of_contents(kind: u8, mut rest: &[u8]) -> Vec<u8> {
-    let version = 1 + u32::from(kind >> 1) % 3;
+    let version = 1 + u32::from(kind >> 1) % 4;
     let mut file = head(version);
     let tags: [&[u8; 4]; 8] =
         [b"INFO", b"EVNT", b"ISOV", b"VERT", b"TRIA", b"POSN", b"NRML", b"COLL"];

@@ -21,7 +21,7 @@ use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
-use isospectrum::volume::{Volume, told_by_name};
+use isospectrum::volume::{Placement, Unit, Volume, told_by_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -164,7 +164,7 @@ struct Analysis<'a> {
     n_critical_points: usize,
     critical_points: Vec<CriticalPoint>,
     /// What areas and volumes of the curves are in: squares and cubes of it.
-    unit: &'static str,
+    unit: String,
     regions: Vec<Region>,
     curves: &'a [Curve],
 }
@@ -213,7 +213,7 @@ impl<'a> Analysis<'a> {
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
             n_critical_points: critical_points.len(),
             critical_points,
-            unit: if volume.placement().spacing == [1.0; 3] { "voxel" } else { "world unit" },
+            unit: unit_of(volume.placement()),
             regions: regions::find(volume, (low, high)),
             curves,
             events,
@@ -251,6 +251,14 @@ impl<'a> Analysis<'a> {
             );
         }
         text
+    }
+}
+
+/// What lengths of the world are in.
+fn unit_of(placement: &Placement) -> String {
+    match placement.unit {
+        Unit::Unknown if placement.spacing == [1.0; 3] && !placement.is_sheared() => "voxel".into(),
+        unit => unit.to_string(),
     }
 }
 

@@ -4,7 +4,7 @@
 //! Read are scalar 3-D arrays of every number type in both byte orders, encoded raw, gzip or
 //! text. The file's own space (`space: left-posterior-superior`, `RAS`, ...) is kept as the world
 //! frame: no axis is flipped, so an exported mesh lies where the file says in the file's
-//! convention.
+//! convention; only left-anterior-superior becomes RAS.
 //!
 //! A header is free to lie, so its size is held against the length of the file before memory is
 //! taken: exactly for raw data, and by the greatest possible compression (1032 to 1 for deflate,
