@@ -11,20 +11,29 @@
 //! All geometry inside the library is in the voxel frame, so lengths are metric also where the
 //! spacing is anisotropic; exports are in the world frame. There the axes need not be perpendicular ([`Placement`]).
 
+mod cube;
 mod decode;
 mod histogram;
+mod metaimage;
+mod mrc;
+mod nifti;
 mod npy;
 mod nrrd;
 pub mod phantom;
 mod placement;
 mod raw;
 mod read;
+mod select;
+mod stream;
+mod text;
+mod vti;
+mod vtk;
 
 pub use histogram::Histogram;
 pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
 pub use raw::told_by_name;
-pub use read::{ReadOptions, files_of, read_volume};
+pub use read::{ReadOptions, files_of, is_volume_name, read_volume};
 
 use num_traits::AsPrimitive;
 
@@ -35,6 +44,9 @@ const LARGEST_EXTENT: f64 = 1_048_576.0;
 
 /// Smallest range of the samples: levels, shares of isovalues and differences are normal numbers from here on.
 const LEAST_RANGE: f64 = 1e-290;
+
+/// What a reader gives: samples along x, y, z; the samples; where they lie.
+type Grid = ([usize; 3], Samples, Placement);
 
 /// The samples in the type of their file, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +85,19 @@ macro_rules! with_samples {
         }
     };
 }
+
+/// Samples from the numbers of their type.
+macro_rules! from_numbers {
+    ($($number:ty => $variant:ident),*) => {
+        $(impl From<Vec<$number>> for Samples {
+            fn from(numbers: Vec<$number>) -> Self {
+                Samples::$variant(numbers)
+            }
+        })*
+    };
+}
+
+from_numbers!(u8 => U8, i8 => I8, u16 => U16, i16 => I16, u32 => U32, i32 => I32, f32 => F32, f64 => F64);
 
 impl Samples {
     /// How many samples there are.

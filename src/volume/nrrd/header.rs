@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 
 use crate::volume::decode::SampleType;
+use crate::volume::text::shortened;
 use crate::volume::{Placement, Space, Unit};
 
 /// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
@@ -149,12 +150,6 @@ impl Fields {
             None => Err(format!("'{name}' is '{}', expected 3 numbers", shortened(text))),
         }
     }
-}
-
-/// The start of a text, so that a damaged file cannot fill the screen.
-fn shortened(text: &str) -> String {
-    let start: String = text.chars().take(40).flat_map(char::escape_default).collect();
-    if text.chars().nth(40).is_some() { start + "..." } else { start }
 }
 
 /// The type behind every name the definition allows; `block` is not a number.
