@@ -21,17 +21,20 @@ mod npy;
 mod nrrd;
 pub mod phantom;
 mod placement;
+mod prepare;
 mod raw;
 mod read;
 mod select;
 mod stream;
 mod text;
+mod tiff;
 mod vti;
 mod vtk;
 
 pub use histogram::Histogram;
 pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
+pub use prepare::Preparation;
 pub use raw::told_by_name;
 pub use read::{ReadOptions, files_of, is_volume_name, read_volume};
 
@@ -117,6 +120,25 @@ impl Samples {
         {
             with_samples!(self, s => s[i] as f64)
         }
+    }
+
+    /// Takes more samples of the same type behind these.
+    fn append(&mut self, more: Samples) -> std::io::Result<()> {
+        match (self, more) {
+            (Samples::U8(all), Samples::U8(more)) => all.extend(more),
+            (Samples::I8(all), Samples::I8(more)) => all.extend(more),
+            (Samples::U16(all), Samples::U16(more)) => all.extend(more),
+            (Samples::I16(all), Samples::I16(more)) => all.extend(more),
+            (Samples::U32(all), Samples::U32(more)) => all.extend(more),
+            (Samples::I32(all), Samples::I32(more)) => all.extend(more),
+            (Samples::F32(all), Samples::F32(more)) => all.extend(more),
+            (Samples::F64(all), Samples::F64(more)) => all.extend(more),
+            (all, more) => {
+                let (a, b) = (all.type_name(), more.type_name());
+                return Err(decode::invalid(format!("samples of {b} behind {a}")));
+            }
+        }
+        Ok(())
     }
 
     /// Whether the type holds integers only.

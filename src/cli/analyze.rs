@@ -27,6 +27,7 @@ use serde::Serialize;
 
 use super::isovalue::IsovalueRange;
 use super::output::{self, Output};
+use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::report::{self, number};
 use super::simplify_arguments::SimplifyArguments;
@@ -40,6 +41,8 @@ use regions::Region;
 pub(super) struct Analyze {
     #[command(flatten)]
     volume: VolumeArguments,
+    #[command(flatten)]
+    preparation: PreparationArguments,
     #[command(flatten)]
     simplify: SimplifyArguments,
     /// Write the volume with the noise taken out, as RAW of its own sample type
@@ -68,7 +71,8 @@ impl Analyze {
                 "--json, --plot - and --simplified - all want stdout, expected one of them";
             return Err(Error::Usage(message.to_owned()).into());
         }
-        let (volume, simplification) = self.simplify.apply(self.volume.read()?)?;
+        let (volume, _) = self.preparation.apply(self.volume.read()?)?;
+        let (volume, simplification) = self.simplify.apply(volume)?;
         if let Some(simplified) = simplified {
             self.check_told(&volume)?;
             simplified.write_bytes(&volume.samples().to_le_bytes())?;

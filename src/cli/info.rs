@@ -6,11 +6,11 @@ use clap::Args;
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
 use isospectrum::sweep::TRACKED_AREA_SHARE;
-use isospectrum::volume::{Placement, Space, Unit};
+use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::Serialize;
 
 use super::analyze::{events_line, n_isovalues};
-use super::{output, report, spectrum_file, terminal};
+use super::{output, preparation_arguments, report, spectrum_file, terminal};
 
 /// Tell what a spectrum file holds
 #[derive(Args, Debug)]
@@ -115,6 +115,11 @@ impl<'a> Facts<'a> {
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
         ];
+        if let Ok(done) = Preparation::of_parameters(self.parameters)
+            && !done.is_none()
+        {
+            rows.insert(1, ("prepared", preparation_arguments::sentence(&done)));
+        }
         if log::log_enabled!(log::Level::Debug) {
             let counts = self.counts.map_or_else(|| "-".to_owned(), report::counts);
             rows.push(("steps and repairs", counts));

@@ -13,8 +13,9 @@ use super::kind::{self, Kind};
 /// The arguments wherever a volume is taken.
 #[derive(Args, Debug)]
 pub(super) struct VolumeArguments {
-    /// Volume: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .mrc, .map, .cube, .npy, or .raw with dimensions and type in its
-    /// name (name_128x128x128_uint8.raw), in flags, or in a header beside it
+    /// Volume: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, a folder of numbered .tif or
+    /// .png slices, or .raw with dimensions and type in its name (name_128x128x128_uint8.raw), in flags, or in a header
+    /// beside it
     #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]
     volume: Option<PathBuf>,
     /// A built-in volume in place of a file, e.g. hydrogen:64

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::volume::{Grid, Samples, Volume, cube, metaimage, mrc, nifti, npy, nrrd, raw, vti, vtk};
+use crate::volume::{
+    Grid, Samples, Volume, cube, metaimage, mrc, nifti, npy, nrrd, raw, tiff, vti, vtk,
+};
 
 /// What the command line may say about a volume beside its file name.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +33,8 @@ pub struct ReadOptions {
 }
 
 /// What is read, for messages.
-const READ: &str = ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .mrc, .map, .cube, .npy or .raw";
+const READ: &str =
+    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy or .raw";
 
 /// A kind of file that holds volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,11 +48,17 @@ enum Kind {
     Vtk,
     Mrc,
     Cube,
+    Tiff,
+    /// A folder.
+    Slices,
 }
 
 impl Kind {
     /// The kind of the name of a file, by its extension in any case.
     fn of_name(path: &Path) -> Option<Kind> {
+        if path.is_dir() {
+            return Some(Kind::Slices);
+        }
         let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
         let is_gzip = name.ends_with(".gz");
         let (_, extension) = name.trim_end_matches(".gz").rsplit_once('.')?;
@@ -64,6 +73,7 @@ impl Kind {
             "vti" => Kind::Vti,
             "vtk" => Kind::Vtk,
             "cube" | "cub" => Kind::Cube,
+            "tif" | "tiff" => Kind::Tiff,
             _ => return None,
         })
     }
@@ -80,6 +90,8 @@ impl Kind {
             Kind::Vtk => vtk::read(path, opened, options),
             Kind::Mrc => mrc::read(path, opened, options),
             Kind::Cube => cube::read(path, opened, options),
+            Kind::Tiff => tiff::read(path, opened, options),
+            Kind::Slices => tiff::slices::read(path, options),
         }
     }
 
@@ -90,7 +102,8 @@ impl Kind {
             Kind::Nifti => nifti::others(path),
             Kind::MetaImage => metaimage::others(path),
             Kind::Raw => raw::header_beside(path).into_iter().collect(),
-            Kind::Npy | Kind::Vti | Kind::Vtk | Kind::Mrc | Kind::Cube => Vec::new(),
+            Kind::Slices => tiff::slices::files(path).unwrap_or_default(),
+            Kind::Tiff | Kind::Npy | Kind::Vti | Kind::Vtk | Kind::Mrc | Kind::Cube => Vec::new(),
         }
     }
 
@@ -104,9 +117,8 @@ impl Kind {
                 "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
             )));
         }
-        let has_frames = matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc);
-        let has_channels =
-            matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Vti | Kind::Vtk | Kind::Cube);
+        let has_frames = matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc | Kind::Tiff);
+        let has_channels = !matches!(self, Kind::Raw | Kind::Nrrd | Kind::Npy | Kind::Mrc);
         let has_arrays = matches!(self, Kind::Vti | Kind::Vtk);
         for (flag, is_given, is_known) in [
             ("--frame", options.frame.is_some(), has_frames),
@@ -123,7 +135,7 @@ impl Kind {
     }
 }
 
-/// Whether the name of a file is that of a volume.
+/// Whether the name of a file is that of a volume, or of a folder, which may hold slices.
 pub fn is_volume_name(path: &Path) -> bool {
     Kind::of_name(path).is_some()
 }
@@ -143,6 +155,10 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 /// damaged, or [`Volume::new`] refuses its samples, [`Error::Usage`] for options that do not fit
 /// the file or are no numbers.
 pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
+    if path.is_dir() {
+        Kind::Slices.check(path, options)?;
+        return made(path, tiff::slices::read(path, options)?, options);
+    }
     // Before anything is said of its name.
     let opened = input::open(path)?;
     let describes_raw = options.dims.is_some() && options.sample_type.is_some();
@@ -152,7 +168,15 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
         None => return Err(unknown(path)),
     };
     kind.check(path, options)?;
-    let (dims, mut samples, mut placement) = kind.read(path, opened, options)?;
+    made(path, kind.read(path, opened, options)?, options)
+}
+
+/// The volume of what was read, with what the options replace.
+fn made(
+    path: &Path,
+    (dims, mut samples, mut placement): Grid,
+    options: &ReadOptions,
+) -> Result<Volume> {
     placement.spacing = options.spacing.unwrap_or(placement.spacing);
     placement.origin = options.origin.unwrap_or(placement.origin);
     if let Some(value) = options.nan_as {

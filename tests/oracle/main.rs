@@ -2,6 +2,8 @@
 //! the eight corners. `make.py` beside this file wrote the files and `values.json`, and from the real volumes, which
 //! are not in the repository, `real.json`.
 
+mod filters;
+
 use std::path::{Path, PathBuf};
 
 use isospectrum::volume::{ReadOptions, Space, Unit, Volume, read_volume};
@@ -40,7 +42,7 @@ fn expected(name: &str) -> Vec<Expected> {
     serde_json::from_str(&text).expect("JSON")
 }
 
-fn here() -> PathBuf {
+pub(crate) fn here() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle")
 }
 

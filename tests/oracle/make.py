@@ -1,6 +1,6 @@
 """Writes small volumes with the programs that users write them with, and what those programs read back.
 
-    python3 -m venv venv && venv/bin/pip install numpy nibabel SimpleITK vtk mrcfile gemmi ase
+    python3 -m venv venv && venv/bin/pip install numpy nibabel SimpleITK vtk mrcfile gemmi ase tifffile imagecodecs pillow scipy
     venv/bin/python tests/oracle/make.py [FOLDER_OF_REAL_VOLUMES]
 
 Everything goes into this folder: the files, and `values.json`, which `tests/oracle/main.rs` compares with what isospectrum
@@ -20,7 +20,10 @@ import mrcfile
 import nibabel as nib
 import numpy as np
 import SimpleITK as sitk
+import tifffile
 import vtk
+from PIL import Image
+from scipy import ndimage
 from vtk.util import numpy_support
 
 HERE = Path(__file__).parent
@@ -383,6 +386,88 @@ def cube():
     return [cube_entry("cube_sheared.cube"), orbital]
 
 
+# TIFF: tifffile; folders of slices: tifffile and Pillow
+
+
+def tiff_entry(file, spacing=(1, 1, 1), unit="unknown", **options):
+    with tifffile.TiffFile(HERE / file) as opened:
+        series = opened.series[0]
+        data, axes = series.asarray(), series.axes
+    for axis, option in [("T", "frame"), ("C", "channel"), ("S", "channel")]:
+        if axis in axes:
+            data = np.take(data, options[option], axis=axes.index(axis))
+            axes = axes.replace(axis, "")
+    assert data.ndim == 3, axes
+    corner = lambda index: np.array(index) * spacing
+    oracle = f"tifffile {tifffile.__version__}"
+    return entry(file, oracle, data.transpose(2, 1, 0), corner, "UNKNOWN", unit, **options)
+
+
+def tiff():
+    def zyx(kind, shift=0):
+        return np.ascontiguousarray(pattern(kind, shift).transpose(2, 1, 0))
+
+    entries = []
+
+    def save(name, data, entry_options={}, **options):
+        tifffile.imwrite(HERE / name, data, **options)
+        entries.append(tiff_entry(name, **entry_options))
+
+    plain = {"photometric": "minisblack", "metadata": None}
+    save("tiff_pages.tif", zyx("u1"), **plain)
+    save("tiff_i2.tif", zyx("i2"), byteorder=">", **plain)
+    save("tiff_f2.tif", zyx("f2"), **plain)
+    save("tiff_f8.tif", zyx("f8"), **plain)
+    save("tiff_lzw_big.tif", zyx("f4"), bigtiff=True, compression="lzw", predictor=3, **plain)
+    save("tiff_deflate.tif", zyx("u2"), compression="zlib", predictor=2, **plain)
+    colours = np.stack([zyx("u1", shift) for shift in range(3)], axis=3)
+    save("tiff_colours.tif", colours, {"channel": 2}, photometric="rgb", metadata=None)
+    hyper = np.stack([np.stack([zyx("u2", 2 * t + c) for c in range(2)], axis=1) for t in range(2)])
+    sizes = {"PhysicalSizeX": 0.25, "PhysicalSizeY": 0.5, "PhysicalSizeZ": 2, "PhysicalSizeZUnit": "µm"}
+    save("tiff_ome.ome.tif", hyper, {"channel": 1, "frame": 1, "spacing": (0.25, 0.5, 2), "unit": "um"},
+         metadata={"axes": "TZCYX", **sizes}, photometric="minisblack")
+    save("tiff_imagej.tif", hyper, {"channel": 1, "frame": 0, "spacing": (0.25, 0.5, 3), "unit": "um"},
+         imagej=True, resolution=(4, 2), metadata={"axes": "TZCYX", "spacing": 3, "unit": "um"})
+    save("tiff_imagej_run_on.tif", zyx("f4"), {"spacing": (0.5, 0.5, 0.1), "unit": "mm"}, imagej=True, truncate=True,
+         resolution=(2, 2), metadata={"axes": "ZYX", "spacing": 0.1, "unit": "mm"})
+    for name, kind in [("slices_tif", "i2"), ("slices_png", "u2")]:
+        (HERE / name).mkdir(exist_ok=True)
+        data = zyx(kind)
+        for i, slice_ in enumerate(data):
+            # As many digits as the number has: 10 comes after 9.
+            if kind == "i2":
+                tifffile.imwrite(HERE / name / f"s{i + 9}.tif", slice_, **plain)
+            else:
+                Image.fromarray(slice_).save(HERE / name / f"s{2 * i + 8}.png")
+        read = tifffile.imread if kind == "i2" else lambda path: np.array(Image.open(path))
+        paths = sorted((HERE / name).iterdir(), key=lambda path: int(path.stem[1:]))
+        stack = np.stack([read(path) for path in paths])
+        oracle = f"tifffile {tifffile.__version__}, Pillow {Image.__version__}"
+        entries.append(entry(name, oracle, stack.transpose(2, 1, 0), lambda i: i, "UNKNOWN", "unknown"))
+    return entries
+
+
+# Filters: SciPy and ITK
+
+
+def filters():
+    """What becomes of the samples of nifti_f8.nii, x fastest."""
+    samples = pattern("f8")
+    image = sitk.GetImageFromArray(samples.transpose(2, 1, 0))
+    halved = sitk.GetArrayFromImage(sitk.BinShrink(image, [2, 2, 1])).transpose(2, 1, 0)
+    # Blocks along all axes: the third has three samples, of which two make a block, so this is done on twice the volume.
+    tall = np.concatenate([samples, samples + 1], axis=2)
+    cubes = sitk.GetArrayFromImage(sitk.BinShrink(sitk.GetImageFromArray(tall.transpose(2, 1, 0)), [2, 2, 2]))
+    results = {
+        "gaussian": ndimage.gaussian_filter(samples, [1.5, 0.75, 0.5], mode="reflect", truncate=4),
+        "median": ndimage.median_filter(samples, size=3, mode="reflect"),
+        "wide_median": ndimage.median_filter(samples, size=5, mode="reflect"),
+        "halved": cubes.transpose(2, 1, 0),
+    }
+    assert halved.shape == (2, 2, 3)
+    return {name: [float(v) for v in values.transpose(2, 1, 0).ravel()] for name, values in results.items()}
+
+
 def real(folder):
     folder = Path(folder)
     entries = [
@@ -404,6 +489,7 @@ def write(name, entries):
 
 
 if __name__ == "__main__":
-    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube())
+    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + tiff())
+    (HERE / "filters.json").write_text(json.dumps(filters()) + "\n")
     if len(sys.argv) > 1:
         write("real.json", real(sys.argv[1]))

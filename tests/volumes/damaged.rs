@@ -14,7 +14,7 @@ fn missing_files_folders_and_unknown_extensions_are_one_line() {
     let missing = folder.path().join("missing_2x2x2_uint8.raw");
     assert!(matches!(read(&missing), Err(Error::Io { .. })));
     assert_mentions(&message(&missing), &["missing_2x2x2_uint8.raw"]);
-    assert_mentions(&message(folder.path()), &["not a regular file"]);
+    assert_mentions(&message(folder.path()), &["a folder without slices"]);
     let other = write(&folder, "a.xyz", b"");
     assert_mentions(&message(&other), &["'xyz'", ".nrrd, .nhdr, .nii", "--dims"]);
     let other = write(&folder, "a.h5", b"");
