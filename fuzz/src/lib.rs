@@ -168,6 +168,14 @@ pub fn npy(input: &[u8]) {
     volume("fuzz.npy", input);
 }
 
+/// A volume of another program: the first byte tells of which.
+pub fn volumes(input: &[u8]) {
+    const ENDINGS: [&str; 9] =
+        ["nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif"];
+    let Some((&kind, rest)) = input.split_first() else { return };
+    volume(&format!("fuzz.{}", ENDINGS[usize::from(kind) % ENDINGS.len()]), rest);
+}
+
 /// A RAW file whose name, up to the first line end, tells what it is.
 pub fn raw_name(input: &[u8]) {
     let end = input.iter().position(|&b| b == b'\n').unwrap_or(input.len());
