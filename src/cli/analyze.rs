@@ -21,7 +21,7 @@ use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
-use isospectrum::volume::{Placement, Unit, Volume, told_by_name};
+use isospectrum::volume::{Histogram, Placement, Unit, Volume, told_by_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -165,12 +165,22 @@ struct Analysis<'a> {
     /// How many events there are of each kind.
     kinds: Vec<(EventKind, usize)>,
     events: Vec<Event>,
+    /// Isovalues that may be of interest, and why.
+    candidates: Vec<Candidate>,
     n_critical_points: usize,
     critical_points: Vec<CriticalPoint>,
     /// What areas and volumes of the curves are in: squares and cubes of it.
     unit: String,
     regions: Vec<Region>,
     curves: &'a [Curve],
+}
+
+/// An isovalue that may be of interest.
+#[derive(Serialize)]
+struct Candidate {
+    isovalue: f64,
+    /// `otsu`: parts the samples into two groups with the largest variance between them.
+    by: &'static str,
 }
 
 /// One critical point of the report.
@@ -215,6 +225,7 @@ impl<'a> Analysis<'a> {
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&events),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
+            candidates: vec![Candidate { isovalue: Histogram::of(volume).otsu(), by: "otsu" }],
             n_critical_points: critical_points.len(),
             critical_points,
             unit: unit_of(volume.placement()),
@@ -238,6 +249,7 @@ impl<'a> Analysis<'a> {
                 format!("{}, those on plateaus that undo each other too", self.n_critical_points),
             ),
             ("constant regions", self.regions.len().to_string()),
+            ("candidates", self.candidates_line()),
         ]);
         text += &format!(
             "\narea without the caps that close the isosurface at the border, {0}^2; volume inside it, {0}^3\n",
@@ -255,6 +267,14 @@ impl<'a> Analysis<'a> {
             );
         }
         text
+    }
+}
+
+impl Analysis<'_> {
+    /// Isovalues that may be of interest, for people.
+    fn candidates_line(&self) -> String {
+        let named = |c: &Candidate| format!("{} (by Otsu)", number(c.isovalue));
+        self.candidates.iter().map(named).collect::<Vec<_>>().join(", ")
     }
 }
 
