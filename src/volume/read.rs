@@ -1,6 +1,7 @@
 //! Chooses the reader of a volume by the name of its file.
 
 use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -190,6 +191,7 @@ fn made(
 fn unknown(path: &Path) -> Error {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let way = match extension.as_str() {
+        _ if is_dicom(path) => "a DICOM file: dcm2niix makes NIfTI of its series",
         "h5" | "hdf5" | "nc" | "zarr" => {
             "h5py, netCDF4 or zarr in Python read it, and numpy.save writes .npy"
         }
@@ -200,6 +202,13 @@ fn unknown(path: &Path) -> Error {
         "{}: unknown extension '{extension}', expected {READ} ({way})",
         path.display()
     ))
+}
+
+/// Whether a file begins as DICOM files do, whatever it is called.
+fn is_dicom(path: &Path) -> bool {
+    let mut head = [0; 132];
+    let is_read = input::open(path).is_ok_and(|(mut file, _)| file.read_exact(&mut head).is_ok());
+    is_read && head.ends_with(b"DICM")
 }
 
 /// Puts `value` in place of NaN and infinities; integers have none.
