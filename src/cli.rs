@@ -21,6 +21,7 @@ mod isovalue;
 mod kind;
 mod machine;
 mod output;
+mod preparation_arguments;
 mod progress;
 mod render;
 mod report;

@@ -1,8 +1,17 @@
 //! Meshes for other programs: one module per format, chosen by the file's extension.
 //!
 //! Everything inside the library is in the voxel frame; what leaves it is in the world frame of the
-//! volume ([`place_in_world`]). Writers are small enough to be written by hand and tested by
+//! volume, in 64-bit floats until a format rounds them. Writers are small enough to be written by hand and tested by
 //! reading their bytes back.
+//!
+//! | format | where a position is | unit and space |
+//! |---|---|---|
+//! | PLY | 32-bit floats; 64-bit where those lose more than a spectrum does | comments `SPACE=` and `unit` |
+//! | OBJ | text of the same | comments `SPACE=` and `unit` |
+//! | STL | 32-bit floats; a warning where they lose | `SPACE=` in the head |
+//! | GLB | 32-bit floats around the origin, which is the node's translation | `extras` of the node |
+//!
+//! `SPACE=` is read by 3D Slicer, which takes millimetres: those that a volume of a patient's space is in.
 
 mod glb;
 mod obj;
@@ -18,8 +27,8 @@ pub use ply_read::{PlyMesh, parse_ply, read_ply};
 
 use crate::error::{Error, Result};
 use crate::file::write_beside;
-use crate::spectrum::SurfaceMesh;
-use crate::volume::Placement;
+use crate::spectrum::{QUANTUM, SurfaceMesh};
+use crate::volume::{Placement, Space};
 
 /// A mesh format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,16 +110,54 @@ pub fn write_to(
     encode(&mesh, format, writer).and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
 }
 
+/// A mesh as it leaves: its triangles and normals are those of the world, its positions are asked for.
+struct Placed {
+    mesh: SurfaceMesh,
+    placement: Placement,
+    /// Whether 32-bit floats are so far apart here that they lose what a spectrum tells of a position.
+    is_far: bool,
+}
+
+impl Placed {
+    fn new(mut mesh: SurfaceMesh, placement: &Placement) -> Self {
+        to_world_sides(&mut mesh, placement);
+        let farthest = |at: &dyn Fn([f32; 3]) -> [f64; 3]| {
+            let positions = mesh.positions.iter().flat_map(|&p| at(p));
+            positions.fold(0.0, |most: f64, x| most.max(x.abs()))
+        };
+        let step = f64::from(f32::EPSILON) * farthest(&|p| placement.world_of_voxel(p));
+        // Where the volume alone is that large, 64 bits tell no more than its own 32.
+        let own = f64::from(f32::EPSILON) * farthest(&|p| placement.around_origin(p));
+        let is_far = step > 2.0 * own && step > placement.voxel() * QUANTUM;
+        Placed { mesh, placement: *placement, is_far }
+    }
+
+    /// World positions of all vertices.
+    fn positions(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.mesh.positions.iter().map(|&p| self.placement.world_of_voxel(p))
+    }
+
+    /// The same as the nearest 32-bit floats.
+    fn narrow_positions(&self) -> impl Iterator<Item = [f32; 3]> + '_ {
+        self.positions().map(|p| p.map(|x| x as f32))
+    }
+
+    /// What tells 3D Slicer and those who follow it what the axes of the world mean; they take millimetres.
+    fn space(&self) -> Option<String> {
+        (self.placement.space != Space::Unknown).then(|| format!("SPACE={}", self.placement.space))
+    }
+}
+
 /// The mesh as it leaves, and checked against the format's limits.
 fn prepared(
     mesh: &SurfaceMesh,
     placement: &Placement,
     border: Border,
     format: Format,
-) -> Result<SurfaceMesh> {
+) -> Result<Placed> {
     let mesh = match border {
-        Border::Closed => place_in_world(mesh.clone(), placement),
-        Border::Open => place_in_world(without_caps(mesh), placement),
+        Border::Closed => mesh.clone(),
+        Border::Open => without_caps(mesh),
     };
     let largest = match format {
         // Vertex indices are 32-bit signed in PLY as most programs read it.
@@ -126,54 +173,50 @@ fn prepared(
             mesh.triangles.len()
         )));
     }
-    // Every format holds 32-bit floats, and the world may lie beyond them.
-    for (what, rows) in [("position", &mesh.positions), ("normal", &mesh.normals)] {
-        let beyond = |row: &[f32; 3]| row.iter().any(|x| !x.is_finite());
-        if let Some(v) = rows.iter().position(beyond) {
+    let placed = Placed::new(mesh, placement);
+    // Other programs hold 32-bit floats, and the world may lie beyond them.
+    let beyond = |row: &[f32; 3]| row.iter().any(|x| !x.is_finite());
+    let position = placed.narrow_positions().enumerate().find(|(_, row)| beyond(row));
+    let normal = placed.mesh.normals.iter().copied().enumerate().find(|(_, row)| beyond(row));
+    for (what, found) in [("position", position), ("normal", normal)] {
+        if let Some((v, row)) = found {
             return Err(Error::input(format!(
-                "vertex {v} has the {what} {:?} in the world, expected numbers that 32-bit floats hold",
-                rows[v]
+                "vertex {v} has the {what} {row:?} in the world, expected numbers that 32-bit floats hold"
             )));
         }
     }
-    Ok(mesh)
+    Ok(placed)
 }
 
-fn encode(mesh: &SurfaceMesh, format: Format, writer: &mut dyn Write) -> io::Result<()> {
+fn encode(placed: &Placed, format: Format, writer: &mut dyn Write) -> io::Result<()> {
     match format {
-        Format::Ply => ply::write(mesh, writer),
-        Format::Stl => stl::write(mesh, writer),
-        Format::Obj => obj::write(mesh, writer),
-        Format::Glb => glb::write(mesh, writer),
+        Format::Ply => ply::write(placed, writer),
+        Format::Stl => stl::write(placed, writer),
+        Format::Obj => obj::write(placed, writer),
+        Format::Glb => glb::write(placed, writer),
     }
 }
 
-/// Moves a mesh from the voxel frame to the world: origin + direction * (smallest spacing * p).
-/// Normals are turned likewise. Where the axes of the volume are left-handed in the world,
+/// Moves a mesh from the voxel frame to the axes and the unit of the world, around the origin: direction *
+/// (smallest spacing * p), to which the origin of the placement is left to be added, as 32-bit floats lose the shape of
+/// what lies far away. Areas and volumes are those of the world. Where the axes of the volume are left-handed in the world,
 /// triangles are turned around, so that they stay counter-clockwise seen from lower values.
 pub fn place_in_world(mut mesh: SurfaceMesh, placement: &Placement) -> SurfaceMesh {
-    let Placement { origin, spacing, direction } = placement;
-    let unit = spacing[0].min(spacing[1]).min(spacing[2]);
-    let turned = |p: [f32; 3], scale: f64, origin: [f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|i| {
-            let along = |a: usize| direction[a][i] * (scale * f64::from(p[a]));
-            origin[i] + (along(0) + along(1) + along(2))
-        })
-    };
     for p in &mut mesh.positions {
-        *p = turned(*p, unit, *origin).map(|x| x as f32);
+        *p = placement.around_origin(*p).map(|x| x as f32);
     }
+    to_world_sides(&mut mesh, placement);
+    mesh
+}
+
+/// Turns normals, and triangles around where the axes are left-handed.
+fn to_world_sides(mesh: &mut SurfaceMesh, placement: &Placement) {
     for n in &mut mesh.normals {
-        let turned = turned(*n, 1.0, [0.0; 3]);
-        let length = turned.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if length > 0.0 {
-            *n = turned.map(|x| (x / length) as f32);
-        }
+        *n = placement.normal(*n);
     }
-    if determinant(direction) < 0.0 {
+    if placement.span() < 0.0 {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    mesh
 }
 
 /// The mesh without its caps and without the vertices that only caps use.
@@ -193,10 +236,4 @@ pub fn without_caps(mesh: &SurfaceMesh) -> SurfaceMesh {
         open.caps.push(false);
     }
     open
-}
-
-fn determinant([a, b, c]: &[[f64; 3]; 3]) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1])
-        + a[1] * (b[2] * c[0] - b[0] * c[2])
-        + a[2] * (b[0] * c[1] - b[1] * c[0])
 }

@@ -39,7 +39,7 @@ use section::{Packing, Section, cut_section, write_section};
 pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 
 /// The version of the format this library writes; it reads this one and all before.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// Up to this version files told normals, in a section of its own. It is checked and not looked at: normals
 /// follow from the mesh.

@@ -9,34 +9,47 @@
 //! | world | the file's | origin + direction * (spacing * (i, j, k)) |
 //!
 //! All geometry inside the library is in the voxel frame, so lengths are metric also where the
-//! spacing is anisotropic; exports are in the world frame.
+//! spacing is anisotropic; exports are in the world frame. There the axes need not be perpendicular ([`Placement`]).
 
+mod cube;
 mod decode;
 mod histogram;
+mod metaimage;
+mod mrc;
+mod nifti;
 mod npy;
 mod nrrd;
 pub mod phantom;
+mod placement;
+mod prepare;
 mod raw;
 mod read;
+mod select;
+mod stream;
+mod text;
+mod tiff;
+mod vti;
+mod vtk;
 
 pub use histogram::Histogram;
 pub use phantom::{phantom, phantom_names};
+pub use placement::{Placement, Space, Unit};
+pub use prepare::Preparation;
 pub use raw::told_by_name;
-pub use read::{ReadOptions, files_of, read_volume};
+pub use read::{ReadOptions, files_of, is_volume_name, read_volume};
 
 use num_traits::AsPrimitive;
 
 use crate::error::{Error, Result};
-
-/// Spacings from the first to the second, and origins up to the second: with them all positions of the world frame,
-/// and areas there, are normal numbers in the f32 of exported meshes.
-const SPACINGS: (f64, f64) = (1e-15, 1e15);
 
 /// Longest extent along an axis, in voxels: beyond it f32 positions are more than a sixteenth of a voxel apart.
 const LARGEST_EXTENT: f64 = 1_048_576.0;
 
 /// Smallest range of the samples: levels, shares of isovalues and differences are normal numbers from here on.
 const LEAST_RANGE: f64 = 1e-290;
+
+/// What a reader gives: samples along x, y, z; the samples; where they lie.
+type Grid = ([usize; 3], Samples, Placement);
 
 /// The samples in the type of their file, x fastest, then y, then z.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +89,19 @@ macro_rules! with_samples {
     };
 }
 
+/// Samples from the numbers of their type.
+macro_rules! from_numbers {
+    ($($number:ty => $variant:ident),*) => {
+        $(impl From<Vec<$number>> for Samples {
+            fn from(numbers: Vec<$number>) -> Self {
+                Samples::$variant(numbers)
+            }
+        })*
+    };
+}
+
+from_numbers!(u8 => U8, i8 => I8, u16 => U16, i16 => I16, u32 => U32, i32 => I32, f32 => F32, f64 => F64);
+
 impl Samples {
     /// How many samples there are.
     pub fn len(&self) -> usize {
@@ -94,6 +120,25 @@ impl Samples {
         {
             with_samples!(self, s => s[i] as f64)
         }
+    }
+
+    /// Takes more samples of the same type behind these.
+    fn append(&mut self, more: Samples) -> std::io::Result<()> {
+        match (self, more) {
+            (Samples::U8(all), Samples::U8(more)) => all.extend(more),
+            (Samples::I8(all), Samples::I8(more)) => all.extend(more),
+            (Samples::U16(all), Samples::U16(more)) => all.extend(more),
+            (Samples::I16(all), Samples::I16(more)) => all.extend(more),
+            (Samples::U32(all), Samples::U32(more)) => all.extend(more),
+            (Samples::I32(all), Samples::I32(more)) => all.extend(more),
+            (Samples::F32(all), Samples::F32(more)) => all.extend(more),
+            (Samples::F64(all), Samples::F64(more)) => all.extend(more),
+            (all, more) => {
+                let (a, b) = (all.type_name(), more.type_name());
+                return Err(decode::invalid(format!("samples of {b} behind {a}")));
+            }
+        }
+        Ok(())
     }
 
     /// Whether the type holds integers only.
@@ -129,65 +174,6 @@ pub enum Outside {
     Low,
     /// One layer of samples above the maximum.
     High,
-}
-
-/// Where the samples lie in the world.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Placement {
-    /// World position of sample (0, 0, 0).
-    pub origin: [f64; 3],
-    /// Distance between samples along x, y, z; positive.
-    pub spacing: [f64; 3],
-    /// Unit direction of each grid axis in the world; `direction[a]` is that of axis `a`.
-    pub direction: [[f64; 3]; 3],
-}
-
-impl Default for Placement {
-    fn default() -> Self {
-        Placement {
-            origin: [0.0; 3],
-            spacing: [1.0; 3],
-            direction: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        }
-    }
-}
-
-impl Placement {
-    /// Whether this is a frame in which lengths can be measured along the axes.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong: a number that is not finite or too large, a spacing that is not positive or extreme, directions
-    /// that are not of unit length or not perpendicular to within 1e-3 (the voxel frame could
-    /// not hold a sheared grid without distorting its triangles). Left-handed frames are fine.
-    pub fn check(&self) -> std::result::Result<(), String> {
-        if self.spacing.iter().any(|s| !(SPACINGS.0..=SPACINGS.1).contains(s)) {
-            return Err(format!(
-                "spacing {:?}, expected positive numbers from {:e} to {:e}",
-                self.spacing, SPACINGS.0, SPACINGS.1
-            ));
-        }
-        if self.origin.iter().any(|x| !(-SPACINGS.1..=SPACINGS.1).contains(x)) {
-            return Err(format!(
-                "origin {:?}, expected finite numbers up to {:e}",
-                self.origin, SPACINGS.1
-            ));
-        }
-        for a in 0..3 {
-            for b in 0..3 {
-                let (u, v) = (self.direction[a], self.direction[b]);
-                let dot: f64 = (0..3).map(|i| u[i] * v[i]).sum();
-                let off = (dot - if a == b { 1.0 } else { 0.0 }).abs();
-                if off.is_nan() || off > 1e-3 {
-                    return Err(format!(
-                        "axis directions {:?}, expected perpendicular unit vectors",
-                        self.direction
-                    ));
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 /// A scalar field on a regular grid.
@@ -255,8 +241,7 @@ impl Volume {
                 range.0, range.1
             )));
         }
-        let spacing = placement.spacing;
-        let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+        let (spacing, unit) = (placement.spacing, placement.voxel());
         if let Some(a) = (0..3).find(|&a| dims[a] as f64 * spacing[a] > LARGEST_EXTENT * unit) {
             return Err(Error::input(format!(
                 "{name}: {} samples {:e} apart, expected at most {LARGEST_EXTENT} times the smallest spacing {unit:e} in all",
@@ -329,11 +314,19 @@ impl Volume {
         }
     }
 
+    /// World positions of the first and last samples along x, y, z: the eight corners, x fastest.
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        std::array::from_fn(|corner| {
+            let index =
+                std::array::from_fn(|a| (corner >> a & 1) as f64 * (self.dims[a] - 1) as f64);
+            self.placement.world(index)
+        })
+    }
+
     /// Size of a cell in the voxel frame: spacing over the smallest spacing.
     pub fn voxel_size(&self) -> [f64; 3] {
-        let s = self.placement.spacing;
-        let unit = s[0].min(s[1]).min(s[2]);
-        [s[0] / unit, s[1] / unit, s[2] / unit]
+        let unit = self.placement.voxel();
+        self.placement.spacing.map(|s| s / unit)
     }
 
     /// The trilinear field at a point of the voxel frame; outside, that of the layer around the

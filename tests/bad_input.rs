@@ -203,7 +203,7 @@ fn a_file_in_the_way_survives_an_error() {
 }
 
 /// A PLY file in text.
-fn ply(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
+fn ply(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<u8> {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
          element face {}\nproperty list uchar int vertex_indices\nend_header\n",
@@ -225,11 +225,11 @@ fn an_initial_mesh_that_does_not_fit_the_volume_is_refused() {
     folder.run(&["extract", "s.isp", "-c", "0.4", "-o", "good.ply"]);
     let good = isospectrum::export::read_ply(folder.path().join("good.ply")).expect("a mesh");
     let (positions, triangles) = (&good.positions[..], &good.triangles[..]);
-    let doubled: Vec<[f32; 3]> = [positions, positions].concat();
+    let doubled: Vec<[f64; 3]> = [positions, positions].concat();
     let n = positions.len() as u32;
     let twice =
         [triangles, &triangles.iter().map(|t| t.map(|v| v + n)).collect::<Vec<_>>()].concat();
-    let moved = |p: [f32; 3]| -> Vec<[f32; 3]> { [&[p], &positions[1..]].concat() };
+    let moved = |p: [f64; 3]| -> Vec<[f64; 3]> { [&[p], &positions[1..]].concat() };
     for (bytes, words) in [
         (b"no mesh".to_vec(), &["no PLY file"][..]),
         (ply(positions, &[]), &["no triangles"]),

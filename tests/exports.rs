@@ -10,7 +10,7 @@ use isospectrum::export::{
     self, Border, Format, parse_ply, place_in_world, without_caps, write_to,
 };
 use isospectrum::spectrum::SurfaceMesh;
-use isospectrum::volume::Placement;
+use isospectrum::volume::{Placement, Space};
 
 const FORMATS: [Format; 4] = [Format::Ply, Format::Stl, Format::Obj, Format::Glb];
 
@@ -72,7 +72,8 @@ fn ply_has_positions_normals_and_triangles() {
     }
     assert_eq!(file.len(), faces + 13 * mesh.triangles.len());
     let read = parse_ply(&file).expect("just written");
-    assert_eq!((read.positions, read.triangles), (mesh.positions, mesh.triangles));
+    let positions: Vec<_> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
+    assert_eq!((read.positions, read.triangles), (positions, mesh.triangles));
 }
 
 #[test]
@@ -184,12 +185,19 @@ fn the_world_is_origin_plus_direction_times_smallest_spacing_times_position() {
         origin: [10.0, 20.0, 30.0],
         spacing: [2.0, 0.5, 4.0],
         direction: [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+        ..Placement::default()
     };
     let placed = place_in_world(mesh(), &placement);
     let expected =
         [[10.0, 20.0, 30.0], [10.0, 20.5, 30.0], [9.5, 20.0, 30.0], [10.0, 20.0, 30.0 + 0.5 / 3.0]];
-    for (found, expected) in placed.positions.iter().zip(expected) {
-        (0..3).for_each(|i| assert!((found[i] - expected[i]).abs() <= ROUNDING, "{found:?}"));
+    let file = bytes(&mesh(), &placement, Border::Closed, Format::Ply);
+    let written = parse_ply(&file).expect("valid").positions;
+    for ((found, around), expected) in written.iter().zip(&placed.positions).zip(expected) {
+        for i in 0..3 {
+            assert!((found[i] - expected[i]).abs() <= f64::from(ROUNDING), "{found:?}");
+            let again = f64::from(around[i]) + placement.origin[i];
+            assert!((again - expected[i]).abs() <= f64::from(ROUNDING), "{around:?}");
+        }
     }
     assert_eq!(placed.normals[0], [0.0, 0.6, 0.8]);
     assert_eq!(placed.triangles, mesh().triangles, "a rotation keeps the orientation");
@@ -205,6 +213,78 @@ fn a_left_handed_volume_turns_its_triangles_around() {
     // The face that looked down now looks up, by its corners as well as in the mirror.
     let stl = bytes(&mesh(), &placement, Border::Closed, Format::Stl);
     assert_eq!(f32s(&stl[84..96]), [0.0, 0.0, 1.0]);
+}
+
+/// A patient's volume in voxels of 0.01 mm, 100 m from the origin, with axes at 60 degrees.
+fn far_and_sheared() -> Placement {
+    let steps = [[0.01, 0.0, 0.0], [0.005, 0.005 * 3f64.sqrt(), 0.0], [0.0, 0.0, 0.02]];
+    Placement::from_steps([1e5 + 0.375, -1e5, 7.0], steps).of_patient(Space::Ras)
+}
+
+#[test]
+fn far_from_the_origin_every_format_but_stl_keeps_the_shape() {
+    let placement = far_and_sheared();
+    let expected: Vec<[f64; 3]> =
+        mesh().positions.iter().map(|&p| placement.world_of_voxel(p)).collect();
+    // A step of 32-bit floats is 0.0078 there, three quarters of a voxel.
+    let near = |found: [f64; 3], expected: [f64; 3]| {
+        (0..3).all(|i| (found[i] - expected[i]).abs() < 1e-4 * placement.voxel())
+    };
+    let ply = bytes(&mesh(), &placement, Border::Closed, Format::Ply);
+    let text = String::from_utf8_lossy(&ply[..300]).into_owned();
+    assert!(text.contains("comment SPACE=RAS\ncomment unit mm\n"), "{text}");
+    assert!(text.contains("property double x\n") && text.contains("property float nx\n"));
+    let read = parse_ply(&ply).expect("valid");
+    assert_eq!(read.triangles, mesh().triangles);
+    assert!(read.positions.iter().zip(&expected).all(|(&f, &e)| near(f, e)));
+
+    let obj = bytes(&mesh(), &placement, Border::Closed, Format::Obj);
+    let obj = String::from_utf8(obj).expect("text");
+    assert!(obj.contains("# SPACE=RAS\n# unit mm\n"));
+    let rows = obj.lines().filter_map(|line| line.strip_prefix("v ")).map(|row| {
+        let numbers: Vec<f64> = row.split(' ').map(|x| x.parse().expect("a number")).collect();
+        <[f64; 3]>::try_from(numbers).expect("three")
+    });
+    assert!(rows.zip(&expected).all(|(f, &e)| near(f, e)));
+
+    let glb = bytes(&mesh(), &placement, Border::Closed, Format::Glb);
+    let (json, binary) = glb_chunks(&glb);
+    let node = &json["nodes"][0];
+    assert_eq!(node["translation"], serde_json::json!(placement.origin));
+    assert_eq!(node["extras"], serde_json::json!({ "unit": "mm", "space": "RAS" }));
+    let around = f32s(&binary.expect("a buffer")[..12 * expected.len()]);
+    for (p, &e) in around.chunks_exact(3).zip(&expected) {
+        let found = std::array::from_fn(|i| placement.origin[i] + f64::from(p[i]));
+        assert!(near(found, e), "{found:?} {e:?}");
+    }
+
+    let stl = bytes(&mesh(), &placement, Border::Closed, Format::Stl);
+    assert!(String::from_utf8_lossy(&stl[..80]).contains(" SPACE=RAS "));
+}
+
+#[test]
+fn normals_of_a_sheared_world_are_those_of_its_triangles() {
+    let placement = Placement { origin: [0.0; 3], ..far_and_sheared() };
+    // The face through the first three vertices looks down; with its normal in the voxel frame.
+    let mut flat = mesh();
+    flat.triangles = vec![[0, 1, 3]];
+    flat.normals = vec![[0.0, -1.0, 0.0]; 5];
+    let placed = place_in_world(flat, &placement);
+    let [a, b, c] = placed.triangles[0]
+        .map(|v| glam::DVec3::from_array(placed.positions[v as usize].map(f64::from)));
+    let normal = (b - a).cross(c - a).normalize();
+    let kept = glam::DVec3::from_array(placed.normals[0].map(f64::from));
+    assert!(normal.dot(kept) > 1.0 - 1e-6, "{normal} {kept}");
+}
+
+#[test]
+fn near_the_origin_files_stay_as_small_as_they_were() {
+    let placement = Placement { origin: [-120.0, 80.0, 40.0], ..far_and_sheared() };
+    let placement = Placement { spacing: [1.0; 3], ..placement };
+    let ply = bytes(&mesh(), &placement, Border::Closed, Format::Ply);
+    assert!(String::from_utf8_lossy(&ply).contains("property float x\n"));
+    let plain = plain(&mesh(), Format::Ply);
+    assert_eq!(ply.len(), plain.len() + "comment SPACE=RAS\ncomment unit mm\n".len());
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::path::Path;
 use isospectrum::Error;
 use isospectrum::file::{self, arranged, from_bytes, thesis, to_bytes, write_beside};
 use isospectrum::spectrum::{QUANTUM, Spectrum};
+use isospectrum::volume::{Placement, Space, Unit};
 use proptest::prelude::*;
 use synthetic::{Growth, any_spectrum, growing_sphere, on_lattice, small};
 
@@ -133,11 +134,37 @@ fn the_file_of_version_2_is_still_read() {
 
 #[test]
 fn the_file_of_version_3_is_still_read() {
-    let path = golden(3);
+    assert_golden(&file::read(golden(3)).expect("the file is checked in"), &on_lattice(5, 0.0));
+}
+
+/// A spectrum of a sheared volume, far from the origin of a patient's space.
+fn in_a_sheared_world() -> Spectrum {
+    let mut spectrum = on_lattice(5, 0.0);
+    let steps = [[0.1, 0.0, 0.0], [0.05, 0.05 * 3f64.sqrt(), 0.0], [0.0, 0.06, 0.3]];
+    let placement = Placement::from_steps([1e7 + 0.015625, -3.5, 1e-7], steps);
+    spectrum.volume.placement = placement.of_patient(Space::Lps);
+    spectrum
+}
+
+#[test]
+fn the_file_of_version_4_is_still_read_and_keeps_the_world() {
+    let path = golden(4);
+    let written = in_a_sheared_world();
     if std::env::var_os("ISOSPECTRUM_BLESS").is_some() {
-        file::write(&on_lattice(5, 0.0), &path).expect("the folder is writable");
+        file::write(&written, &path).expect("the folder is writable");
     }
-    assert_golden(&file::read(&path).expect("the file is checked in"), &on_lattice(5, 0.0));
+    let read = file::read(&path).expect("the file is checked in");
+    assert_golden(&read, &written);
+    assert!(read.volume.placement.is_sheared());
+    assert_eq!(read.volume.placement.unit, Unit::Mm);
+}
+
+#[test]
+fn placements_of_earlier_files_have_no_unit_and_no_space() {
+    for version in 1..=3 {
+        let placement = file::read(golden(version)).expect("checked in").volume.placement;
+        assert_eq!((placement.unit, placement.space), (Unit::Unknown, Space::Unknown));
+    }
 }
 
 /// What was read is what once was written.
@@ -161,11 +188,11 @@ fn assert_golden(read: &Spectrum, written: &Spectrum) {
 #[test]
 fn another_version_is_named() {
     let mut bytes = to_bytes(&small()).expect("valid");
-    bytes[8] = 4;
+    bytes[8] = 5;
     let crc = crc32fast::hash(&bytes[..12]);
     bytes[12..16].copy_from_slice(&crc.to_le_bytes());
     let error = from_bytes(&bytes).expect_err("a later version").to_string();
-    assert_eq!(error, "format version 4, expected 1 to 3; a newer isospectrum may read it");
+    assert_eq!(error, "format version 5, expected 1 to 4; a newer isospectrum may read it");
 }
 
 #[test]

@@ -69,7 +69,7 @@ pub fn spectrum(input: &[u8]) {
 
 /// A file whose sections have these contents, each a length (u16) and that many bytes; the last takes what is left.
 fn of_contents(kind: u8, mut rest: &[u8]) -> Vec<u8> {
-    let version = 1 + u32::from(kind >> 1) % 3;
+    let version = 1 + u32::from(kind >> 1) % 4;
     let mut file = head(version);
     let tags: [&[u8; 4]; 8] =
         [b"INFO", b"EVNT", b"ISOV", b"VERT", b"TRIA", b"POSN", b"NRML", b"COLL"];
@@ -166,6 +166,14 @@ pub fn nrrd(input: &[u8]) {
 /// A NumPy file.
 pub fn npy(input: &[u8]) {
     volume("fuzz.npy", input);
+}
+
+/// A volume of another program: the first byte tells of which.
+pub fn volumes(input: &[u8]) {
+    const ENDINGS: [&str; 9] =
+        ["nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif"];
+    let Some((&kind, rest)) = input.split_first() else { return };
+    volume(&format!("fuzz.{}", ENDINGS[usize::from(kind) % ENDINGS.len()]), rest);
 }
 
 /// A RAW file whose name, up to the first line end, tells what it is.

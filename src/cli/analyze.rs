@@ -21,12 +21,13 @@ use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
-use isospectrum::volume::{Volume, told_by_name};
+use isospectrum::volume::{Histogram, Placement, Unit, Volume, told_by_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::isovalue::IsovalueRange;
 use super::output::{self, Output};
+use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::report::{self, number};
 use super::simplify_arguments::SimplifyArguments;
@@ -40,6 +41,8 @@ use regions::Region;
 pub(super) struct Analyze {
     #[command(flatten)]
     volume: VolumeArguments,
+    #[command(flatten)]
+    preparation: PreparationArguments,
     #[command(flatten)]
     simplify: SimplifyArguments,
     /// Write the volume with the noise taken out, as RAW of its own sample type
@@ -68,7 +71,8 @@ impl Analyze {
                 "--json, --plot - and --simplified - all want stdout, expected one of them";
             return Err(Error::Usage(message.to_owned()).into());
         }
-        let (volume, simplification) = self.simplify.apply(self.volume.read()?)?;
+        let (volume, _) = self.preparation.apply(self.volume.read()?)?;
+        let (volume, simplification) = self.simplify.apply(volume)?;
         if let Some(simplified) = simplified {
             self.check_told(&volume)?;
             simplified.write_bytes(&volume.samples().to_le_bytes())?;
@@ -161,12 +165,22 @@ struct Analysis<'a> {
     /// How many events there are of each kind.
     kinds: Vec<(EventKind, usize)>,
     events: Vec<Event>,
+    /// Isovalues that may be of interest, and why.
+    candidates: Vec<Candidate>,
     n_critical_points: usize,
     critical_points: Vec<CriticalPoint>,
     /// What areas and volumes of the curves are in: squares and cubes of it.
-    unit: &'static str,
+    unit: String,
     regions: Vec<Region>,
     curves: &'a [Curve],
+}
+
+/// An isovalue that may be of interest.
+#[derive(Serialize)]
+struct Candidate {
+    isovalue: f64,
+    /// `otsu`: parts the samples into two groups with the largest variance between them.
+    by: &'static str,
 }
 
 /// One critical point of the report.
@@ -211,9 +225,10 @@ impl<'a> Analysis<'a> {
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&events),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
+            candidates: vec![Candidate { isovalue: Histogram::of(volume).otsu(), by: "otsu" }],
             n_critical_points: critical_points.len(),
             critical_points,
-            unit: if volume.placement().spacing == [1.0; 3] { "voxel" } else { "world unit" },
+            unit: unit_of(volume.placement()),
             regions: regions::find(volume, (low, high)),
             curves,
             events,
@@ -234,6 +249,7 @@ impl<'a> Analysis<'a> {
                 format!("{}, those on plateaus that undo each other too", self.n_critical_points),
             ),
             ("constant regions", self.regions.len().to_string()),
+            ("candidates", self.candidates_line()),
         ]);
         text += &format!(
             "\narea without the caps that close the isosurface at the border, {0}^2; volume inside it, {0}^3\n",
@@ -251,6 +267,22 @@ impl<'a> Analysis<'a> {
             );
         }
         text
+    }
+}
+
+impl Analysis<'_> {
+    /// Isovalues that may be of interest, for people.
+    fn candidates_line(&self) -> String {
+        let named = |c: &Candidate| format!("{} (by Otsu)", number(c.isovalue));
+        self.candidates.iter().map(named).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// What lengths of the world are in.
+fn unit_of(placement: &Placement) -> String {
+    match placement.unit {
+        Unit::Unknown if placement.spacing == [1.0; 3] && !placement.is_sheared() => "voxel".into(),
+        unit => unit.to_string(),
     }
 }
 

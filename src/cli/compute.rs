@@ -17,6 +17,7 @@ use super::budget::BudgetArguments;
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
+use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
@@ -33,6 +34,8 @@ pub(super) struct Compute {
     /// Spectrum to write (.isp); - is stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    #[command(flatten)]
+    preparation: PreparationArguments,
     #[command(flatten)]
     simplify: SimplifyArguments,
     #[command(flatten)]
@@ -138,14 +141,18 @@ impl Compute {
         let backend = self.backend.open()?;
         let volume = self.volume.read()?;
         let started = Instant::now();
+        let (volume, preparation) = self.preparation.apply(volume)?;
         let (volume, simplification) = self.simplify.apply(volume)?;
         let volume = Arc::new(volume);
         let parameters = self.parameters.resolve(&volume)?;
         let range = parameters.range.unwrap_or(volume.range());
         let forecast = self.budget.check(&volume, range, parameters.error)?;
         let mut spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
+        // Whoever reads the spectrum can make the volume that it is exact for.
+        if !preparation.is_none() {
+            spectrum.parameters["preparation"] = serde_json::json!(preparation);
+        }
         if let Some(done) = simplification {
-            // Whoever reads the spectrum can make the volume that it is exact for.
             spectrum.parameters["simplification"] = serde_json::json!(done);
         }
         let n_bytes = spectrum_file::write(&spectrum, output)?;

@@ -8,7 +8,7 @@ use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
-use isospectrum::volume::{Histogram, ReadOptions, files_of, read_volume};
+use isospectrum::volume::{Histogram, Preparation, ReadOptions, files_of, read_volume};
 use isospectrum::{Error, Result};
 
 use super::compute::{not_negative, positive};
@@ -124,6 +124,7 @@ impl Html {
     fn samples(&self, spectrum: &Spectrum) -> Result<Option<Histogram>> {
         let Some(path) = &self.volume else { return Ok(None) };
         let volume = read_volume(path, &ReadOptions::default())?;
+        let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
         let (found, expected) = (volume.dims(), spectrum.volume.dims);
         if found != expected {
             return Err(Error::Input(format!(

@@ -6,10 +6,11 @@ use clap::Args;
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
 use isospectrum::sweep::TRACKED_AREA_SHARE;
+use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::Serialize;
 
 use super::analyze::{events_line, n_isovalues};
-use super::{output, report, spectrum_file, terminal};
+use super::{output, preparation_arguments, report, spectrum_file, terminal};
 
 /// Tell what a spectrum file holds
 #[derive(Args, Debug)]
@@ -101,7 +102,8 @@ impl<'a> Facts<'a> {
         let [name, sample_type] = [name, sample_type].map(|text| terminal::name(text));
         let mut rows = vec![
             ("volume", format!("{name}, {nx}x{ny}x{nz} {sample_type}, {low} to {high}")),
-            ("spacing", format!("{sx}, {sy}, {sz}")),
+            ("spacing", format!("{sx}, {sy}, {sz}{}", unit_after(placement))),
+            ("world", world_line(placement)),
             ("range", format!("{} to {}", ends.0, ends.1)),
             ("tolerance", format!("{} voxel", report::number(self.tolerance))),
             ("triangles", self.n_triangles.to_string()),
@@ -113,6 +115,11 @@ impl<'a> Facts<'a> {
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
         ];
+        if let Ok(done) = Preparation::of_parameters(self.parameters)
+            && !done.is_none()
+        {
+            rows.insert(1, ("prepared", preparation_arguments::sentence(&done)));
+        }
         if log::log_enabled!(log::Level::Debug) {
             let counts = self.counts.map_or_else(|| "-".to_owned(), report::counts);
             rows.push(("steps and repairs", counts));
@@ -137,6 +144,29 @@ impl<'a> Facts<'a> {
             ("size", report::bytes(self.bytes)),
         ]
     }
+}
+
+/// The unit of a placement, where it is known.
+fn unit_after(placement: &Placement) -> String {
+    if placement.unit == Unit::Unknown { String::new() } else { format!(" {}", placement.unit) }
+}
+
+/// Where the volume lies in the world, and what its axes are like there.
+fn world_line(placement: &Placement) -> String {
+    let [x, y, z] = placement.origin.map(report::number);
+    let mut line = format!("origin {x}, {y}, {z}{}", unit_after(placement));
+    if placement.space != Space::Unknown {
+        line += &format!(", {}", placement.space);
+    }
+    if placement.span() < 0.0 {
+        line += ", left-handed axes";
+    }
+    if placement.is_sheared() {
+        let (low, high) = placement.stretch();
+        let [low, high] = [low, high].map(report::number);
+        line += &format!(", sheared: a voxel of tolerance is {low} to {high} voxels there");
+    }
+    line
 }
 
 /// Trajectories, and the list of living triangles where it is longest.

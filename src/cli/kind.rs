@@ -5,6 +5,7 @@ use std::io::Read as _;
 use std::path::Path;
 
 use isospectrum::file::MAGIC;
+use isospectrum::volume::is_volume_name;
 use isospectrum::{Error, Result};
 
 /// A kind of file that some command reads.
@@ -36,7 +37,7 @@ pub(super) fn of(path: &Path) -> Option<Kind> {
     match (&head[..n], extension.as_str()) {
         (head, _) if *head == MAGIC => Some(Kind::Spectrum),
         (_, "isp" | "thesis") => Some(Kind::Spectrum),
-        (_, "raw" | "nrrd" | "nhdr" | "npy") => Some(Kind::Volume),
+        _ if is_volume_name(path) => Some(Kind::Volume),
         (_, "ply" | "stl" | "obj" | "glb") => Some(Kind::Mesh),
         _ => None,
     }
@@ -52,7 +53,7 @@ pub(super) fn check(path: &Path, wanted: Kind) -> Result<()> {
     let expected = match wanted {
         Kind::Spectrum if found == Kind::Volume => "a spectrum (.isp), which compute makes of it",
         Kind::Spectrum => "a spectrum (.isp)",
-        Kind::Volume => "a volume (.nrrd, .npy or .raw)",
+        Kind::Volume => "a volume (.nrrd, .nii, .mha, .vti, .mrc, .cube, .npy, .raw, ...)",
         Kind::Mesh => "a mesh",
     };
     let shown = path.display();

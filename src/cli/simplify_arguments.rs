@@ -5,7 +5,7 @@ use std::str::FromStr;
 use clap::Args;
 use isospectrum::Result;
 use isospectrum::topology::simplify::{Census, Simplification, simplified, simplify};
-use isospectrum::volume::Volume;
+use isospectrum::volume::{Preparation, Volume};
 
 use super::report::number;
 
@@ -30,8 +30,9 @@ impl SimplifyArguments {
     }
 }
 
-/// The volume that a spectrum is exact for: simplified as its parameters say.
+/// The volume that a spectrum is exact for: prepared and simplified as its parameters say.
 pub(super) fn as_computed(volume: Volume, parameters: &serde_json::Value) -> Result<Volume> {
+    let volume = Preparation::of_parameters(parameters)?.apply(volume)?;
     match parameters.pointer("/simplification/persistence").and_then(serde_json::Value::as_f64) {
         Some(persistence) => simplified(&volume, persistence),
         None => Ok(volume),

@@ -13,12 +13,13 @@ use super::kind::{self, Kind};
 /// The arguments wherever a volume is taken.
 #[derive(Args, Debug)]
 pub(super) struct VolumeArguments {
-    /// Volume: .nrrd, .npy, or .raw with dimensions and type in its name
-    /// (name_128x128x128_uint8.raw) or in flags
+    /// Volume: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, a folder of numbered .tif or
+    /// .png slices, or .raw with dimensions and type in its name (name_128x128x128_uint8.raw), in flags, or in a header
+    /// beside it
     #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]
     volume: Option<PathBuf>,
     /// A built-in volume in place of a file, e.g. hydrogen:64
-    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "spacing", "origin", "nan_as"])]
+    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "frame", "channel", "array", "spacing", "origin", "nan_as"])]
     phantom: Option<String>,
     /// Samples along x, y, z of a RAW file
     #[arg(long, value_name = "NXxNYxNZ")]
@@ -29,6 +30,15 @@ pub(super) struct VolumeArguments {
     /// Byte order of a RAW file
     #[arg(long, value_name = "ORDER")]
     endian: Option<Endian>,
+    /// Volume in time, from 0, where the file holds several
+    #[arg(long, value_name = "N")]
+    frame: Option<usize>,
+    /// Number of each sample, from 0, where there are several (colours, vectors, orbitals)
+    #[arg(long, value_name = "N")]
+    channel: Option<usize>,
+    /// Array of a VTK file, by its name
+    #[arg(long, value_name = "NAME")]
+    array: Option<String>,
     /// Distance between samples along x, y, z
     #[arg(long, value_name = "X,Y,Z")]
     spacing: Option<Triple>,
@@ -97,6 +107,9 @@ impl VolumeArguments {
             dims: self.dims.map(|Dims(dims)| dims),
             sample_type: self.sample_type.clone(),
             big_endian: self.endian == Some(Endian::Big),
+            frame: self.frame,
+            channel: self.channel,
+            array: self.array.clone(),
             spacing: self.spacing.map(|Triple(spacing)| spacing),
             origin: self.origin.map(|Triple(origin)| origin),
             nan_as: self.nan_as,

@@ -1,10 +1,15 @@
 //! GLB: binary glTF 2.0 with one mesh, its positions, normals and indices.
+//!
+//! Positions are around the origin of the volume, which is the translation of the node: far away, 32-bit floats would
+//! lose the shape.
 
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
+use super::Placed;
 use crate::spectrum::SurfaceMesh;
+use crate::volume::{Placement, Space, Unit};
 
 /// glTF's number for 32-bit floating point components.
 const FLOAT: u32 = 5126;
@@ -12,11 +17,15 @@ const FLOAT: u32 = 5126;
 /// glTF's number for 32-bit unsigned components.
 const UNSIGNED_INT: u32 = 5125;
 
-/// Writes a mesh as it is. An empty mesh becomes an empty scene, as glTF has no empty buffers.
+/// Writes a mesh. An empty mesh becomes an empty scene, as glTF has no empty buffers.
 ///
-/// glTF calls +y up and metres the unit; a volume has neither, so coordinates are left alone.
-pub(super) fn write(mesh: &SurfaceMesh, writer: &mut dyn Write) -> io::Result<()> {
-    let mut json = description(mesh).to_string().into_bytes();
+/// glTF calls +y up and metres the unit; a molecule of 1e-9 is nothing to most viewers, so coordinates are those of the
+/// world, and unit and space stand beside them.
+pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
+    let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
+    let positions = placed.mesh.positions.iter().map(around).collect();
+    let mesh = &SurfaceMesh { positions, ..placed.mesh.clone() };
+    let mut json = description(mesh, &placed.placement).to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary_length = 24 * mesh.positions.len() + 12 * mesh.triangles.len();
     let has_binary = binary_length > 0;
@@ -41,7 +50,7 @@ pub(super) fn write(mesh: &SurfaceMesh, writer: &mut dyn Write) -> io::Result<()
     Ok(())
 }
 
-fn description(mesh: &SurfaceMesh) -> Value {
+fn description(mesh: &SurfaceMesh, placement: &Placement) -> Value {
     let asset = json!({
         "version": "2.0",
         "generator": concat!("isospectrum ", env!("CARGO_PKG_VERSION")),
@@ -63,7 +72,7 @@ fn description(mesh: &SurfaceMesh) -> Value {
         "asset": asset,
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0 }],
+        "nodes": [node(placement)],
         "meshes": [{ "primitives": [{
             "attributes": { "POSITION": 0, "NORMAL": 1 },
             "indices": 2,
@@ -80,4 +89,19 @@ fn description(mesh: &SurfaceMesh) -> Value {
         ],
         "buffers": [{ "byteLength": 24 * n + 12 * m }],
     })
+}
+
+/// The node of the mesh, where it lies and in what.
+fn node(placement: &Placement) -> Value {
+    let mut node = json!({ "mesh": 0 });
+    if placement.origin != [0.0; 3] {
+        node["translation"] = json!(placement.origin);
+    }
+    if placement.unit != Unit::Unknown {
+        node["extras"]["unit"] = json!(placement.unit);
+    }
+    if placement.space != Space::Unknown {
+        node["extras"]["space"] = json!(placement.space);
+    }
+    node
 }

@@ -12,7 +12,7 @@ use crate::input;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlyMesh {
     /// Positions, in the frame of the file.
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Vec<[f64; 3]>,
     /// Vertex indices, all below the number of positions.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -165,7 +165,7 @@ fn read_element(
             let value = body.number(property.number)?;
             let axis = ["x", "y", "z"].iter().position(|&axis| axis == property.name);
             if let Some(axis) = axis {
-                position[axis] = Some(value as f32);
+                position[axis] = Some(value);
             }
             continue;
         };

@@ -2,13 +2,23 @@
 
 use std::io::{self, Write};
 
+use super::Placed;
 use super::weld::{Welded, weld};
 use crate::spectrum::SurfaceMesh;
 
 /// Writes a mesh so that whoever welds equal corners has a mesh like it again ([`weld`]). STL has no
 /// shared vertices and one normal per triangle, so the mesh's own normals are left out.
-pub(super) fn write(mesh: &SurfaceMesh, writer: &mut dyn Write) -> io::Result<()> {
-    let Welded { triangles, n_flat, n_same } = weld(mesh);
+pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
+    if placed.is_far {
+        log::warn!(
+            "STL has 32-bit floats, which are too far apart at {:?} for voxels of {:e}; PLY, OBJ and GLB keep the shape",
+            placed.placement.origin,
+            placed.placement.voxel()
+        );
+    }
+    let positions = placed.narrow_positions().collect();
+    let mesh = SurfaceMesh { positions, ..placed.mesh.clone() };
+    let Welded { triangles, n_flat, n_same } = weld(&mesh);
     if n_flat + n_same > 0 {
         log::warn!(
             "STL knows corners by their positions only: {n_flat} triangles without area and {n_same} vertices in the place of others are left; PLY, OBJ and GLB hold the mesh as it is"
@@ -16,7 +26,10 @@ pub(super) fn write(mesh: &SurfaceMesh, writer: &mut dyn Write) -> io::Result<()
     }
     let mut head = [b' '; 80];
     // Not "solid": that is how the text variant starts.
-    let title = concat!("binary STL by isospectrum ", env!("CARGO_PKG_VERSION"));
+    let mut title = concat!("binary STL by isospectrum ", env!("CARGO_PKG_VERSION")).to_owned();
+    if let Some(space) = placed.space() {
+        title += &format!(". {space}");
+    }
     head[..title.len()].copy_from_slice(title.as_bytes());
     writer.write_all(&head)?;
     writer.write_all(&(triangles.len() as u32).to_le_bytes())?;

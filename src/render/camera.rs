@@ -239,6 +239,7 @@ mod tests {
             origin: [1e9, -5.0, 3.0],
             spacing: [0.5, 1.0, 2.0],
             direction: [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]],
+            ..Placement::default()
         };
         for placement in [Placement::default(), oblique] {
             let volume = volume([20, 10, 15], placement);

@@ -104,24 +104,32 @@ fn named(path: &Path, error: Error) -> Error {
     }
 }
 
-/// From the world to the voxel frame, the inverse of [`crate::export::place_in_world`].
-fn in_voxel_frame(mut ply: PlyMesh, placement: &Placement) -> PlyMesh {
-    let Placement { origin, spacing, direction } = placement;
-    let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+/// The mesh of the file in the voxel frame.
+struct Triangles {
+    positions: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// From the world to the voxel frame, the inverse of [`Placement::world_of_voxel`].
+fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> Triangles {
+    let Placement { origin, direction, .. } = placement;
+    let unit = placement.voxel();
     let axes = DMat3::from_cols_array_2d(direction);
     let to_axes = axes.inverse();
-    for p in &mut ply.positions {
-        let world = DVec3::from(p.map(f64::from)) - DVec3::from(*origin);
-        *p = (to_axes * world / unit).as_vec3().to_array();
-    }
+    let in_voxels = |&p: &[f64; 3]| {
+        let world = DVec3::from(p) - DVec3::from(*origin);
+        (to_axes * world / unit).as_vec3().to_array()
+    };
+    let positions = ply.positions.iter().map(in_voxels).collect();
+    let mut triangles = ply.triangles;
     if axes.determinant() < 0.0 {
-        ply.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    ply
+    Triangles { positions, triangles }
 }
 
 /// The components of the mesh, each turned so that its faces look towards lower values.
-fn checked(ply: &PlyMesh, isovalue: f64, field: &Field) -> Result<Vec<Component>> {
+fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Component>> {
     if ply.triangles.is_empty() {
         return Err(Error::input("no triangles, expected a closed mesh of the isosurface"));
     }

@@ -17,11 +17,12 @@
 //! 0.5 % at r = 10; that is the trilinear field itself, the tetrahedra add less than a fifth of it
 //! (tested).
 
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::topology::Topology;
-use crate::volume::{Outside, Volume};
+use crate::volume::{Outside, Placement, Volume};
 
 /// How many isovalues a contour spectrum has by default.
 pub const N_ISOVALUES: usize = 256;
@@ -84,6 +85,7 @@ fn measure(volume: &Volume, isovalues: &[f64]) -> Measure {
             let mut slab = Slab {
                 isovalues,
                 spacing: volume.placement().spacing,
+                metric: Metric::of(volume.placement()),
                 area: vec![0.0; n],
                 partial: vec![0.0; n],
                 whole: vec![0.0; n + 1],
@@ -104,10 +106,40 @@ fn measure(volume: &Volume, isovalues: &[f64]) -> Measure {
     measure
 }
 
+/// How lengths and volumes of the world follow from those along the axes.
+#[derive(Clone, Copy)]
+struct Metric {
+    /// Volume that the axes' directions span.
+    span: f64,
+    /// The inverse of the directions' scalar products, where they are not perpendicular.
+    inverse: Option<DMat3>,
+}
+
+impl Metric {
+    fn of(placement: &Placement) -> Self {
+        if !placement.is_sheared() {
+            return Metric { span: 1.0, inverse: None };
+        }
+        let directions = DMat3::from_cols_array_2d(&placement.direction);
+        let products = directions.transpose() * directions;
+        Metric { span: placement.span().abs(), inverse: Some(products.inverse()) }
+    }
+
+    /// Length of the gradient with these slopes along the axes.
+    fn length(&self, slopes: [f64; 3]) -> f64 {
+        let slopes = DVec3::from_array(slopes);
+        match self.inverse {
+            None => slopes.length(),
+            Some(inverse) => slopes.dot(inverse * slopes).max(0.0).sqrt(),
+        }
+    }
+}
+
 /// The cells between two z.
 struct Slab<'a> {
     isovalues: &'a [f64],
     spacing: [f64; 3],
+    metric: Metric,
     area: Vec<f64>,
     /// Volume above each isovalue in tetrahedra that it cuts.
     partial: Vec<f64>,
@@ -118,7 +150,7 @@ struct Slab<'a> {
 impl Slab<'_> {
     fn visit(&mut self, volume: &Volume, z: usize) {
         let [nx, ny, _] = volume.dims();
-        let cell: f64 = self.spacing.iter().product();
+        let cell = self.spacing.iter().product::<f64>() * self.metric.span;
         for y in 0..ny - 1 {
             for x in 0..nx - 1 {
                 let v: [f64; 8] = std::array::from_fn(|c| {
@@ -160,15 +192,19 @@ impl Slab<'_> {
             for side in 0..2usize {
                 let corner = |i: usize, j: usize| v[side << axis | i << s | j << t];
                 let face = (corner(0, 0) + corner(1, 0) + corner(0, 1) + corner(1, 1)) / 4.0;
-                let normal = 2.0 * (face - centre) / self.spacing[axis];
+                let outwards = self.spacing[axis] * (side as f64 - 0.5);
+                let normal = (face - centre) / outwards;
                 for end in 0..2 {
                     for (a, b, along, across) in [
                         (corner(0, end), corner(1, end), s, t),
                         (corner(end, 0), corner(end, 1), t, s),
                     ] {
                         let slope = (b - a) / self.spacing[along];
-                        let rise = 2.0 * ((a + b) / 2.0 - face) / self.spacing[across];
-                        let gradient = (normal * normal + slope * slope + rise * rise).sqrt();
+                        let towards = self.spacing[across] * (end as f64 - 0.5);
+                        let rise = ((a + b) / 2.0 - face) / towards;
+                        let mut gradient = [0.0; 3];
+                        (gradient[axis], gradient[along], gradient[across]) = (normal, slope, rise);
+                        let gradient = self.metric.length(gradient);
                         self.visit_tetrahedron([centre, face, a, b], gradient, size);
                     }
                 }

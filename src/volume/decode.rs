@@ -16,6 +16,7 @@ use half::f16;
 
 use crate::error::Error;
 use crate::volume::Samples;
+use crate::volume::stream::Channel;
 
 /// A number type a volume file may hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,6 +143,85 @@ pub(crate) fn read_error(path: &Path, e: io::Error) -> Error {
         }
         _ => Error::io(path, e),
     }
+}
+
+/// An error about what a file holds.
+pub(crate) fn invalid(message: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message.into())
+}
+
+/// The samples times `slope` plus `intercept`: what is stored becomes what was measured. Integers stay such where all
+/// results are some of at most 32 bits; else float32 holds what came from at most 16 bits and from float32, float64 the rest.
+pub(crate) fn rescaled(samples: Samples, slope: f64, intercept: f64) -> Samples {
+    if (slope, intercept) == (1.0, 0.0) {
+        return samples;
+    }
+    let of = |v: f64| v * slope + intercept;
+    if samples.is_integer()
+        && slope.fract() == 0.0
+        && intercept.fract() == 0.0
+        && let Some(integers) = whole(&samples, of)
+    {
+        return integers;
+    }
+    let narrow = matches!(
+        samples,
+        Samples::U8(_) | Samples::I8(_) | Samples::U16(_) | Samples::I16(_) | Samples::F32(_)
+    );
+    let values = (0..samples.len()).map(|i| of(samples.get(i)));
+    if narrow {
+        Samples::F32(values.map(|v| v as f32).collect())
+    } else {
+        Samples::F64(values.collect())
+    }
+}
+
+/// Integers after a change that leaves them such, if 16 or 32 bits hold all of them.
+fn whole(samples: &Samples, of: impl Fn(f64) -> f64) -> Option<Samples> {
+    let ends = |(low, high): (f64, f64), i| {
+        let v = of(samples.get(i));
+        (low.min(v), high.max(v))
+    };
+    let (low, high) = (0..samples.len()).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+    let values = (0..samples.len()).map(|i| of(samples.get(i)));
+    if f64::from(i16::MIN) <= low && high <= f64::from(i16::MAX) {
+        return Some(Samples::I16(values.map(|v| v as i16).collect()));
+    }
+    let fits = f64::from(i32::MIN) <= low && high <= f64::from(i32::MAX);
+    fits.then(|| Samples::I32(values.map(|v| v as i32).collect()))
+}
+
+/// One number of each sample, of those that lie beside each other.
+pub(crate) fn picked(samples: Samples, channel: Channel) -> Samples {
+    if channel == Channel::ONLY {
+        return samples;
+    }
+    crate::with_samples!(samples, s => {
+        s.chunks_exact(channel.of).map(|sample| sample[channel.index]).collect::<Vec<_>>().into()
+    })
+}
+
+/// The samples of a grid whose axis `order[a]` is axis a of the one they are in, and its dimensions.
+pub(crate) fn permuted(
+    samples: Samples,
+    dims: [usize; 3],
+    order: [usize; 3],
+) -> io::Result<(Samples, [usize; 3])> {
+    if order == [0, 1, 2] || samples.is_empty() {
+        return Ok((samples, dims));
+    }
+    let mut new_dims = [0; 3];
+    (0..3).for_each(|a| new_dims[order[a]] = dims[a]);
+    let stride = [1, new_dims[0], new_dims[0] * new_dims[1]];
+    let moved = crate::with_samples!(samples, s => {
+        let mut moved = reserve(s.len(), s[0])?;
+        for (i, &v) in s.iter().enumerate() {
+            let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
+            moved[(0..3).map(|a| at[a] * stride[order[a]]).sum::<usize>()] = v;
+        }
+        moved.into()
+    });
+    Ok((moved, new_dims))
 }
 
 /// A vector of `n` times `fill`, or an error where memory does not suffice.

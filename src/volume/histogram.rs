@@ -50,6 +50,32 @@ impl Histogram {
         high
     }
 
+    /// The value that parts the samples in two with the largest variance between the parts (Otsu 1979), in the middle of
+    /// where it is largest.
+    pub fn otsu(&self) -> f64 {
+        let mean_of = |i: usize| i as f64 + 0.5;
+        let all: f64 = self.counts.iter().enumerate().map(|(i, &n)| mean_of(i) * n as f64).sum();
+        let total = self.total as f64;
+        let (mut below, mut sum) = (0.0, 0.0);
+        let (mut best, mut first, mut last) = (-1.0, 0, 0);
+        for (i, &n) in self.counts.iter().enumerate().take(N_BINS - 1) {
+            below += n as f64;
+            sum += mean_of(i) * n as f64;
+            if below == 0.0 || below == total {
+                continue;
+            }
+            let apart = sum / below - (all - sum) / (total - below);
+            let variance = below * (total - below) * apart * apart;
+            if variance > best {
+                (best, first, last) = (variance, i, i);
+            } else if variance == best {
+                last = i;
+            }
+        }
+        let (low, high) = self.range;
+        low + (high - low) * (0.5 * (first + last) as f64 + 1.0) / N_BINS as f64
+    }
+
     /// How many samples lie in each of `n` equal parts of `low` to `high`; those outside do not count.
     pub fn parts(&self, n: usize, (low, high): (f64, f64)) -> Vec<u64> {
         let (first, last) = self.range;
@@ -68,6 +94,15 @@ impl Histogram {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn otsu_parts_two_groups_in_the_middle_between_them() {
+        // A bin is 11 / 65,536 wide.
+        let bin = 11.0 / N_BINS as f64;
+        let of = |values: &[f64]| Histogram::of_values(values.iter().copied(), (0.0, 11.0)).otsu();
+        assert!((of(&[0.0, 0.0, 0.0, 11.0]) - 5.5).abs() <= bin);
+        assert!((of(&[0.0, 1.0, 0.5, 9.0, 10.0, 11.0, 10.5]) - 5.0).abs() <= bin);
+    }
 
     #[test]
     fn every_sample_is_counted_once() {

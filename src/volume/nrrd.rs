@@ -4,7 +4,7 @@
 //! Read are scalar 3-D arrays of every number type in both byte orders, encoded raw, gzip or
 //! text. The file's own space (`space: left-posterior-superior`, `RAS`, ...) is kept as the world
 //! frame: no axis is flipped, so an exported mesh lies where the file says in the file's
-//! convention.
+//! convention; only left-anterior-superior becomes RAS.
 //!
 //! A header is free to lie, so its size is held against the length of the file before memory is
 //! taken: exactly for raw data, and by the greatest possible compression (1032 to 1 for deflate,
@@ -16,15 +16,13 @@ mod header;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use flate2::bufread::MultiGzDecoder;
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::volume::decode::{
-    SampleType, exact_f64, read_error, read_samples, reserve, size_of_grid,
-};
+use crate::volume::decode::{invalid, read_error, read_samples, reserve, size_of_grid};
+use crate::volume::text;
 use crate::volume::{Placement, Samples};
 use header::{Encoding, Header};
 
@@ -54,11 +52,6 @@ pub(crate) fn read(path: &Path, file: File) -> Result<([usize; 3], Samples, Plac
 pub(crate) fn data_file(path: &Path) -> Option<PathBuf> {
     let header = header::parse(&mut BufReader::new(input::open(path).ok()?.0)).ok()?;
     header.data_file.map(|name| path.parent().unwrap_or(Path::new("")).join(name))
-}
-
-/// An error about what a file holds.
-fn invalid(message: String) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 /// The samples behind the position of `reader`.
@@ -148,39 +141,5 @@ fn read_text(
     let start = reader.stream_position()? + skip;
     reader.seek(SeekFrom::Start(start))?;
     reader.read_exact(&mut bytes)?;
-    let text = std::str::from_utf8(&bytes)
-        .map_err(|_| invalid("text samples that are not text".to_owned()))?;
-    Ok(match header.sample_type {
-        SampleType::U8 => Samples::U8(numbers(text, n, what)?),
-        SampleType::I8 => Samples::I8(numbers(text, n, what)?),
-        SampleType::U16 => Samples::U16(numbers(text, n, what)?),
-        SampleType::I16 => Samples::I16(numbers(text, n, what)?),
-        SampleType::U32 => Samples::U32(numbers(text, n, what)?),
-        SampleType::I32 => Samples::I32(numbers(text, n, what)?),
-        SampleType::F16 | SampleType::F32 => Samples::F32(numbers(text, n, what)?),
-        SampleType::F64 => Samples::F64(numbers(text, n, what)?),
-        SampleType::I64 | SampleType::U64 => {
-            let wide: Vec<i128> = numbers(text, n, what)?;
-            Samples::F64(wide.into_iter().map(exact_f64).collect::<io::Result<_>>()?)
-        }
-    })
-}
-
-/// Exactly `n` numbers separated by white space or commas.
-fn numbers<T: FromStr + Copy + Default>(text: &str, n: usize, what: &str) -> io::Result<Vec<T>> {
-    let mut values = reserve(n, T::default())?;
-    let mut words =
-        text.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
-    for (i, value) in values.iter_mut().enumerate() {
-        let word =
-            words.next().ok_or_else(|| invalid(format!("{i} numbers, expected {n} for {what}")))?;
-        *value = word.parse().map_err(|_| {
-            let start: String = word.chars().take(40).flat_map(char::escape_default).collect();
-            invalid(format!("'{start}' as number {i} of the text, expected one of {what}"))
-        })?;
-    }
-    if words.next().is_some() {
-        return Err(invalid(format!("more than the {n} numbers of {what}")));
-    }
-    Ok(values)
+    text::samples(&bytes, header.sample_type, n, what)
 }

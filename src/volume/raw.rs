@@ -2,14 +2,17 @@
 //!
 //! What the file does not say, its name may (`name_128x128x128_uint8.raw`, the habit of the
 //! open scientific visualisation data sets) or [`ReadOptions`]; options win over the name. The
-//! byte order is little endian unless the options say otherwise.
+//! byte order is little endian unless the options say otherwise. Where neither tells, a header of the same name beside it
+//! may (`name.nhdr`, `name.mhd`). A file that ends in `.gz` is inflated.
 
 use std::fs::File;
-use std::path::Path;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::volume::decode::{SampleType, read_error, read_samples, size_of_grid};
-use crate::volume::{Placement, ReadOptions, Samples};
+use crate::volume::stream::{self, Channel, Layout, Packing};
+use crate::volume::{Grid, Placement, ReadOptions, metaimage, nrrd};
 
 /// Reads a RAW file, which is open and has so many bytes.
 ///
@@ -22,8 +25,13 @@ pub(crate) fn read(
     path: &Path,
     (mut file, found): (File, u64),
     options: &ReadOptions,
-) -> Result<([usize; 3], Samples, Placement)> {
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+) -> Result<Grid> {
+    if let Some(header) = header_beside(path).filter(|_| !is_told(path, options)) {
+        return read_by_header(path, &header, options);
+    }
+    let is_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let stem = if is_gzip { path.with_extension("") } else { path.to_owned() };
+    let name = stem.file_stem().unwrap_or_default().to_string_lossy();
     let shown = path.display();
     let dims = options.dims.or_else(|| dims_in_name(&name)).ok_or_else(|| {
         Error::input(format!(
@@ -40,6 +48,13 @@ pub(crate) fn read(
             ))
         })?,
     };
+    if is_gzip {
+        let channel = Channel::ONLY;
+        let layout = Layout { dims, sample_type, big_endian: options.big_endian, channel, skip: 0 };
+        let samples = stream::read_all(&mut BufReader::new(file), found, Packing::Gzip, &layout)
+            .map_err(|e| read_error(path, e))?;
+        return Ok((dims, samples, Placement::default()));
+    }
     let size = size_of_grid(dims, sample_type);
     let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n).ok_or_else(|| {
         let expected =
@@ -52,6 +67,43 @@ pub(crate) fn read(
     let samples = read_samples(&mut file, sample_type, options.big_endian, n, n)
         .map_err(|e| read_error(path, e))?;
     Ok((dims, samples, Placement::default()))
+}
+
+/// Whether name and options tell what is in a file.
+fn is_told(path: &Path, options: &ReadOptions) -> bool {
+    let (dims, sample_type) = told_by_name(path);
+    (options.dims.is_some() || dims.is_some())
+        && (options.sample_type.is_some() || sample_type.is_some())
+}
+
+/// The header of the same name beside a RAW file, if there is one and it is of this file.
+pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
+    let is_ours = |header: &PathBuf| {
+        let told = if header.extension().is_some_and(|e| e == "mhd") {
+            metaimage::others(header)
+        } else {
+            nrrd::data_file(header).into_iter().collect()
+        };
+        told.iter().any(|file| file.file_name() == path.file_name())
+    };
+    ["nhdr", "mhd"].map(|e| path.with_extension(e)).into_iter().find(is_ours)
+}
+
+/// Reads a RAW file as a header beside it tells.
+fn read_by_header(path: &Path, header: &Path, options: &ReadOptions) -> Result<Grid> {
+    if options.dims.is_some() || options.sample_type.is_some() || options.big_endian {
+        return Err(Error::Usage(format!(
+            "{}: {} tells what is in it, expected both --dims and --type or neither",
+            path.display(),
+            header.display()
+        )));
+    }
+    let opened = crate::input::open(header)?;
+    if header.extension().is_some_and(|e| e == "mhd") {
+        metaimage::read(header, opened, options)
+    } else {
+        nrrd::read(header, opened.0)
+    }
 }
 
 /// The words of a file name, last first: what describes the samples stands at the end.
@@ -75,7 +127,7 @@ fn type_in_name(name: &str) -> Option<SampleType> {
 
 /// What the name of a RAW file says: dimensions and sample type, each if it does.
 pub fn told_by_name(path: &Path) -> (Option<[usize; 3]>, Option<String>) {
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
     (dims_in_name(&name), type_in_name(&name).map(|t| t.to_string()))
 }
 

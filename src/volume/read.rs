@@ -1,10 +1,14 @@
 //! Chooses the reader of a volume by the name of its file.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::volume::{Samples, Volume, npy, nrrd, raw};
+use crate::volume::{
+    Grid, Samples, Volume, cube, metaimage, mrc, nifti, npy, nrrd, raw, tiff, vti, vtk,
+};
 
 /// What the command line may say about a volume beside its file name.
 #[derive(Clone, Debug, Default)]
@@ -15,6 +19,12 @@ pub struct ReadOptions {
     pub sample_type: Option<String>,
     /// Whether a RAW file is big endian.
     pub big_endian: bool,
+    /// Which volume in time, from 0, of a file that holds several.
+    pub frame: Option<usize>,
+    /// Which number of each sample, from 0, where there are several: a colour, a part of a vector, an orbital.
+    pub channel: Option<usize>,
+    /// Which array, by its name, of a file that holds several.
+    pub array: Option<String>,
     /// Replaces the file's spacing.
     pub spacing: Option<[f64; 3]>,
     /// Replaces the file's origin.
@@ -23,17 +33,122 @@ pub struct ReadOptions {
     pub nan_as: Option<f64>,
 }
 
-/// The files that hold a volume: the one that is named, and the one with its samples where that is
-/// another.
-pub fn files_of(path: &Path) -> Vec<PathBuf> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    let has_header = matches!(extension.as_str(), "nrrd" | "nhdr");
-    let data_file = if has_header { nrrd::data_file(path) } else { None };
-    std::iter::once(path.to_path_buf()).chain(data_file).collect()
+/// What is read, for messages.
+const READ: &str =
+    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy or .raw";
+
+/// A kind of file that holds volumes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Raw,
+    Nrrd,
+    Npy,
+    Nifti,
+    MetaImage,
+    Vti,
+    Vtk,
+    Mrc,
+    Cube,
+    Tiff,
+    /// A folder.
+    Slices,
 }
 
-/// Reads a volume: `.raw`, `.nrrd`, `.nhdr` or `.npy` by the extension (in any case); a file of
-/// any other name is RAW if the options give both dimensions and sample type.
+impl Kind {
+    /// The kind of the name of a file, by its extension in any case.
+    fn of_name(path: &Path) -> Option<Kind> {
+        if path.is_dir() {
+            return Some(Kind::Slices);
+        }
+        let name = path.file_name()?.to_string_lossy().to_ascii_lowercase();
+        let is_gzip = name.ends_with(".gz");
+        let (_, extension) = name.trim_end_matches(".gz").rsplit_once('.')?;
+        Some(match extension {
+            "raw" => Kind::Raw,
+            "nii" | "hdr" | "img" => Kind::Nifti,
+            "mrc" | "map" | "ccp4" | "rec" => Kind::Mrc,
+            _ if is_gzip => return None,
+            "nrrd" | "nhdr" => Kind::Nrrd,
+            "npy" => Kind::Npy,
+            "mha" | "mhd" => Kind::MetaImage,
+            "vti" => Kind::Vti,
+            "vtk" => Kind::Vtk,
+            "cube" | "cub" => Kind::Cube,
+            "tif" | "tiff" => Kind::Tiff,
+            _ => return None,
+        })
+    }
+
+    /// The reader.
+    fn read(self, path: &Path, opened: (File, u64), options: &ReadOptions) -> Result<Grid> {
+        match self {
+            Kind::Raw => raw::read(path, opened, options),
+            Kind::Nrrd => nrrd::read(path, opened.0),
+            Kind::Npy => npy::read(path, opened),
+            Kind::Nifti => nifti::read(path, opened, options),
+            Kind::MetaImage => metaimage::read(path, opened, options),
+            Kind::Vti => vti::read(path, opened, options),
+            Kind::Vtk => vtk::read(path, opened, options),
+            Kind::Mrc => mrc::read(path, opened, options),
+            Kind::Cube => cube::read(path, opened, options),
+            Kind::Tiff => tiff::read(path, opened, options),
+            Kind::Slices => tiff::slices::read(path, options),
+        }
+    }
+
+    /// Files of the volume beside the one that is named.
+    fn others(self, path: &Path) -> Vec<PathBuf> {
+        match self {
+            Kind::Nrrd => nrrd::data_file(path).into_iter().collect(),
+            Kind::Nifti => nifti::others(path),
+            Kind::MetaImage => metaimage::others(path),
+            Kind::Raw => raw::header_beside(path).into_iter().collect(),
+            Kind::Slices => tiff::slices::files(path).unwrap_or_default(),
+            Kind::Tiff | Kind::Npy | Kind::Vti | Kind::Vtk | Kind::Mrc | Kind::Cube => Vec::new(),
+        }
+    }
+
+    /// Checks that nothing was said of the file that its kind has no use for.
+    fn check(self, path: &Path, options: &ReadOptions) -> Result<()> {
+        let shown = path.display();
+        let tells_layout =
+            options.dims.is_some() || options.sample_type.is_some() || options.big_endian;
+        if tells_layout && self != Kind::Raw {
+            return Err(Error::Usage(format!(
+                "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
+            )));
+        }
+        let has_frames = matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc | Kind::Tiff);
+        let has_channels = !matches!(self, Kind::Raw | Kind::Nrrd | Kind::Npy | Kind::Mrc);
+        let has_arrays = matches!(self, Kind::Vti | Kind::Vtk);
+        for (flag, is_given, is_known) in [
+            ("--frame", options.frame.is_some(), has_frames),
+            ("--channel", options.channel.is_some(), has_channels),
+            ("--array", options.array.is_some(), has_arrays),
+        ] {
+            if is_given && !is_known {
+                return Err(Error::Usage(format!(
+                    "{shown}: {flag}, but files of this kind hold one volume"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether the name of a file is that of a volume, or of a folder, which may hold slices.
+pub fn is_volume_name(path: &Path) -> bool {
+    Kind::of_name(path).is_some()
+}
+
+/// The files that hold a volume: the one that is named, and those with its samples or its header where they are others.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let others = Kind::of_name(path).map_or_else(Vec::new, |kind| kind.others(path));
+    std::iter::once(path.to_path_buf()).chain(others).collect()
+}
+
+/// Reads a volume by the extension of its file (in any case); a file of any other name is RAW if the options give both
+/// dimensions and sample type.
 ///
 /// # Errors
 ///
@@ -41,32 +156,28 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 /// damaged, or [`Volume::new`] refuses its samples, [`Error::Usage`] for options that do not fit
 /// the file or are no numbers.
 pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
-    let shown = path.display();
+    if path.is_dir() {
+        Kind::Slices.check(path, options)?;
+        return made(path, tiff::slices::read(path, options)?, options);
+    }
     // Before anything is said of its name.
-    let (file, length) = input::open(path)?;
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let opened = input::open(path)?;
     let describes_raw = options.dims.is_some() && options.sample_type.is_some();
-    let (dims, mut samples, mut placement) = match extension.as_str() {
-        "raw" => raw::read(path, (file, length), options)?,
-        "nrrd" | "nhdr" | "npy" => {
-            if options.dims.is_some() || options.sample_type.is_some() || options.big_endian {
-                return Err(Error::Usage(format!(
-                    "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
-                )));
-            }
-            if extension == "npy" {
-                npy::read(path, (file, length))?
-            } else {
-                nrrd::read(path, file)?
-            }
-        }
-        _ if describes_raw => raw::read(path, (file, length), options)?,
-        _ => {
-            return Err(Error::input(format!(
-                "{shown}: unknown extension '{extension}', expected .raw, .nrrd, .nhdr or .npy (--dims and --type read any file as raw)"
-            )));
-        }
+    let kind = match Kind::of_name(path) {
+        Some(kind) => kind,
+        None if describes_raw => Kind::Raw,
+        None => return Err(unknown(path)),
     };
+    kind.check(path, options)?;
+    made(path, kind.read(path, opened, options)?, options)
+}
+
+/// The volume of what was read, with what the options replace.
+fn made(
+    path: &Path,
+    (dims, mut samples, mut placement): Grid,
+    options: &ReadOptions,
+) -> Result<Volume> {
     placement.spacing = options.spacing.unwrap_or(placement.spacing);
     placement.origin = options.origin.unwrap_or(placement.origin);
     if let Some(value) = options.nan_as {
@@ -74,6 +185,30 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
     }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     Volume::new(name, dims, samples, placement)
+}
+
+/// Says what is read in place of a file of unknown kind, and how to get there.
+fn unknown(path: &Path) -> Error {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let way = match extension.as_str() {
+        _ if is_dicom(path) => "a DICOM file: dcm2niix makes NIfTI of its series",
+        "h5" | "hdf5" | "nc" | "zarr" => {
+            "h5py, netCDF4 or zarr in Python read it, and numpy.save writes .npy"
+        }
+        "vdb" | "fits" | "dx" | "xsf" => "Python reads it, and numpy.save writes .npy",
+        _ => "--dims and --type read any file as raw",
+    };
+    Error::input(format!(
+        "{}: unknown extension '{extension}', expected {READ} ({way})",
+        path.display()
+    ))
+}
+
+/// Whether a file begins as DICOM files do, whatever it is called.
+fn is_dicom(path: &Path) -> bool {
+    let mut head = [0; 132];
+    let is_read = input::open(path).is_ok_and(|(mut file, _)| file.read_exact(&mut head).is_ok());
+    is_read && head.ends_with(b"DICM")
 }
 
 /// Puts `value` in place of NaN and infinities; integers have none.

@@ -41,6 +41,7 @@ fn points_appear_where_a_projection_by_hand_puts_them() {
         origin: [1e7, -300.0, 12.0],
         spacing: [0.5, 0.5, 1.25],
         direction: [[0.0, 1.0, 0.0], [-0.8, 0.0, 0.6], [0.6, 0.0, 0.8]],
+        ..Placement::default()
     };
     // Index frame.
     let paths = [

@@ -42,6 +42,31 @@ fn area_and_volume_of_a_sphere_are_those_of_the_formula() {
 }
 
 #[test]
+fn area_and_volume_of_a_sheared_volume_are_those_of_the_world() {
+    let steps = [[1.0, 0.0, 0.0], [0.5, 0.75f64.sqrt(), 0.0], [0.25, 0.25, 1.0]];
+    let placement = Placement::from_steps([0.0; 3], steps);
+    let middle = placement.world([14.5; 3]);
+    let distance = |p: [f64; 3]| {
+        let world = placement.world(p);
+        (0..3).map(|i| (world[i] - middle[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let volume = from_function(30, |p| 12.0 - distance(p));
+    let volume = Volume::new("sphere", volume.dims(), volume.samples().clone(), placement)
+        .expect("a valid volume");
+    let spectrum = ContourSpectrum::new(&volume, &topology(&volume), 64);
+    let i = spectrum.isovalues.iter().position(|&c| c > 4.0).expect("inside");
+    let radius = 12.0 - spectrum.isovalues[i];
+    let area = 4.0 * std::f64::consts::PI * radius * radius;
+    // Cells are at most 1.8 long here, so what is lost is at most three times that of a cube's sphere, 1 / (2 r^2).
+    let tolerance = 1.5 / radius.powi(2);
+    assert!((spectrum.area[i] / area - 1.0).abs() < tolerance, "{} {area}", spectrum.area[i]);
+    let enclosed = area * radius / 3.0;
+    assert!((spectrum.volume[i] / enclosed - 1.0).abs() < tolerance, "{}", spectrum.volume[i]);
+    // As if the axes were perpendicular, a tenth would be wrong.
+    assert!(placement.span() < 0.9 && tolerance < 0.03);
+}
+
+#[test]
 fn a_linear_field_is_measured_exactly() {
     // Rounding of a few thousand sums of numbers of order one.
     const ROUNDING: f64 = 1e-9;

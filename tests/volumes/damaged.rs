@@ -14,9 +14,14 @@ fn missing_files_folders_and_unknown_extensions_are_one_line() {
     let missing = folder.path().join("missing_2x2x2_uint8.raw");
     assert!(matches!(read(&missing), Err(Error::Io { .. })));
     assert_mentions(&message(&missing), &["missing_2x2x2_uint8.raw"]);
-    assert_mentions(&message(folder.path()), &["not a regular file"]);
-    let other = write(&folder, "a.vtk", b"");
-    assert_mentions(&message(&other), &["'vtk'", ".raw, .nrrd, .nhdr or .npy"]);
+    assert_mentions(&message(folder.path()), &["a folder without slices"]);
+    let other = write(&folder, "a.xyz", b"");
+    assert_mentions(&message(&other), &["'xyz'", ".nrrd, .nhdr, .nii", "--dims"]);
+    let other = write(&folder, "a.h5", b"");
+    assert_mentions(&message(&other), &["'h5'", "h5py", "numpy.save"]);
+    let dicom = [&[0; 128][..], b"DICM", &[0; 50]].concat();
+    let other = write(&folder, "IM0001", &dicom);
+    assert_mentions(&message(&other), &["DICOM", "dcm2niix"]);
     let nameless = write(&folder, "a.raw", b"");
     assert_mentions(&message(&nameless), &["no dimensions", "--dims"]);
     let typeless = write(&folder, "a_2x2x2.raw", b"");

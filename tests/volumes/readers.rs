@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use isospectrum::volume::{ReadOptions, Samples, read_volume};
+use isospectrum::volume::{ReadOptions, Samples, Space, Unit, files_of, read_volume};
 use isospectrum::{Error, with_samples};
 
 use crate::{
-    DIMS, N, assert_mentions, folder, gzipped, message, npy_bytes, nrrd_header, read, read_ok,
-    write,
+    DIMS, N, assert_mentions, folder, gzipped, message, message_with, npy_bytes, nrrd_header, read,
+    read_ok, write,
 };
 
 /// One type: its name, its NRRD name, its NumPy code, the known samples in both byte orders
@@ -200,8 +200,44 @@ fn nrrd_space_is_the_world_frame() {
     assert_eq!(placement.spacing, [2.0, 3.0, 0.5]);
     assert_eq!(placement.direction, [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
     assert_eq!(placement.origin, [1.0, -2.0, 3.5]);
-    let sheared = "space directions: (1,0,0) (0.1,1,0) (0,0,1)\nencoding: raw\n";
+    assert_eq!((placement.space, placement.unit), (Space::Lps, Unit::Mm));
+    let place = |fields: &str| {
+        let data: Vec<u8> = (0..N as u8).collect();
+        write(&folder, "b.nrrd", &[nrrd_header("uchar", fields), data].concat())
+    };
+    let sheared = "space: scanner-xyz\nspace directions: (1,0,0) (0.1,1,0) (0,0,1)\nspace units: \"um\" \"um\" \"um\"\nencoding: raw\n";
+    let placement = *read_ok(&place(sheared)).placement();
+    assert!(placement.is_sheared());
+    assert_eq!((placement.space, placement.unit), (Space::Unknown, Unit::Um));
+    let flat = "space directions: (1,0,0) (0,1,0) (1,1,0)\nencoding: raw\n";
+    assert_mentions(&message(&place(flat)), &["axis directions", "in a plane"]);
+    // Left-anterior-superior becomes RAS, and lies where it did.
+    let las = "space: LAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (5,6,7)\nencoding: raw\n";
+    let placement = *read_ok(&place(las)).placement();
+    assert_eq!((placement.space, placement.origin), (Space::Ras, [-5.0, 6.0, 7.0]));
+    assert_eq!(placement.direction[0], [-1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn raw_is_inflated_and_told_by_a_header_beside() {
+    let folder = folder();
     let data: Vec<u8> = (0..N as u8).collect();
-    let path = write(&folder, "b.nrrd", &[nrrd_header("uchar", sheared), data].concat());
-    assert_mentions(&message(&path), &["axis directions", "perpendicular"]);
+    let packed = write(&folder, "a_2x3x4_uint8.raw.gz", &gzipped(&data));
+    assert_eq!(read_ok(&packed).samples(), &Samples::U8(data.clone()));
+    for (wrong, part) in [(&data[1..], "end early"), (&[&data[..], &[1]].concat(), "more than")] {
+        let path = write(&folder, "b_2x3x4_uint8.raw.gz", &gzipped(wrong));
+        assert_mentions(&message(&path), &[part]);
+    }
+    let raw = write(&folder, "scan.raw", &data);
+    assert_mentions(&message(&raw), &["no dimensions"]);
+    // A header of another file does not count.
+    let head = "NDims = 3\nDimSize = 2 3 4\nElementType = MET_UCHAR\nElementSpacing = 1 2 3\n";
+    write(&folder, "scan.mhd", format!("{head}ElementDataFile = other.raw\n").as_bytes());
+    assert_mentions(&message(&raw), &["no dimensions"]);
+    write(&folder, "scan.mhd", format!("{head}ElementDataFile = scan.raw\n").as_bytes());
+    let volume = read_ok(&raw);
+    assert_eq!((volume.dims(), volume.placement().spacing), (DIMS, [1.0, 2.0, 3.0]));
+    assert_eq!(files_of(&raw), [raw.clone(), folder.path().join("scan.mhd")]);
+    let options = ReadOptions { dims: Some([4, 3, 2]), ..ReadOptions::default() };
+    assert_mentions(&message_with(&raw, &options), &["scan.mhd", "--dims and --type"]);
 }

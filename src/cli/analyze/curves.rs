@@ -35,8 +35,7 @@ pub(super) fn sample(
     n: usize,
     progress: &dyn Progress,
 ) -> Result<Vec<Curve>> {
-    let spacing = field.volume().placement().spacing;
-    let unit = spacing[0].min(spacing[1]).min(spacing[2]);
+    let placement = field.volume().placement();
     let mut curves = Vec::with_capacity(n);
     for i in 0..n {
         if progress.cancelled() {
@@ -46,7 +45,8 @@ pub(super) fn sample(
         let share = (i as f64 + 0.5) / n as f64;
         let isovalue = low * (1.0 - share) + high * share;
         let mesh = extract(field, isovalue);
-        let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize].map(f64::from));
+        let place = |v: u32| placement.around_origin(mesh.positions[v as usize]);
+        let corners = |t: &[u32; 3]| t.map(place);
         let uncapped = mesh.faces.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
         let area: f64 = uncapped.map(|(t, _)| area(corners(t))).sum();
         let enclosed: f64 = mesh.faces.iter().map(|t| signed_volume(corners(t))).sum();
@@ -57,8 +57,8 @@ pub(super) fn sample(
             components,
             handles: components as i64 - euler / 2,
             euler,
-            area: area * unit * unit,
-            enclosed_volume: enclosed * unit * unit * unit,
+            area,
+            enclosed_volume: enclosed * placement.span().signum(),
         });
     }
     Ok(curves)

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::export::{Border, place_in_world, write};
+use crate::export::{Border, write};
 use crate::kernels::{Backend, Choice};
 use crate::spectrum::{Spectrum, SurfaceMesh};
 use crate::sweep::{Parameters, Silent, compute};
@@ -21,6 +21,7 @@ const PLACEMENT: Placement = Placement {
     origin: [-30.0, 7.0, 100.0],
     spacing: [2.5; 3],
     direction: [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+    ..Placement::IDENTITY
 };
 
 /// The phantom sphere in the frame of [`PLACEMENT`].
@@ -173,12 +174,14 @@ fn a_mesh_that_is_turned_inside_out_is_turned_back() {
 #[test]
 fn reading_undoes_placing_in_the_world() {
     let given = octasphere(RADIUS);
-    let world = place_in_world(given.clone(), &PLACEMENT);
-    let ply = crate::export::PlyMesh { positions: world.positions, triangles: world.triangles };
+    let mut triangles = given.triangles.clone();
+    triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let positions = given.positions.iter().map(|&p| PLACEMENT.world_of_voxel(p)).collect();
+    let ply = crate::export::PlyMesh { positions, triangles };
     let back = super::in_voxel_frame(ply, &PLACEMENT);
     assert_eq!(back.triangles, given.triangles);
     for (a, b) in back.positions.iter().zip(&given.positions) {
-        // World coordinates up to 125 in f32 are off by 4e-6, and a voxel is 2.5 long.
+        // Coordinates up to 20 voxels in f32 are off by 1e-6.
         assert!((0..3).all(|i| (a[i] - b[i]).abs() < 1e-5), "{a:?} {b:?}");
     }
 }

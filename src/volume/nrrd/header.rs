@@ -9,8 +9,9 @@
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 
-use crate::volume::Placement;
 use crate::volume::decode::SampleType;
+use crate::volume::text::shortened;
+use crate::volume::{Placement, Space, Unit};
 
 /// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
 const LONGEST: u64 = 1 << 20;
@@ -151,12 +152,6 @@ impl Fields {
     }
 }
 
-/// The start of a text, so that a damaged file cannot fill the screen.
-fn shortened(text: &str) -> String {
-    let start: String = text.chars().take(40).flat_map(char::escape_default).collect();
-    if text.chars().nth(40).is_some() { start + "..." } else { start }
-}
-
 /// The type behind every name the definition allows; `block` is not a number.
 fn type_from_name(name: &str) -> Option<SampleType> {
     Some(match name {
@@ -220,17 +215,13 @@ fn check_kinds(fields: &Fields) -> Result<(), String> {
 
 /// Where the samples lie: space directions and origin, or spacings, or axis minima and maxima.
 fn placement(fields: &Fields, dims: [usize; 3]) -> Result<Placement, String> {
-    check_space(fields)?;
+    let space = space(fields)?;
     let mut placement = Placement::default();
     if let Some(text) = fields.get("space directions") {
         let vectors = vectors(text).filter(|v| v.len() == 3).ok_or_else(|| {
             format!("'space directions' is '{}', expected 3 vectors of 3 numbers", shortened(text))
         })?;
-        for (a, v) in vectors.into_iter().enumerate() {
-            let length = v[0].hypot(v[1]).hypot(v[2]);
-            placement.spacing[a] = length;
-            placement.direction[a] = v.map(|x| x / length);
-        }
+        placement = Placement::from_steps(placement.origin, [vectors[0], vectors[1], vectors[2]]);
     } else {
         axis_aligned(fields, dims, &mut placement)?;
     }
@@ -245,7 +236,35 @@ fn placement(fields: &Fields, dims: [usize; 3]) -> Result<Placement, String> {
             }
         };
     }
-    Ok(placement)
+    placement.unit = unit(fields);
+    Ok(match space {
+        World::Patient(space) => placement.of_patient(space),
+        World::LeftAnterior => {
+            placement.origin[0] *= -1.0;
+            placement.direction.iter_mut().for_each(|axis| axis[0] *= -1.0);
+            placement.of_patient(Space::Ras)
+        }
+        World::Other => placement,
+    })
+}
+
+/// What a header calls its space.
+enum World {
+    Patient(Space),
+    /// Right and left the other way round than in RAS.
+    LeftAnterior,
+    Other,
+}
+
+/// The unit of the space, or of the axes, if it is one for all.
+fn unit(fields: &Fields) -> Unit {
+    let text = fields.get("space units").or_else(|| fields.get("units")).unwrap_or_default();
+    let units: Option<Vec<Unit>> =
+        text.split_whitespace().map(|u| Unit::from_name(u.trim_matches('"'))).collect();
+    match units.as_deref() {
+        Some([first, rest @ ..]) if rest.iter().all(|u| u == first) => *first,
+        _ => Unit::Unknown,
+    }
 }
 
 /// Spacing and origin from the per-axis fields; `nan` in them means "not known".
@@ -275,16 +294,20 @@ fn axis_aligned(
     Ok(())
 }
 
-/// The space must have three dimensions; its axes keep their meaning whatever it is called.
-fn check_space(fields: &Fields) -> Result<(), String> {
+/// The space must have three dimensions.
+fn space(fields: &Fields) -> Result<World, String> {
     if let Some(n) = fields.number::<usize>("space dimension")?.filter(|&n| n != 3) {
         return Err(format!("'space dimension' is {n}, expected 3"));
     }
-    match fields.get("space") {
-        Some(space) if space.to_ascii_lowercase().contains("time") => {
-            Err(format!("space '{}', expected one of 3 dimensions", shortened(space)))
+    let named = fields.get("space").unwrap_or_default();
+    match named.to_ascii_lowercase().as_str() {
+        time if time.contains("time") => {
+            Err(format!("space '{}', expected one of 3 dimensions", shortened(named)))
         }
-        _ => Ok(()),
+        "left-posterior-superior" | "lps" => Ok(World::Patient(Space::Lps)),
+        "right-anterior-superior" | "ras" => Ok(World::Patient(Space::Ras)),
+        "left-anterior-superior" | "las" => Ok(World::LeftAnterior),
+        _ => Ok(World::Other),
     }
 }
 

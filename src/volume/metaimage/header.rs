@@ -1,0 +1,240 @@
+//! The text header of a MetaImage file: `Key = Value` lines, of which `ElementDataFile` is the last.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, Read};
+
+use crate::volume::decode::SampleType;
+use crate::volume::text::{exactly, finite, shortened};
+use crate::volume::{Placement, Space, Unit};
+
+/// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
+const LONGEST: u64 = 1 << 20;
+
+/// Where the samples are.
+#[derive(Debug)]
+pub(super) enum Data {
+    Local,
+    File(String),
+    /// A file per slice.
+    Slices(Vec<String>),
+}
+
+/// What a header says about the samples.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) dims: [usize; 3],
+    pub(super) n_frames: usize,
+    pub(super) n_channels: usize,
+    pub(super) sample_type: SampleType,
+    pub(super) big_endian: bool,
+    pub(super) is_text: bool,
+    pub(super) is_packed: bool,
+    /// Bytes before the samples in their file; `None` for -1, "the samples are its end".
+    pub(super) header_size: Option<u64>,
+    pub(super) data: Data,
+    pub(super) placement: Placement,
+}
+
+/// Reads a header and leaves `reader` behind the line of its last field.
+///
+/// # Errors
+///
+/// What is wrong, without the name of the file.
+pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
+    let (fields, listed) = read_fields(reader)?;
+    let get = |name: &str| fields.get(name).map(String::as_str);
+    let kind = get("objecttype").unwrap_or("Image");
+    if !kind.eq_ignore_ascii_case("image") {
+        return Err(format!("object of type '{}', expected an image", shortened(kind)));
+    }
+    let n_axes = get("ndims").ok_or("no 'NDims' field, expected a MetaImage header")?;
+    let sizes = get("dimsize").ok_or("no 'DimSize' field")?;
+    let (dims, n_frames) = match n_axes {
+        "3" => (exactly::<usize, 3>(sizes), 1),
+        "4" => match exactly::<usize, 4>(sizes) {
+            Some([x, y, z, t]) => (Some([x, y, z]), t),
+            None => (None, 1),
+        },
+        _ => return Err(format!("'NDims' is '{}', expected 3 or 4", shortened(n_axes))),
+    };
+    let dims = dims.ok_or_else(|| {
+        format!("'DimSize' is '{}', expected {n_axes} whole numbers", shortened(sizes))
+    })?;
+    let type_name = get("elementtype").ok_or("no 'ElementType' field")?;
+    let (sample_type, n_told) = element_type(type_name)
+        .ok_or_else(|| format!("ElementType '{}', expected a number type", shortened(type_name)))?;
+    let n_channels = match get("elementnumberofchannels") {
+        None => n_told,
+        Some(n) => n.parse().ok().filter(|n| (1..=1 << 16).contains(n)).ok_or_else(|| {
+            format!("'ElementNumberOfChannels' is '{}', expected 1 or more", shortened(n))
+        })?,
+    };
+    let flag = |names: &[&str]| names.iter().any(|name| get(name).is_some_and(is_true));
+    let header_size = match get("headersize").unwrap_or("0") {
+        "-1" => None,
+        n => Some(n.parse().map_err(|_| format!("'HeaderSize' is '{}'", shortened(n)))?),
+    };
+    let data = data(get("elementdatafile").unwrap_or_default(), listed, dims, n_frames)?;
+    Ok(Header {
+        dims,
+        n_frames,
+        n_channels,
+        sample_type,
+        big_endian: flag(&["elementbyteordermsb", "binarydatabyteordermsb"]),
+        is_text: get("binarydata").is_some_and(|value| !is_true(value)),
+        is_packed: flag(&["compresseddata"]),
+        header_size,
+        data,
+        placement: placement(&get, n_axes == "4")?,
+    })
+}
+
+fn is_true(value: &str) -> bool {
+    value.starts_with(['T', 't', '1', 'Y', 'y'])
+}
+
+/// The fields by name in lower case, and the lines behind `ElementDataFile = LIST`.
+fn read_fields(
+    reader: &mut impl BufRead,
+) -> Result<(BTreeMap<String, String>, Vec<String>), String> {
+    let mut left = LONGEST;
+    let mut next_line = || -> Result<Option<String>, String> {
+        let mut line = Vec::new();
+        let n =
+            reader.by_ref().take(left).read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
+        left -= n as u64;
+        if n > 0 && left == 0 {
+            return Err(format!("the header does not end within {LONGEST} bytes"));
+        }
+        Ok((n > 0).then(|| String::from_utf8_lossy(&line).trim().to_owned()))
+    };
+    let mut fields = BTreeMap::new();
+    loop {
+        let Some(line) = next_line()? else {
+            return Err("no 'ElementDataFile' field, expected a MetaImage header".to_owned());
+        };
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let (name, value) = line
+            .split_once(['=', ':'])
+            .ok_or_else(|| format!("header line '{}', expected 'Key = Value'", shortened(&line)))?;
+        let (name, value) = (name.trim().to_ascii_lowercase(), value.trim().to_owned());
+        let is_last = name == "elementdatafile";
+        let is_list = is_last && value.starts_with("LIST");
+        fields.insert(name, value);
+        if !is_last {
+            continue;
+        }
+        let mut listed = Vec::new();
+        while is_list && let Some(name) = next_line()? {
+            if !name.is_empty() {
+                listed.push(name);
+            }
+        }
+        return Ok((fields, listed));
+    }
+}
+
+/// The number type behind a name, and how many of them make a sample.
+fn element_type(name: &str) -> Option<(SampleType, usize)> {
+    let name = name.strip_prefix("MET_")?;
+    let (name, n) = match name.strip_suffix("_ARRAY") {
+        Some(name) => (name, 3),
+        None => (name, 1),
+    };
+    let sample_type = match name {
+        "UCHAR" => SampleType::U8,
+        "CHAR" | "ASCII_CHAR" => SampleType::I8,
+        "USHORT" => SampleType::U16,
+        "SHORT" => SampleType::I16,
+        // 4 bytes on every system.
+        "UINT" | "ULONG" => SampleType::U32,
+        "INT" | "LONG" => SampleType::I32,
+        "ULONG_LONG" => SampleType::U64,
+        "LONG_LONG" => SampleType::I64,
+        "FLOAT" => SampleType::F32,
+        "DOUBLE" => SampleType::F64,
+        _ => return None,
+    };
+    Some((sample_type, n))
+}
+
+fn data(
+    named: &str,
+    listed: Vec<String>,
+    dims: [usize; 3],
+    n_frames: usize,
+) -> Result<Data, String> {
+    let words: Vec<&str> = named.split_whitespace().collect();
+    match words[..] {
+        [] => Err("an empty 'ElementDataFile', expected LOCAL, LIST or a file".to_owned()),
+        ["LOCAL" | "Local" | "local"] => Ok(Data::Local),
+        ["LIST"] | ["LIST", "2" | "2D"] => Ok(Data::Slices(listed)),
+        ["LIST", ..] => Err(format!("'{}', expected a list of slices", shortened(named))),
+        // `slice%03d.raw 1 60 1`.
+        [pattern, first, last, ..] if pattern.contains('%') => {
+            let step = words.get(3).copied().unwrap_or("1");
+            let n_slices = dims[2].saturating_mul(n_frames);
+            numbered(pattern, [first, last, step], n_slices).map(Data::Slices).ok_or_else(|| {
+                format!("'{}', expected e.g. slice%03d.raw 1 60 1", shortened(named))
+            })
+        }
+        _ => Ok(Data::File(named.to_owned())),
+    }
+}
+
+/// The names of a pattern of C's printf with one whole number; `None` if it is none, or tells more than `most`.
+fn numbered(pattern: &str, numbers: [&str; 3], most: usize) -> Option<Vec<String>> {
+    let [first, last, step] = numbers.map(|n| n.parse::<u32>().ok());
+    let (first, last, step) = (first?, last?, step.filter(|&s| s > 0)?);
+    let (before, rest) = pattern.split_once('%')?;
+    let (width, after) = rest.split_once('d')?;
+    let is_padded = width.starts_with('0');
+    let width: usize = if width.is_empty() { 0 } else { width.parse().ok().filter(|&w| w < 20)? };
+    let n = (last.checked_sub(first)? / step) as usize + 1;
+    if n > most.min(1 << 16) {
+        return None;
+    }
+    let name = |i: usize| {
+        let number = first + i as u32 * step;
+        let digits =
+            if is_padded { format!("{number:0width$}") } else { format!("{number:width$}") };
+        format!("{before}{digits}{after}")
+    };
+    Some((0..n).map(name).collect())
+}
+
+fn placement<'a>(
+    get: &impl Fn(&str) -> Option<&'a str>,
+    has_time: bool,
+) -> Result<Placement, String> {
+    let three = |names: &[&str], default: [f64; 3]| -> Result<[f64; 3], String> {
+        let Some((name, text)) = names.iter().find_map(|&name| Some((name, get(name)?))) else {
+            return Ok(default);
+        };
+        let numbers = if has_time {
+            finite::<4>(text).map(|[x, y, z, _]| [x, y, z])
+        } else {
+            finite::<3>(text)
+        };
+        numbers.ok_or_else(|| format!("'{name}' is '{}', expected numbers", shortened(text)))
+    };
+    let spacing = three(&["elementspacing", "elementsize"], [1.0; 3])?;
+    let origin = three(&["offset", "origin", "position"], [0.0; 3])?;
+    let matrix = ["transformmatrix", "rotation", "orientation"];
+    let mut direction = Placement::IDENTITY.direction;
+    if let Some(text) = matrix.iter().find_map(|name| get(name)) {
+        let rows = if has_time {
+            finite::<16>(text).map(|m| [0, 1, 2].map(|a| [m[4 * a], m[4 * a + 1], m[4 * a + 2]]))
+        } else {
+            finite::<9>(text).map(|m| [0, 1, 2].map(|a| [m[3 * a], m[3 * a + 1], m[3 * a + 2]]))
+        };
+        direction = rows.ok_or_else(|| {
+            format!("'TransformMatrix' is '{}', expected a square of numbers", shortened(text))
+        })?;
+    }
+    let unit = get("distanceunits").and_then(Unit::from_name).unwrap_or(Unit::Mm);
+    let placed = Placement { origin, spacing, direction, unit, ..Placement::IDENTITY };
+    Ok(placed.of_patient(Space::Lps))
+}

@@ -1,0 +1,205 @@
+//! MRC and CCP4 maps (`.mrc`, `.map`, `.ccp4`, `.rec`), plain or gzip: a header of 1024 bytes, then the samples.
+//!
+//! Source: "MRC2014: Extensions to the MRC format header" (Cheng et al. 2015), ccpem.ac.uk/mrc_format. Axes are put into the
+//! order x, y, z of the cell, whatever order `MAPC`, `MAPR`, `MAPS` tell; the cell's angles shear the world, which is in
+//! angstrom. Where the header has an origin (words 50 to 52) the first sample lies there, else as the start (words 5 to 7)
+//! tells, in steps of the cell.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+
+use flate2::bufread::MultiGzDecoder;
+
+use super::decode::{SampleType, invalid, permuted, read_error};
+use super::select::one_of;
+use super::stream::{self, Channel, Layout, Packing};
+use super::{Grid, Placement, ReadOptions, Unit};
+use crate::error::{Error, Result};
+
+/// Bytes of the header.
+const HEADER: usize = 1024;
+
+/// Reads a map, which is open.
+///
+/// # Errors
+///
+/// [`Error::Io`] if it cannot be read; [`Error::Input`] for other files, damaged ones, complex samples, and where a frame of a
+/// stack of volumes must be chosen.
+pub(crate) fn read(
+    path: &Path,
+    (file, length): (File, u64),
+    options: &ReadOptions,
+) -> Result<Grid> {
+    let is_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let header = if is_gzip {
+        read_header(MultiGzDecoder::new(BufReader::new(file)))
+    } else {
+        read_header(file)
+    };
+    let header = header.map_err(|e| read_error(path, e))?;
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let packing = if is_gzip { Packing::Gzip } else { Packing::Plain };
+    let layout = header.layout(options).map_err(|e| read_error(path, e))?;
+    let samples = stream::read(&mut BufReader::new(file), length, packing, &layout);
+    let moved = samples.and_then(|samples| permuted(samples, layout.dims, header.order));
+    let (samples, dims) = moved.map_err(|e| read_error(path, e))?;
+    Ok((dims, samples, header.placement))
+}
+
+/// What the header tells.
+struct Header {
+    /// Samples along columns, rows and sections; sections of one volume.
+    dims: [usize; 3],
+    n_frames: usize,
+    sample_type: SampleType,
+    big_endian: bool,
+    /// Bytes before the samples.
+    offset: u64,
+    /// Which axis of the cell columns, rows and sections run along.
+    order: [usize; 3],
+    placement: Placement,
+}
+
+impl Header {
+    fn layout(&self, options: &ReadOptions) -> io::Result<Layout> {
+        let frame = one_of("frame", options.frame, self.n_frames)?;
+        let mut layout = Layout {
+            dims: self.dims,
+            sample_type: self.sample_type,
+            big_endian: self.big_endian,
+            channel: Channel::ONLY,
+            skip: 0,
+        };
+        let before = layout.size()?.1.checked_mul(frame as u64);
+        layout.skip = before
+            .and_then(|n| n.checked_add(self.offset))
+            .ok_or_else(|| invalid(format!("no frame {frame} in a file")))?;
+        Ok(layout)
+    }
+}
+
+/// The header's words, numbered from 1 as its definition does.
+struct Words {
+    bytes: [u8; HEADER],
+    big_endian: bool,
+}
+
+impl Words {
+    fn word(&self, n: usize) -> [u8; 4] {
+        let at = 4 * (n - 1);
+        let mut word = std::array::from_fn(|i| self.bytes[at + i]);
+        if self.big_endian {
+            word.reverse();
+        }
+        word
+    }
+
+    fn int(&self, n: usize) -> i32 {
+        i32::from_le_bytes(self.word(n))
+    }
+
+    fn three(&self, n: usize) -> [f64; 3] {
+        [n, n + 1, n + 2].map(|n| f32::from_le_bytes(self.word(n)).into())
+    }
+}
+
+fn read_header(mut reader: impl Read) -> io::Result<Header> {
+    let mut bytes = [0; HEADER];
+    reader.read_exact(&mut bytes).map_err(|e| match e.kind() {
+        io::ErrorKind::UnexpectedEof => invalid(format!("no map: fewer than {HEADER} bytes")),
+        io::ErrorKind::InvalidInput => invalid(format!("damaged gzip data: {e}")),
+        _ => e,
+    })?;
+    let is_order = |words: &Words| {
+        let mut axes = [17, 18, 19].map(|n| words.int(n));
+        axes.sort_unstable();
+        let modes = [0, 1, 2, 3, 4, 6, 12, 101];
+        (axes == [1, 2, 3] || axes == [0, 0, 0]) && modes.contains(&words.int(4))
+    };
+    // The machine stamp is often wrong; the axes and the mode are small numbers in one byte order only.
+    let orders = [false, true].map(|big_endian| Words { bytes, big_endian });
+    let words = orders.into_iter().find(is_order).ok_or_else(|| {
+        invalid("no MRC or CCP4 map: axis order and mode are none of the format's")
+    })?;
+    parse(&words)
+}
+
+fn parse(words: &Words) -> io::Result<Header> {
+    let mut dims = [0; 3];
+    for (n, word) in dims.iter_mut().zip(1..) {
+        let told = words.int(word);
+        *n = usize::try_from(told).map_err(|_| invalid(format!("{told} samples along an axis")))?;
+    }
+    let sample_type = match words.int(4) {
+        0 => SampleType::I8,
+        1 => SampleType::I16,
+        2 => SampleType::F32,
+        6 => SampleType::U16,
+        12 => SampleType::F16,
+        mode @ (3 | 4) => {
+            return Err(invalid(format!("mode {mode}, complex samples, expected real ones")));
+        }
+        mode => return Err(invalid(format!("mode {mode}, expected 0, 1, 2, 6 or 12"))),
+    };
+    let extended = words.int(24);
+    let extended = u64::try_from(extended)
+        .map_err(|_| invalid(format!("an extended header of {extended} bytes")))?;
+    let order = match [17, 18, 19].map(|n| words.int(n)) {
+        [0, 0, 0] => [0, 1, 2],
+        axes => axes.map(|axis| axis as usize - 1),
+    };
+    // A space group above 400 tells a stack of volumes of so many sections.
+    let sections = usize::try_from(words.int(10)).unwrap_or(0);
+    let is_stack = (401..=630).contains(&words.int(23)) && sections > 0;
+    let n_frames = if is_stack { dims[2] / sections } else { 1 };
+    if is_stack {
+        dims[2] = sections;
+    }
+    Ok(Header {
+        dims,
+        n_frames,
+        sample_type,
+        big_endian: words.big_endian,
+        offset: HEADER as u64 + extended,
+        order,
+        placement: placement(words, dims, order)?,
+    })
+}
+
+/// Where the samples lie, once their axes are those of the cell.
+fn placement(words: &Words, dims: [usize; 3], order: [usize; 3]) -> io::Result<Placement> {
+    let (lengths, angles) = (words.three(11), words.three(14));
+    let mut steps = cell(angles)
+        .ok_or_else(|| invalid(format!("cell angles {angles:?}, expected those of a cell")))?;
+    for a in 0..3 {
+        // Without intervals along the cell, as many as there are samples.
+        let along = order.iter().position(|&axis| axis == a).map_or(0, |i| dims[i]);
+        let n = match words.int(8 + a) {
+            n if n > 0 => f64::from(n),
+            _ => along as f64,
+        };
+        let step = if lengths[a] > 0.0 { lengths[a] / n } else { 1.0 };
+        steps[a] = steps[a].map(|x| x * step);
+    }
+    let mut origin = words.three(50);
+    if origin == [0.0; 3] {
+        let mut start = [0.0; 3];
+        (0..3).for_each(|i| start[order[i]] = f64::from(words.int(5 + i)));
+        origin = std::array::from_fn(|i| (0..3).map(|a| steps[a][i] * start[a]).sum());
+    }
+    Ok(Placement { unit: Unit::Angstrom, ..Placement::from_steps(origin, steps) })
+}
+
+/// Unit vectors along a cell's edges: the first along x, the second in the plane of x and y. `None` for angles of no cell.
+fn cell(angles: [f64; 3]) -> Option<[[f64; 3]; 3]> {
+    let angles = if angles == [0.0; 3] { [90.0; 3] } else { angles };
+    // Right angles exactly.
+    let cosine = |angle: f64| if angle == 90.0 { 0.0 } else { angle.to_radians().cos() };
+    let [alpha, beta, gamma] = angles.map(cosine);
+    let sine = (1.0 - gamma * gamma).sqrt();
+    let across = (alpha - beta * gamma) / sine;
+    let up = (1.0 - beta * beta - across * across).sqrt();
+    let vectors = [[1.0, 0.0, 0.0], [gamma, sine, 0.0], [beta, across, up]];
+    vectors.as_flattened().iter().all(|x| x.is_finite()).then_some(vectors)
+}

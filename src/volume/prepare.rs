@@ -1,0 +1,153 @@
+//! What is done to a volume before anything else: a region is cut out, noise is filtered, samples are made fewer.
+//!
+//! The steps are done in the order of the fields of [`Preparation`]. They are recorded in a spectrum, so that whoever has the
+//! volume can do them again and verify the spectrum against the result.
+
+mod filter;
+
+use serde::{Deserialize, Serialize};
+
+use super::decode::reserve;
+use super::{Placement, Samples, Volume};
+use crate::error::{Error, Result};
+use crate::with_samples;
+
+/// Steps before the sweep, each where it was asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Preparation {
+    /// First sample and the one behind the last, along x, y, z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crop: Option<[[usize; 2]; 3]>,
+    /// Each sample becomes the median of those up to so many away along every axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub median: Option<usize>,
+    /// Standard deviations of a Gaussian along x, y, z, in samples.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smooth: Option<[f64; 3]>,
+    /// Blocks of so many samples along every axis become one, their mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub downsample: Option<usize>,
+}
+
+/// Largest radius of a median, and standard deviation of a Gaussian, in samples.
+const LARGEST: f64 = 64.0;
+
+impl Preparation {
+    /// Whether nothing is done.
+    pub fn is_none(&self) -> bool {
+        *self == Preparation::default()
+    }
+
+    /// What a spectrum says was done to its volume.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] if it says what this version does not know.
+    pub fn of_parameters(parameters: &serde_json::Value) -> Result<Self> {
+        match parameters.get("preparation") {
+            None => Ok(Preparation::default()),
+            Some(done) => serde_json::from_value(done.clone())
+                .map_err(|_| Error::input("the spectrum's preparation of its volume is not known")),
+        }
+    }
+
+    /// The volume after all steps.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for a region outside the volume, and for radii that are none; [`Error::Input`] where what is left is
+    /// no volume ([`Volume::new`]) or memory does not suffice.
+    pub fn apply(&self, volume: Volume) -> Result<Volume> {
+        self.check(&volume)?;
+        let mut volume = volume;
+        if let Some(region) = self.crop {
+            volume = cropped(&volume, region)?;
+        }
+        if let Some(radius) = self.median {
+            let samples = filter::median(volume.samples(), volume.dims(), radius);
+            volume = remade(&volume, samples, volume.dims(), *volume.placement())?;
+        }
+        if let Some(sigma) = self.smooth {
+            let samples = filter::gaussian(volume.samples(), volume.dims(), sigma);
+            volume = remade(&volume, samples, volume.dims(), *volume.placement())?;
+        }
+        if let Some(n) = self.downsample {
+            volume = downsampled(&volume, n)?;
+        }
+        Ok(volume)
+    }
+
+    fn check(&self, volume: &Volume) -> Result<()> {
+        let dims = volume.dims();
+        if let Some(region) = self.crop
+            && let Some(a) = (0..3)
+                .find(|&a| region[a][1] > dims[a] || region[a][1].saturating_sub(region[a][0]) < 2)
+        {
+            let ([first, end], axis) = (region[a], ["x", "y", "z"][a]);
+            return Err(Error::Usage(format!(
+                "region {first}:{end} along {axis}, expected at least 2 of the samples 0:{}",
+                dims[a]
+            )));
+        }
+        let is_radius = |r: f64| (0.0..=LARGEST).contains(&r);
+        let radii = self.smooth.iter().flatten().copied();
+        if let Some(r) = radii.chain(self.median.map(|r| r as f64)).find(|&r| !is_radius(r)) {
+            return Err(Error::Usage(format!(
+                "a filter that reaches {r} samples, expected 0 to {LARGEST}"
+            )));
+        }
+        if self.downsample.is_some_and(|n| n < 1) {
+            return Err(Error::Usage("blocks of 0 samples, expected 1 or more".to_owned()));
+        }
+        Ok(())
+    }
+}
+
+/// A volume of the same name and layer.
+fn remade(
+    volume: &Volume,
+    samples: Samples,
+    dims: [usize; 3],
+    placement: Placement,
+) -> Result<Volume> {
+    Ok(Volume::new(volume.name(), dims, samples, placement)?.with_outside(volume.outside()))
+}
+
+fn cropped(volume: &Volume, region: [[usize; 2]; 3]) -> Result<Volume> {
+    let [nx, ny, _] = volume.dims();
+    let dims = region.map(|[first, end]| end - first);
+    let [x, y, z] = region;
+    let samples = with_samples!(volume.samples(), all => {
+        let n = dims.iter().product();
+        let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
+        let rows = (z[0]..z[1]).flat_map(|k| (y[0]..y[1]).map(move |j| nx * (j + ny * k)));
+        for (to, row) in kept.chunks_exact_mut(dims[0]).zip(rows) {
+            to.copy_from_slice(&all[row + x[0]..row + x[1]]);
+        }
+        Samples::from(kept)
+    });
+    let first = region.map(|[first, _]| first as f64);
+    let placement = Placement { origin: volume.placement().world(first), ..*volume.placement() };
+    remade(volume, samples, dims, placement)
+}
+
+/// Means of blocks; what is left over at the upper ends is in none.
+fn downsampled(volume: &Volume, n: usize) -> Result<Volume> {
+    let dims = volume.dims().map(|d| d / n);
+    if n == 1 || dims.iter().any(|&d| d < 2) {
+        return match n {
+            1 => Ok(volume.clone()),
+            _ => Err(Error::Usage(format!(
+                "blocks of {n} samples, expected at least 2 of them along each axis"
+            ))),
+        };
+    }
+    let samples = filter::block_means(volume.samples(), volume.dims(), n);
+    // A block lies in the middle of its samples.
+    let middle = [0.5 * (n as f64 - 1.0); 3];
+    let mut placement = *volume.placement();
+    placement.origin = placement.world(middle);
+    placement.spacing = placement.spacing.map(|s| s * n as f64);
+    remade(volume, samples, dims, placement)
+}

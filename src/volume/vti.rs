@@ -1,0 +1,293 @@
+//! VTK XML image data (`.vti`).
+//!
+//! Source: "VTK XML formats" (docs.vtk.org) and `vtkXMLImageDataReader`. Read are point or cell data of one piece: text,
+//! base64, or appended, raw or base64, each plain or in blocks of zlib, with 32 or 64 bit lengths in either byte order.
+//! Appended raw data make the file no XML, so what follows their tag is never given to the parser.
+
+mod array;
+mod blocks;
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use quick_xml::events::{BytesStart, Event};
+
+use super::decode::{invalid, read_error};
+use super::select::{by_name, one_of};
+use super::stream::{Channel, Layout};
+use super::text::{exactly, finite, shortened};
+use super::{Grid, Placement, ReadOptions, Samples};
+use crate::error::Result;
+use array::{Array, Place};
+use blocks::Encoding;
+
+/// Reads a VTI file, which is open.
+///
+/// # Errors
+///
+/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for anything but image data of one piece, damaged files,
+/// and where an array or channel must be chosen.
+pub(crate) fn read(path: &Path, (file, _): (File, u64), options: &ReadOptions) -> Result<Grid> {
+    read_grid(file, options).map_err(|e| read_error(path, e))
+}
+
+/// What a file says before its samples.
+struct Head {
+    extent: [i64; 6],
+    placement: Placement,
+    encoding: Encoding,
+    arrays: Vec<Array>,
+    /// The active array of the points.
+    active: Option<String>,
+}
+
+fn read_grid(file: File, options: &ReadOptions) -> io::Result<Grid> {
+    let mut parser = Parser::new(BufReader::new(file), options.array.as_deref());
+    let (head, appended) = parser.head()?;
+    let Head { extent, mut placement, encoding, arrays, active } = head;
+    if arrays.is_empty() {
+        return Err(invalid("no array of points or cells, expected samples"));
+    }
+    let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
+    let chosen = by_name(&names, options.array.as_deref(), active.as_deref())?;
+    let array = &arrays[chosen];
+    let index = one_of("channel", options.channel, array.n_channels)?;
+    let cells = usize::from(array.is_of_cells);
+    let mut dims = [0; 3];
+    for a in 0..3 {
+        let n = extent[2 * a + 1].checked_sub(extent[2 * a]).filter(|n| *n >= 0);
+        let n = n.and_then(|n| usize::try_from(n).ok()).and_then(|n| (n + 1).checked_sub(cells));
+        dims[a] =
+            n.ok_or_else(|| invalid(format!("extent {extent:?}, expected ascending pairs")))?;
+    }
+    // Cells lie between points.
+    let first = [0, 1, 2].map(|a| extent[2 * a] as f64 + 0.5 * cells as f64);
+    placement.origin = placement.world(first);
+    let layout = Layout {
+        dims,
+        sample_type: array.sample_type()?,
+        big_endian: encoding.big_endian,
+        channel: Channel { index, of: array.n_channels },
+        skip: 0,
+    };
+    let samples = match &array.place {
+        Place::Text(text) => array::of_text(text, &layout)?,
+        Place::Base64(text) => blocks::read_base64(text.as_bytes(), encoding, &layout)?,
+        Place::Appended(offset) => {
+            let appended = appended.ok_or_else(|| invalid("no appended data in the file"))?;
+            read_appended(parser.into_inner(), appended, *offset, encoding, &layout)?
+        }
+    };
+    Ok((dims, samples, placement))
+}
+
+/// Where appended data begin, and how they are written.
+struct Appended {
+    is_base64: bool,
+}
+
+fn read_appended(
+    mut reader: BufReader<File>,
+    appended: Appended,
+    offset: u64,
+    encoding: Encoding,
+    layout: &Layout,
+) -> io::Result<Samples> {
+    // White space, then an underscore.
+    loop {
+        let mut byte = [0];
+        reader.read_exact(&mut byte)?;
+        match byte[0] {
+            b'_' => break,
+            b if b.is_ascii_whitespace() => {}
+            _ => return Err(invalid("appended data that do not begin with '_'")),
+        }
+    }
+    let length = reader.get_ref().metadata()?.len();
+    let start = reader.stream_position()?.saturating_add(offset);
+    if start > length {
+        return Err(invalid(format!("appended data at byte {offset}, beyond the end of the file")));
+    }
+    reader.seek(SeekFrom::Start(start))?;
+    let left = length - start;
+    if !appended.is_base64 {
+        return blocks::read(&mut reader, left, encoding, layout);
+    }
+    // Up to the end of the text, or as far as another array's padding.
+    let most = layout.size()?.1.saturating_mul(2).saturating_add(1 << 20).min(left);
+    let mut text = Vec::new();
+    reader.take(most).read_to_end(&mut text)?;
+    let end = text.iter().position(|&b| b == b'<').unwrap_or(text.len());
+    blocks::read_base64(&text[..end], encoding, layout)
+}
+
+/// Goes through the XML up to the samples that are appended.
+struct Parser<'a, R: BufRead> {
+    reader: quick_xml::Reader<R>,
+    /// The array that is wanted: the text of others is not kept.
+    wanted: Option<&'a str>,
+}
+
+impl<'a, R: BufRead> Parser<'a, R> {
+    fn new(reader: R, wanted: Option<&'a str>) -> Self {
+        Parser { reader: quick_xml::Reader::from_reader(reader), wanted }
+    }
+
+    fn into_inner(self) -> R {
+        self.reader.into_inner()
+    }
+
+    fn head(&mut self) -> io::Result<(Head, Option<Appended>)> {
+        let mut head = Head {
+            extent: [0; 6],
+            placement: Placement::IDENTITY,
+            encoding: Encoding::PLAIN,
+            arrays: Vec::new(),
+            active: None,
+        };
+        let (mut buffer, mut is_image, mut of_cells, mut n_pieces) = (Vec::new(), false, None, 0);
+        // Whether text belongs to the last array.
+        let mut is_inside = false;
+        loop {
+            buffer.clear();
+            let event = self.reader.read_event_into(&mut buffer);
+            match event.map_err(|e| wrong_xml(&e.to_string()))? {
+                Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
+                    "VTKFile" => head.encoding = encoding(&tag)?,
+                    "ImageData" => {
+                        is_image = true;
+                        (head.extent, head.placement) = frame(&tag)?;
+                    }
+                    "Piece" => {
+                        n_pieces += 1;
+                        check_piece(&tag, head.extent, n_pieces)?;
+                    }
+                    "PointData" => {
+                        of_cells = Some(false);
+                        head.active = attribute(&tag, "Scalars")?;
+                    }
+                    "CellData" => of_cells = Some(true),
+                    "DataArray" if of_cells.is_some() => {
+                        head.arrays.push(array::of_tag(&tag, of_cells == Some(true))?);
+                        is_inside = true;
+                    }
+                    "AppendedData" => {
+                        check_image(is_image)?;
+                        return Ok((head, Some(appended(&tag)?)));
+                    }
+                    _ => {}
+                },
+                Event::Text(text) if is_inside => {
+                    if let Some(array) = head.arrays.last_mut()
+                        && self.wanted.is_none_or(|wanted| wanted == array.name)
+                    {
+                        array.add_text(&text);
+                    }
+                }
+                Event::End(tag) => match tag.local_name().as_ref() {
+                    "PointData" | "CellData" => of_cells = None,
+                    "DataArray" => is_inside = false,
+                    "VTKFile" => break,
+                    _ => {}
+                },
+                Event::Eof => return Err(invalid("the file ends before its last tag")),
+                _ => {}
+            }
+        }
+        check_image(is_image)?;
+        Ok((head, None))
+    }
+}
+
+fn check_image(is_image: bool) -> io::Result<()> {
+    if is_image { Ok(()) } else { Err(invalid("no ImageData in the file, expected a VTI file")) }
+}
+
+fn wrong_xml(said: &str) -> io::Error {
+    let said: String = said.chars().filter(|c| !c.is_control()).take(120).collect();
+    invalid(format!("no XML: {said}"))
+}
+
+/// An attribute of a tag.
+fn attribute(tag: &BytesStart<'_>, name: &str) -> io::Result<Option<String>> {
+    let found = tag.try_get_attribute(name).map_err(|e| wrong_xml(&e.to_string()))?;
+    found
+        .map(|value| {
+            let value =
+                quick_xml::escape::unescape(&value.value).map_err(|e| wrong_xml(&e.to_string()))?;
+            Ok(value.into_owned())
+        })
+        .transpose()
+}
+
+fn encoding(tag: &BytesStart<'_>) -> io::Result<Encoding> {
+    let mut encoding = Encoding::PLAIN;
+    if attribute(tag, "type")?.is_some_and(|kind| kind != "ImageData") {
+        return Err(invalid("a VTK file of another kind, expected ImageData"));
+    }
+    encoding.big_endian = attribute(tag, "byte_order")?.as_deref() == Some("BigEndian");
+    encoding.length_bytes = match attribute(tag, "header_type")?.as_deref() {
+        None | Some("UInt32") => 4,
+        Some("UInt64") => 8,
+        Some(other) => {
+            return Err(invalid(format!(
+                "header_type '{}', expected UInt32 or UInt64",
+                shortened(other)
+            )));
+        }
+    };
+    encoding.is_packed = match attribute(tag, "compressor")?.as_deref() {
+        None | Some("") => false,
+        Some("vtkZLibDataCompressor") => true,
+        Some(other) => {
+            return Err(invalid(format!(
+                "compressor '{}', expected vtkZLibDataCompressor",
+                shortened(other)
+            )));
+        }
+    };
+    Ok(encoding)
+}
+
+/// Extent and placement of the image.
+fn frame(tag: &BytesStart<'_>) -> io::Result<([i64; 6], Placement)> {
+    let wrong =
+        |name: &str, text: &str| invalid(format!("{name} '{}', expected numbers", shortened(text)));
+    let three = |name: &str, default: [f64; 3]| match attribute(tag, name)? {
+        Some(text) => finite::<3>(&text).ok_or_else(|| wrong(name, &text)),
+        None => Ok(default),
+    };
+    let text = attribute(tag, "WholeExtent")?.unwrap_or_default();
+    let extent = exactly::<i64, 6>(&text).ok_or_else(|| wrong("WholeExtent", &text))?;
+    if extent.iter().any(|x| x.unsigned_abs() > 1 << 40) {
+        return Err(wrong("WholeExtent", &text));
+    }
+    let mut placement = Placement::IDENTITY;
+    placement.origin = three("Origin", [0.0; 3])?;
+    placement.spacing = three("Spacing", [1.0; 3])?;
+    if let Some(text) = attribute(tag, "Direction")? {
+        // Row by row; the directions of the axes are the columns.
+        let m = finite::<9>(&text).ok_or_else(|| wrong("Direction", &text))?;
+        placement.direction = [0, 1, 2].map(|a| [m[a], m[3 + a], m[6 + a]]);
+    }
+    Ok((extent, placement))
+}
+
+fn check_piece(tag: &BytesStart<'_>, whole: [i64; 6], n: usize) -> io::Result<()> {
+    let text = attribute(tag, "Extent")?.unwrap_or_default();
+    if n > 1 || exactly::<i64, 6>(&text) != Some(whole) {
+        return Err(invalid("an image in several pieces, expected one"));
+    }
+    Ok(())
+}
+
+fn appended(tag: &BytesStart<'_>) -> io::Result<Appended> {
+    match attribute(tag, "encoding")?.as_deref() {
+        Some("raw") => Ok(Appended { is_base64: false }),
+        Some("base64") | None => Ok(Appended { is_base64: true }),
+        Some(other) => {
+            Err(invalid(format!("appended data as '{}', expected raw or base64", shortened(other))))
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! Legacy VTK files (`.vtk`) of structured points, text or binary.
+//!
+//! Source: "Simple Legacy Formats" (docs.vtk.org). Binary numbers are big endian. Arrays are those of `SCALARS`, `VECTORS`,
+//! `NORMALS` and `FIELD`, of points or of cells.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read, Seek};
+use std::path::Path;
+
+use super::decode::{SampleType, invalid, picked, read_error};
+use super::select::{by_name, one_of};
+use super::stream::{Channel, Layout};
+use super::text::{exactly, finite, shortened};
+use super::{Grid, Placement, ReadOptions, stream, text};
+use crate::error::Result;
+
+/// Longest line that is looked at, bytes.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// Most arrays of a file.
+const MOST_ARRAYS: usize = 4096;
+
+/// Reads a legacy VTK file, which is open.
+///
+/// # Errors
+///
+/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for anything but structured points, damaged files, and
+/// where an array or channel must be chosen.
+pub(crate) fn read(
+    path: &Path,
+    (file, length): (File, u64),
+    options: &ReadOptions,
+) -> Result<Grid> {
+    let mut lines = Lines { reader: BufReader::new(file), length };
+    read_grid(&mut lines, options).map_err(|e| read_error(path, e))
+}
+
+/// An array, and where its numbers begin.
+struct Array {
+    name: String,
+    sample_type: Option<SampleType>,
+    type_name: String,
+    n_channels: usize,
+    is_of_cells: bool,
+    start: u64,
+}
+
+struct Lines {
+    reader: BufReader<File>,
+    length: u64,
+}
+
+impl Lines {
+    /// The next line that is not empty; `None` at the end.
+    fn next(&mut self) -> io::Result<Option<String>> {
+        loop {
+            let mut line = Vec::new();
+            let n = self.reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
+            if n as u64 == LONGEST_LINE {
+                return Err(invalid(format!("a line of more than {LONGEST_LINE} bytes")));
+            }
+            let text = String::from_utf8_lossy(&line).trim().to_owned();
+            if n == 0 || !text.is_empty() {
+                return Ok((n > 0).then_some(text));
+            }
+        }
+    }
+
+    fn position(&mut self) -> io::Result<u64> {
+        self.reader.stream_position()
+    }
+}
+
+fn read_grid(lines: &mut Lines, options: &ReadOptions) -> io::Result<Grid> {
+    let first = lines.next()?.unwrap_or_default();
+    if !first.starts_with("# vtk DataFile Version") {
+        return Err(invalid("no VTK file: the first line is not '# vtk DataFile Version'"));
+    }
+    // The title may be empty.
+    let mut title = Vec::new();
+    lines.reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut title)?;
+    let is_text = match lines.next()?.as_deref() {
+        Some("ASCII") => true,
+        Some("BINARY") => false,
+        _ => return Err(invalid("a third line that is neither ASCII nor BINARY")),
+    };
+    let mut head = Head::default();
+    let mut arrays = Vec::new();
+    while let Some(line) = lines.next()? {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        head.take(&words, &line)?;
+        match arrays_of(&words, &line, lines, &head)? {
+            Some(Told::Array(array)) => arrays.push(array),
+            Some(Told::Fields(n)) => read_fields(lines, n, is_text, &head, &mut arrays)?,
+            None => continue,
+        }
+        if arrays.len() > MOST_ARRAYS {
+            return Err(invalid(format!("more than {MOST_ARRAYS} arrays")));
+        }
+        let last = arrays.last().filter(|_| !line.starts_with("FIELD"));
+        last.map_or(Ok(()), |array| pass_over(lines, array, is_text, &head))?;
+    }
+    chosen(lines, head, &arrays, is_text, options)
+}
+
+/// Reads the samples of the array that was asked for.
+fn chosen(
+    lines: &mut Lines,
+    head: Head,
+    arrays: &[Array],
+    is_text: bool,
+    options: &ReadOptions,
+) -> io::Result<Grid> {
+    if arrays.is_empty() {
+        return Err(invalid("no array of points or cells, expected samples"));
+    }
+    let names: Vec<&str> = arrays.iter().map(|array| array.name.as_str()).collect();
+    let array = &arrays[by_name(&names, options.array.as_deref(), None)?];
+    let layout = head.layout(array, options)?;
+    lines.reader.seek(io::SeekFrom::Start(array.start))?;
+    let left = lines.length.saturating_sub(array.start);
+    let samples = if is_text {
+        let (n, _) = layout.size()?;
+        let all = n.checked_mul(layout.channel.of).filter(|&all| all as u64 <= left / 2 + 1);
+        let what = layout.what();
+        let all =
+            all.ok_or_else(|| invalid(format!("{left} bytes of text, too few for {what}")))?;
+        let numbers = words(&mut lines.reader, all, &what)?;
+        picked(text::samples(&numbers, layout.sample_type, all, &what)?, layout.channel)
+    } else {
+        stream::read(&mut lines.reader, left, stream::Packing::Plain, &layout)?
+    };
+    let mut placement = head.placement;
+    if array.is_of_cells {
+        placement.origin = placement.world([0.5; 3]);
+    }
+    Ok((layout.dims, samples, placement))
+}
+
+/// What a file says before its arrays.
+#[derive(Default)]
+struct Head {
+    dims: Option<[usize; 3]>,
+    placement: Placement,
+    /// Whether arrays are of cells, and how many samples they have, once that was said.
+    of: Option<(bool, usize)>,
+}
+
+impl Head {
+    fn take(&mut self, words: &[&str], line: &str) -> io::Result<()> {
+        let wrong = || invalid(format!("line '{}', expected numbers", shortened(line)));
+        let rest = line.split_once(char::is_whitespace).map_or("", |(_, rest)| rest);
+        match words[0] {
+            "DATASET" if words.get(1) != Some(&"STRUCTURED_POINTS") => {
+                let found = shortened(rest);
+                Err(invalid(format!("a data set of {found}, expected STRUCTURED_POINTS")))
+            }
+            "DIMENSIONS" => {
+                self.dims = Some(exactly(rest).ok_or_else(wrong)?);
+                Ok(())
+            }
+            "ORIGIN" => {
+                self.placement.origin = finite(rest).ok_or_else(wrong)?;
+                Ok(())
+            }
+            "SPACING" | "ASPECT_RATIO" => {
+                self.placement.spacing = finite(rest).ok_or_else(wrong)?;
+                Ok(())
+            }
+            "POINT_DATA" | "CELL_DATA" => {
+                let [n] = exactly(rest).ok_or_else(wrong)?;
+                self.of = Some((words[0] == "CELL_DATA", n));
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn layout(&self, array: &Array, options: &ReadOptions) -> io::Result<Layout> {
+        let dims = self.dims.ok_or_else(|| invalid("no line of DIMENSIONS"))?;
+        let cells = usize::from(array.is_of_cells);
+        let index = one_of("channel", options.channel, array.n_channels)?;
+        Ok(Layout {
+            dims: dims.map(|n| n.saturating_sub(cells)),
+            sample_type: array.sample_type.ok_or_else(|| {
+                invalid(format!(
+                    "numbers of type '{}', expected one of VTK's",
+                    shortened(&array.type_name)
+                ))
+            })?,
+            big_endian: true,
+            channel: Channel { index, of: array.n_channels },
+            skip: 0,
+        })
+    }
+}
+
+/// What a line tells of arrays.
+enum Told {
+    Array(Array),
+    /// So many arrays of a field follow, each with a line of its own.
+    Fields(usize),
+}
+
+fn arrays_of(
+    words: &[&str],
+    line: &str,
+    lines: &mut Lines,
+    head: &Head,
+) -> io::Result<Option<Told>> {
+    let wrong = || invalid(format!("line '{}', which is not VTK", shortened(line)));
+    if let ["FIELD", _, n] = words {
+        return Ok(Some(Told::Fields(n.parse().map_err(|_| wrong())?)));
+    }
+    let Some((is_of_cells, _)) = head.of else { return Ok(None) };
+    let (name, type_name, n_channels) = match words {
+        ["SCALARS", name, type_name] => (name, type_name, 1),
+        ["SCALARS", name, type_name, n] => (name, type_name, n.parse().map_err(|_| wrong())?),
+        ["VECTORS" | "NORMALS", name, type_name] => (name, type_name, 3),
+        ["TENSORS", name, type_name] => (name, type_name, 9),
+        ["METADATA"] => {
+            // Lines up to an empty one.
+            let mut line = vec![0];
+            while !line.trim_ascii().is_empty() {
+                line.clear();
+                lines.reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
+            }
+            return Ok(None);
+        }
+        ["COLOR_SCALARS" | "LOOKUP_TABLE" | "TEXTURE_COORDINATES", ..] => {
+            return Err(invalid(format!(
+                "'{}', expected SCALARS, VECTORS or FIELD",
+                shortened(line)
+            )));
+        }
+        _ => return Ok(None),
+    };
+    if words[0] == "SCALARS" {
+        let table = lines.next()?.unwrap_or_default();
+        if !table.starts_with("LOOKUP_TABLE") {
+            return Err(invalid(format!("line '{}', expected LOOKUP_TABLE", shortened(&table))));
+        }
+    }
+    let start = lines.position()?;
+    array(name, type_name, n_channels, is_of_cells, start).map(|array| Some(Told::Array(array)))
+}
+
+fn array(
+    name: &str,
+    type_name: &str,
+    n: usize,
+    is_of_cells: bool,
+    start: u64,
+) -> io::Result<Array> {
+    if !(1..=1 << 16).contains(&n) {
+        return Err(invalid(format!("{n} numbers per sample, expected 1 or more")));
+    }
+    let sample_type = match type_name.to_ascii_lowercase().as_str() {
+        "unsigned_char" => Some(SampleType::U8),
+        "char" | "signed_char" => Some(SampleType::I8),
+        "unsigned_short" => Some(SampleType::U16),
+        "short" => Some(SampleType::I16),
+        "unsigned_int" => Some(SampleType::U32),
+        "int" => Some(SampleType::I32),
+        "unsigned_long" | "vtktypeuint64" => Some(SampleType::U64),
+        "long" | "vtktypeint64" | "vtkidtype" => Some(SampleType::I64),
+        "float" => Some(SampleType::F32),
+        "double" => Some(SampleType::F64),
+        _ => None,
+    };
+    let (name, type_name) = (name.to_owned(), type_name.to_owned());
+    Ok(Array { name, sample_type, type_name, n_channels: n, is_of_cells, start })
+}
+
+/// Leaves the reader behind the numbers of an array.
+fn pass_over(lines: &mut Lines, array: &Array, is_text: bool, head: &Head) -> io::Result<()> {
+    let n_samples = head.of.map_or(0, |(_, n)| n);
+    pass_numbers(lines, array, n_samples, is_text)
+}
+
+fn pass_numbers(
+    lines: &mut Lines,
+    array: &Array,
+    n_samples: usize,
+    is_text: bool,
+) -> io::Result<()> {
+    let n = n_samples.saturating_mul(array.n_channels);
+    if is_text {
+        return skip_words(&mut lines.reader, n);
+    }
+    let size = array.sample_type.map(SampleType::n_bytes).ok_or_else(|| {
+        invalid(format!("numbers of type '{}', expected one of VTK's", shortened(&array.type_name)))
+    })?;
+    let end = array.start.saturating_add((n as u64).saturating_mul(size as u64));
+    if end > lines.length {
+        let left = lines.length - array.start;
+        return Err(invalid(format!("{left} bytes of samples, expected {}", end - array.start)));
+    }
+    lines.reader.seek(io::SeekFrom::Start(end)).map(|_| ())
+}
+
+/// The arrays of a field; those before the samples of points or cells are only passed over.
+fn read_fields(
+    lines: &mut Lines,
+    n: usize,
+    is_text: bool,
+    head: &Head,
+    arrays: &mut Vec<Array>,
+) -> io::Result<()> {
+    for _ in 0..n {
+        let line = lines.next()?.ok_or_else(|| invalid("the file ends inside a field"))?;
+        if line == "METADATA" {
+            arrays_of(&["METADATA"], &line, lines, head)?;
+        }
+        let line = if line == "METADATA" { lines.next()?.unwrap_or_default() } else { line };
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let wrong =
+            || invalid(format!("line '{}', expected an array of a field", shortened(&line)));
+        let [name, n_channels, n_samples, type_name] = words[..] else { return Err(wrong()) };
+        let n_channels = n_channels.parse().map_err(|_| wrong())?;
+        let n_samples = n_samples.parse().map_err(|_| wrong())?;
+        let start = lines.position()?;
+        let is_of_cells = head.of.is_some_and(|(is_of_cells, _)| is_of_cells);
+        let array = array(name, type_name, n_channels, is_of_cells, start)?;
+        pass_numbers(lines, &array, n_samples, is_text)?;
+        if head.of.is_some_and(|(_, n)| n == n_samples) {
+            arrays.push(array);
+        }
+        if arrays.len() > MOST_ARRAYS {
+            return Err(invalid(format!("more than {MOST_ARRAYS} arrays")));
+        }
+    }
+    Ok(())
+}
+
+/// The next `n` words of a text, each with a space behind it.
+fn words(reader: &mut impl BufRead, n: usize, what: &str) -> io::Result<Vec<u8>> {
+    let mut found = Vec::new();
+    let n_found = each_word(reader, n, |part| found.extend_from_slice(part))?;
+    if n_found < n {
+        return Err(invalid(format!("{n_found} numbers, expected {n} for {what}")));
+    }
+    Ok(found)
+}
+
+fn skip_words(reader: &mut impl BufRead, n: usize) -> io::Result<()> {
+    let n_found = each_word(reader, n, |_| {})?;
+    if n_found < n { Err(invalid(format!("{n_found} numbers, expected {n}"))) } else { Ok(()) }
+}
+
+/// Gives the bytes of the next `n` words, and the spaces before and behind them, to a function; how many words there were.
+fn each_word(
+    reader: &mut impl BufRead,
+    n: usize,
+    mut take: impl FnMut(&[u8]),
+) -> io::Result<usize> {
+    let (mut n_found, mut is_inside) = (0, false);
+    while n_found < n {
+        let bytes = reader.fill_buf()?;
+        if bytes.is_empty() {
+            return Ok(n_found + usize::from(is_inside));
+        }
+        let mut end = 0;
+        while end < bytes.len() && n_found < n {
+            let is_space = bytes[end].is_ascii_whitespace();
+            n_found += usize::from(is_inside && is_space);
+            is_inside = !is_space;
+            end += 1;
+        }
+        take(&bytes[..end]);
+        reader.consume(end);
+    }
+    Ok(n_found)
+}

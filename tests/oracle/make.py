@@ -1,0 +1,495 @@
+"""Writes small volumes with the programs that users write them with, and what those programs read back.
+
+    python3 -m venv venv && venv/bin/pip install numpy nibabel SimpleITK vtk mrcfile gemmi ase tifffile imagecodecs pillow scipy
+    venv/bin/python tests/oracle/make.py [FOLDER_OF_REAL_VOLUMES]
+
+Everything goes into this folder: the files, and `values.json`, which `tests/oracle/main.rs` compares with what isospectrum
+reads: dimensions, a checksum of all samples (CRC-32 of them as 64-bit floats, x fastest), a few samples, and the world
+positions of the eight corners. With a folder of real volumes, `real.json` as well.
+"""
+
+import json
+import sys
+import zlib
+from pathlib import Path
+
+import ase
+import ase.io.cube
+import gemmi
+import mrcfile
+import nibabel as nib
+import numpy as np
+import SimpleITK as sitk
+import tifffile
+import vtk
+from PIL import Image
+from scipy import ndimage
+from vtk.util import numpy_support
+
+HERE = Path(__file__).parent
+DIMS = (5, 4, 3)
+BOHR = 0.529177210903
+
+
+def pattern(dtype, shift=0):
+    """Samples [x, y, z], all different along every axis."""
+    x, y, z = np.meshgrid(*map(np.arange, DIMS), indexing="ij")
+    values = (7 * x + 31 * y + 17 * z * z + x * y * z + shift) % 101
+    if np.dtype(dtype).kind == "i":
+        values = values - 50
+    if np.dtype(dtype).kind == "f":
+        values = values / 7 - 3
+    return values.astype(dtype)
+
+
+def entry(file, oracle, samples, corner, space, unit, **options):
+    """`samples` [x, y, z]; `corner` maps an index to the world."""
+    flat = np.ascontiguousarray(samples.transpose(2, 1, 0)).astype("<f8").ravel()
+    dims = samples.shape
+    corners = []
+    for c in range(8):
+        index = [(c >> a & 1) * (dims[a] - 1) for a in range(3)]
+        corners.append([float(v) for v in corner(index)])
+    return {
+        "file": file,
+        "oracle": oracle,
+        "options": options,
+        "dims": list(dims),
+        "crc32": zlib.crc32(flat.tobytes()),
+        "first": [float(v) for v in flat[:4]],
+        "corners": corners,
+        "space": space,
+        "unit": unit,
+    }
+
+
+# NIfTI: nibabel
+
+
+def affine_corner(affine, scale=1.0):
+    return lambda index: (affine @ [*index, 1])[:3] * scale
+
+
+def nifti_entry(file, frame=None, channel=None, scale=1.0, path=None):
+    image = nib.load(path or HERE / file)
+    data = np.asanyarray(image.dataobj)
+    options = {}
+    if data.dtype.fields:
+        options["channel"] = channel
+        data = data[data.dtype.names[channel]]
+    if data.ndim == 4:
+        options["frame"] = frame
+        data = data[..., frame]
+    # Scaled samples of few bits are kept in 32.
+    on_disk = image.header.get_data_dtype()
+    if data.dtype == np.float64 and on_disk.itemsize <= 2:
+        data = data.astype(np.float32)
+    version = nib.__version__
+    return entry(file, f"nibabel {version}", data, affine_corner(image.affine, scale), "RAS", "mm", **options)
+
+
+def nifti():
+    shear = np.array([[1.5, 0.2, 0.1, -20], [0, 2.0, 0.3, 30.25], [0.1, 0, 2.5, -7.5], [0, 0, 0, 1]])
+    entries = []
+
+    def save(image, name, **options):
+        nib.save(image, HERE / name)
+        entries.append(nifti_entry(name, **options))
+
+    for kind in ["i1", "u2", "u4", "i8", "u8", "f8"]:
+        image = nib.Nifti1Image(pattern(kind), shear, dtype=kind)
+        save(image, f"nifti_{kind}.nii")
+    image = nib.Nifti1Image(pattern("i2"), shear)
+    image.header.set_slope_inter(2.5, -3)
+    save(image, "nifti_scaled.nii")
+    header = nib.Nifti1Header(endianness=">")
+    header.set_data_dtype(">f4")
+    save(nib.Nifti1Image(pattern(">f4"), shear, header), "nifti_big_endian.nii.gz")
+    image = nib.Nifti1Image(pattern("u1"), None)
+    image.header["pixdim"][:4] = [-1, 0.5, 0.75, 3]
+    image.header["qform_code"] = 1
+    image.header["quatern_b"], image.header["quatern_c"], image.header["quatern_d"] = 0.1, -0.3, 0.5
+    image.header["qoffset_x"], image.header["qoffset_y"], image.header["qoffset_z"] = 1.5, -2.5, 100
+    image = nib.Nifti1Image(pattern("u1"), None, image.header)
+    image.header.set_sform(None, 0)
+    save(image, "nifti_qform.nii")
+    nib.save(nib.Nifti1Pair(pattern("i4"), shear), HERE / "nifti_pair.hdr")
+    entries.append(nifti_entry("nifti_pair.hdr"))
+    series = np.stack([pattern("f4", shift) for shift in range(3)], axis=3)
+    image = nib.Nifti2Image(series, shear)
+    image.header.set_xyzt_units("micron", "sec")
+    # The world is in millimetres here, as in ITK.
+    save(image, "nifti_2_series.nii.gz", frame=2, scale=1e-3)
+    colours = np.zeros(DIMS, dtype=[("R", "u1"), ("G", "u1"), ("B", "u1")])
+    for shift, name in enumerate("RGB"):
+        colours[name] = pattern("u1", 10 * shift)
+    save(nib.Nifti1Image(colours, shear), "nifti_colours.nii", channel=1)
+    return entries
+
+
+# MetaImage: ITK
+
+
+def itk_corner(image):
+    return lambda index: image.TransformContinuousIndexToPhysicalPoint([float(i) for i in index])
+
+
+def itk_entry(file, channel=None, frame=None, path=None):
+    image = sitk.ReadImage(str(path or HERE / file))
+    options = {}
+    data = sitk.GetArrayFromImage(image)
+    place = image
+    if frame is not None:
+        options["frame"] = frame
+        data = data[frame]
+        place = image[:, :, :, 0]
+        origin, spacing, direction = image.GetOrigin()[:3], image.GetSpacing()[:3], np.reshape(image.GetDirection(), (4, 4))[:3, :3]
+        place.SetOrigin(origin), place.SetSpacing(spacing), place.SetDirection(direction.ravel())
+    if channel is not None:
+        options["channel"] = channel
+        data = data[..., channel]
+    version = sitk.Version.VersionString()
+    return entry(file, f"ITK {version}", data.transpose(2, 1, 0), itk_corner(place), "LPS", "mm", **options)
+
+
+def itk_image(samples):
+    image = sitk.GetImageFromArray(samples.transpose(2, 1, 0, *range(3, samples.ndim)), isVector=samples.ndim > 3)
+    a, b = np.deg2rad([20, 35])
+    rotation = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    rotation = rotation @ np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
+    image.SetDirection(rotation.ravel())
+    image.SetSpacing([0.7, 0.9, 2.5])
+    image.SetOrigin([-110.5, 12.25, 1e3 / 3])
+    return image
+
+
+def metaimage():
+    entries = []
+
+    def save(image, name, packed=False, **options):
+        sitk.WriteImage(image, str(HERE / name), packed)
+        entries.append(itk_entry(name, **options))
+
+    save(itk_image(pattern("i2")), "meta_local.mha")
+    save(itk_image(pattern("f4")), "meta_packed.mha", True)
+    save(itk_image(pattern("u2")), "meta_external.mhd")
+    save(itk_image(pattern("f8")), "meta_external_packed.mhd", True)
+    vectors = np.stack([pattern("f4", shift) for shift in range(2)], axis=3)
+    save(itk_image(vectors), "meta_vectors.mha", channel=1)
+    series = sitk.JoinSeries([itk_image(pattern("u1", shift)) for shift in range(3)])
+    save(series, "meta_series.mha", frame=1)
+    # What ITK reads and does not write: slices, the other byte order, text.
+    head = "ObjectType = Image\nNDims = 3\nDimSize = 5 4 3\nElementSpacing = 1 2 3\nOffset = 4 5 6\n"
+    turned = "TransformMatrix = 0 1 0 1 0 0 0 0 -1\n"
+    data = pattern("i2").transpose(2, 1, 0)
+    for i, slice_ in enumerate(data):
+        (HERE / f"meta_slice{i + 1}.raw").write_bytes(slice_.astype(">i2").tobytes())
+    big = "BinaryData = True\nBinaryDataByteOrderMSB = True\nElementType = MET_SHORT\n"
+    names = "".join(f"meta_slice{i + 1}.raw\n" for i in range(3))
+    (HERE / "meta_list.mhd").write_text(head + turned + big + "ElementDataFile = LIST\n" + names)
+    (HERE / "meta_pattern.mhd").write_text(head + big + "ElementDataFile = meta_slice%d.raw 1 3 1\n")
+    text = " ".join(map(str, data.ravel()))
+    (HERE / "meta_text.mha").write_text(head + "BinaryData = False\nElementType = MET_INT\nElementDataFile = LOCAL\n" + text + "\n")
+    entries.extend(itk_entry(name) for name in ["meta_list.mhd", "meta_pattern.mhd", "meta_text.mha"])
+    return entries
+
+
+# VTK
+
+
+def vtk_image(arrays, of_cells=False):
+    image = vtk.vtkImageData()
+    # Extents need not begin at 0.
+    image.SetExtent(2, 6, -1, 2, 3, 5)
+    image.SetOrigin(10.5, -3, 0.25)
+    image.SetSpacing(0.5, 0.25, 2)
+    image.SetDirectionMatrix(0, 0, 1, 1, 0, 0, 0, 1, 0)
+    holder = image.GetCellData() if of_cells else image.GetPointData()
+    for name, samples in arrays.items():
+        flat = samples.transpose(2, 1, 0, *range(3, samples.ndim)).reshape(-1, *samples.shape[3:])
+        array = numpy_support.numpy_to_vtk(np.ascontiguousarray(flat), deep=True)
+        array.SetName(name)
+        holder.AddArray(array)
+    holder.SetActiveScalars(next(iter(arrays)))
+    return image
+
+
+def vtk_entry(file, array=None, channel=None, of_cells=False, path=None):
+    legacy = file.endswith(".vtk")
+    reader = vtk.vtkStructuredPointsReader() if legacy else vtk.vtkXMLImageDataReader()
+    if legacy:
+        reader.ReadAllScalarsOn(), reader.ReadAllVectorsOn(), reader.ReadAllFieldsOn()
+    reader.SetFileName(str(path or HERE / file))
+    reader.Update()
+    image = reader.GetOutput()
+    holder = image.GetCellData() if of_cells else image.GetPointData()
+    found = holder.GetArray(array) if array else holder.GetScalars()
+    samples = numpy_support.vtk_to_numpy(found)
+    if channel is not None:
+        samples = samples[:, channel]
+    extent = np.array(image.GetExtent()).reshape(3, 2)
+    cells = int(of_cells)
+    dims = extent[:, 1] - extent[:, 0] + 1 - cells
+    samples = samples.reshape(dims[::-1]).transpose(2, 1, 0)
+
+    def corner(index):
+        point = [0.0] * 3
+        image.TransformContinuousIndexToPhysicalPoint(*(extent[:, 0] + index + 0.5 * cells), point)
+        return point
+
+    options = {k: v for k, v in {"array": array, "channel": channel}.items() if v is not None}
+    return entry(file, f"VTK {vtk.VTK_VERSION}", samples, corner, "UNKNOWN", "unknown", **options)
+
+
+def vtis():
+    entries = []
+
+    def save(name, arrays, setup, of_cells=False, **options):
+        writer = vtk.vtkXMLImageDataWriter()
+        writer.SetFileName(str(HERE / name))
+        writer.SetInputData(vtk_image(arrays, of_cells))
+        writer.SetCompressorTypeToNone()
+        writer.SetHeaderTypeToUInt32()
+        for call in setup:
+            getattr(writer, call)()
+        writer.Write()
+        entries.append(vtk_entry(name, of_cells=of_cells, **options))
+
+    several = {"density": pattern("f4"), "velocity": np.stack([pattern("f8", i) for i in range(3)], axis=3)}
+    zlib_, raw = "SetCompressorTypeToZLib", "EncodeAppendedDataOff"
+    save("vti_text.vti", {"a": pattern("i2")}, ["SetDataModeToAscii"])
+    save("vti_base64.vti", {"a": pattern("u1")}, ["SetDataModeToBinary"])
+    save("vti_base64_packed.vti", {"a": pattern("f4")}, ["SetDataModeToBinary", zlib_])
+    save("vti_raw.vti", several, ["SetDataModeToAppended", raw, "SetHeaderTypeToUInt64"], array="density")
+    save("vti_raw_packed.vti", several, ["SetDataModeToAppended", raw, zlib_], array="velocity", channel=2)
+    save("vti_appended_base64.vti", several, ["SetDataModeToAppended", zlib_, "SetHeaderTypeToUInt64"], array="velocity", channel=0)
+    save("vti_appended_base64_plain.vti", several, ["SetDataModeToAppended"], array="density")
+    save("vti_big_endian.vti", {"a": pattern("f8")}, ["SetDataModeToAppended", raw, "SetByteOrderToBigEndian"])
+    cells = {"c": pattern("u2")[:4, :3, :2]}
+    save("vti_cells.vti", cells, ["SetDataModeToBinary"], of_cells=True, array="c")
+    # One block for each few samples.
+    writer = vtk.vtkXMLImageDataWriter()
+    writer.SetFileName(str(HERE / "vti_blocks.vti"))
+    writer.SetInputData(vtk_image({"a": pattern("i4")}))
+    writer.SetBlockSize(104)
+    writer.EncodeAppendedDataOff()
+    writer.Write()
+    entries.append(vtk_entry("vti_blocks.vti"))
+    return entries
+
+
+def legacy_vtk():
+    entries = []
+    several = {"density": pattern("f4"), "velocity": np.stack([pattern("f8", i) for i in range(3)], axis=3)}
+    for name, call in [("vtk_text.vtk", "SetFileTypeToASCII"), ("vtk_binary.vtk", "SetFileTypeToBinary")]:
+        image = vtk_image(several)
+        # The format keeps no direction.
+        image.SetDirectionMatrix(1, 0, 0, 0, 1, 0, 0, 0, 1)
+        image.SetExtent(0, 4, 0, 3, 0, 2)
+        writer = vtk.vtkStructuredPointsWriter()
+        writer.SetFileName(str(HERE / name))
+        writer.SetInputData(image)
+        getattr(writer, call)()
+        writer.Write()
+        entries.append(vtk_entry(name, array="density"))
+        entries.append(vtk_entry(name, array="velocity", channel=1))
+    return entries
+
+
+# MRC: mrcfile for the samples, gemmi for the cell
+
+
+def mrc_entry(file, frame=None, path=None):
+    path = path or HERE / file
+    with mrcfile.open(path) as mrc:
+        header, data = mrc.header, mrc.data
+        options = {}
+        if frame is not None:
+            options["frame"] = frame
+            data = data[frame]
+        axes = [int(header[k]) - 1 for k in ("mapc", "mapr", "maps")]
+        cell = gemmi.UnitCell(*(float(header.cella[k]) for k in "xyz"), *(float(header.cellb[k]) for k in ("alpha", "beta", "gamma")))
+        intervals = [int(header[k]) for k in ("mx", "my", "mz")]
+        start = [int(header[k]) for k in ("nxstart", "nystart", "nzstart")]
+        origin = np.array([float(header.origin[k]) for k in "xyz"])
+        samples = np.moveaxis(data.transpose(2, 1, 0), [0, 1, 2], axes)
+        first = [0] * 3
+        for i, axis in enumerate(axes):
+            first[axis] = start[i]
+
+        def corner(index):
+            at = index if origin.any() else np.add(first, index)
+            place = cell.orthogonalize(gemmi.Fractional(*(a / n for a, n in zip(at, intervals))))
+            return np.array([place.x, place.y, place.z]) + origin
+
+        oracle = f"mrcfile {mrcfile.__version__}, gemmi {gemmi.__version__}"
+        return entry(file, oracle, np.array(samples, dtype="f8"), corner, "UNKNOWN", "angstrom", **options)
+
+
+def mrc():
+    entries = []
+    for kind in ["i1", "i2", "f4", "u2", "f2"]:
+        name = f"mrc_{kind}.mrc"
+        with mrcfile.new(HERE / name, overwrite=True) as file:
+            file.set_data(np.ascontiguousarray(pattern(kind).transpose(2, 1, 0)))
+            file.voxel_size = (1.25, 1.5, 2)
+            file.header.origin = (-10.5, 3.25, 7)
+        entries.append(mrc_entry(name))
+    with mrcfile.new(HERE / "mrc_swapped.map", overwrite=True) as file:
+        file.set_data(np.ascontiguousarray(pattern("f4").transpose(2, 1, 0)))
+        header = file.header
+        header.mapc, header.mapr, header.maps = 3, 1, 2
+        header.mx, header.my, header.mz = 40, 30, 20
+        header.cella.x, header.cella.y, header.cella.z = 60, 50, 44
+        header.cellb.alpha, header.cellb.beta, header.cellb.gamma = 80, 100, 120
+        header.nxstart, header.nystart, header.nzstart = -3, 5, 11
+    entries.append(mrc_entry("mrc_swapped.map"))
+    with mrcfile.new(HERE / "mrc_stack.mrc.gz", overwrite=True, compression="gzip") as file:
+        stack = np.stack([pattern("i2", shift).transpose(2, 1, 0) for shift in range(2)])
+        file.set_data(stack)
+        file.voxel_size = 1.5
+        file.set_extended_header(np.zeros(160, dtype="V1"))
+    entries.append(mrc_entry("mrc_stack.mrc.gz", frame=1))
+    big = (HERE / "mrc_f4.mrc").read_bytes()
+    words = np.frombuffer(big[:208], "<u4").astype(">u4").tobytes()
+    data = np.frombuffer(big[1024:], "<f4").astype(">f4").tobytes()
+    rest = np.frombuffer(big[216:224], "<u4").astype(">u4").tobytes()
+    (HERE / "mrc_big_endian.mrc").write_bytes(words + b"MAP \x11\x11\0\0" + rest + big[224:1024] + data)
+    entries.append(mrc_entry("mrc_big_endian.mrc"))
+    return entries
+
+
+# CUBE: ASE
+
+
+def cube_entry(file):
+    with open(HERE / file) as opened:
+        read = ase.io.cube.read_cube(opened, read_data=True)
+    data, origin, steps = read["data"], read["origin"], read["spacing"]
+    return entry(file, f"ASE {ase.__version__}", data, lambda i: origin + np.dot(i, steps), "UNKNOWN", "angstrom")
+
+
+def cube():
+    cell = [[3, 0, 0], [1, 4, 0], [0.5, 0.25, 5]]
+    atoms = ase.Atoms("OH", [[0, 0, 0], [0, 0, 1]], cell=cell, pbc=True)
+    with open(HERE / "cube_sheared.cube", "w") as file:
+        ase.io.cube.write_cube(file, atoms, pattern("f8"), origin=[1, -2, 0.5])
+    lines = ["orbitals", "of two", " -1 0.5 -1.0 2.0", " 5 0.3 0 0", " 4 0 0.4 0", " 3 0 0 0.5", " 1 1.0 0 0 0", " 2 7 8"]
+    both = np.stack([pattern("f8"), pattern("f8", 5)], axis=3).reshape(5, 4, -1)
+    for row in both.reshape(-1, both.shape[2]):
+        lines += [" ".join(f"{v:.5E}" for v in row[i : i + 6]) for i in range(0, len(row), 6)]
+    (HERE / "cube_orbitals.cube").write_text("\n".join(lines) + "\n")
+    # ASE reads no second orbital: these are the numbers that were written.
+    written = np.array([[[float(f"{v:.5E}") for v in row] for row in plane] for plane in both[:, :, 1::2]])
+    corner = lambda i: (np.array([0.5, -1, 2]) + np.array(i) * [0.3, 0.4, 0.5]) * BOHR
+    orbital = entry("cube_orbitals.cube", "by hand", written, corner, "UNKNOWN", "angstrom", channel=1)
+    return [cube_entry("cube_sheared.cube"), orbital]
+
+
+# TIFF: tifffile; folders of slices: tifffile and Pillow
+
+
+def tiff_entry(file, spacing=(1, 1, 1), unit="unknown", **options):
+    with tifffile.TiffFile(HERE / file) as opened:
+        series = opened.series[0]
+        data, axes = series.asarray(), series.axes
+    for axis, option in [("T", "frame"), ("C", "channel"), ("S", "channel")]:
+        if axis in axes:
+            data = np.take(data, options[option], axis=axes.index(axis))
+            axes = axes.replace(axis, "")
+    assert data.ndim == 3, axes
+    corner = lambda index: np.array(index) * spacing
+    oracle = f"tifffile {tifffile.__version__}"
+    return entry(file, oracle, data.transpose(2, 1, 0), corner, "UNKNOWN", unit, **options)
+
+
+def tiff():
+    def zyx(kind, shift=0):
+        return np.ascontiguousarray(pattern(kind, shift).transpose(2, 1, 0))
+
+    entries = []
+
+    def save(name, data, entry_options={}, **options):
+        tifffile.imwrite(HERE / name, data, **options)
+        entries.append(tiff_entry(name, **entry_options))
+
+    plain = {"photometric": "minisblack", "metadata": None}
+    save("tiff_pages.tif", zyx("u1"), **plain)
+    save("tiff_i2.tif", zyx("i2"), byteorder=">", **plain)
+    save("tiff_f2.tif", zyx("f2"), **plain)
+    save("tiff_f8.tif", zyx("f8"), **plain)
+    save("tiff_lzw_big.tif", zyx("f4"), bigtiff=True, compression="lzw", predictor=3, **plain)
+    save("tiff_deflate.tif", zyx("u2"), compression="zlib", predictor=2, **plain)
+    colours = np.stack([zyx("u1", shift) for shift in range(3)], axis=3)
+    save("tiff_colours.tif", colours, {"channel": 2}, photometric="rgb", metadata=None)
+    hyper = np.stack([np.stack([zyx("u2", 2 * t + c) for c in range(2)], axis=1) for t in range(2)])
+    sizes = {"PhysicalSizeX": 0.25, "PhysicalSizeY": 0.5, "PhysicalSizeZ": 2, "PhysicalSizeZUnit": "µm"}
+    save("tiff_ome.ome.tif", hyper, {"channel": 1, "frame": 1, "spacing": (0.25, 0.5, 2), "unit": "um"},
+         metadata={"axes": "TZCYX", **sizes}, photometric="minisblack")
+    save("tiff_imagej.tif", hyper, {"channel": 1, "frame": 0, "spacing": (0.25, 0.5, 3), "unit": "um"},
+         imagej=True, resolution=(4, 2), metadata={"axes": "TZCYX", "spacing": 3, "unit": "um"})
+    save("tiff_imagej_run_on.tif", zyx("f4"), {"spacing": (0.5, 0.5, 0.1), "unit": "mm"}, imagej=True, truncate=True,
+         resolution=(2, 2), metadata={"axes": "ZYX", "spacing": 0.1, "unit": "mm"})
+    for name, kind in [("slices_tif", "i2"), ("slices_png", "u2")]:
+        (HERE / name).mkdir(exist_ok=True)
+        data = zyx(kind)
+        for i, slice_ in enumerate(data):
+            # As many digits as the number has: 10 comes after 9.
+            if kind == "i2":
+                tifffile.imwrite(HERE / name / f"s{i + 9}.tif", slice_, **plain)
+            else:
+                Image.fromarray(slice_).save(HERE / name / f"s{2 * i + 8}.png")
+        read = tifffile.imread if kind == "i2" else lambda path: np.array(Image.open(path))
+        paths = sorted((HERE / name).iterdir(), key=lambda path: int(path.stem[1:]))
+        stack = np.stack([read(path) for path in paths])
+        oracle = f"tifffile {tifffile.__version__}, Pillow {Image.__version__}"
+        entries.append(entry(name, oracle, stack.transpose(2, 1, 0), lambda i: i, "UNKNOWN", "unknown"))
+    return entries
+
+
+# Filters: SciPy and ITK
+
+
+def filters():
+    """What becomes of the samples of nifti_f8.nii, x fastest."""
+    samples = pattern("f8")
+    image = sitk.GetImageFromArray(samples.transpose(2, 1, 0))
+    halved = sitk.GetArrayFromImage(sitk.BinShrink(image, [2, 2, 1])).transpose(2, 1, 0)
+    # Blocks along all axes: the third has three samples, of which two make a block, so this is done on twice the volume.
+    tall = np.concatenate([samples, samples + 1], axis=2)
+    cubes = sitk.GetArrayFromImage(sitk.BinShrink(sitk.GetImageFromArray(tall.transpose(2, 1, 0)), [2, 2, 2]))
+    results = {
+        "gaussian": ndimage.gaussian_filter(samples, [1.5, 0.75, 0.5], mode="reflect", truncate=4),
+        "median": ndimage.median_filter(samples, size=3, mode="reflect"),
+        "wide_median": ndimage.median_filter(samples, size=5, mode="reflect"),
+        "halved": cubes.transpose(2, 1, 0),
+    }
+    assert halved.shape == (2, 2, 3)
+    return {name: [float(v) for v in values.transpose(2, 1, 0).ravel()] for name, values in results.items()}
+
+
+def real(folder):
+    folder = Path(folder)
+    entries = [
+        nifti_entry("someones_anatomy.nii.gz", path=folder / "someones_anatomy.nii.gz"),
+        itk_entry("HeadMRVolume.mhd", path=folder / "HeadMRVolume.mhd"),
+        itk_entry("lung_ct_small_57x78x64_int16.mha", path=folder / "lung_ct_small_57x78x64_int16.mha"),
+        itk_entry("flair_124x160x140_uint8.nrrd", path=folder / "flair_124x160x140_uint8.nrrd"),
+    ]
+    for name in ["hydrogen_orbital_64x64x64_float32.vti", "fuel_64x64x64_float32.vti"]:
+        entries.append(vtk_entry(name, path=folder / name))
+    for name in ["EMD-3001.map", "EMD-3197.map"]:
+        entries.append(mrc_entry(name, path=folder / name))
+    return entries
+
+
+def write(name, entries):
+    text = ",\n".join(json.dumps(e) for e in entries)
+    (HERE / name).write_text(f"[\n{text}\n]\n")
+
+
+if __name__ == "__main__":
+    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + tiff())
+    (HERE / "filters.json").write_text(json.dumps(filters()) + "\n")
+    if len(sys.argv) > 1:
+        write("real.json", real(sys.argv[1]))
