@@ -129,7 +129,15 @@ function product(a, b) {
  * The point of the mesh under a point of the picture (-1 to 1, right and up), as a target of the
  * view; none beside the mesh.
  */
-function pointUnder({ surface }, volume, projection, [x, y]) {
+function pointUnder(query, volume, projection, point) {
+    const found = meshPointUnder(query, projection, point);
+    if (!found) return null;
+    const { middle } = boxOf(volume);
+    return alongWorld(volume.placement.direction, found).map((a, i) => a - middle[i]);
+}
+
+/** The same in the voxel frame. */
+function meshPointUnder({ surface }, projection, [x, y]) {
     const { clipFromVoxel: m } = projection;
     let [nearest, found] = [Infinity, null];
     for (let i = 0; i < surface.nTriangles; i++) {
@@ -155,7 +163,5 @@ function pointUnder({ surface }, volume, projection, [x, y]) {
         found = [0, 1, 2].map((axis) =>
             depth * weights.reduce((sum, weight, k) => sum + weight * corners[k][axis], 0));
     }
-    if (!found) return null;
-    const { middle } = boxOf(volume);
-    return alongWorld(volume.placement.direction, found).map((a, i) => a - middle[i]);
+    return found;
 }

@@ -6,8 +6,21 @@ const SLIDER_STEPS = 10000;
 const STEP = 1 / 200;
 const FINE_STEP = 1 / 4000;
 const DEGREES_PER_PIXEL = 0.4;
+/** What a key turns, degrees, moves, CSS pixels, and zooms by. */
+const KEY_DEGREES = 5;
+const KEY_PIXELS = 24;
+const KEY_ZOOM = 1.15;
 /** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
 const [NEAREST, FARTHEST] = [0.0002, 20];
+
+/** How far a pointer may move, CSS pixels, and still have clicked. */
+const CLICK = 4;
+
+/** A place on the canvas as a point of the picture: -1 to 1, right and up. */
+function pointOf(canvas, { clientX, clientY }) {
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    return [(2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height];
+}
 
 /** Pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
 function followPointers(canvas, viewer) {
@@ -19,11 +32,12 @@ function followPointers(canvas, viewer) {
     canvas.addEventListener("pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId);
         const { clientX: x, clientY: y, button } = event;
-        pointers.set(event.pointerId, { x, y, moves: button === 1 || button === 2 });
+        pointers.set(event.pointerId, { x, y, moves: button === 1 || button === 2, button, from: [x, y] });
         event.preventDefault();
         canvas.focus({ preventScroll: true });
     });
     canvas.addEventListener("pointermove", (event) => {
+        viewer.pointed = pointOf(canvas, event);
         const pointer = pointers.get(event.pointerId);
         if (!pointer) return;
         const before = pointers.size === 2 ? spread() : null;
@@ -36,29 +50,66 @@ function followPointers(canvas, viewer) {
         } else if (pointer.moves) viewer.move(dx, dy);
         else viewer.rotate(-DEGREES_PER_PIXEL * dx, DEGREES_PER_PIXEL * dy);
     });
+    canvas.addEventListener("pointerup", (event) => {
+        const { from, button } = pointers.get(event.pointerId) ?? {};
+        const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= CLICK;
+        if (isClick) viewer.panel?.click(pointOf(canvas, event));
+    });
+    canvas.addEventListener("pointerleave", () => { viewer.pointed = null; });
     for (const end of ["pointerup", "pointercancel"]) {
         canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
     }
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", (event) => {
-        const { left, top, width, height } = canvas.getBoundingClientRect();
-        viewer.recentre([
-            (2 * (event.clientX - left)) / width - 1,
-            1 - (2 * (event.clientY - top)) / height,
-        ]);
+        if (!viewer.panel?.picking) viewer.recentre(pointOf(canvas, event));
     });
     canvas.addEventListener("wheel", (event) => {
+        // In a frame the wheel alone scrolls the page around it. A pinch on a touchpad arrives with Ctrl.
+        if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
         event.preventDefault();
-        const lines = event.deltaMode === 0 ? event.deltaY / 100 : event.deltaY / 3;
-        // A pinch on a touchpad arrives as a wheel with Ctrl.
-        if (event.ctrlKey) viewer.zoom(Math.exp(0.25 * lines));
-        else viewer.stepIsovalue(-lines * (event.shiftKey ? FINE_STEP : STEP));
+        if (event.shiftKey) viewer.stepIsovalue(-linesOf(event) * STEP);
+        else viewer.zoom(Math.exp(0.25 * linesOf(event)));
     }, { passive: false });
+}
+
+/** Whether another page shows this one in a frame. */
+const IS_FRAMED = typeof window !== "undefined" && window.parent !== window;
+
+/** How far a wheel was turned, in notches; with Shift some browsers turn it sideways. */
+function linesOf({ deltaMode, deltaX, deltaY }) {
+    return (deltaY || deltaX) / (deltaMode === 0 ? 100 : 3);
 }
 
 /** Keys anywhere in the page, except where text is typed. */
 function followKeys(viewer) {
+    const onCanvas = {
+        ArrowRight: () => viewer.rotate(KEY_DEGREES, 0),
+        ArrowLeft: () => viewer.rotate(-KEY_DEGREES, 0),
+        ArrowUp: () => viewer.rotate(0, KEY_DEGREES),
+        ArrowDown: () => viewer.rotate(0, -KEY_DEGREES),
+    };
+    const onCanvasWithShift = {
+        ArrowRight: () => viewer.move(KEY_PIXELS, 0),
+        ArrowLeft: () => viewer.move(-KEY_PIXELS, 0),
+        ArrowUp: () => viewer.move(0, -KEY_PIXELS),
+        ArrowDown: () => viewer.move(0, KEY_PIXELS),
+    };
+    const pointed = () => viewer.pointed ?? [0, 0];
     const keys = {
+        "+": () => viewer.zoom(1 / KEY_ZOOM),
+        "=": () => viewer.zoom(1 / KEY_ZOOM),
+        "-": () => viewer.zoom(KEY_ZOOM),
+        _: () => viewer.zoom(KEY_ZOOM),
+        n: () => viewer.panel.nextEvent(1),
+        p: () => viewer.panel.nextEvent(-1),
+        k: () => viewer.pick(pointed(), false),
+        x: () => viewer.pick(pointed(), true),
+        a: () => viewer.showAll(),
+        c: () => viewer.select({ isColoured: !viewer.selection.isColoured }),
+        "]": (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
+        "[": (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        "}": () => viewer.stepIsovalue(FINE_STEP),
+        "{": () => viewer.stepIsovalue(-FINE_STEP),
         ArrowRight: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
         ArrowUp: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
         ArrowLeft: (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
@@ -77,10 +128,11 @@ function followKeys(viewer) {
     document.addEventListener("keydown", (event) => {
         const { target, key } = event;
         if (event.ctrlKey || event.metaKey || event.altKey) return;
-        if (target.matches("input[type=text]")) return;
+        if (target.matches("input[type=text], select")) return;
         if (target.matches("button, a, input[type=checkbox]") && (key === " " || key === "Enter")) return;
         if (document.getElementById("help").open && key !== "h") return;
-        const action = keys[key.length === 1 ? key.toLowerCase() : key];
+        const onTarget = target.matches("canvas") ? (event.shiftKey ? onCanvasWithShift : onCanvas) : {};
+        const action = onTarget[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
         if (!action) return;
         event.preventDefault();
         action(event.shiftKey);
@@ -158,12 +210,72 @@ class Panel {
         this.wireframe.addEventListener("change", () => viewer.setLook({ wireframe: this.wireframe.checked }));
         this.border = element("border");
         this.border.addEventListener("change", () => viewer.setLook({ open: !this.border.checked }));
+        this.useComponents(element);
+        for (const id of ["slider", "plot"]) {
+            element(id).addEventListener("wheel", (event) => {
+                if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
+                event.preventDefault();
+                viewer.stepIsovalue(-linesOf(event) * (event.shiftKey ? FINE_STEP : STEP));
+            }, { passive: false });
+        }
+        element("previous").addEventListener("click", () => this.nextEvent(-1));
+        element("next").addEventListener("click", () => this.nextEvent(1));
         element("screenshot").addEventListener("click", () => viewer.saveScreenshot());
         for (const button of document.querySelectorAll("[data-format]")) {
             button.addEventListener("click", () => viewer.saveMesh(button.dataset.format));
         }
         element("show-help").addEventListener("click", toggleHelp);
         element("close-help").addEventListener("click", toggleHelp);
+    }
+
+    /** What shows and hides components. */
+    useComponents(element) {
+        const { viewer } = this;
+        this.largest = element("largest");
+        this.largest.addEventListener("change", () => viewer.select({ largest: Number(this.largest.value) || null }));
+        this.minVolume = element("min-volume");
+        this.minVolume.addEventListener("change", () => {
+            const volume = Number(this.minVolume.value);
+            const isNumber = Number.isFinite(volume) && volume >= 0;
+            this.minVolume.setAttribute("aria-invalid", !isNumber);
+            this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
+            if (isNumber) viewer.select({ minVolume: volume / this.unit() ** 3 });
+        });
+        this.coloured = element("coloured");
+        this.coloured.addEventListener("change", () => viewer.select({ isColoured: this.coloured.checked }));
+        this.pickers = { keep: element("pick-keep"), hide: element("pick-hide") };
+        for (const [name, button] of Object.entries(this.pickers)) {
+            button.addEventListener("click", () => this.pickNext(this.picking === name ? null : name));
+        }
+        this.showAll = element("show-all");
+        this.showAll.addEventListener("click", () => viewer.showAll());
+    }
+
+    /** The length of a voxel in the world. */
+    unit() {
+        return Math.min(...this.viewer.spectrum.info.volume.placement.spacing);
+    }
+
+    /** What the next click on the surface does: keeps or hides a component, or nothing. */
+    pickNext(picking) {
+        this.picking = picking;
+        for (const [name, button] of Object.entries(this.pickers)) {
+            button.setAttribute("aria-pressed", name === picking);
+        }
+        this.viewer.canvas.classList.toggle("picks", Boolean(picking));
+    }
+
+    click(point) {
+        if (!this.picking) return;
+        const isHiding = this.picking === "hide";
+        if (this.viewer.pick(point, isHiding) && !isHiding) this.pickNext(null);
+    }
+
+    /** Goes to the next isovalue with events in a direction. */
+    nextEvent(direction) {
+        const { viewer, plot } = this;
+        const isovalue = plot.nextMark(viewer.isovalue, direction);
+        if (isovalue !== undefined) viewer.setIsovalue(isovalue);
     }
 
     type() {
@@ -193,8 +305,27 @@ class Panel {
         this.plot.show(isovalue);
         this.wireframe.checked = look.wireframe;
         this.border.checked = !look.open;
+        this.showSelection();
         this.playButton.textContent = playing ? "Pause" : "Play";
         this.playButton.setAttribute("aria-pressed", playing);
+    }
+
+    showSelection() {
+        const { selection } = this.viewer;
+        const { largest, minVolume, isColoured } = selection;
+        const wanted = largest === null ? "" : String(largest);
+        if (this.largest.value !== wanted) {
+            if (![...this.largest.options].some((option) => option.value === wanted)) {
+                this.largest.append(new Option(`${wanted} largest`, wanted));
+            }
+            this.largest.value = wanted;
+        }
+        if (this.shownMinVolume !== minVolume) {
+            this.shownMinVolume = minVolume;
+            this.minVolume.value = String(Number((minVolume * this.unit() ** 3).toPrecision(6)));
+        }
+        this.coloured.checked = isColoured;
+        this.showAll.disabled = selection.isAll;
     }
 
     /** Says while only the first mesh is there; what needs the others waits. */
@@ -207,9 +338,14 @@ class Panel {
     }
 
     /** Shows the measures of the mesh; null while they are not known. */
-    showMeasures(measures) {
+    showMeasures(measures, components) {
         for (const [name, value] of Object.entries(measures)) {
             document.getElementById(`${name}-value`).textContent = value === null ? "…" : shownNumber(value);
+        }
+        // Of the components that there are.
+        if (components && components.nKept < components.n) {
+            const value = document.getElementById("components-value");
+            value.textContent += ` of ${shownNumber(components.n)}`;
         }
     }
 }

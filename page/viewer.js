@@ -22,6 +22,7 @@ class Viewer {
         [this.low, this.high] = spectrum.info.range;
         this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
         this.query = new Query(spectrum, about.step);
+        this.selection = new Selection(about.keep);
         // Until the whole spectrum is there, the mesh of one isovalue is.
         this.isWhole = true;
         this.firstIsovalue = this.isovalue;
@@ -54,12 +55,15 @@ class Viewer {
     async takeWhole(spectrum) {
         this.spectrum = spectrum;
         this.query = new Query(spectrum, this.about.step);
+        this.selection.forget();
         this.isWhole = true;
         this.isListed = false;
         // The device may be lost just now; who brings it back takes over the whole, too.
         const { renderer } = this;
         try {
             await renderer?.load(spectrum, this.about.step);
+            // The device has them; another one would be given new ones.
+            delete spectrum.tables;
         } catch (error) {
             this.renderer = null;
             await drawOtherwise(this, renderer, error);
@@ -91,6 +95,28 @@ class Viewer {
     setLook(look) {
         Object.assign(this.look, look);
         this.request();
+    }
+
+    /** Changes which components are shown. */
+    select(changes) {
+        this.selection.set(changes);
+        this.request();
+    }
+
+    /** Keeps the part under a point of the picture alone, or hides it; whether there is one. */
+    pick(point, isHiding) {
+        this.update();
+        const found = meshPointUnder(this.query, this.projection(), point);
+        if (found) {
+            this.selection.pick(found, isHiding);
+            this.request();
+        }
+        return Boolean(found);
+    }
+
+    showAll() {
+        this.selection.showPicked();
+        this.select({ largest: null, minVolume: 0, minArea: 0 });
     }
 
     setView(view) {
@@ -228,7 +254,7 @@ class Viewer {
     update() {
         const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
         const started = performance.now();
-        if (!this.query.moveTo(isovalue, this.look.open) && this.isListed) return;
+        if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
@@ -236,7 +262,8 @@ class Viewer {
 
     looked() {
         const background = BACKGROUNDS[this.darkness.matches ? "dark" : "light"];
-        return { ...this.look, background, pixelRatio: this.pixelRatio ?? 1 };
+        const { isColoured } = this.selection;
+        return { ...this.look, background, isColoured, pixelRatio: this.pixelRatio ?? 1 };
     }
 
     /** Soon after the last change: what takes longer than a picture. */
@@ -246,14 +273,14 @@ class Viewer {
         });
         clearTimeout(this.resting);
         this.resting = setTimeout(() => {
-            if (this.isWhole) this.panel?.showMeasures(measured(this.worldMesh(false, false)));
+            if (this.isWhole) this.panel?.showMeasures(measured(this.worldMesh(false, false)), this.query.components);
             writeAddress(this);
         }, REST);
     }
 
     /** The mesh at the present isovalue, in the world. */
     worldMesh(open, withNormals) {
-        this.query.moveTo(this.isovalue, open);
+        this.query.moveTo(this.isovalue, open, this.selection);
         const mesh = placeInWorld(this.query.mesh(withNormals), this.spectrum.info.volume.placement);
         // What is drawn may have caps where this has none.
         if (open !== this.look.open) this.isListed = false;
@@ -293,6 +320,7 @@ class Viewer {
             isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
+            components: this.query.components ?? null,
             // Whether a picture is wanted or in work.
             isPending: Boolean(this.isRequested || this.isDrawing),
             // Whether all isovalues can be shown by now.

@@ -178,21 +178,7 @@ pub fn place_in_world(mut mesh: SurfaceMesh, placement: &Placement) -> SurfaceMe
 
 /// The mesh without its caps and without the vertices that only caps use.
 pub fn without_caps(mesh: &SurfaceMesh) -> SurfaceMesh {
-    let mut open = SurfaceMesh::default();
-    let mut index = vec![u32::MAX; mesh.positions.len()];
-    for (triangle, _) in mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap) {
-        open.triangles.push(triangle.map(|v| {
-            let v = v as usize;
-            if index[v] == u32::MAX {
-                index[v] = open.positions.len() as u32;
-                open.positions.push(mesh.positions[v]);
-                open.normals.push(mesh.normals[v]);
-            }
-            index[v]
-        }));
-        open.caps.push(false);
-    }
-    open
+    mesh.with_triangles(|t| !mesh.caps[t])
 }
 
 fn determinant([a, b, c]: &[[f64; 3]; 3]) -> f64 {

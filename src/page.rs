@@ -28,7 +28,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::error::{Error, Result};
 use crate::render::{Image, Memory};
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Keep, Spectrum};
 use crate::volume::Histogram;
 
 pub use data::DEFAULT_STEP;
@@ -36,7 +36,7 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 20] = [
+const SCRIPTS: [&str; 21] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
@@ -46,6 +46,7 @@ const SCRIPTS: [&str; 20] = [
     include_str!("../page/normals.js"),
     include_str!("../page/surface.js"),
     include_str!("../page/mesh.js"),
+    include_str!("../page/components.js"),
     include_str!("../page/camera.js"),
     include_str!("../page/webgpu.js"),
     include_str!("../page/webgl2.js"),
@@ -78,6 +79,8 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
+    /// Which components are shown at first, sizes and places in the voxel frame.
+    pub keep: Keep,
     /// The samples of the volume, to be seen behind the curves; without them no percentile can be
     /// typed.
     pub samples: Option<&'a Histogram>,
@@ -112,6 +115,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         return Err(Error::Usage(format!("step of {} voxels, expected more than 0", page.step)));
     }
     spectrum.check_isovalue(page.isovalue)?;
+    page.keep.check()?;
     let data = data::compressed(spectrum, page.step)?;
     let first = first::compressed(spectrum, page.isovalue, page.step)?;
     // Not where it would make the page much larger.
@@ -129,6 +133,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "along": data::ALONG,
         "open": page.open,
         "isovalue": page.isovalue,
+        "keep": page.keep,
         "knots": spectrum.knots.len(),
         "most_triangles": Memory::of(spectrum).most_triangles,
         "samples": page.samples.map(|samples| curves::samples(samples, spectrum.range)),

@@ -44,7 +44,7 @@ pub use tables::Memory;
 pub(crate) use target::SHOWN_FORMAT;
 
 use crate::error::{Error, Result};
-use crate::spectrum::VolumeInfo;
+use crate::spectrum::{Keep, VolumeInfo};
 
 /// How a picture looks.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +68,8 @@ pub struct View {
     pub background: Background,
     /// Whether caps are left out, so that one looks into the volume at its border.
     pub open: bool,
+    /// Which components are drawn, sizes and places in the voxel frame; their colours are those that they have among all.
+    pub keep: Keep,
     /// A plane beyond which nothing is drawn.
     pub clip: Option<Clip>,
     /// How much of what lies behind the surface hides, 0 to 1. Below 1 the triangles are sorted by
@@ -103,6 +105,7 @@ impl Default for View {
             wireframe: None,
             background: Background::White,
             open: false,
+            keep: Keep::default(),
             clip: None,
             opacity: 1.0,
         }
@@ -164,6 +167,7 @@ impl View {
         if let Some(wrong) = numbers.into_iter().find(|x| !x.is_finite()) {
             return Err(Error::Usage(format!("view with {wrong}, expected finite numbers")));
         }
+        self.keep.check()?;
         self.camera.check()
     }
 }

@@ -15,13 +15,13 @@ use isospectrum::file;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
 use isospectrum::render::{Camera, Renderer, View};
-use isospectrum::spectrum::{Query, Spectrum};
+use isospectrum::spectrum::{Keep, Query, Spectrum};
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Histogram, Samples, phantom};
 use program::Folder;
 
 /// Most bytes of scripts in a page.
-const LARGEST_SCRIPT: usize = 100_000;
+const LARGEST_SCRIPT: usize = 130_000;
 
 /// Where in the range pictures and meshes are compared, as shares: closed by caps, on both sides of
 /// the isovalue where the hole of the torus opens, and near the end.
@@ -56,6 +56,7 @@ fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
         isovalue,
         step,
         open: false,
+        keep: Keep::default(),
         samples: None,
         still: None,
     }

@@ -8,6 +8,7 @@ use isospectrum::export::{Border, Format, without_caps, write_to};
 use serde::Serialize;
 
 use super::isovalue::Isovalue;
+use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::{empty, report, spectrum_file};
 
@@ -28,6 +29,8 @@ pub(super) struct Extract {
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// Print what was written as JSON
     #[arg(long)]
     json: bool,
@@ -51,11 +54,13 @@ impl Extract {
         }
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalue = self.isovalue.in_range(spectrum.range);
-        let mut mesh = spectrum.mesh_at(isovalue)?;
+        let keep = self.keep.of(&spectrum);
+        let mut mesh = spectrum.mesh_at(isovalue)?.with_components(&keep);
         if self.open {
             mesh = without_caps(&mesh);
         }
         empty::warn(&spectrum, isovalue, self.open);
+        empty::warn_of_components(mesh.triangles.len(), &keep);
         let placement = &spectrum.volume.placement;
         let bytes = output
             .write(|file| write_to(&mesh, placement, Border::Closed, format, file))

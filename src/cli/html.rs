@@ -13,6 +13,7 @@ use isospectrum::{Error, Result};
 
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
+use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::progress::Bar;
 use super::{empty, report, spectrum_file};
@@ -56,6 +57,8 @@ pub(super) struct Html {
     /// Leave out the triangles that close the mesh at the border of the volume, until asked for
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
     /// and percentiles go into the page, its samples do not
     #[arg(long, value_name = "VOLUME")]
@@ -95,6 +98,7 @@ impl Html {
             isovalue,
             step: self.step,
             open: self.open,
+            keep: self.keep.of(&spectrum),
             samples: samples.as_ref(),
             still: still.as_ref(),
         };
@@ -148,12 +152,13 @@ impl Html {
             width: 640,
             height: 480,
             open: self.open,
+            keep: self.keep.of(spectrum),
             // It lies on a page that may be light or dark.
             background: Background::Transparent,
             ..View::default()
         };
         let mut renderer = Renderer::new(&gpu, spectrum)?;
-        if let Some(bounds) = renderer.bounds(&[isovalue])? {
+        if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
             view.fit(&spectrum.volume, bounds);
         }
         renderer.draw(isovalue, &view).map(Some)

@@ -14,6 +14,7 @@ use isospectrum::sweep::Progress as _;
 
 use super::frames::{Pattern, Sweep};
 use super::isovalue::Isovalue;
+use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
 use super::{empty, report, spectrum_file};
@@ -58,6 +59,8 @@ pub(super) struct Render {
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// Adapter to use, by a part of its name
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -83,8 +86,9 @@ impl Render {
         let isovalue = isovalue.in_range(spectrum.range);
         empty::warn(&spectrum, isovalue, self.open);
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
-        let view = self.fit.of(self.view(), &mut pictures, &[isovalue])?;
+        let view = self.fit.of(self.view(&spectrum), &mut pictures, &[isovalue])?;
         pictures.write(isovalue, &view, output)?;
+        empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
         let Size { width, height } = self.size;
         let isovalue = report::number(isovalue);
         log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
@@ -97,7 +101,7 @@ impl Render {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalues = sweep.in_range(spectrum.range)?;
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
-        let view = self.fit.of(self.view(), &mut pictures, &isovalues)?;
+        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
         let outputs = pattern.open(sweep.n_frames(), &[&self.spectrum])?;
         let bar = Bar::new(quiet);
         for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
@@ -124,7 +128,7 @@ impl Render {
         Ok(())
     }
 
-    fn view(&self) -> View {
+    fn view(&self, spectrum: &Spectrum) -> View {
         let Size { width, height } = self.size;
         View {
             width,
@@ -133,6 +137,7 @@ impl Render {
             wireframe: self.wireframe.then_some(1.0),
             color: self.color,
             open: self.open,
+            keep: self.keep.of(spectrum),
             ..View::default()
         }
     }
@@ -169,7 +174,7 @@ impl<'a> Pictures<'a> {
 
     /// A view that fits the isosurfaces of `isovalues`, where there are any to see.
     pub(super) fn fitted(&mut self, mut view: View, isovalues: &[f64]) -> Result<View> {
-        if let Some(bounds) = self.0.bounds(isovalues)? {
+        if let Some(bounds) = self.0.bounds(isovalues, &view.keep)? {
             view.fit(self.0.volume(), bounds);
         }
         Ok(view)

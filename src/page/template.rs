@@ -99,6 +99,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spectrum::Keep;
 
     #[test]
     fn every_name_in_the_template_is_filled_and_values_are_not_looked_at_again() {
@@ -109,6 +110,7 @@ mod tests {
             isovalue: 0.0,
             step: 1.0,
             open: false,
+            keep: Keep::default(),
             samples: None,
             still: None,
         };

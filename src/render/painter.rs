@@ -18,7 +18,7 @@ use super::{Background, Image, View};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
-use crate::spectrum::{Spectrum, SurfaceMesh};
+use crate::spectrum::{Keep, Spectrum, SurfaceMesh};
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
 /// between them. Every call takes the spectrum that it was made for.
@@ -96,7 +96,7 @@ impl Painter {
         for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
             layer.list(spectrum, isovalue, view);
             if view.opacity < 1.0 {
-                layer.sort_by_depth(view.open, projection.eye_from_voxel);
+                layer.sort_by_depth(projection.eye_from_voxel);
             }
         }
         let n_samples = self.n_samples;
@@ -115,13 +115,20 @@ impl Painter {
         Ok(())
     }
 
-    /// Least and largest corner of the box around an isosurface, voxel frame; none where nothing is to be seen.
+    /// Least and largest corner of the box around what is kept of an isosurface, voxel frame; none where nothing is to
+    /// be seen.
     ///
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
-    pub fn bounds(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<Option<[[f64; 3]; 2]>> {
-        Ok(self.mesh_at(spectrum, isovalue)?.bounds())
+    pub fn bounds(
+        &mut self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        keep: &Keep,
+    ) -> Result<Option<[[f64; 3]; 2]>> {
+        let mesh = self.mesh_at(spectrum, isovalue)?;
+        Ok(if keep.is_all() { mesh.bounds() } else { mesh.with_components(keep).bounds() })
     }
 
     /// The mesh of an isovalue, caps and all; the next picture of it as the first isosurface has it at hand.

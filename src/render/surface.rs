@@ -5,7 +5,7 @@ use super::target::unmultiply;
 use super::{Background, Image, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::spectrum::{Spectrum, VolumeInfo};
+use crate::spectrum::{Keep, Spectrum, VolumeInfo};
 
 /// Largest table that is kept on the device as a whole, bytes: what browsers and software devices
 /// bind at once.
@@ -60,16 +60,17 @@ impl<'a> Renderer<'a> {
         &self.spectrum.volume
     }
 
-    /// Least and largest corner of the box around the isosurfaces of `isovalues`, voxel frame: what
+    /// Least and largest corner of the box around what is kept of the isosurfaces of `isovalues`, voxel frame: what
     /// [`View::fit`] fits. None where none of them has anything to see.
     ///
     /// # Errors
     ///
     /// [`Error::Range`] outside [`Spectrum::range`].
-    pub fn bounds(&mut self, isovalues: &[f64]) -> Result<Option<[[f64; 3]; 2]>> {
+    pub fn bounds(&mut self, isovalues: &[f64], keep: &Keep) -> Result<Option<[[f64; 3]; 2]>> {
         let mut bounds: Option<[[f64; 3]; 2]> = None;
         for &isovalue in isovalues {
-            let Some([low, high]) = self.painter.bounds(self.spectrum, isovalue)? else { continue };
+            let bounds_of_one = self.painter.bounds(self.spectrum, isovalue, keep)?;
+            let Some([low, high]) = bounds_of_one else { continue };
             let [least, largest] = bounds.unwrap_or([low, high]);
             bounds = Some([
                 std::array::from_fn(|i| low[i].min(least[i])),

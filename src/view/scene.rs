@@ -97,7 +97,7 @@ impl Scene {
 
     /// Makes the picture fit the surface, if there is any.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
-        if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue)? {
+        if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue, &view.keep)? {
             view.fit(&self.spectrum.volume, bounds);
         }
         Ok(())

@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 use drawing::*;
 use isospectrum::Error;
 use isospectrum::render::{Background, Color, Renderer, View};
+use isospectrum::spectrum::Keep;
 use isospectrum::volume::Placement;
 
 #[test]
@@ -290,7 +291,10 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
     for camera in ["35,22", "-80,-60"] {
         for isovalue in [0.1, 1.0] {
             let mut view = small(camera);
-            let bounds = renderer.bounds(&[isovalue]).expect("in the range").expect("a sphere");
+            let bounds = renderer
+                .bounds(&[isovalue], &Keep::default())
+                .expect("in the range")
+                .expect("a sphere");
             view.fit(&spectrum.volume, bounds);
             let (area, middle) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
             // The box around a ball is wider than the ball from aslant, by up to the square root of three.
@@ -302,7 +306,8 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
         }
     }
     // A view that fits two isosurfaces fits the larger one.
-    let [one, both] = [&[1.0][..], &[0.1, 1.0]].map(|c| renderer.bounds(c).expect("in the range"));
+    let [one, both] = [&[1.0][..], &[0.1, 1.0]]
+        .map(|c| renderer.bounds(c, &Keep::default()).expect("in the range"));
     assert_eq!(one, both);
     let mut twice = View { camera: "35,22,2".parse().expect("a camera"), ..small("35,22") };
     let mut once = small("35,22");
