@@ -10,7 +10,7 @@ function readAddress() {
 function applyAddress(viewer) {
     const asked = readAddress();
     const { isovalue } = isovalueOfText(
-        asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples?.percentiles);
+        asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
     const largest = Number(asked.get("keep"));
     const minVolume = Number(asked.get("min_volume"));

@@ -130,6 +130,7 @@ function followKeys(viewer) {
         if (event.ctrlKey || event.metaKey || event.altKey) return;
         if (target.matches("input[type=text], select")) return;
         if (target.matches("button, a, input[type=checkbox]") && (key === " " || key === "Enter")) return;
+        if (document.getElementById("copied").open) return;
         if (document.getElementById("help").open && key !== "h") return;
         const onTarget = target.matches("canvas") ? (event.shiftKey ? onCanvasWithShift : onCanvas) : {};
         const action = onTarget[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
@@ -146,22 +147,26 @@ function toggleHelp() {
 }
 
 /**
- * The isovalue a text means in a range: `37.2`, `50%` of the way from one end to the other, or `p99`,
- * which 99 % of the samples do not exceed, where percentiles are known.
+ * The isovalue a text means in a range: `37.2`, `50%` of the way from one end to the other, and, where the samples are
+ * known, `p99`, which 99 % of them do not exceed, `top:1%`, the same, and `2.5sigma` above their mean. The twin of
+ * src/volume/isovalue.rs.
  */
-function isovalueOfText(text, low, high, percentiles) {
-    const match = /^\s*(p?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%?)\s*$/i.exec(text);
-    if (!match || (match[1] && match[3])) {
-        const samples = percentiles ? ", or p99 of the samples" : "";
-        return { problem: `expected a number${samples ? "," : " or"} a percentage such as 50%${samples}` };
+function isovalueOfText(text, low, high, samples) {
+    const match = /^\s*(p|top:)?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%|sigma|σ)?\s*$/i.exec(text);
+    const [prefix, suffix] = [match?.[1] ?? "", match?.[3] ?? ""].map((part) => part.toLowerCase());
+    if (!match || !["", "%", "sigma", "σ", "p", "top:%"].includes(prefix + suffix)) {
+        return { problem: "expected a number, 50% of the range, p99 of the samples, 2.5sigma or top:1%" };
     }
     const number = Number(match[2]);
-    if (match[1]) {
-        if (!percentiles) return { problem: "the page does not know the samples" };
-        if (!(number >= 0 && number <= 100)) return { problem: "expected p0 to p100" };
-        return { isovalue: Math.min(Math.max(percentileOf(percentiles, number), low), high) };
+    let isovalue = suffix === "%" ? low * (1 - number / 100) + high * (number / 100) : number;
+    if (prefix || suffix.startsWith("s") || suffix === "σ") {
+        if (!samples) return { problem: "the page does not know the samples" };
+        if (prefix && !(number >= 0 && number <= 100)) {
+            return { problem: prefix === "p" ? "expected p0 to p100" : "expected top:0% to top:100%" };
+        }
+        isovalue = prefix ? percentileOf(samples.percentiles, prefix === "p" ? number : 100 - number)
+            : samples.mean + number * samples.deviation;
     }
-    const isovalue = match[3] ? low * (1 - number / 100) + high * (number / 100) : number;
     if (!(low <= isovalue && isovalue <= high)) {
         const [least, most] = [low, high].map((c) => Number(c.toPrecision(7)));
         return { problem: `outside the range ${least} to ${most}` };
@@ -169,18 +174,32 @@ function isovalueOfText(text, low, high, percentiles) {
     return { isovalue };
 }
 
-/** A percentile among evenly spaced ones, straight between two of them. */
+/** The address that leads back to what is seen. */
+function linkTo(viewer) {
+    writeAddress(viewer);
+    return `${location.href.split("#")[0]}${viewer.address}`;
+}
+
+/** The frame that shows it in another page. */
+function embedOf(viewer) {
+    const quoted = (text) => text.replace(/&/g, "&amp;").replace(/"/g, "&quot;");
+    return `<iframe src="${quoted(linkTo(viewer))}" title="${quoted(document.title)}" width="720" height="480" `
+        + 'style="border: 0" loading="lazy" allow="clipboard-write; fullscreen"></iframe>';
+}
+
+/** A percentile, straight between known ones. */
 function percentileOf(percentiles, percent) {
-    const at = ((percentiles.length - 1) * percent) / 100;
-    const i = Math.min(Math.floor(at), percentiles.length - 2);
-    return percentiles[i] * (1 - (at - i)) + percentiles[i + 1] * (at - i);
+    const next = Math.max(percentiles.findIndex(([p]) => p >= percent), 0);
+    const [[p, before], [q, after]] = [percentiles[Math.max(next - 1, 0)], percentiles[next]];
+    const t = q > p ? (percent - p) / (q - p) : 1;
+    return before * (1 - t) + after * t;
 }
 
 /** Slider, typed isovalue and buttons. */
 class Panel {
     constructor(viewer, about) {
         this.viewer = viewer;
-        this.percentiles = about.samples?.percentiles;
+        this.samples = about.samples;
         const element = (id) => document.getElementById(id);
         const { low, high } = viewer;
         this.slider = element("slider");
@@ -199,6 +218,7 @@ class Panel {
         });
         this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
         element("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
+        this.offer(about, element("offered"));
         this.message = element("message");
         this.loading = element("loading");
         element("low").textContent = shownIsovalue(low, high - low);
@@ -224,8 +244,41 @@ class Panel {
         for (const button of document.querySelectorAll("[data-format]")) {
             button.addEventListener("click", () => viewer.saveMesh(button.dataset.format));
         }
+        element("copy-link").addEventListener("click", () => this.copy(linkTo(viewer)));
+        element("copy-embed").addEventListener("click", () => this.copy(embedOf(viewer)));
+        element("close-copied").addEventListener("click", () => element("copied").close());
         element("show-help").addEventListener("click", toggleHelp);
         element("close-help").addEventListener("click", toggleHelp);
+    }
+
+    /** Copies a text, or shows it to be copied where that may not be. */
+    async copy(text) {
+        try {
+            await navigator.clipboard.writeText(text);
+            this.message.textContent = "Copied.";
+        } catch {
+            const field = document.getElementById("copied-text");
+            field.value = text;
+            document.getElementById("copied").showModal();
+            field.select();
+        }
+    }
+
+    /** Buttons of the isovalues that the author marked, else of some that may be worth a look. */
+    offer({ marks, suggested }, list) {
+        const { viewer, plot } = this;
+        const offered = marks.length > 0 ? marks : suggested;
+        list.hidden = offered.length === 0;
+        list.append(marks.length > 0 ? "Isovalues" : "Suggested");
+        for (const [isovalue, name] of offered) {
+            const button = document.createElement("button");
+            button.type = "button";
+            const text = shownIsovalue(isovalue, viewer.high - viewer.low);
+            button.textContent = name === String(isovalue) ? text : `${name} (${text})`;
+            button.addEventListener("click", () => viewer.setIsovalue(isovalue));
+            list.append(button);
+        }
+        plot.name(marks);
     }
 
     /** What shows and hides components. */
@@ -280,7 +333,7 @@ class Panel {
 
     type() {
         const { low, high } = this.viewer;
-        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.percentiles);
+        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.samples);
         this.typed.setAttribute("aria-invalid", Boolean(problem));
         this.message.textContent = problem ?? "";
         if (!problem) this.viewer.setIsovalue(isovalue);
@@ -342,6 +395,10 @@ class Panel {
         for (const [name, value] of Object.entries(measures)) {
             document.getElementById(`${name}-value`).textContent = value === null ? "…" : shownNumber(value);
         }
+        const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
+        const told = Object.entries(names).filter(([name]) => measures[name] !== null)
+            .map(([name, text]) => `, ${text} ${shownNumber(measures[name])}`);
+        if (told.length > 0) document.getElementById("printed-measures").textContent = told.join("");
         // Of the components that there are.
         if (components && components.nKept < components.n) {
             const value = document.getElementById("components-value");

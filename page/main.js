@@ -64,6 +64,7 @@ async function drawOtherwise(viewer, renderer, error) {
 
 /** Shows what the viewer has, and listens to the reader. */
 async function present(viewer) {
+    document.documentElement.classList.toggle("framed", IS_FRAMED);
     document.getElementById("stage").hidden = false;
     performance.mark("renderer");
     document.getElementById("still").hidden = true;

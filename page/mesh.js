@@ -7,15 +7,16 @@ class Query {
         this.spectrum = spectrum;
         this.active = new ActiveSet(spectrum);
         this.surface = new Surface(spectrum, step);
+        this.version = null;
     }
 
     /**
-     * Brings the surface to an isovalue, without caps where `open`, with the components that are selected; whether
-     * anything changed.
+     * Brings the surface to an isovalue, without caps where `open`, with the components that are selected (all
+     * without a selection); whether anything changed.
      */
     moveTo(isovalue, open, selection) {
         const { isovalues } = this.spectrum;
-        const version = selection.isPlain ? null : selection.version;
+        const version = !selection || selection.isPlain ? null : selection.version;
         const rank = isovalues.length > 0 ? rankAt(isovalues, isovalue) : -1;
         const isSame = !this.active.moveTo(rank) && this.open === open && this.version === version;
         if (isSame && this.isovalue === isovalue) return false;

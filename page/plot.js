@@ -21,11 +21,11 @@ function svgElement(name, attributes) {
 
 class Plot {
     /** Draws the curves into an svg element; `choose` is called with isovalues that are pointed at. */
-    constructor(svg, { curves, samples }, [low, high], choose) {
+    constructor(svg, { curves, histogram }, [low, high], choose) {
         Object.assign(this, { svg, curves, low, high });
         svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + MARKS}`);
         svg.setAttribute("preserveAspectRatio", "none");
-        if (samples) this.bars(samples.histogram);
+        if (histogram) this.bars(histogram);
         this.marks = marksOf(curves.events);
         this.curve("area", curves.area, null);
         this.curve("volume", curves.volume, null);
@@ -53,6 +53,12 @@ class Plot {
         this.svg.append(svgElement("path", { class: "event", d }));
         this.told = svgElement("title", {});
         this.svg.append(this.told);
+    }
+
+    /** Draws isovalues that have a name. */
+    name(marks) {
+        const d = marks.map(([isovalue]) => `M${this.x(isovalue).toFixed(1)},0V${HEIGHT + MARKS}`).join("");
+        this.cursor.before(svgElement("path", { class: "named", d }));
     }
 
     /** Says what happens at the events under the pointer, in the plot's title. */

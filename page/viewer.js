@@ -215,6 +215,7 @@ class Viewer {
             this.prepare();
             this.renderer.draw(this.query, this.looked(), this.projection());
             this.panel?.show();
+            this.onShown?.(this.isovalue);
             this.rest();
             // The device may be lost meanwhile.
             await this.renderer?.done();
@@ -280,7 +281,8 @@ class Viewer {
 
     /** The mesh at the present isovalue, in the world. */
     worldMesh(open, withNormals) {
-        this.query.moveTo(this.isovalue, open, this.selection);
+        // The renderer has not seen what this may have changed.
+        if (this.query.moveTo(this.isovalue, open, this.selection)) this.isListed = false;
         const mesh = placeInWorld(this.query.mesh(withNormals), this.spectrum.info.volume.placement);
         // What is drawn may have caps where this has none.
         if (open !== this.look.open) this.isListed = false;

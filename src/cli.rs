@@ -28,6 +28,7 @@ mod render;
 mod report;
 mod simplify_arguments;
 mod spectrum_file;
+mod surface_argument;
 pub(crate) mod terminal;
 pub(crate) mod usage;
 mod verify;

@@ -29,7 +29,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use crate::error::{Error, Result};
 use crate::render::{Image, Memory};
 use crate::spectrum::{Keep, Spectrum};
-use crate::volume::Histogram;
+use crate::volume::{Histogram, Statistics};
 
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
@@ -81,9 +81,12 @@ pub struct Page<'a> {
     pub open: bool,
     /// Which components are shown at first, sizes and places in the voxel frame.
     pub keep: Keep,
-    /// The samples of the volume, to be seen behind the curves; without them no percentile can be
-    /// typed.
+    /// The samples of the volume, to be seen behind the curves.
     pub samples: Option<&'a Histogram>,
+    /// What is known of the samples: what typed isovalues such as `p99` mean.
+    pub statistics: Option<&'a Statistics>,
+    /// Isovalues that are offered, each with its name; of the range.
+    pub marks: &'a [(f64, String)],
     /// Shown where nothing can be drawn.
     pub still: Option<&'a Image>,
 }
@@ -136,7 +139,10 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "keep": page.keep,
         "knots": spectrum.knots.len(),
         "most_triangles": Memory::of(spectrum).most_triangles,
-        "samples": page.samples.map(|samples| curves::samples(samples, spectrum.range)),
+        "histogram": page.samples.map(|samples| curves::histogram(samples, spectrum.range)),
+        "samples": page.statistics,
+        "marks": page.marks,
+        "suggested": curves::suggested(spectrum, page.statistics),
         "curves": curves::curves(spectrum)?,
     });
     let script = script();

@@ -77,6 +77,30 @@ pub struct View {
     pub opacity: f32,
 }
 
+/// One of the isosurfaces of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Its isovalue.
+    pub isovalue: f64,
+    /// Linear red, green and blue of its plain side towards lower values; without them those of its place among the
+    /// surfaces.
+    pub color: Option<[f32; 3]>,
+    /// As [`View::opacity`]; without it that of the view.
+    pub opacity: Option<f32>,
+}
+
+impl Surface {
+    fn opacity_in(&self, view: &View) -> f32 {
+        self.opacity.unwrap_or(view.opacity)
+    }
+}
+
+impl From<f64> for Surface {
+    fn from(isovalue: f64) -> Self {
+        Surface { isovalue, color: None, opacity: None }
+    }
+}
+
 /// A plane in the voxel frame: points with normal . p <= offset are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clip {
@@ -126,11 +150,6 @@ impl View {
         let size = [self.width, self.height];
         self.camera.distance *= self.camera.share_of(volume, [corner(-1.0), corner(1.0)], size);
         self.look_at = Some(middle);
-    }
-
-    /// Whether it takes more than the plain pipeline.
-    fn is_cut(&self) -> bool {
-        self.clip.is_some() || self.opacity < 1.0
     }
 
     /// Whether the numbers make sense for a device whose pictures are at most `largest` pixels wide

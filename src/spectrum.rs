@@ -39,7 +39,7 @@ pub use query::Query;
 
 use serde::{Deserialize, Serialize};
 
-use crate::volume::{Outside, Placement};
+use crate::volume::{Outside, Placement, Statistics};
 
 /// What is known of the volume a spectrum was computed from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -190,6 +190,11 @@ impl Spectrum {
     pub fn trajectory(&self, v: u32) -> &[Knot] {
         let v = v as usize;
         &self.knots[self.first_knot[v] as usize..self.first_knot[v + 1] as usize]
+    }
+
+    /// What is known of the samples of the volume, where the parameters tell it.
+    pub fn statistics(&self) -> Option<Statistics> {
+        self.parameters.get(Statistics::NAME).and_then(Statistics::of_json)
     }
 
     /// The mesh at one isovalue; builds the search structures anew, so use a [`Query`] for more

@@ -13,16 +13,20 @@
 
 mod decode;
 mod histogram;
+mod isovalue;
 mod npy;
 mod nrrd;
 pub mod phantom;
 mod raw;
 mod read;
+mod statistics;
 
 pub use histogram::Histogram;
+pub use isovalue::Isovalue;
 pub use phantom::{phantom, phantom_names};
 pub use raw::told_by_name;
 pub use read::{ReadOptions, files_of, read_volume};
+pub use statistics::Statistics;
 
 use num_traits::AsPrimitive;
 

@@ -8,7 +8,7 @@ use isospectrum::export::place_in_world;
 use isospectrum::spectrum::{Component, Components as Found, End, Lineage, lineages};
 use serde::Serialize;
 
-use super::isovalue::Isovalue;
+use super::isovalue::{self, Isovalue};
 use super::keep_arguments::KeepArguments;
 use super::report::{self, number, number_or_dash};
 use super::{empty, output, spectrum_file};
@@ -21,7 +21,7 @@ use super::{empty, output, spectrum_file};
 pub(super) struct Components {
     /// Spectrum (.isp)
     spectrum: PathBuf,
-    /// Isovalue: a number, or a percentage of the range such as 50%
+    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them
     #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Isovalue,
     #[command(flatten)]
@@ -93,7 +93,7 @@ impl Row {
 impl Components {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalue = self.isovalue.in_range(spectrum.range);
+        let isovalue = isovalue::in_spectrum(self.isovalue, &spectrum)?;
         let mesh = spectrum.mesh_at(isovalue)?;
         empty::warn(&spectrum, isovalue, false);
         let found = Found::of(&mesh);

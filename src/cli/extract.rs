@@ -7,7 +7,7 @@ use isospectrum::Error;
 use isospectrum::export::{Border, Format, without_caps, write_to};
 use serde::Serialize;
 
-use super::isovalue::Isovalue;
+use super::isovalue::{Isovalue, in_spectrum};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::{empty, report, spectrum_file};
@@ -17,7 +17,7 @@ use super::{empty, report, spectrum_file};
 pub(super) struct Extract {
     /// Spectrum (.isp)
     spectrum: PathBuf,
-    /// Isovalue: a number, or a percentage of the range such as 50%
+    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them
     #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Isovalue,
     /// Mesh to write: .ply, .stl, .obj or .glb; - is stdout
@@ -53,7 +53,7 @@ impl Extract {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalue = self.isovalue.in_range(spectrum.range);
+        let isovalue = in_spectrum(self.isovalue, &spectrum)?;
         let keep = self.keep.of(&spectrum);
         let mut mesh = spectrum.mesh_at(isovalue)?.with_components(&keep);
         if self.open {

@@ -6,7 +6,7 @@ use clap::Args;
 use isospectrum::render::{Background, Camera, Color, View as Look};
 use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
-use isospectrum::volume::{ReadOptions, phantom, read_volume};
+use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
 use super::compute::positive;
 use super::isovalue::Isovalue;
@@ -66,7 +66,12 @@ impl View {
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
         let isovalue = match &content {
-            Content::Spectrum(_, spectrum) => self.isovalue.map(|c| c.in_range(spectrum.range)),
+            Content::Spectrum(_, spectrum) => {
+                let own = volume.as_ref().map(Statistics::of);
+                let samples = own.or_else(|| spectrum.statistics());
+                let resolve = |c: Isovalue| c.resolve(spectrum.range, samples.as_ref());
+                self.isovalue.map(resolve).transpose()?
+            }
             _ => None,
         };
         run(Opening {

@@ -2,7 +2,7 @@
 
 use super::painter::Painter;
 use super::target::unmultiply;
-use super::{Background, Image, View};
+use super::{Background, Image, Surface, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::spectrum::{Keep, Spectrum, VolumeInfo};
@@ -46,7 +46,16 @@ impl<'a> Renderer<'a> {
     /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
     /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
     pub fn draw(&mut self, isovalue: f64, view: &View) -> Result<Image> {
-        self.painter.paint(self.spectrum, &[isovalue], view)?;
+        self.draw_all(&[isovalue.into()], view)
+    }
+
+    /// Draws several isosurfaces in one picture.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::draw`], and [`Error::Usage`] for an opacity that is none.
+    pub fn draw_all(&mut self, surfaces: &[Surface], view: &View) -> Result<Image> {
+        self.painter.paint(self.spectrum, surfaces, view)?;
         let image = self.painter.read()?;
         let mut image = image.ok_or_else(|| Error::Gpu("nothing was drawn".into()))?;
         if view.background == Background::Transparent {

@@ -62,11 +62,17 @@ describe("inputs", () => {
         await settled(page);
         // Nine tenths of the samples are a tabulated percentile.
         assert.equal((await state(page)).isovalue, expected.p90);
+        for (const [text, isovalue] of [["top:10%", expected.p90], ["1 sigma", expected.sigma]]) {
+            await typed.fill(text);
+            await typed.press("Enter");
+            await settled(page);
+            assert.equal((await state(page)).isovalue, isovalue, text);
+        }
         await typed.fill(digits);
         await typed.press("Enter");
         await settled(page);
         for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/],
-            ["p101", /p0 to p100/], ["p9%", /expected a number, a percentage/]]) {
+            ["p101", /p0 to p100/], ["p9%", /expected a number, 50%/], ["top:5", /expected a number/], ["99sigma", /outside/]]) {
             await typed.fill(wrong);
             await typed.press("Enter");
             assert.match(await page.locator("#message").textContent(), reason);
@@ -150,11 +156,11 @@ describe("inputs", () => {
         const again = await drag("right");
         assert.ok(Math.hypot(...again.target) > 1.5 * Math.hypot(...moved.target));
         await page.mouse.move(x, y);
+        await page.keyboard.down("Shift");
         await page.mouse.wheel(0, -100);
-        await assertIsovalue(page, at(0.5) + (high - low) / 200, "the wheel");
-        await page.keyboard.down("Control");
+        await page.keyboard.up("Shift");
+        await assertIsovalue(page, at(0.5) + (high - low) / 200, "the wheel with Shift");
         await page.mouse.wheel(0, 200);
-        await page.keyboard.up("Control");
         await settled(page);
         assert.ok(Math.abs((await state(page)).view.distance - Math.exp(0.5)) < 1e-9);
         await page.keyboard.press("r");
@@ -246,6 +252,25 @@ describe("inputs", () => {
         await close();
     });
 
+    test("marked isovalues are buttons and lines, else some are suggested", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        const buttons = page.locator("#offered button");
+        assert.match(await page.locator("#offered").textContent(), /^Isovalues/);
+        assert.equal(await buttons.count(), 2);
+        await buttons.nth(0).click();
+        await settled(page);
+        assert.equal((await state(page)).isovalue, expected.p90);
+        assert.match(await buttons.nth(0).textContent(), /^thin \(/);
+        const lines = await page.locator("#plot .named").getAttribute("d");
+        assert.equal(lines.match(/M/g).length, 2);
+        await close();
+        const other = await watched(browser);
+        await open(other.page, { renderer: "webgl2" }, "ball.html");
+        assert.match(await other.page.locator("#offered").textContent(), /^Suggested.*top:1% \(/);
+        await other.close();
+    });
+
     test("an address restores what is seen", async () => {
         const { page, close } = await watched(browser);
         await open(page, { isovalue: String(at(0.3)), view: "120,-10,0.8,1,2,3" });
@@ -284,8 +309,11 @@ describe("inputs", () => {
         const told = await page.locator("#events").textContent();
         const [, nEvents, nMarks] = /^([\d,]+) events? at ([\d,]+) isovalues?$/.exec(told).map((n) => Number(n.replaceAll(",", "")));
         assert.equal(nEvents, expected.n_events);
-        const marks = await page.locator("#plot .event").evaluateAll((lines) => lines.map((l) => Number(l.getAttribute("x1"))));
-        assert.equal(marks.length, nMarks);
+        assert.equal(nMarks, new Set(expected.events).size);
+        const drawn = await page.locator("#plot .event").getAttribute("d");
+        const marks = [...drawn.matchAll(/M([\d.]+),/g)].map(([, x]) => Number(x));
+        const column = (c) => Number(((1000 * (c - low)) / (high - low)).toFixed(1));
+        assert.deepEqual(new Set(marks), new Set(expected.events.map(column)));
         for (const name of ["components", "euler"]) {
             const path = await page.locator(`#plot path.${name}`).getAttribute("d");
             assert.match(path, /^M0,[\d.]+(H[\d.]+V[\d.]+)*H1000$/, "steps only");
