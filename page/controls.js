@@ -247,6 +247,11 @@ class Panel {
         element("copy-link").addEventListener("click", () => this.copy(linkTo(viewer)));
         element("copy-embed").addEventListener("click", () => this.copy(embedOf(viewer)));
         element("close-copied").addEventListener("click", () => element("copied").close());
+        element("more").addEventListener("click", () => {
+            const isMore = document.documentElement.classList.toggle("more");
+            element("more").setAttribute("aria-expanded", isMore);
+            element("more").textContent = isMore ? "Less" : "More";
+        });
         element("show-help").addEventListener("click", toggleHelp);
         element("close-help").addEventListener("click", toggleHelp);
     }
@@ -398,7 +403,7 @@ class Panel {
         const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
         const told = Object.entries(names).filter(([name]) => measures[name] !== null)
             .map(([name, text]) => `, ${text} ${shownNumber(measures[name])}`);
-        if (told.length > 0) document.getElementById("printed-measures").textContent = told.join("");
+        document.getElementById("printed-measures").textContent = told.join("");
         // Of the components that there are.
         if (components && components.nKept < components.n) {
             const value = document.getElementById("components-value");

@@ -80,22 +80,34 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern that a path is.
+    /// The pattern that a path of pictures is.
     ///
     /// # Errors
     ///
     /// [`Error::Usage`] where it has not exactly one number, in the file's name, or the name does
     /// not end in .png.
     pub(super) fn of(path: &Path) -> Result<Self> {
+        if path.to_str().is_some()
+            && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+        {
+            let shown = path.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")));
+        }
+        Self::of_any(path)
+    }
+
+    /// The pattern that a path of files of any kind is.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] where it has not exactly one number, in the file's name.
+    pub(super) fn of_any(path: &Path) -> Result<Self> {
         let shown = path.display();
         let wrong = |expected: &str| Err(Error::Usage(format!("{shown}: expected {expected}")));
         let Some(text) = path.to_str() else { return wrong("a name in UTF-8") };
-        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return wrong("a name that ends in .png");
-        }
         let mut parts = text.split('%');
         let (Some(before), Some(number), None) = (parts.next(), parts.next(), parts.next()) else {
-            return wrong("one place for the number of the frame, such as frames/%04d.png");
+            return wrong("one place for the number of the file, such as frames/%04d.png");
         };
         let Some((width, after)) = number.split_once('d') else {
             return wrong("%d or %04d for the number of the frame");
