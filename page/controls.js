@@ -38,6 +38,7 @@ function followPointers(canvas, viewer) {
     });
     canvas.addEventListener("pointermove", (event) => {
         viewer.pointed = pointOf(canvas, event);
+        viewer.tellPlace();
         const pointer = pointers.get(event.pointerId);
         if (!pointer) return;
         const before = pointers.size === 2 ? spread() : null;
@@ -55,7 +56,10 @@ function followPointers(canvas, viewer) {
         const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= CLICK;
         if (isClick) viewer.panel?.click(pointOf(canvas, event));
     });
-    canvas.addEventListener("pointerleave", () => { viewer.pointed = null; });
+    canvas.addEventListener("pointerleave", () => {
+        viewer.pointed = null;
+        viewer.tellPlace();
+    });
     for (const end of ["pointerup", "pointercancel"]) {
         canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
     }
@@ -102,6 +106,8 @@ function followKeys(viewer) {
         _: () => viewer.zoom(KEY_ZOOM),
         n: () => viewer.panel.nextEvent(1),
         p: () => viewer.panel.nextEvent(-1),
+        g: () => viewer.setLook({ axes: !viewer.look.axes }),
+        f: () => toggleFullscreen(),
         k: () => viewer.pick(pointed(), false),
         x: () => viewer.pick(pointed(), true),
         a: () => viewer.showAll(),
@@ -138,6 +144,12 @@ function followKeys(viewer) {
         event.preventDefault();
         action(event.shiftKey);
     });
+}
+
+function toggleFullscreen() {
+    // A frame may not be allowed to.
+    if (document.fullscreenElement) document.exitFullscreen();
+    else document.documentElement.requestFullscreen?.().catch((error) => console.info(error.message));
 }
 
 function toggleHelp() {
@@ -228,6 +240,15 @@ class Panel {
         element("reset").addEventListener("click", () => viewer.reset());
         this.wireframe = element("wireframe");
         this.wireframe.addEventListener("change", () => viewer.setLook({ wireframe: this.wireframe.checked }));
+        this.axes = element("axes");
+        this.axes.addEventListener("change", () => viewer.setLook({ axes: this.axes.checked }));
+        element("speed").addEventListener("change", () => { viewer.speed = Number(element("speed").value); });
+        element("fullscreen").hidden = !document.fullscreenEnabled;
+        element("fullscreen").addEventListener("click", toggleFullscreen);
+        this.events = element("events");
+        this.eventsText = shownEvents(about.curves.events.length, this.plot.marks.length);
+        element("plot").addEventListener("pointermove", (event) => this.readOut(this.plot.readOut(event)));
+        element("plot").addEventListener("pointerleave", () => this.readOut(null));
         this.border = element("border");
         this.border.addEventListener("change", () => viewer.setLook({ open: !this.border.checked }));
         this.useComponents(element);
@@ -286,6 +307,11 @@ class Panel {
         plot.name(marks);
     }
 
+    /** Says what is pointed at, in place of how many events there are. */
+    readOut(text) {
+        this.events.textContent = text ?? this.eventsText;
+    }
+
     /** What shows and hides components. */
     useComponents(element) {
         const { viewer } = this;
@@ -301,7 +327,7 @@ class Panel {
         });
         this.coloured = element("coloured");
         this.coloured.addEventListener("change", () => viewer.select({ isColoured: this.coloured.checked }));
-        this.pickers = { keep: element("pick-keep"), hide: element("pick-hide") };
+        this.pickers = { keep: element("pick-keep"), hide: element("pick-hide"), measure: element("pick-measure") };
         for (const [name, button] of Object.entries(this.pickers)) {
             button.addEventListener("click", () => this.pickNext(this.picking === name ? null : name));
         }
@@ -321,10 +347,16 @@ class Panel {
             button.setAttribute("aria-pressed", name === picking);
         }
         this.viewer.canvas.classList.toggle("picks", Boolean(picking));
+        if (picking === "measure") this.viewer.measure(null);
     }
 
     click(point) {
         if (!this.picking) return;
+        if (this.picking === "measure") {
+            const distance = this.viewer.measure(point);
+            if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}`;
+            return;
+        }
         const isHiding = this.picking === "hide";
         if (this.viewer.pick(point, isHiding) && !isHiding) this.pickNext(null);
     }
@@ -363,6 +395,7 @@ class Panel {
         this.plot.show(isovalue);
         this.wireframe.checked = look.wireframe;
         this.border.checked = !look.open;
+        this.axes.checked = Boolean(look.axes);
         this.showSelection();
         this.playButton.textContent = playing ? "Pause" : "Play";
         this.playButton.setAttribute("aria-pressed", playing);

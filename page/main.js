@@ -70,6 +70,7 @@ async function present(viewer) {
     document.getElementById("still").hidden = true;
     document.getElementById("controls").hidden = false;
     viewer.panel = new Panel(viewer, viewer.about);
+    viewer.overlay = new Overlay(document.getElementById("overlay"));
     followKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);

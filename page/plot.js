@@ -79,6 +79,20 @@ class Plot {
         this.told.textContent = `${told.join(", ")} at ${first === last ? first : `${first} to ${last}`}`;
     }
 
+    /** What the curves say under the pointer. */
+    readOut({ clientX }) {
+        const { left, width } = this.svg.getBoundingClientRect();
+        const t = Math.min(Math.max((clientX - left) / width, 0), 1);
+        const { curves } = this;
+        const at = Math.round(t * (curves.area.length - 1));
+        const isovalue = this.low + (this.high - this.low) * (at / (curves.area.length - 1));
+        const told = [
+            `area ${shownNumber(curves.area[at])}`, `volume ${shownNumber(curves.volume[at])}`,
+            `components ${shownNumber(curves.components[at])}`, `Euler ${shownNumber(curves.euler[at])}`,
+        ];
+        return `${shownIsovalue(isovalue, this.high - this.low)}: ${told.join(", ")}`;
+    }
+
     /** The next isovalue with events above or below one. */
     nextMark(isovalue, direction) {
         const isovalues = this.marks.map(([c]) => c);

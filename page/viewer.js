@@ -26,10 +26,13 @@ class Viewer {
         // Until the whole spectrum is there, the mesh of one isovalue is.
         this.isWhole = true;
         this.firstIsovalue = this.isovalue;
-        this.view = { ...FIRST_VIEW };
+        this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
-        this.look = { wireframe: false, open: about.open };
+        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes) };
+        this.firstView = { ...FIRST_VIEW, ...about.view };
+        this.speed = 1;
+        this.measuredPoints = [];
         this.playing = false;
         this.darkness = window.matchMedia("(prefers-color-scheme: dark)");
         this.stillness = window.matchMedia("(prefers-reduced-motion: reduce)");
@@ -114,6 +117,32 @@ class Viewer {
         return Boolean(found);
     }
 
+    /** Measures from point to point of the surface: the distance in the world once there are two, else null. */
+    measure(point) {
+        if (!point || this.measuredPoints.length === 2) this.measuredPoints = [];
+        const found = point && meshPointUnder(this.query, this.projection(), point);
+        if (found) this.measuredPoints.push(found);
+        this.request();
+        const [a, b] = this.measuredPoints;
+        const { spacing } = this.spectrum.info.volume.placement;
+        return b ? Math.min(...spacing) * Math.hypot(...a.map((x, i) => x - b[i])) : null;
+    }
+
+    /** Soon after the pointer rests on the surface, says where that is in the world. */
+    tellPlace() {
+        clearTimeout(this.telling);
+        this.panel?.readOut(null);
+        if (!this.pointed) return;
+        this.telling = setTimeout(() => {
+            const found = this.pointed && meshPointUnder(this.query, this.projection(), this.pointed);
+            if (!found) return;
+            const mesh = { positions: Float64Array.from(found), normals: [], triangles: [] };
+            const { positions } = placeInWorld(mesh, this.spectrum.info.volume.placement);
+            const place = [...positions].map((x) => Number(x.toPrecision(5))).join(", ");
+            this.panel.readOut(`x, y, z: ${place}; value ${this.shownIsovalue()}`);
+        }, REST);
+    }
+
     showAll() {
         this.selection.showPicked();
         this.select({ largest: null, minVolume: 0, minArea: 0 });
@@ -159,7 +188,7 @@ class Viewer {
     reset() {
         this.play(false);
         this.isFitWanted = true;
-        this.setView({ ...FIRST_VIEW });
+        this.setView({ ...this.firstView });
     }
 
     projection() {
@@ -181,7 +210,7 @@ class Viewer {
         const isStill = this.stillness.matches;
         if (!isStill || elapsed >= REDUCED_PAUSE) {
             // After a pause (a hidden page) the sweep goes on where it was.
-            const share = isStill ? 1 / REDUCED_STEPS : Math.min(elapsed, 100) / 1000 / SWEEP_SECONDS;
+            const share = isStill ? 1 / REDUCED_STEPS : (this.speed * Math.min(elapsed, 100)) / 1000 / SWEEP_SECONDS;
             this.lastTick = now;
             let next = this.isovalue + this.direction * share * (this.high - this.low);
             if (next >= this.high || next <= this.low) this.direction = -this.direction;
@@ -215,6 +244,7 @@ class Viewer {
             this.prepare();
             this.renderer.draw(this.query, this.looked(), this.projection());
             this.panel?.show();
+            this.overlay?.draw(this, this.projection());
             this.onShown?.(this.isovalue);
             this.rest();
             // The device may be lost meanwhile.
@@ -238,7 +268,9 @@ class Viewer {
         this.isFitWanted = false;
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
-        Object.assign(this.view, fitOf(volume, this.query.surface.box(), this.view, width, height));
+        const { distance } = this.view;
+        const fitting = fitOf(volume, this.query.surface.box(), this.view, width, height);
+        Object.assign(this.view, fitting, { distance: distance * fitting.distance });
     }
 
     /** Gives the canvas as many pixels as it covers. */

@@ -27,7 +27,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::error::{Error, Result};
-use crate::render::{Image, Memory};
+use crate::render::{Camera, Image, Memory};
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
 
@@ -36,7 +36,7 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 21] = [
+const SCRIPTS: [&str; 22] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
@@ -51,6 +51,7 @@ const SCRIPTS: [&str; 21] = [
     include_str!("../page/webgpu.js"),
     include_str!("../page/webgl2.js"),
     include_str!("../page/plot.js"),
+    include_str!("../page/overlay.js"),
     include_str!("../page/download.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/embed.js"),
@@ -79,6 +80,10 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
+    /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits.
+    pub camera: Camera,
+    /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
+    pub axes: bool,
     /// Which components are shown at first, sizes and places in the voxel frame.
     pub keep: Keep,
     /// The samples of the volume, to be seen behind the curves.
@@ -119,6 +124,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     }
     spectrum.check_isovalue(page.isovalue)?;
     page.keep.check()?;
+    page.camera.check()?;
+    let Camera { azimuth, elevation, distance } = page.camera;
     let data = data::compressed(spectrum, page.step)?;
     let first = first::compressed(spectrum, page.isovalue, page.step)?;
     // Not where it would make the page much larger.
@@ -137,6 +144,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "open": page.open,
         "isovalue": page.isovalue,
         "keep": page.keep,
+        "axes": page.axes,
+        "view": { "azimuth": azimuth, "elevation": elevation, "distance": distance },
         "knots": spectrum.knots.len(),
         "most_triangles": Memory::of(spectrum).most_triangles,
         "histogram": page.samples.map(|samples| curves::histogram(samples, spectrum.range)),

@@ -56,6 +56,8 @@ fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
         isovalue,
         step,
         open: false,
+        camera: Camera::default(),
+        axes: false,
         keep: Keep::default(),
         samples: None,
         statistics: None,

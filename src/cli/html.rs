@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::Args;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
-use isospectrum::render::{Background, Image, Renderer, View};
+use isospectrum::render::{Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
 use isospectrum::volume::{Histogram, ReadOptions, Statistics, Volume, files_of, read_volume};
@@ -61,6 +61,12 @@ pub(super) struct Html {
     /// Leave out the triangles that close the mesh at the border of the volume, until asked for
     #[arg(long)]
     open: bool,
+    /// Where it is seen from at first: azimuth and elevation in degrees, and the distance (1 just shows the surface)
+    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
+    camera: Option<Camera>,
+    /// Draw the box of the volume, the axes of the world and a scale bar
+    #[arg(long)]
+    axes: bool,
     #[command(flatten)]
     keep: KeepArguments,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
@@ -128,6 +134,8 @@ impl Html {
             isovalue,
             step: self.step,
             open: self.open,
+            camera: self.camera.unwrap_or_default(),
+            axes: self.axes,
             keep: self.keep.of(&spectrum),
             samples: samples.as_ref(),
             statistics: statistics.as_ref(),
@@ -188,6 +196,7 @@ impl Html {
             height: 480,
             open: self.open,
             keep: self.keep.of(spectrum),
+            camera: self.camera.unwrap_or_default(),
             // It lies on a page that may be light or dark.
             background: Background::Transparent,
             ..View::default()

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::render::{Background, Camera, Color, View as Look};
+use isospectrum::spectrum::Keep;
 use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
 use super::compute::positive;
 use super::isovalue::Isovalue;
+use super::keep_arguments::KeepArguments;
 use super::render::Size;
 use super::spectrum_file::{self, Format};
 
@@ -43,6 +45,8 @@ pub(super) struct View {
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// Light on dark
     #[arg(long)]
     dark: bool,
@@ -74,6 +78,10 @@ impl View {
             }
             _ => None,
         };
+        let keep = match &content {
+            Content::Spectrum(_, spectrum) => self.keep.of(spectrum),
+            _ => Keep::default(),
+        };
         run(Opening {
             content,
             volume,
@@ -85,6 +93,7 @@ impl View {
                 wireframe: self.wireframe.then_some(1.0),
                 color: self.color,
                 open: self.open,
+                keep,
                 background: if self.dark { Background::Dark } else { Background::White },
                 ..Look::default()
             },

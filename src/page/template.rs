@@ -123,6 +123,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Camera;
     use crate::spectrum::Keep;
 
     #[test]
@@ -134,6 +135,8 @@ mod tests {
             isovalue: 0.0,
             step: 1.0,
             open: false,
+            camera: Camera::default(),
+            axes: false,
             keep: Keep::default(),
             samples: None,
             statistics: None,
