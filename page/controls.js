@@ -436,7 +436,12 @@ class Panel {
         const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
         const told = Object.entries(names).filter(([name]) => measures[name] !== null)
             .map(([name, text]) => `, ${text} ${shownNumber(measures[name])}`);
-        document.getElementById("printed-measures").textContent = told.join("");
+        // What is printed is measured before: the picture of another size comes without.
+        const { isovalue } = this.viewer;
+        if (told.length > 0 || this.printedIsovalue !== isovalue) {
+            document.getElementById("printed-measures").textContent = told.join("");
+            this.printedIsovalue = isovalue;
+        }
         // Of the components that there are.
         if (components && components.nKept < components.n) {
             const value = document.getElementById("components-value");

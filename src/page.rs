@@ -138,6 +138,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         }
         None => Vec::new(),
     };
+    let curves = curves::curves(spectrum)?;
     let about = serde_json::json!({
         "step": page.step,
         "along": data::ALONG,
@@ -151,8 +152,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "histogram": page.samples.map(|samples| curves::histogram(samples, spectrum.range)),
         "samples": page.statistics,
         "marks": page.marks,
-        "suggested": curves::suggested(spectrum, page.statistics),
-        "curves": curves::curves(spectrum)?,
+        "suggested": curves::suggested(spectrum, &curves, page.statistics),
+        "curves": curves,
     });
     let script = script();
     let text = template::filled(&template::Parts {
