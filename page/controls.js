@@ -207,6 +207,11 @@ function percentileOf(percentiles, percent) {
     return before * (1 - t) + after * t;
 }
 
+/** Changes a text; the same one again would be laid out again. */
+function setText(element, text) {
+    if (element.textContent !== text) element.textContent = text;
+}
+
 /** Slider, typed isovalue and buttons. */
 class Panel {
     constructor(viewer, about) {
@@ -309,7 +314,7 @@ class Panel {
 
     /** Says what is pointed at, in place of how many events there are. */
     readOut(text) {
-        this.events.textContent = text ?? this.eventsText;
+        setText(this.events, text ?? this.eventsText);
     }
 
     /** What shows and hides components. */
@@ -397,8 +402,10 @@ class Panel {
         this.border.checked = !look.open;
         this.axes.checked = Boolean(look.axes);
         this.showSelection();
-        this.playButton.textContent = playing ? "Pause" : "Play";
-        this.playButton.setAttribute("aria-pressed", playing);
+        setText(this.playButton, playing ? "Pause" : "Play");
+        if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
+            this.playButton.setAttribute("aria-pressed", playing);
+        }
     }
 
     showSelection() {
@@ -431,7 +438,7 @@ class Panel {
     /** Shows the measures of the mesh; null while they are not known. */
     showMeasures(measures, components) {
         for (const [name, value] of Object.entries(measures)) {
-            document.getElementById(`${name}-value`).textContent = value === null ? "…" : shownNumber(value);
+            setText(document.getElementById(`${name}-value`), value === null ? "…" : shownNumber(value));
         }
         const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
         const told = Object.entries(names).filter(([name]) => measures[name] !== null)
@@ -444,8 +451,8 @@ class Panel {
         }
         // Of the components that there are.
         if (components && components.nKept < components.n) {
-            const value = document.getElementById("components-value");
-            value.textContent += ` of ${shownNumber(components.n)}`;
+            const text = `${shownNumber(measures.components)} of ${shownNumber(components.n)}`;
+            setText(document.getElementById("components-value"), text);
         }
     }
 }

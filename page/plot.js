@@ -32,8 +32,8 @@ class Plot {
         this.curve("euler", curves.euler, EULER_CHANGES);
         this.curve("components", curves.components, COMPONENT_CHANGES);
         this.drawMarks();
-        this.cursor = svgElement("line", { class: "cursor", y1: 0, y2: HEIGHT + MARKS });
-        svg.append(this.cursor);
+        // Beside the drawing, so that it moves without all else being drawn again.
+        this.cursor = document.getElementById("cursor");
         const point = (event) => choose(this.isovalueAt(event));
         svg.addEventListener("pointerdown", (event) => {
             if (event.button !== 0) return;
@@ -58,7 +58,7 @@ class Plot {
     /** Draws isovalues that have a name. */
     name(marks) {
         const d = marks.map(([isovalue]) => `M${this.x(isovalue).toFixed(1)},0V${HEIGHT + MARKS}`).join("");
-        this.cursor.before(svgElement("path", { class: "named", d }));
+        this.svg.append(svgElement("path", { class: "named", d }));
     }
 
     /** Says what happens at the events under the pointer, in the plot's title. */
@@ -176,9 +176,7 @@ class Plot {
 
     /** Moves the line. */
     show(isovalue) {
-        const x = this.x(isovalue);
-        this.cursor.setAttribute("x1", x);
-        this.cursor.setAttribute("x2", x);
+        this.cursor.style.transform = `translateX(${(100 * this.x(isovalue)) / WIDTH}%)`;
     }
 }
 

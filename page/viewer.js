@@ -355,6 +355,7 @@ class Viewer {
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
             components: this.query.components ?? null,
+            measuredPoints: this.measuredPoints,
             // Whether a picture is wanted or in work.
             isPending: Boolean(this.isRequested || this.isDrawing),
             // Whether all isovalues can be shown by now.

@@ -271,6 +271,48 @@ describe("inputs", () => {
         await other.close();
     });
 
+    test("axes and scale bar are drawn, distances measured, places and curves told", async () => {
+        const { page, close } = await watched(browser);
+        // A ball of 3.5 voxels around (28, 29, 12).
+        await open(page, { isovalue: "150", view: "0,0,0.2,8.5,9.5,-7.5", renderer: "webgl2" }, "ball.html");
+        await page.locator("#canvas").focus();
+        assert.ok(await page.locator("#overlay").isHidden());
+        await page.keyboard.press("g");
+        await settled(page);
+        assert.ok(await page.locator("#overlay").isVisible());
+        assert.deepEqual(await page.locator("#overlay text").allTextContents().then((all) => all.slice(0, 3).sort()), ["x", "y", "z"]);
+        const label = Number(await page.locator("#overlay text.scale").textContent());
+        const bar = await page.locator("#overlay path.scale").getAttribute("d");
+        const [, start, end] = /^M([\d.]+),.*H([\d.]+)M/.exec(bar).map(Number);
+        const perPixel = label / (end - start);
+        const box = await page.locator("#canvas").boundingBox();
+        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        await page.locator("#pick-measure").click();
+        const reach = 1.75 / perPixel;
+        for (const side of [-1, 1]) {
+            await page.mouse.click(x + side * reach, y);
+            await settled(page);
+        }
+        const [a, b] = (await state(page)).measuredPoints;
+        for (const p of [a, b]) {
+            const radius = Math.hypot(p[0] - 28, p[1] - 29, p[2] - 12);
+            // 8-bit samples of a cone: a ball to within the tolerance of 0.1 voxel and what rounding moves it.
+            assert.ok(Math.abs(radius - 3.5) < 0.15, `${radius}`);
+        }
+        const told = Number(/^Distance ([\d.]+)$/.exec(await page.locator("#message").textContent())[1]);
+        assert.ok(Math.abs(told - Math.hypot(...a.map((p, i) => p - b[i]))) < 1e-3 * told);
+        // The points are before the plane of the bar by up to a radius: nearer by a tenth at most.
+        assert.ok(told > 0.85 * 3.5 && told < 1.02 * 3.5, `${told}`);
+        await page.mouse.move(x, y);
+        await page.waitForFunction(() => /^x, y, z: [-\d., ]+; value 150/.test(document.getElementById("events").textContent));
+        const plot = await page.locator("#plot").boundingBox();
+        await page.mouse.move(plot.x + plot.width / 2, plot.y + 10);
+        assert.match(await page.locator("#events").textContent(), /: area [\d.,]+, volume [\d.,]+, components 1, Euler 2$/);
+        await page.mouse.move(5, 5);
+        assert.match(await page.locator("#events").textContent(), /event/);
+        await close();
+    });
+
     test("an address restores what is seen", async () => {
         const { page, close } = await watched(browser);
         await open(page, { isovalue: String(at(0.3)), view: "120,-10,0.8,1,2,3" });
