@@ -301,8 +301,11 @@ describe("inputs", () => {
         }
         const told = Number(/^Distance ([\d.]+)$/.exec(await page.locator("#message").textContent())[1]);
         assert.ok(Math.abs(told - Math.hypot(...a.map((p, i) => p - b[i]))) < 1e-3 * told);
-        // The points are before the plane of the bar by up to a radius: nearer by a tenth at most.
-        assert.ok(told > 0.85 * 3.5 && told < 1.02 * 3.5, `${told}`);
+        // The bar is as far away as the middle of the ball, the points are nearer by their x, which is towards the eye: what
+        // the pixels say shrinks in proportion. A pixel at each click, and a tenth of one at each end of the bar.
+        const eye = (perPixel * box.height) / (2 * Math.tan(Math.PI / 12));
+        const wanted = 3.5 * (1 - (0.5 * (a[0] + b[0]) - 28) / eye);
+        assert.ok(Math.abs(told - wanted) < 2.2 * perPixel + 0.01 * wanted, `${told}, expected ${wanted}`);
         await page.mouse.move(x, y);
         await page.waitForFunction(() => /^x, y, z: [-\d., ]+; value 150/.test(document.getElementById("events").textContent));
         const plot = await page.locator("#plot").boundingBox();
