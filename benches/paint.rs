@@ -82,7 +82,7 @@ fn paint(criterion: &mut Criterion) {
         let (low, high) = spectrum.range;
         let mut painter = Painter::new(&gpu, &spectrum, u64::MAX).expect("a painter");
         let mut show = |isovalue: f64| {
-            painter.paint(&spectrum, &[isovalue], &view).expect("painted");
+            painter.paint(&spectrum, &[isovalue.into()], &view).expect("painted");
             gpu.device().poll(wgpu::PollType::wait_indefinitely()).expect("drawn");
         };
         let mut step = 0.0;

@@ -1,5 +1,6 @@
 // The part of the page's address after the hash, which leads back to what is seen:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&keep=3&min_volume=10&color=component
+// (keep: the number of components, min_volume: cubic voxels)
 
 /** What the address asks for. */
 function readAddress() {
@@ -9,8 +10,13 @@ function readAddress() {
 function applyAddress(viewer) {
     const asked = readAddress();
     const { isovalue } = isovalueOfText(
-        asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples?.percentiles);
+        asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
+    const largest = Number(asked.get("keep"));
+    const minVolume = Number(asked.get("min_volume"));
+    if (asked.has("keep")) viewer.select({ largest: largest >= 1 ? Math.floor(largest) : null });
+    if (minVolume >= 0 && asked.has("min_volume")) viewer.select({ minVolume });
+    if (asked.has("color")) viewer.select({ isColoured: asked.get("color") === "component" });
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
@@ -32,6 +38,12 @@ function writeAddress(viewer) {
     const asked = readAddress();
     asked.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
     asked.set("view", view);
+    const { largest, minVolume, isColoured } = viewer.selection;
+    const told = [["keep", largest], ["min_volume", minVolume || null], ["color", isColoured ? "component" : null]];
+    for (const [name, value] of told) {
+        if (value === null) asked.delete(name);
+        else asked.set(name, value);
+    }
     viewer.address = `#${asked.toString().replaceAll("%2C", ",")}`;
     try {
         history.replaceState(null, "", viewer.address);

@@ -129,33 +129,39 @@ function product(a, b) {
  * The point of the mesh under a point of the picture (-1 to 1, right and up), as a target of the
  * view; none beside the mesh.
  */
-function pointUnder({ surface }, volume, projection, [x, y]) {
-    const { clipFromVoxel: m } = projection;
-    let [nearest, found] = [Infinity, null];
-    for (let i = 0; i < surface.nTriangles; i++) {
-        const corners = [0, 1, 2].map((k) => {
-            const at = 3 * surface.corners[3 * i + k];
-            return surface.positions.subarray(at, at + 3);
-        });
-        const seen = corners.map((p) => {
-            const at = (row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row];
-            const w = at(3);
-            return [at(0) / w - x, at(1) / w - y, w];
-        });
-        if (seen.some((p) => p[2] <= 0)) continue;
-        const shares = [[1, 2], [2, 0], [0, 1]].map(([j, k]) =>
-            seen[j][0] * seen[k][1] - seen[j][1] * seen[k][0]);
-        const total = shares[0] + shares[1] + shares[2];
-        if (total === 0 || shares.some((s) => s / total < 0)) continue;
-        // In space, shares are weighted by the distance.
-        const weights = shares.map((s, k) => s / total / seen[k][2]);
-        const depth = 1 / (weights[0] + weights[1] + weights[2]);
-        if (depth >= nearest) continue;
-        nearest = depth;
-        found = [0, 1, 2].map((axis) =>
-            depth * weights.reduce((sum, weight, k) => sum + weight * corners[k][axis], 0));
-    }
+function pointUnder(query, volume, projection, point) {
+    const found = meshPointUnder(query, projection, point);
     if (!found) return null;
     const { middle } = boxOf(volume);
     return alongWorld(volume.placement.direction, found).map((a, i) => a - middle[i]);
+}
+
+/** The same in the voxel frame. */
+function meshPointUnder({ surface }, { clipFromVoxel: m }, [x, y]) {
+    const { nTriangles, nVertices, corners, positions: p } = surface;
+    // Each vertex in the picture, relative to the point, and its distance.
+    const seen = new Float64Array(3 * nVertices);
+    for (let at = 0; at < 3 * nVertices; at += 3) {
+        const w = m[3] * p[at] + m[7] * p[at + 1] + m[11] * p[at + 2] + m[15];
+        seen[at] = (m[0] * p[at] + m[4] * p[at + 1] + m[8] * p[at + 2] + m[12]) / w - x;
+        seen[at + 1] = (m[1] * p[at] + m[5] * p[at + 1] + m[9] * p[at + 2] + m[13]) / w - y;
+        seen[at + 2] = w;
+    }
+    let [nearest, found] = [Infinity, null];
+    for (let t = 0; t < 3 * nTriangles; t += 3) {
+        const [a, b, c] = [3 * corners[t], 3 * corners[t + 1], 3 * corners[t + 2]];
+        if (seen[a + 2] <= 0 || seen[b + 2] <= 0 || seen[c + 2] <= 0) continue;
+        const u = seen[b] * seen[c + 1] - seen[b + 1] * seen[c];
+        const v = seen[c] * seen[a + 1] - seen[c + 1] * seen[a];
+        const w = seen[a] * seen[b + 1] - seen[a + 1] * seen[b];
+        const total = u + v + w;
+        if (total === 0 || u / total < 0 || v / total < 0 || w / total < 0) continue;
+        // In space, shares are weighted by the distance.
+        const shares = [u / total / seen[a + 2], v / total / seen[b + 2], w / total / seen[c + 2]];
+        const depth = 1 / (shares[0] + shares[1] + shares[2]);
+        if (depth >= nearest) continue;
+        nearest = depth;
+        found = [0, 1, 2].map((i) => depth * (shares[0] * p[a + i] + shares[1] * p[b + i] + shares[2] * p[c + i]));
+    }
+    return found;
 }

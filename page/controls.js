@@ -6,8 +6,21 @@ const SLIDER_STEPS = 10000;
 const STEP = 1 / 200;
 const FINE_STEP = 1 / 4000;
 const DEGREES_PER_PIXEL = 0.4;
+/** What a key turns, degrees, moves, CSS pixels, and zooms by. */
+const KEY_DEGREES = 5;
+const KEY_PIXELS = 24;
+const KEY_ZOOM = 1.15;
 /** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
 const [NEAREST, FARTHEST] = [0.0002, 20];
+
+/** How far a pointer may move, CSS pixels, and still have clicked. */
+const CLICK = 4;
+
+/** A place on the canvas as a point of the picture: -1 to 1, right and up. */
+function pointOf(canvas, { clientX, clientY }) {
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    return [(2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height];
+}
 
 /** Pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
 function followPointers(canvas, viewer) {
@@ -19,11 +32,13 @@ function followPointers(canvas, viewer) {
     canvas.addEventListener("pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId);
         const { clientX: x, clientY: y, button } = event;
-        pointers.set(event.pointerId, { x, y, moves: button === 1 || button === 2 });
+        pointers.set(event.pointerId, { x, y, moves: button === 1 || button === 2, button, from: [x, y] });
         event.preventDefault();
         canvas.focus({ preventScroll: true });
     });
     canvas.addEventListener("pointermove", (event) => {
+        viewer.pointed = pointOf(canvas, event);
+        viewer.tellPlace();
         const pointer = pointers.get(event.pointerId);
         if (!pointer) return;
         const before = pointers.size === 2 ? spread() : null;
@@ -36,29 +51,71 @@ function followPointers(canvas, viewer) {
         } else if (pointer.moves) viewer.move(dx, dy);
         else viewer.rotate(-DEGREES_PER_PIXEL * dx, DEGREES_PER_PIXEL * dy);
     });
+    canvas.addEventListener("pointerup", (event) => {
+        const { from, button } = pointers.get(event.pointerId) ?? {};
+        const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= CLICK;
+        if (isClick) viewer.panel?.click(pointOf(canvas, event));
+    });
+    canvas.addEventListener("pointerleave", () => {
+        viewer.pointed = null;
+        viewer.tellPlace();
+    });
     for (const end of ["pointerup", "pointercancel"]) {
         canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
     }
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("dblclick", (event) => {
-        const { left, top, width, height } = canvas.getBoundingClientRect();
-        viewer.recentre([
-            (2 * (event.clientX - left)) / width - 1,
-            1 - (2 * (event.clientY - top)) / height,
-        ]);
+        if (!viewer.panel?.picking) viewer.recentre(pointOf(canvas, event));
     });
     canvas.addEventListener("wheel", (event) => {
+        // In a frame the wheel alone scrolls the page around it. A pinch on a touchpad arrives with Ctrl.
+        if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
         event.preventDefault();
-        const lines = event.deltaMode === 0 ? event.deltaY / 100 : event.deltaY / 3;
-        // A pinch on a touchpad arrives as a wheel with Ctrl.
-        if (event.ctrlKey) viewer.zoom(Math.exp(0.25 * lines));
-        else viewer.stepIsovalue(-lines * (event.shiftKey ? FINE_STEP : STEP));
+        if (event.shiftKey) viewer.stepIsovalue(-linesOf(event) * STEP);
+        else viewer.zoom(Math.exp(0.25 * linesOf(event)));
     }, { passive: false });
+}
+
+/** Whether another page shows this one in a frame. */
+const IS_FRAMED = typeof window !== "undefined" && window.parent !== window;
+
+/** How far a wheel was turned, in notches; with Shift some browsers turn it sideways. */
+function linesOf({ deltaMode, deltaX, deltaY }) {
+    return (deltaY || deltaX) / (deltaMode === 0 ? 100 : 3);
 }
 
 /** Keys anywhere in the page, except where text is typed. */
 function followKeys(viewer) {
+    const onCanvas = {
+        ArrowRight: () => viewer.rotate(KEY_DEGREES, 0),
+        ArrowLeft: () => viewer.rotate(-KEY_DEGREES, 0),
+        ArrowUp: () => viewer.rotate(0, KEY_DEGREES),
+        ArrowDown: () => viewer.rotate(0, -KEY_DEGREES),
+    };
+    const onCanvasWithShift = {
+        ArrowRight: () => viewer.move(KEY_PIXELS, 0),
+        ArrowLeft: () => viewer.move(-KEY_PIXELS, 0),
+        ArrowUp: () => viewer.move(0, -KEY_PIXELS),
+        ArrowDown: () => viewer.move(0, KEY_PIXELS),
+    };
+    const pointed = () => viewer.pointed ?? [0, 0];
     const keys = {
+        "+": () => viewer.zoom(1 / KEY_ZOOM),
+        "=": () => viewer.zoom(1 / KEY_ZOOM),
+        "-": () => viewer.zoom(KEY_ZOOM),
+        _: () => viewer.zoom(KEY_ZOOM),
+        n: () => viewer.panel.nextEvent(1),
+        p: () => viewer.panel.nextEvent(-1),
+        g: () => viewer.setLook({ axes: !viewer.look.axes }),
+        f: () => toggleFullscreen(),
+        k: () => viewer.pick(pointed(), false),
+        x: () => viewer.pick(pointed(), true),
+        a: () => viewer.showAll(),
+        c: () => viewer.select({ isColoured: !viewer.selection.isColoured }),
+        "]": (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
+        "[": (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        "}": () => viewer.stepIsovalue(FINE_STEP),
+        "{": () => viewer.stepIsovalue(-FINE_STEP),
         ArrowRight: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
         ArrowUp: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
         ArrowLeft: (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
@@ -77,14 +134,22 @@ function followKeys(viewer) {
     document.addEventListener("keydown", (event) => {
         const { target, key } = event;
         if (event.ctrlKey || event.metaKey || event.altKey) return;
-        if (target.matches("input[type=text]")) return;
+        if (target.matches("input[type=text], select")) return;
         if (target.matches("button, a, input[type=checkbox]") && (key === " " || key === "Enter")) return;
+        if (document.getElementById("copied").open) return;
         if (document.getElementById("help").open && key !== "h") return;
-        const action = keys[key.length === 1 ? key.toLowerCase() : key];
+        const onTarget = target.matches("canvas") ? (event.shiftKey ? onCanvasWithShift : onCanvas) : {};
+        const action = onTarget[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
         if (!action) return;
         event.preventDefault();
         action(event.shiftKey);
     });
+}
+
+function toggleFullscreen() {
+    // A frame may not be allowed to.
+    if (document.fullscreenElement) document.exitFullscreen();
+    else document.documentElement.requestFullscreen?.().catch((error) => console.info(error.message));
 }
 
 function toggleHelp() {
@@ -94,22 +159,26 @@ function toggleHelp() {
 }
 
 /**
- * The isovalue a text means in a range: `37.2`, `50%` of the way from one end to the other, or `p99`,
- * which 99 % of the samples do not exceed, where percentiles are known.
+ * The isovalue a text means in a range: `37.2`, `50%` of the way from one end to the other, and, where the samples are
+ * known, `p99`, which 99 % of them do not exceed, `top:1%`, the same, and `2.5sigma` above their mean. The twin of
+ * src/volume/isovalue.rs.
  */
-function isovalueOfText(text, low, high, percentiles) {
-    const match = /^\s*(p?)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%?)\s*$/i.exec(text);
-    if (!match || (match[1] && match[3])) {
-        const samples = percentiles ? ", or p99 of the samples" : "";
-        return { problem: `expected a number${samples ? "," : " or"} a percentage such as 50%${samples}` };
+function isovalueOfText(text, low, high, samples) {
+    const match = /^\s*(p|top:)?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%|sigma|σ)?\s*$/i.exec(text);
+    const [prefix, suffix] = [match?.[1] ?? "", match?.[3] ?? ""].map((part) => part.toLowerCase());
+    if (!match || !["", "%", "sigma", "σ", "p", "top:%"].includes(prefix + suffix)) {
+        return { problem: "expected a number, 50% of the range, p99 of the samples, 2.5sigma or top:1%" };
     }
     const number = Number(match[2]);
-    if (match[1]) {
-        if (!percentiles) return { problem: "the page does not know the samples" };
-        if (!(number >= 0 && number <= 100)) return { problem: "expected p0 to p100" };
-        return { isovalue: Math.min(Math.max(percentileOf(percentiles, number), low), high) };
+    let isovalue = suffix === "%" ? low * (1 - number / 100) + high * (number / 100) : number;
+    if (prefix || suffix.startsWith("s") || suffix === "σ") {
+        if (!samples) return { problem: "the page does not know the samples" };
+        if (prefix && !(number >= 0 && number <= 100)) {
+            return { problem: prefix === "p" ? "expected p0 to p100" : "expected top:0% to top:100%" };
+        }
+        isovalue = prefix ? percentileOf(samples.percentiles, prefix === "p" ? number : 100 - number)
+            : samples.mean + number * samples.deviation;
     }
-    const isovalue = match[3] ? low * (1 - number / 100) + high * (number / 100) : number;
     if (!(low <= isovalue && isovalue <= high)) {
         const [least, most] = [low, high].map((c) => Number(c.toPrecision(7)));
         return { problem: `outside the range ${least} to ${most}` };
@@ -117,18 +186,37 @@ function isovalueOfText(text, low, high, percentiles) {
     return { isovalue };
 }
 
-/** A percentile among evenly spaced ones, straight between two of them. */
+/** The address that leads back to what is seen. */
+function linkTo(viewer) {
+    writeAddress(viewer);
+    return `${location.href.split("#")[0]}${viewer.address}`;
+}
+
+/** The frame that shows it in another page. */
+function embedOf(viewer) {
+    const quoted = (text) => text.replace(/&/g, "&amp;").replace(/"/g, "&quot;");
+    return `<iframe src="${quoted(linkTo(viewer))}" title="${quoted(document.title)}" width="720" height="480" `
+        + 'style="border: 0" loading="lazy" allow="clipboard-write; fullscreen"></iframe>';
+}
+
+/** A percentile, straight between known ones. */
 function percentileOf(percentiles, percent) {
-    const at = ((percentiles.length - 1) * percent) / 100;
-    const i = Math.min(Math.floor(at), percentiles.length - 2);
-    return percentiles[i] * (1 - (at - i)) + percentiles[i + 1] * (at - i);
+    const next = Math.max(percentiles.findIndex(([p]) => p >= percent), 0);
+    const [[p, before], [q, after]] = [percentiles[Math.max(next - 1, 0)], percentiles[next]];
+    const t = q > p ? (percent - p) / (q - p) : 1;
+    return before * (1 - t) + after * t;
+}
+
+/** Changes a text; the same one again would be laid out again. */
+function setText(element, text) {
+    if (element.textContent !== text) element.textContent = text;
 }
 
 /** Slider, typed isovalue and buttons. */
 class Panel {
     constructor(viewer, about) {
         this.viewer = viewer;
-        this.percentiles = about.samples?.percentiles;
+        this.samples = about.samples;
         const element = (id) => document.getElementById(id);
         const { low, high } = viewer;
         this.slider = element("slider");
@@ -147,6 +235,7 @@ class Panel {
         });
         this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
         element("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
+        this.offer(about, element("offered"));
         this.message = element("message");
         this.loading = element("loading");
         element("low").textContent = shownIsovalue(low, high - low);
@@ -156,19 +245,137 @@ class Panel {
         element("reset").addEventListener("click", () => viewer.reset());
         this.wireframe = element("wireframe");
         this.wireframe.addEventListener("change", () => viewer.setLook({ wireframe: this.wireframe.checked }));
+        this.axes = element("axes");
+        this.axes.addEventListener("change", () => viewer.setLook({ axes: this.axes.checked }));
+        element("speed").addEventListener("change", () => { viewer.speed = Number(element("speed").value); });
+        element("fullscreen").hidden = !document.fullscreenEnabled;
+        element("fullscreen").addEventListener("click", toggleFullscreen);
+        this.events = element("events");
+        this.eventsText = shownEvents(about.curves.events.length, this.plot.marks.length);
+        element("plot").addEventListener("pointermove", (event) => this.readOut(this.plot.readOut(event)));
+        element("plot").addEventListener("pointerleave", () => this.readOut(null));
         this.border = element("border");
         this.border.addEventListener("change", () => viewer.setLook({ open: !this.border.checked }));
+        this.useComponents(element);
+        for (const id of ["slider", "plot"]) {
+            element(id).addEventListener("wheel", (event) => {
+                if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
+                event.preventDefault();
+                viewer.stepIsovalue(-linesOf(event) * (event.shiftKey ? FINE_STEP : STEP));
+            }, { passive: false });
+        }
+        element("previous").addEventListener("click", () => this.nextEvent(-1));
+        element("next").addEventListener("click", () => this.nextEvent(1));
         element("screenshot").addEventListener("click", () => viewer.saveScreenshot());
         for (const button of document.querySelectorAll("[data-format]")) {
             button.addEventListener("click", () => viewer.saveMesh(button.dataset.format));
         }
+        element("copy-link").addEventListener("click", () => this.copy(linkTo(viewer)));
+        element("copy-embed").addEventListener("click", () => this.copy(embedOf(viewer)));
+        element("close-copied").addEventListener("click", () => element("copied").close());
+        element("more").addEventListener("click", () => {
+            const isMore = document.documentElement.classList.toggle("more");
+            element("more").setAttribute("aria-expanded", isMore);
+            element("more").textContent = isMore ? "Less" : "More";
+        });
         element("show-help").addEventListener("click", toggleHelp);
         element("close-help").addEventListener("click", toggleHelp);
     }
 
+    /** Copies a text, or shows it to be copied where that may not be. */
+    async copy(text) {
+        try {
+            await navigator.clipboard.writeText(text);
+            this.message.textContent = "Copied.";
+        } catch {
+            const field = document.getElementById("copied-text");
+            field.value = text;
+            document.getElementById("copied").showModal();
+            field.select();
+        }
+    }
+
+    /** Buttons of the isovalues that the author marked, else of some that may be worth a look. */
+    offer({ marks, suggested }, list) {
+        const { viewer, plot } = this;
+        const offered = marks.length > 0 ? marks : suggested;
+        list.hidden = offered.length === 0;
+        list.append(marks.length > 0 ? "Isovalues" : "Suggested");
+        for (const [isovalue, name] of offered) {
+            const button = document.createElement("button");
+            button.type = "button";
+            const text = shownIsovalue(isovalue, viewer.high - viewer.low);
+            button.textContent = name === String(isovalue) ? text : `${name} (${text})`;
+            button.addEventListener("click", () => viewer.setIsovalue(isovalue));
+            list.append(button);
+        }
+        plot.name(marks);
+    }
+
+    /** Says what is pointed at, in place of how many events there are. */
+    readOut(text) {
+        setText(this.events, text ?? this.eventsText);
+    }
+
+    /** What shows and hides components. */
+    useComponents(element) {
+        const { viewer } = this;
+        this.largest = element("largest");
+        this.largest.addEventListener("change", () => viewer.select({ largest: Number(this.largest.value) || null }));
+        this.minVolume = element("min-volume");
+        this.minVolume.addEventListener("change", () => {
+            const volume = Number(this.minVolume.value);
+            const isNumber = Number.isFinite(volume) && volume >= 0;
+            this.minVolume.setAttribute("aria-invalid", !isNumber);
+            this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
+            if (isNumber) viewer.select({ minVolume: volume / this.unit() ** 3 });
+        });
+        this.coloured = element("coloured");
+        this.coloured.addEventListener("change", () => viewer.select({ isColoured: this.coloured.checked }));
+        this.pickers = { keep: element("pick-keep"), hide: element("pick-hide"), measure: element("pick-measure") };
+        for (const [name, button] of Object.entries(this.pickers)) {
+            button.addEventListener("click", () => this.pickNext(this.picking === name ? null : name));
+        }
+        this.showAll = element("show-all");
+        this.showAll.addEventListener("click", () => viewer.showAll());
+    }
+
+    /** The length of a voxel in the world. */
+    unit() {
+        return Math.min(...this.viewer.spectrum.info.volume.placement.spacing);
+    }
+
+    /** What the next click on the surface does: keeps or hides a component, or nothing. */
+    pickNext(picking) {
+        this.picking = picking;
+        for (const [name, button] of Object.entries(this.pickers)) {
+            button.setAttribute("aria-pressed", name === picking);
+        }
+        this.viewer.canvas.classList.toggle("picks", Boolean(picking));
+        if (picking === "measure") this.viewer.measure(null);
+    }
+
+    click(point) {
+        if (!this.picking) return;
+        if (this.picking === "measure") {
+            const distance = this.viewer.measure(point);
+            if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}`;
+            return;
+        }
+        const isHiding = this.picking === "hide";
+        if (this.viewer.pick(point, isHiding) && !isHiding) this.pickNext(null);
+    }
+
+    /** Goes to the next isovalue with events in a direction. */
+    nextEvent(direction) {
+        const { viewer, plot } = this;
+        const isovalue = plot.nextMark(viewer.isovalue, direction);
+        if (isovalue !== undefined) viewer.setIsovalue(isovalue);
+    }
+
     type() {
         const { low, high } = this.viewer;
-        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.percentiles);
+        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.samples);
         this.typed.setAttribute("aria-invalid", Boolean(problem));
         this.message.textContent = problem ?? "";
         if (!problem) this.viewer.setIsovalue(isovalue);
@@ -193,8 +400,30 @@ class Panel {
         this.plot.show(isovalue);
         this.wireframe.checked = look.wireframe;
         this.border.checked = !look.open;
-        this.playButton.textContent = playing ? "Pause" : "Play";
-        this.playButton.setAttribute("aria-pressed", playing);
+        this.axes.checked = Boolean(look.axes);
+        this.showSelection();
+        setText(this.playButton, playing ? "Pause" : "Play");
+        if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
+            this.playButton.setAttribute("aria-pressed", playing);
+        }
+    }
+
+    showSelection() {
+        const { selection } = this.viewer;
+        const { largest, minVolume, isColoured } = selection;
+        const wanted = largest === null ? "" : String(largest);
+        if (this.largest.value !== wanted) {
+            if (![...this.largest.options].some((option) => option.value === wanted)) {
+                this.largest.append(new Option(`${wanted} largest`, wanted));
+            }
+            this.largest.value = wanted;
+        }
+        if (this.shownMinVolume !== minVolume) {
+            this.shownMinVolume = minVolume;
+            this.minVolume.value = String(Number((minVolume * this.unit() ** 3).toPrecision(6)));
+        }
+        this.coloured.checked = isColoured;
+        this.showAll.disabled = selection.isAll;
     }
 
     /** Says while only the first mesh is there; what needs the others waits. */
@@ -207,9 +436,23 @@ class Panel {
     }
 
     /** Shows the measures of the mesh; null while they are not known. */
-    showMeasures(measures) {
+    showMeasures(measures, components) {
         for (const [name, value] of Object.entries(measures)) {
-            document.getElementById(`${name}-value`).textContent = value === null ? "…" : shownNumber(value);
+            setText(document.getElementById(`${name}-value`), value === null ? "…" : shownNumber(value));
+        }
+        const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
+        const told = Object.entries(names).filter(([name]) => measures[name] !== null)
+            .map(([name, text]) => `, ${text} ${shownNumber(measures[name])}`);
+        // What is printed is measured before: the picture of another size comes without.
+        const { isovalue } = this.viewer;
+        if (told.length > 0 || this.printedIsovalue !== isovalue) {
+            document.getElementById("printed-measures").textContent = told.join("");
+            this.printedIsovalue = isovalue;
+        }
+        // Of the components that there are.
+        if (components && components.nKept < components.n) {
+            const text = `${shownNumber(measures.components)} of ${shownNumber(components.n)}`;
+            setText(document.getElementById("components-value"), text);
         }
     }
 }

@@ -1,9 +1,13 @@
 // Talks to a page that shows this one in a frame, by messages:
 //   { isospectrum: "setIsovalue", isovalue, id }  →  { isospectrum: "reply", id, result: state }
+//   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, each if it is to change
+//   { isospectrum: "setLook", look: { wireframe, open, largest, isColoured }, id }, likewise
+//   { isospectrum: "play", playing, id }          →  ... result: state
 //   { isospectrum: "getState", id }               →  ... result: { isovalue, low, high, view, ... }
 //   { isospectrum: "screenshot", id }             →  ... result: a PNG, as Blob
 // A reply has `error` instead of `result` where something was wrong. Once the first picture is
-// there, { isospectrum: "ready", state } is sent unasked.
+// there, { isospectrum: "ready", state } is sent unasked, and from then on { isospectrum: "isovalueChanged", isovalue }
+// with every picture that shows another one.
 
 /** What is told as an isovalue, if it is a number: nothing is made one. */
 function numberOf(isovalue) {
@@ -11,6 +15,38 @@ function numberOf(isovalue) {
     const told = typeof isovalue === "object" || typeof isovalue === "function"
         ? typeof isovalue : String(isovalue).slice(0, 40);
     throw new TypeError(`isovalue ${isovalue === null ? "null" : told}, expected a number`);
+}
+
+/** Checks that what is told of a view are numbers that make one; returns that alone. */
+function viewOf(told) {
+    const view = {};
+    for (const [name, low, high] of [["azimuth", -1e6, 1e6], ["elevation", -90, 90], ["distance", NEAREST, FARTHEST]]) {
+        if (told?.[name] === undefined) continue;
+        if (!(low <= told[name] && told[name] <= high)) throw new Error(`${name}, expected a number from ${low} to ${high}`);
+        view[name] = told[name];
+    }
+    if (told?.target !== undefined) {
+        const { target } = told;
+        const isPoint = Array.isArray(target) && target.length === 3 && target.every(Number.isFinite);
+        if (!isPoint) throw new Error("target, expected three numbers");
+        view.target = [...target];
+    }
+    return view;
+}
+
+/** Changes how the surface looks as far as it is told. */
+function setToldLook(viewer, told) {
+    for (const name of ["wireframe", "open", "isColoured"]) {
+        if (told?.[name] !== undefined && typeof told[name] !== "boolean") throw new Error(`${name}, expected true or false`);
+    }
+    const largest = told?.largest;
+    if (largest !== undefined && largest !== null && !(Number.isInteger(largest) && largest > 0)) {
+        throw new Error("largest, expected null or a number of components");
+    }
+    const { wireframe = viewer.look.wireframe, open = viewer.look.open } = told ?? {};
+    viewer.setLook({ wireframe, open });
+    const { isColoured = viewer.selection.isColoured } = told ?? {};
+    viewer.select({ isColoured, largest: largest === undefined ? viewer.selection.largest : largest });
 }
 
 function followMessages(viewer) {
@@ -22,6 +58,19 @@ function followMessages(viewer) {
                 throw new Error(`isovalue ${isovalue} lies outside ${viewer.low} to ${viewer.high}`);
             }
             viewer.setIsovalue(isovalue);
+            return viewer.state();
+        },
+        setView: ({ view }) => {
+            viewer.isFitWanted = false;
+            viewer.setView(viewOf(view));
+            return viewer.state();
+        },
+        setLook: ({ look }) => {
+            setToldLook(viewer, look);
+            return viewer.state();
+        },
+        play: ({ playing }) => {
+            viewer.play(playing !== false);
             return viewer.state();
         },
         getState: () => viewer.state(),
@@ -39,5 +88,11 @@ function followMessages(viewer) {
         }
         source.postMessage(reply, "*");
     });
+    let told = viewer.isovalue;
+    viewer.onShown = (isovalue) => {
+        if (isovalue === told) return;
+        told = isovalue;
+        window.parent.postMessage({ isospectrum: "isovalueChanged", isovalue }, "*");
+    };
     window.parent.postMessage({ isospectrum: "ready", state: viewer.state() }, "*");
 }

@@ -64,11 +64,13 @@ async function drawOtherwise(viewer, renderer, error) {
 
 /** Shows what the viewer has, and listens to the reader. */
 async function present(viewer) {
+    document.documentElement.classList.toggle("framed", IS_FRAMED);
     document.getElementById("stage").hidden = false;
     performance.mark("renderer");
     document.getElementById("still").hidden = true;
     document.getElementById("controls").hidden = false;
     viewer.panel = new Panel(viewer, viewer.about);
+    viewer.overlay = new Overlay(document.getElementById("overlay"));
     followKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);

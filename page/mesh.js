@@ -7,19 +7,56 @@ class Query {
         this.spectrum = spectrum;
         this.active = new ActiveSet(spectrum);
         this.surface = new Surface(spectrum, step);
+        this.version = null;
     }
 
-    /** Brings the surface to an isovalue, without caps where `open`; whether anything changed. */
-    moveTo(isovalue, open) {
+    /**
+     * Brings the surface to an isovalue, without caps where `open`, with the components that are selected (all
+     * without a selection); whether anything changed.
+     */
+    moveTo(isovalue, open, selection) {
         const { isovalues } = this.spectrum;
+        const version = !selection || selection.isPlain ? null : selection.version;
         const rank = isovalues.length > 0 ? rankAt(isovalues, isovalue) : -1;
-        const isListed = !this.active.moveTo(rank) && this.open === open;
-        if (isListed && this.isovalue === isovalue) return false;
-        if (!isListed) this.surface.list(this.active, open);
+        const isSame = !this.active.moveTo(rank) && this.open === open && this.version === version;
+        if (isSame && this.isovalue === isovalue) return false;
+        if (version !== null) this.select(isovalue, rank, open, selection);
+        else if (!isSame) {
+            this.components = null;
+            this.surface.list(this.active, open, null);
+        }
         this.surface.moveTo(isovalue, rank);
-        this.isovalue = isovalue;
-        this.open = open;
+        Object.assign(this, { isovalue, open, version });
         return true;
+    }
+
+    /** Lists the components that are selected alone. */
+    select(isovalue, rank, open, selection) {
+        const before = this.isovalue;
+        let components = this.closed(isovalue, rank);
+        if (selection.isLost(this.surface, components)) {
+            const { isovalues } = this.spectrum;
+            for (let i = 1; i < FOLLOWING_STEPS; i++) {
+                const between = before + ((isovalue - before) * i) / FOLLOWING_STEPS;
+                const itsRank = rankAt(isovalues, between);
+                this.active.moveTo(itsRank);
+                selection.follow(this.surface, this.closed(between, itsRank));
+            }
+            this.active.moveTo(rank);
+            components = this.closed(isovalue, rank);
+        }
+        selection.follow(this.surface, components);
+        const kept = selection.kept(components);
+        this.components = { n: components.list.length, nKept: kept.filter(Boolean).length };
+        const { of } = components;
+        this.surface.list(this.active, open, (i) => (kept[of[i]] ? of[i] : -1));
+    }
+
+    /** The components of the closed surface at an isovalue. */
+    closed(isovalue, rank) {
+        this.surface.list(this.active, false, null);
+        this.surface.placeAll(isovalue, rank);
+        return componentsOf(this.surface, this.spectrum.caps);
     }
 
     /**
@@ -125,7 +162,7 @@ function measured({ positions, triangles, caps }) {
         const c = triangles[3 * t + 2];
         join(a, b);
         join(b, c);
-        volume += tetrahedronVolume(positions, 3 * a, 3 * b, 3 * c);
+        volume += tetrahedronVolume(positions, 0, 3 * a, 3 * b, 3 * c);
         if (!caps[t]) area += triangleArea(positions, 3 * a, 3 * b, 3 * c);
     }
     return { components, euler: n - caps.length / 2, area, volume: Math.abs(volume) };
@@ -142,16 +179,16 @@ function triangleArea(p, a, b, c) {
     return 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
 }
 
-/** The signed volume between a triangle and the first position of the list. */
-function tetrahedronVolume(p, a, b, c) {
-    const ax = p[a] - p[0];
-    const ay = p[a + 1] - p[1];
-    const az = p[a + 2] - p[2];
-    const bx = p[b] - p[0];
-    const by = p[b + 1] - p[1];
-    const bz = p[b + 2] - p[2];
-    const cx = p[c] - p[0];
-    const cy = p[c + 1] - p[1];
-    const cz = p[c + 2] - p[2];
+/** The signed volume between a triangle and an apex, given by places in a list of positions. */
+function tetrahedronVolume(p, apex, a, b, c) {
+    const ax = p[a] - p[apex];
+    const ay = p[a + 1] - p[apex + 1];
+    const az = p[a + 2] - p[apex + 2];
+    const bx = p[b] - p[apex];
+    const by = p[b + 1] - p[apex + 1];
+    const bz = p[b + 2] - p[apex + 2];
+    const cx = p[c] - p[apex];
+    const cy = p[c + 1] - p[apex + 1];
+    const cz = p[c + 2] - p[apex + 2];
     return (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6;
 }

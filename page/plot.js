@@ -21,19 +21,19 @@ function svgElement(name, attributes) {
 
 class Plot {
     /** Draws the curves into an svg element; `choose` is called with isovalues that are pointed at. */
-    constructor(svg, { curves, samples }, [low, high], choose) {
+    constructor(svg, { curves, histogram }, [low, high], choose) {
         Object.assign(this, { svg, curves, low, high });
         svg.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT + MARKS}`);
         svg.setAttribute("preserveAspectRatio", "none");
-        if (samples) this.bars(samples.histogram);
+        if (histogram) this.bars(histogram);
         this.marks = marksOf(curves.events);
         this.curve("area", curves.area, null);
         this.curve("volume", curves.volume, null);
         this.curve("euler", curves.euler, EULER_CHANGES);
         this.curve("components", curves.components, COMPONENT_CHANGES);
-        for (const [isovalue, kinds] of this.marks) this.mark(isovalue, kinds);
-        this.cursor = svgElement("line", { class: "cursor", y1: 0, y2: HEIGHT + MARKS });
-        svg.append(this.cursor);
+        this.drawMarks();
+        // Beside the drawing, so that it moves without all else being drawn again.
+        this.cursor = document.getElementById("cursor");
         const point = (event) => choose(this.isovalueAt(event));
         svg.addEventListener("pointerdown", (event) => {
             if (event.button !== 0) return;
@@ -42,21 +42,61 @@ class Plot {
         });
         svg.addEventListener("pointermove", (event) => {
             if (svg.hasPointerCapture(event.pointerId)) point(event);
+            this.tell(event);
         });
     }
 
-    /** A tick at an isovalue with events, which says what happens there. */
-    mark(isovalue, kinds) {
-        const x = this.x(isovalue);
-        const mark = svgElement("line", { class: "event", x1: x, x2: x, y1: HEIGHT + 4, y2: HEIGHT + MARKS });
-        const title = svgElement("title", {});
+    /** Ticks at the isovalues with events: one path, and one tick for all that share a column of the plot. */
+    drawMarks() {
+        const columns = new Set(this.marks.map(([isovalue]) => this.x(isovalue).toFixed(1)));
+        const d = [...columns].map((x) => `M${x},${HEIGHT + 4}V${HEIGHT + MARKS}`).join("");
+        this.svg.append(svgElement("path", { class: "event", d }));
+        this.told = svgElement("title", {});
+        this.svg.append(this.told);
+    }
+
+    /** Draws isovalues that have a name. */
+    name(marks) {
+        const d = marks.map(([isovalue]) => `M${this.x(isovalue).toFixed(1)},0V${HEIGHT + MARKS}`).join("");
+        this.svg.append(svgElement("path", { class: "named", d }));
+    }
+
+    /** Says what happens at the events under the pointer, in the plot's title. */
+    tell(event) {
+        const { left, width } = this.svg.getBoundingClientRect();
+        const column = Math.floor(event.clientX - left);
+        const near = this.marks.filter(([c]) => Math.abs((this.x(c) * width) / WIDTH - 0.5 - column) <= 1);
+        if (near.length === 0) {
+            this.told.textContent = "";
+            return;
+        }
+        const kinds = near.flatMap(([, k]) => k);
         const told = KINDS.flatMap((name, kind) => {
             const n = kinds.filter((k) => k === kind).length;
             return n === 0 ? [] : [n === 1 ? name : `${name} (${n} times)`];
         });
-        title.textContent = `${told.join(", ")} at ${shownIsovalue(isovalue, this.high - this.low)}`;
-        mark.append(title);
-        this.svg.append(mark);
+        const [first, last] = [near[0], near.at(-1)].map(([c]) => shownIsovalue(c, this.high - this.low));
+        this.told.textContent = `${told.join(", ")} at ${first === last ? first : `${first} to ${last}`}`;
+    }
+
+    /** What the curves say under the pointer. */
+    readOut({ clientX }) {
+        const { left, width } = this.svg.getBoundingClientRect();
+        const t = Math.min(Math.max((clientX - left) / width, 0), 1);
+        const { curves } = this;
+        const at = Math.round(t * (curves.area.length - 1));
+        const isovalue = this.low + (this.high - this.low) * (at / (curves.area.length - 1));
+        const told = [
+            `area ${shownNumber(curves.area[at])}`, `volume ${shownNumber(curves.volume[at])}`,
+            `components ${shownNumber(curves.components[at])}`, `Euler ${shownNumber(curves.euler[at])}`,
+        ];
+        return `${shownIsovalue(isovalue, this.high - this.low)}: ${told.join(", ")}`;
+    }
+
+    /** The next isovalue with events above or below one. */
+    nextMark(isovalue, direction) {
+        const isovalues = this.marks.map(([c]) => c);
+        return direction > 0 ? isovalues.find((c) => c > isovalue) : isovalues.findLast((c) => c < isovalue);
     }
 
     x(isovalue) {
@@ -86,12 +126,14 @@ class Plot {
         }
         // Counts that go into the thousands beside ones and twos: their logarithms.
         const values = points.map(([, v]) => (changes ? Math.sign(v) * Math.log1p(Math.abs(v)) : v));
-        const least = Math.min(0, ...values);
-        const most = Math.max(...values, least + 1e-30);
+        const least = values.reduce((a, b) => Math.min(a, b), 0);
+        const most = values.reduce((a, b) => Math.max(a, b), least + 1e-30);
         const y = (i) => (2 + (HEIGHT - 4) * (1 - (values[i] - least) / (most - least))).toFixed(1);
         let path = `M0,${y(0)}`;
         points.forEach(([at], i) => {
-            if (i > 0) path += changes ? `H${at.toFixed(1)}V${y(i)}` : `L${at.toFixed(1)},${y(i)}`;
+            // Of steps in one column the last is what is left.
+            const isHidden = changes && i + 1 < points.length && points[i + 1][0].toFixed(1) === at.toFixed(1);
+            if (i > 0 && !isHidden) path += changes ? `H${at.toFixed(1)}V${y(i)}` : `L${at.toFixed(1)},${y(i)}`;
         });
         if (changes) path += `H${WIDTH}`;
         if (name === "area") {
@@ -107,7 +149,9 @@ class Plot {
      * only: at each where their kinds explain it, else at the last one.
      */
     steps([left, right], [before, after], changes) {
-        const between = this.marks.filter(([c]) => left < this.x(c) && this.x(c) <= right);
+        const isBefore = (x) => (mark) => this.x(mark[0]) <= x;
+        const between = this.marks.slice(
+            countBefore(this.marks, isBefore(left)), countBefore(this.marks, isBefore(right)));
         let value = before;
         const steps = between.map(([c, kinds]) => {
             for (const kind of kinds) value += changes[kind];
@@ -132,10 +176,19 @@ class Plot {
 
     /** Moves the line. */
     show(isovalue) {
-        const x = this.x(isovalue);
-        this.cursor.setAttribute("x1", x);
-        this.cursor.setAttribute("x2", x);
+        this.cursor.style.transform = `translateX(${(100 * this.x(isovalue)) / WIDTH}%)`;
     }
+}
+
+/** How many items at the beginning of a list have a property; all that have it are there. */
+function countBefore(list, has) {
+    let [low, high] = [0, list.length];
+    while (low < high) {
+        const middle = (low + high) >>> 1;
+        if (has(list[middle])) low = middle + 1;
+        else high = middle;
+    }
+    return low;
 }
 
 /** The isovalues with events, ascending, each once, and the kinds of the events there. */

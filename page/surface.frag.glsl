@@ -1,5 +1,5 @@
 #version 300 es
-// The fragment stage of shaders/surface.wgsl, for a plain surface. Same names, same order.
+// The fragment stage of shaders/surface.wgsl, for a plain surface, or one coloured by component. Same names, same order.
 precision highp float;
 
 /// Linear colours of the two sides.
@@ -9,10 +9,12 @@ uniform vec3 back;
 uniform vec4 wire;
 uniform float wire_width;
 uniform bool mirrored;
+uniform bool is_coloured;
 
 in vec3 position;
 in vec3 normal;
 in vec3 barycentric;
+flat in vec3 named;
 
 out vec4 color;
 
@@ -59,6 +61,9 @@ void main() {
     // Counter-clockwise where y points up is counter-clockwise in WebGPU as well.
     bool is_front = gl_FrontFacing != mirrored;
     vec3 albedo = is_front ? front : back;
+    if (is_coloured) {
+        albedo = is_front ? named : mix(0.5 * named, back, 0.25);
+    }
     vec3 n = normalize(is_front ? normal : -normal);
     vec3 lit = light(albedo, n, normalize(-position));
     if (wire_width > 0.0) {

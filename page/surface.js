@@ -24,6 +24,8 @@ class Surface {
         this.nVertices = 0;
         /** The triangles, and the numbers of their vertices among those of the mesh. */
         this.triangles = new Uint32Array(0);
+        /** Of each triangle the number of its component, where these were asked for. */
+        this.names = new Uint32Array(0);
         this.corners = new Uint32Array(0);
         /** The vertices, as the spectrum numbers them; their positions, voxels. */
         this.vertices = new Uint32Array(0);
@@ -34,11 +36,15 @@ class Surface {
         this.normals = new Uint32Array(0);
     }
 
-    /** Takes over the triangles that are alive, without caps where `open`. */
-    list(active, open) {
+    /**
+     * Takes over the triangles that are alive, without caps where `open`; where components are `named`, those whose
+     * name by their place in the list is not negative.
+     */
+    list(active, open, named) {
         const { mark, numberOf } = this;
         const { vertices, caps } = this.spectrum;
         this.triangles = roomFor(this.triangles, active.length);
+        this.names = roomFor(this.names, active.length);
         this.corners = roomFor(this.corners, 3 * active.length);
         // A triangle has three vertices of its own at most.
         this.vertices = roomFor(this.vertices, Math.min(3 * active.length, mark.length));
@@ -47,7 +53,9 @@ class Surface {
         let nVertices = 0;
         for (let i = 0; i < active.length; i++) {
             const t = active.list[i];
-            if (open && caps[t]) continue;
+            const name = named === null ? 0 : named(i);
+            if ((open && caps[t]) || name < 0) continue;
+            this.names[n] = name;
             for (let k = 0; k < 3; k++) {
                 const v = vertices[3 * t + k];
                 if (mark[v] !== this.nLists) {
@@ -65,8 +73,7 @@ class Surface {
 
     /** Moves the vertices to an isovalue, whose rank is `rank`, and finds the normals there. */
     moveTo(isovalue, rank) {
-        this.positions = roomFor(this.positions, 3 * this.nVertices);
-        for (let i = 0; i < this.nVertices; i++) this.place(i, isovalue, rank);
+        this.placeAll(isovalue, rank);
         this.directions = roomFor(this.directions, 3 * this.nVertices);
         this.capDirections = roomFor(this.capDirections, 3 * this.nVertices);
         this.directions.fill(0, 0, 3 * this.nVertices);
@@ -75,6 +82,12 @@ class Surface {
         giveDirections(this.nVertices, this.directions, hasCaps ? this.capDirections : null);
         this.normals = roomFor(this.normals, this.nVertices);
         codesOf(this.nVertices, this.directions, this.normals);
+    }
+
+    /** Moves the vertices to an isovalue. */
+    placeAll(isovalue, rank) {
+        this.positions = roomFor(this.positions, 3 * this.nVertices);
+        for (let i = 0; i < this.nVertices; i++) this.place(i, isovalue, rank);
     }
 
     /** Writes where a vertex is. */

@@ -20,10 +20,15 @@ uniform usampler2D knots;
 /// The vertex whose corner this is, and the code of the normal of the mesh there.
 layout(location = 0) in uint vertex;
 layout(location = 1) in uint normal_code;
+/// The number of the component, and whether it is what the colour shows.
+layout(location = 2) in uint name;
+uniform bool is_coloured;
 
 out vec3 position;
 out vec3 normal;
 out vec3 barycentric;
+/// Linear colour of the triangle where it is not plain.
+flat out vec3 named;
 
 ivec2 texel(uint index) {
     return ivec2(int(index & 2047u), int(index >> 11));
@@ -58,6 +63,29 @@ vec3 decode(uint code) {
     return normalize(n);
 }
 
+/// Linear sRGB of a colour in OKLCh; hue in radians.
+vec3 from_oklch(float lightness, float chroma, float hue) {
+    float a = chroma * cos(hue);
+    float b = chroma * sin(hue);
+    float l = lightness + 0.3963377774 * a + 0.2158037573 * b;
+    float m = lightness - 0.1055613458 * a - 0.0638541728 * b;
+    float s = lightness - 0.0894841775 * a - 1.2914855480 * b;
+    vec3 cubed = vec3(l * l * l, m * m * m, s * s * s);
+    return clamp(vec3(
+        dot(cubed, vec3(4.0767416621, -3.3077115913, 0.2309699292)),
+        dot(cubed, vec3(-1.2684380046, 2.6097574011, -0.3413193965)),
+        dot(cubed, vec3(-0.0041960863, -0.7034186147, 1.7076147010))
+    ), 0.0, 1.0);
+}
+
+vec3 name_color(uint number) {
+    float hues[8] = float[8](245.0, 60.0, 165.0, 350.0, 95.0, 220.0, 35.0, 310.0);
+    float lightness[8] = float[8](0.58, 0.74, 0.66, 0.64, 0.87, 0.80, 0.58, 0.48);
+    uint turn = number % 8u;
+    float round_of_eight = float((number / 8u) % 3u);
+    return from_oklch(lightness[turn] * (1.0 - 0.13 * round_of_eight), 0.125, radians(hues[turn]));
+}
+
 void main() {
     // The last knot not above the isovalue, by bisection of [low, end).
     uint end = first_knot_of(vertex + 1u);
@@ -87,6 +115,7 @@ void main() {
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
     normal = normalize((eye_from_normal * vec4(decode(normal_code), 0.0)).xyz);
+    named = is_coloured ? name_color(name) : vec3(0.0);
     int corner = gl_VertexID % 3;
     barycentric = vec3(float(corner == 0), float(corner == 1), float(corner == 2));
 }

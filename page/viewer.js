@@ -22,13 +22,17 @@ class Viewer {
         [this.low, this.high] = spectrum.info.range;
         this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
         this.query = new Query(spectrum, about.step);
+        this.selection = new Selection(about.keep);
         // Until the whole spectrum is there, the mesh of one isovalue is.
         this.isWhole = true;
         this.firstIsovalue = this.isovalue;
-        this.view = { ...FIRST_VIEW };
+        this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
-        this.look = { wireframe: false, open: about.open };
+        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes) };
+        this.firstView = { ...FIRST_VIEW, ...about.view };
+        this.speed = 1;
+        this.measuredPoints = [];
         this.playing = false;
         this.darkness = window.matchMedia("(prefers-color-scheme: dark)");
         this.stillness = window.matchMedia("(prefers-reduced-motion: reduce)");
@@ -54,12 +58,15 @@ class Viewer {
     async takeWhole(spectrum) {
         this.spectrum = spectrum;
         this.query = new Query(spectrum, this.about.step);
+        this.selection.forget();
         this.isWhole = true;
         this.isListed = false;
         // The device may be lost just now; who brings it back takes over the whole, too.
         const { renderer } = this;
         try {
             await renderer?.load(spectrum, this.about.step);
+            // The device has them; another one would be given new ones.
+            delete spectrum.tables;
         } catch (error) {
             this.renderer = null;
             await drawOtherwise(this, renderer, error);
@@ -91,6 +98,54 @@ class Viewer {
     setLook(look) {
         Object.assign(this.look, look);
         this.request();
+    }
+
+    /** Changes which components are shown. */
+    select(changes) {
+        this.selection.set(changes);
+        this.request();
+    }
+
+    /** Keeps the part under a point of the picture alone, or hides it; whether there is one. */
+    pick(point, isHiding) {
+        this.update();
+        const found = meshPointUnder(this.query, this.projection(), point);
+        if (found) {
+            this.selection.pick(found, isHiding);
+            this.request();
+        }
+        return Boolean(found);
+    }
+
+    /** Measures from point to point of the surface: the distance in the world once there are two, else null. */
+    measure(point) {
+        if (!point || this.measuredPoints.length === 2) this.measuredPoints = [];
+        const found = point && meshPointUnder(this.query, this.projection(), point);
+        if (found) this.measuredPoints.push(found);
+        this.request();
+        const [a, b] = this.measuredPoints;
+        const { spacing } = this.spectrum.info.volume.placement;
+        return b ? Math.min(...spacing) * Math.hypot(...a.map((x, i) => x - b[i])) : null;
+    }
+
+    /** Soon after the pointer rests on the surface, says where that is in the world. */
+    tellPlace() {
+        clearTimeout(this.telling);
+        this.panel?.readOut(null);
+        if (!this.pointed) return;
+        this.telling = setTimeout(() => {
+            const found = this.pointed && meshPointUnder(this.query, this.projection(), this.pointed);
+            if (!found) return;
+            const mesh = { positions: Float64Array.from(found), normals: [], triangles: [] };
+            const { positions } = placeInWorld(mesh, this.spectrum.info.volume.placement);
+            const place = [...positions].map((x) => Number(x.toPrecision(5))).join(", ");
+            this.panel.readOut(`x, y, z: ${place}; value ${this.shownIsovalue()}`);
+        }, REST);
+    }
+
+    showAll() {
+        this.selection.showPicked();
+        this.select({ largest: null, minVolume: 0, minArea: 0 });
     }
 
     setView(view) {
@@ -133,7 +188,7 @@ class Viewer {
     reset() {
         this.play(false);
         this.isFitWanted = true;
-        this.setView({ ...FIRST_VIEW });
+        this.setView({ ...this.firstView });
     }
 
     projection() {
@@ -155,7 +210,7 @@ class Viewer {
         const isStill = this.stillness.matches;
         if (!isStill || elapsed >= REDUCED_PAUSE) {
             // After a pause (a hidden page) the sweep goes on where it was.
-            const share = isStill ? 1 / REDUCED_STEPS : Math.min(elapsed, 100) / 1000 / SWEEP_SECONDS;
+            const share = isStill ? 1 / REDUCED_STEPS : (this.speed * Math.min(elapsed, 100)) / 1000 / SWEEP_SECONDS;
             this.lastTick = now;
             let next = this.isovalue + this.direction * share * (this.high - this.low);
             if (next >= this.high || next <= this.low) this.direction = -this.direction;
@@ -189,6 +244,8 @@ class Viewer {
             this.prepare();
             this.renderer.draw(this.query, this.looked(), this.projection());
             this.panel?.show();
+            this.overlay?.draw(this, this.projection());
+            this.onShown?.(this.isovalue);
             this.rest();
             // The device may be lost meanwhile.
             await this.renderer?.done();
@@ -211,7 +268,9 @@ class Viewer {
         this.isFitWanted = false;
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
-        Object.assign(this.view, fitOf(volume, this.query.surface.box(), this.view, width, height));
+        const { distance } = this.view;
+        const fitting = fitOf(volume, this.query.surface.box(), this.view, width, height);
+        Object.assign(this.view, fitting, { distance: distance * fitting.distance });
     }
 
     /** Gives the canvas as many pixels as it covers. */
@@ -228,7 +287,7 @@ class Viewer {
     update() {
         const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
         const started = performance.now();
-        if (!this.query.moveTo(isovalue, this.look.open) && this.isListed) return;
+        if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
@@ -236,7 +295,8 @@ class Viewer {
 
     looked() {
         const background = BACKGROUNDS[this.darkness.matches ? "dark" : "light"];
-        return { ...this.look, background, pixelRatio: this.pixelRatio ?? 1 };
+        const { isColoured } = this.selection;
+        return { ...this.look, background, isColoured, pixelRatio: this.pixelRatio ?? 1 };
     }
 
     /** Soon after the last change: what takes longer than a picture. */
@@ -246,14 +306,15 @@ class Viewer {
         });
         clearTimeout(this.resting);
         this.resting = setTimeout(() => {
-            if (this.isWhole) this.panel?.showMeasures(measured(this.worldMesh(false, false)));
+            if (this.isWhole) this.panel?.showMeasures(measured(this.worldMesh(false, false)), this.query.components);
             writeAddress(this);
         }, REST);
     }
 
     /** The mesh at the present isovalue, in the world. */
     worldMesh(open, withNormals) {
-        this.query.moveTo(this.isovalue, open);
+        // The renderer has not seen what this may have changed.
+        if (this.query.moveTo(this.isovalue, open, this.selection)) this.isListed = false;
         const mesh = placeInWorld(this.query.mesh(withNormals), this.spectrum.info.volume.placement);
         // What is drawn may have caps where this has none.
         if (open !== this.look.open) this.isListed = false;
@@ -293,6 +354,8 @@ class Viewer {
             isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
+            components: this.query.components ?? null,
+            measuredPoints: this.measuredPoints,
             // Whether a picture is wanted or in work.
             isPending: Boolean(this.isRequested || this.isDrawing),
             // Whether all isovalues can be shown by now.

@@ -45,10 +45,10 @@ class WebGl2Renderer {
         this.vertexArray = gl.createVertexArray();
         gl.bindVertexArray(this.vertexArray);
         gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        // Each corner: its vertex and the code of the normal there.
-        for (const place of [0, 1]) {
+        // Each corner: its vertex, the code of the normal there, the number of its component.
+        for (const place of [0, 1, 2]) {
             gl.enableVertexAttribArray(place);
-            gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 8, 4 * place);
+            gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 12, 4 * place);
         }
         this.list32 = new Uint32Array(4096);
         this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
@@ -116,16 +116,17 @@ class WebGl2Renderer {
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals }) {
+    list({ nTriangles, corners, vertices, normals, names }) {
         const { gl } = this;
-        this.list32 = roomFor(this.list32, 6 * nTriangles);
+        this.list32 = roomFor(this.list32, 9 * nTriangles);
         for (let i = 0; i < 3 * nTriangles; i++) {
-            this.list32[2 * i] = vertices[corners[i]];
-            this.list32[2 * i + 1] = normals[corners[i]];
+            this.list32[3 * i] = vertices[corners[i]];
+            this.list32[3 * i + 1] = normals[corners[i]];
+            this.list32[3 * i + 2] = names[(i / 3) | 0];
         }
         this.nTriangles = nTriangles;
         gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        gl.bufferData(gl.ARRAY_BUFFER, this.list32.subarray(0, 6 * nTriangles), gl.DYNAMIC_DRAW);
+        gl.bufferData(gl.ARRAY_BUFFER, this.list32.subarray(0, 9 * nTriangles), gl.DYNAMIC_DRAW);
     }
 
     /** Draws into the canvas. */
@@ -167,7 +168,8 @@ class WebGl2Renderer {
         gl.uniform1ui(this.uniform("rank"), Math.max(query.active.rank, 0));
         gl.uniform3fv(this.uniform("front"), PLAIN_FRONT.slice(0, 3));
         gl.uniform3fv(this.uniform("back"), PLAIN_BACK.slice(0, 3));
-        gl.uniform4fv(this.uniform("wire"), PLAIN_WIRE);
+        gl.uniform4fv(this.uniform("wire"), look.isColoured ? COLOURED_WIRE : PLAIN_WIRE);
+        gl.uniform1i(this.uniform("is_coloured"), look.isColoured ? 1 : 0);
         gl.uniform1f(this.uniform("wire_width"), look.wireframe ? look.pixelRatio : 0);
         gl.uniform1i(this.uniform("mirrored"), projection.mirrored ? 1 : 0);
         this.tables.forEach(([name, texture], unit) => {

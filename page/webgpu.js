@@ -7,6 +7,9 @@ const TRIANGLE_WORDS = 7;
 const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
 const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
+const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
+/** The palette of the shader that gives each number a colour. */
+const NAMES = 3;
 
 /** A number as the sum of two of single precision. */
 function inTwo(x) {
@@ -47,10 +50,11 @@ function frameOf(spectrum, query, look, projection) {
     numbers.set(projection.eyeFromNormal, 32);
     numbers.set(PLAIN_FRONT, 48);
     numbers.set(PLAIN_BACK, 52);
-    numbers.set(PLAIN_WIRE, 56);
+    numbers.set(look.isColoured ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
     const words = new Uint32Array(frame);
     words[62] = Math.max(query.active.rank, 0);
+    words[63] = look.isColoured ? NAMES : 0;
     numbers[64] = look.wireframe ? look.pixelRatio : 0;
     words[65] = projection.mirrored ? 1 : 0;
     return frame;
@@ -154,7 +158,7 @@ class WebGpuRenderer {
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals }) {
+    list({ nTriangles, corners, vertices, normals, names }) {
         const before = this.triangles;
         this.triangles = roomFor(before, TRIANGLE_WORDS * nTriangles);
         if (this.triangles !== before) {
@@ -163,6 +167,7 @@ class WebGpuRenderer {
             this.bind();
         }
         const words = this.triangles;
+        const measures = new Float32Array(words.buffer);
         for (let t = 0; t < nTriangles; t++) {
             const a = corners[3 * t];
             const b = corners[3 * t + 1];
@@ -171,7 +176,7 @@ class WebGpuRenderer {
             words[at] = vertices[a];
             words[at + 1] = vertices[b];
             words[at + 2] = vertices[c];
-            // The measure stays 0: the surface is plain.
+            measures[at + 3] = names[t];
             words[at + 4] = normals[a];
             words[at + 5] = normals[b];
             words[at + 6] = normals[c];

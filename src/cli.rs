@@ -8,6 +8,7 @@ mod analyze;
 mod backend_arguments;
 mod budget;
 mod completions;
+mod components;
 mod compute;
 mod convert;
 mod demo;
@@ -18,6 +19,7 @@ mod html;
 mod info;
 pub(crate) mod interrupt;
 mod isovalue;
+mod keep_arguments;
 mod kind;
 mod machine;
 mod output;
@@ -27,6 +29,7 @@ mod render;
 mod report;
 mod simplify_arguments;
 mod spectrum_file;
+mod surface_argument;
 pub(crate) mod terminal;
 pub(crate) mod usage;
 mod verify;
@@ -66,6 +69,7 @@ written, is damaged or unsupported, 4 isovalue outside the range, 5 verification
 enum Command {
     Compute(Box<compute::Compute>),
     Extract(extract::Extract),
+    Components(components::Components),
     Info(info::Info),
     Analyze(analyze::Analyze),
     Verify(verify::Verify),
@@ -84,6 +88,7 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
     match &arguments.command {
         Command::Compute(command) => command.run(arguments.quiet),
         Command::Extract(command) => command.run(),
+        Command::Components(command) => command.run(),
         Command::Info(command) => command.run(),
         Command::Analyze(command) => command.run(arguments.quiet),
         Command::Verify(command) => command.run(arguments.quiet),

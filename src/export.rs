@@ -221,19 +221,5 @@ fn to_world_sides(mesh: &mut SurfaceMesh, placement: &Placement) {
 
 /// The mesh without its caps and without the vertices that only caps use.
 pub fn without_caps(mesh: &SurfaceMesh) -> SurfaceMesh {
-    let mut open = SurfaceMesh::default();
-    let mut index = vec![u32::MAX; mesh.positions.len()];
-    for (triangle, _) in mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap) {
-        open.triangles.push(triangle.map(|v| {
-            let v = v as usize;
-            if index[v] == u32::MAX {
-                index[v] = open.positions.len() as u32;
-                open.positions.push(mesh.positions[v]);
-                open.normals.push(mesh.normals[v]);
-            }
-            index[v]
-        }));
-        open.caps.push(false);
-    }
-    open
+    mesh.with_triangles(|t| !mesh.caps[t])
 }

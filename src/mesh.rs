@@ -39,7 +39,7 @@ pub(crate) use bins::Bins;
 pub use cross::Crossed;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
-pub use measure::{area, bounds, normal, radius_ratio};
+pub use measure::{area, bounds, nearest_on_triangle, normal, radius_ratio};
 pub(crate) use replace::Replacement;
 
 use glam::Vec3;

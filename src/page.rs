@@ -27,16 +27,16 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::error::{Error, Result};
-use crate::render::{Image, Memory};
-use crate::spectrum::Spectrum;
-use crate::volume::Histogram;
+use crate::render::{Camera, Image, Memory};
+use crate::spectrum::{Keep, Spectrum};
+use crate::volume::{Histogram, Statistics};
 
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 20] = [
+const SCRIPTS: [&str; 22] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
@@ -46,10 +46,12 @@ const SCRIPTS: [&str; 20] = [
     include_str!("../page/normals.js"),
     include_str!("../page/surface.js"),
     include_str!("../page/mesh.js"),
+    include_str!("../page/components.js"),
     include_str!("../page/camera.js"),
     include_str!("../page/webgpu.js"),
     include_str!("../page/webgl2.js"),
     include_str!("../page/plot.js"),
+    include_str!("../page/overlay.js"),
     include_str!("../page/download.js"),
     include_str!("../page/controls.js"),
     include_str!("../page/embed.js"),
@@ -78,9 +80,18 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
-    /// The samples of the volume, to be seen behind the curves; without them no percentile can be
-    /// typed.
+    /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits.
+    pub camera: Camera,
+    /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
+    pub axes: bool,
+    /// Which components are shown at first, sizes and places in the voxel frame.
+    pub keep: Keep,
+    /// The samples of the volume, to be seen behind the curves.
     pub samples: Option<&'a Histogram>,
+    /// What is known of the samples: what typed isovalues such as `p99` mean.
+    pub statistics: Option<&'a Statistics>,
+    /// Isovalues that are offered, each with its name; of the range.
+    pub marks: &'a [(f64, String)],
     /// Shown where nothing can be drawn.
     pub still: Option<&'a Image>,
 }
@@ -112,6 +123,9 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         return Err(Error::Usage(format!("step of {} voxels, expected more than 0", page.step)));
     }
     spectrum.check_isovalue(page.isovalue)?;
+    page.keep.check()?;
+    page.camera.check()?;
+    let Camera { azimuth, elevation, distance } = page.camera;
     let data = data::compressed(spectrum, page.step)?;
     let first = first::compressed(spectrum, page.isovalue, page.step)?;
     // Not where it would make the page much larger.
@@ -124,15 +138,22 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         }
         None => Vec::new(),
     };
+    let curves = curves::curves(spectrum)?;
     let about = serde_json::json!({
         "step": page.step,
         "along": data::ALONG,
         "open": page.open,
         "isovalue": page.isovalue,
+        "keep": page.keep,
+        "axes": page.axes,
+        "view": { "azimuth": azimuth, "elevation": elevation, "distance": distance },
         "knots": spectrum.knots.len(),
         "most_triangles": Memory::of(spectrum).most_triangles,
-        "samples": page.samples.map(|samples| curves::samples(samples, spectrum.range)),
-        "curves": curves::curves(spectrum)?,
+        "histogram": page.samples.map(|samples| curves::histogram(samples, spectrum.range)),
+        "samples": page.statistics,
+        "marks": page.marks,
+        "suggested": curves::suggested(spectrum, &curves, page.statistics),
+        "curves": curves,
     });
     let script = script();
     let text = template::filled(&template::Parts {

@@ -44,7 +44,7 @@ pub use tables::Memory;
 pub(crate) use target::SHOWN_FORMAT;
 
 use crate::error::{Error, Result};
-use crate::spectrum::VolumeInfo;
+use crate::spectrum::{Keep, VolumeInfo};
 
 /// How a picture looks.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,11 +68,37 @@ pub struct View {
     pub background: Background,
     /// Whether caps are left out, so that one looks into the volume at its border.
     pub open: bool,
+    /// Which components are drawn, sizes and places in the voxel frame; their colours are those that they have among all.
+    pub keep: Keep,
     /// A plane beyond which nothing is drawn.
     pub clip: Option<Clip>,
     /// How much of what lies behind the surface hides, 0 to 1. Below 1 the triangles are sorted by
     /// depth for every picture.
     pub opacity: f32,
+}
+
+/// One of the isosurfaces of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Its isovalue.
+    pub isovalue: f64,
+    /// Linear red, green and blue of its plain side towards lower values; without them those of its place among the
+    /// surfaces.
+    pub color: Option<[f32; 3]>,
+    /// As [`View::opacity`]; without it that of the view.
+    pub opacity: Option<f32>,
+}
+
+impl Surface {
+    fn opacity_in(&self, view: &View) -> f32 {
+        self.opacity.unwrap_or(view.opacity)
+    }
+}
+
+impl From<f64> for Surface {
+    fn from(isovalue: f64) -> Self {
+        Surface { isovalue, color: None, opacity: None }
+    }
 }
 
 /// A plane in the voxel frame: points with normal . p <= offset are drawn.
@@ -103,6 +129,7 @@ impl Default for View {
             wireframe: None,
             background: Background::White,
             open: false,
+            keep: Keep::default(),
             clip: None,
             opacity: 1.0,
         }
@@ -123,11 +150,6 @@ impl View {
         let size = [self.width, self.height];
         self.camera.distance *= self.camera.share_of(volume, [corner(-1.0), corner(1.0)], size);
         self.look_at = Some(middle);
-    }
-
-    /// Whether it takes more than the plain pipeline.
-    fn is_cut(&self) -> bool {
-        self.clip.is_some() || self.opacity < 1.0
     }
 
     /// Whether the numbers make sense for a device whose pictures are at most `largest` pixels wide
@@ -164,6 +186,7 @@ impl View {
         if let Some(wrong) = numbers.into_iter().find(|x| !x.is_finite()) {
             return Err(Error::Usage(format!("view with {wrong}, expected finite numbers")));
         }
+        self.keep.check()?;
         self.camera.check()
     }
 }

@@ -14,7 +14,9 @@ mod active_set;
 mod assembly;
 mod builder;
 mod check;
+mod components;
 pub mod interval_tree;
+mod lineage;
 mod measures;
 pub mod normal;
 mod normals;
@@ -27,6 +29,8 @@ pub use active_set::ActiveSet;
 pub(crate) use assembly::Assembly;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
+pub use components::{Component, Components, Keep};
+pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use normals::Normals;
 pub use quantise::QUANTUM;
@@ -35,7 +39,7 @@ pub use query::Query;
 
 use serde::{Deserialize, Serialize};
 
-use crate::volume::{Outside, Placement};
+use crate::volume::{Outside, Placement, Statistics};
 
 /// What is known of the volume a spectrum was computed from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -186,6 +190,11 @@ impl Spectrum {
     pub fn trajectory(&self, v: u32) -> &[Knot] {
         let v = v as usize;
         &self.knots[self.first_knot[v] as usize..self.first_knot[v + 1] as usize]
+    }
+
+    /// What is known of the samples of the volume, where the parameters tell it.
+    pub fn statistics(&self) -> Option<Statistics> {
+        self.parameters.get(Statistics::NAME).and_then(Statistics::of_json)
     }
 
     /// The mesh at one isovalue; builds the search structures anew, so use a [`Query`] for more

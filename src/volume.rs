@@ -14,6 +14,7 @@
 mod cube;
 mod decode;
 mod histogram;
+mod isovalue;
 mod metaimage;
 mod mrc;
 mod nifti;
@@ -25,6 +26,7 @@ mod prepare;
 mod raw;
 mod read;
 mod select;
+mod statistics;
 mod stream;
 mod text;
 mod tiff;
@@ -32,11 +34,13 @@ mod vti;
 mod vtk;
 
 pub use histogram::Histogram;
+pub use isovalue::Isovalue;
 pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::told_by_name;
 pub use read::{ReadOptions, files_of, is_volume_name, read_volume};
+pub use statistics::Statistics;
 
 use num_traits::AsPrimitive;
 

@@ -15,13 +15,13 @@ use isospectrum::file;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
 use isospectrum::render::{Camera, Renderer, View};
-use isospectrum::spectrum::{Query, Spectrum};
+use isospectrum::spectrum::{Keep, Query, Spectrum};
 use isospectrum::verify::mesh_topology;
-use isospectrum::volume::{Histogram, Samples, phantom};
+use isospectrum::volume::{Histogram, Samples, Statistics, phantom};
 use program::Folder;
 
 /// Most bytes of scripts in a page.
-const LARGEST_SCRIPT: usize = 100_000;
+const LARGEST_SCRIPT: usize = 130_000;
 
 /// Where in the range pictures and meshes are compared, as shares: closed by caps, on both sides of
 /// the isovalue where the hole of the torus opens, and near the end.
@@ -56,7 +56,12 @@ fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
         isovalue,
         step,
         open: false,
+        camera: Camera::default(),
+        axes: false,
+        keep: Keep::default(),
         samples: None,
+        statistics: None,
+        marks: &[],
         still: None,
     }
 }
@@ -244,6 +249,35 @@ fn shaded_pages(folder: &Folder) -> serde_json::Value {
     pages
 }
 
+/// What the program tells of the components of the noise, and keeps of them.
+fn components_of_noise(folder: &Folder) -> serde_json::Value {
+    const KEEP: usize = 3;
+    let isovalue = ["-c", "88%"];
+    let told = folder.run(&[&["components", "noise.isp", "--json"][..], &isovalue].concat());
+    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
+    let keep = ["--keep", "3", "-o", "kept.ply"];
+    folder.run(&[&["extract", "noise.isp"][..], &isovalue, &keep].concat());
+    let rows = told["components"].as_array().expect("rows");
+    let volume = |row: &serde_json::Value| {
+        let size = row["volume"].as_f64().expect("a number");
+        if row["is_cavity"] == true { -size } else { size }
+    };
+    let volumes: Vec<f64> = rows.iter().map(volume).collect();
+    assert!(volumes.len() > 2 * KEEP, "noise has many components");
+    // Between two sizes that rounding does not bring past each other.
+    let middle = volumes.len() / 3;
+    let gap = |i: usize| volumes[i].abs() - volumes[i + 1].abs();
+    let widest = (1..middle).max_by(|&a, &b| gap(a).total_cmp(&gap(b))).expect("some");
+    let between = 0.5 * (volumes[widest].abs() + volumes[widest + 1].abs());
+    serde_json::json!({
+        "isovalue": told["isovalue"],
+        "keep": KEEP,
+        "min_volume": between,
+        "volumes": volumes,
+        "far": 20.0,
+    })
+}
+
 /// A ball of 12 of 40 voxels at its largest, off the middle.
 fn write_ball(folder: &Folder) {
     const SIDE: usize = 40;
@@ -293,6 +327,8 @@ fn folder_for_the_browser() -> Folder {
         "Nobody.",
         "--volume",
         "torus_24x24x24_float32.raw",
+        "--mark",
+        "top:10%=thin,50%",
     ]);
     folder.run(&["html", "s.isp", "-o", "fine.html", "--step", "0.0009765625"]);
     folder.run(&["convert", "s.isp", "s.thesis"]);
@@ -313,6 +349,9 @@ fn folder_for_the_browser() -> Folder {
     let event =
         spectrum.events.iter().map(|e| e.isovalue).max_by(|a, b| alone(a).total_cmp(&alone(b)));
     let spacing = spectrum.volume.placement.spacing;
+    let statistics = Statistics::of(&volume);
+    let shaded = shaded_pages(&folder);
+    let events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
     let expected = serde_json::json!({
         "range": [low, high],
         "isovalues": isovalues,
@@ -321,9 +360,12 @@ fn folder_for_the_browser() -> Folder {
         "view": CAMERA,
         "first": spectrum.shown_first(),
         "step": DEFAULT_STEP,
-        "shaded": shaded_pages(&folder),
+        "shaded": shaded,
+        "components": components_of_noise(&folder),
+        "events": events,
         "unit": spacing.into_iter().fold(f64::INFINITY, f64::min),
         "p90": Histogram::of(&volume).percentile(90.0),
+        "sigma": statistics.mean + statistics.deviation,
         "n_events": spectrum.events.len(),
         "event": event.expect("a torus has events"),
     });

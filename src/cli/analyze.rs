@@ -21,7 +21,7 @@ use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
-use isospectrum::volume::{Histogram, Placement, Unit, Volume, told_by_name};
+use isospectrum::volume::{Histogram, Placement, Statistics, Unit, Volume, told_by_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -77,7 +77,10 @@ impl Analyze {
             self.check_told(&volume)?;
             simplified.write_bytes(&volume.samples().to_le_bytes())?;
         }
-        let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
+        let range = self
+            .range
+            .map(|range| range.resolve(volume.range(), Some(&Statistics::of(&volume))))
+            .transpose()?;
         let bar = Bar::new(quiet);
         bar.report(0.0, "topology");
         let field = ExactField::new(&volume)?;

@@ -8,7 +8,7 @@ use clap::Args;
 use isospectrum::forecast::Forecast;
 use isospectrum::sweep::{self, Parameters};
 use isospectrum::verify::{Glance, glance};
-use isospectrum::volume::Volume;
+use isospectrum::volume::{Statistics, Volume};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -86,7 +86,7 @@ pub(super) struct ParameterArguments {
     /// Relax: most iterations per sampling step
     #[arg(long, value_name = "N")]
     relax_iterations: Option<u32>,
-    /// Isovalue to start from
+    /// Isovalue to start from, written as --isovalue is elsewhere
     #[arg(long, value_name = "C", allow_hyphen_values = true)]
     start: Option<Isovalue>,
     /// Closed mesh to start from, at the isovalue of --start
@@ -99,7 +99,9 @@ pub(super) struct ParameterArguments {
 
 impl ParameterArguments {
     fn resolve(&self, volume: &Volume) -> Result<Parameters> {
-        let range = self.range.map(|range| range.in_range(volume.range())).transpose()?;
+        let samples = Statistics::of(volume);
+        let range = self.range.map(|r| r.resolve(volume.range(), Some(&samples))).transpose()?;
+        let own_range = range.unwrap_or(volume.range());
         let default = Parameters::default();
         Ok(Parameters {
             range,
@@ -113,7 +115,7 @@ impl ParameterArguments {
             relax_strength: self.relax.unwrap_or(default.relax_strength),
             relax_force: self.relax_force.unwrap_or(default.relax_force),
             relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
-            start: self.start.map(|start| start.in_range(range.unwrap_or(volume.range()))),
+            start: self.start.map(|c| c.resolve(own_range, Some(&samples))).transpose()?,
             initial_mesh: self.initial_mesh.clone(),
             front: self.front,
         })
@@ -155,6 +157,8 @@ impl Compute {
         if let Some(done) = simplification {
             spectrum.parameters["simplification"] = serde_json::json!(done);
         }
+        // Isovalues are written by them, and the volume is not there any more then.
+        spectrum.parameters[Statistics::NAME] = serde_json::json!(Statistics::of(&volume));
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();

@@ -9,13 +9,13 @@ use isospectrum::export::{Border, Format, write_to};
 use isospectrum::render::View;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::{self, Parameters};
-use isospectrum::volume::phantom;
+use isospectrum::volume::{Statistics, phantom};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
 use super::info::Facts;
-use super::isovalue::Isovalue;
+use super::isovalue::{Isovalue, in_spectrum};
 use super::output::Output;
 use super::progress::Bar;
 use super::render::Pictures;
@@ -70,7 +70,10 @@ impl Demo {
         let started = Instant::now();
         let spectrum_path = path(".isp");
         let output = Output::open(&spectrum_path, &[])?;
-        let spectrum = sweep::compute(&volume, &Parameters::default(), &backend, &Bar::new(quiet))?;
+        let bar = Bar::new(quiet);
+        let mut spectrum = sweep::compute(&volume, &Parameters::default(), &backend, &bar)?;
+        drop(bar);
+        spectrum.parameters[Statistics::NAME] = serde_json::json!(Statistics::of(&volume));
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let seconds = started.elapsed().as_secs_f64();
 
@@ -78,7 +81,7 @@ impl Demo {
         let mesh_path = path(&format!("-{MESH_PERCENT}.ply"));
         write_mesh(
             &spectrum,
-            Isovalue::Percent(MESH_PERCENT).in_range(spectrum.range),
+            in_spectrum(Isovalue::Percent(MESH_PERCENT), &spectrum)?,
             &mesh_path,
         )?;
         files.push(mesh_path);
@@ -110,12 +113,14 @@ impl Demo {
             }
             Err(error) => return Err(error),
         };
-        let isovalues = PERCENTS.map(|percent| Isovalue::Percent(percent).in_range(spectrum.range));
+        let isovalues: Vec<f64> = (PERCENTS.iter())
+            .map(|&percent| in_spectrum(Isovalue::Percent(percent), spectrum))
+            .collect::<Result<_>>()?;
         let view = pictures.fitted(View::default(), &isovalues)?;
         let mut files = Vec::new();
         for (percent, isovalue) in PERCENTS.iter().zip(isovalues) {
             let file = path(&format!("-{percent}.png"));
-            pictures.write(isovalue, &view, Output::open(&file, &[])?)?;
+            pictures.write(&[isovalue.into()], &view, Output::open(&file, &[])?)?;
             files.push(file);
         }
         Ok(files)

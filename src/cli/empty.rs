@@ -1,6 +1,6 @@
 //! What to say where there is no surface: an empty file alone is a riddle.
 
-use isospectrum::spectrum::Spectrum;
+use isospectrum::spectrum::{Keep, Spectrum};
 
 use super::report;
 
@@ -8,6 +8,13 @@ use super::report;
 pub(super) fn warn(spectrum: &Spectrum, isovalue: f64, open: bool) {
     if is_empty(spectrum, isovalue, open) {
         log::warn!("{}", why(isovalue, spectrum.range, open));
+    }
+}
+
+/// Warns where no component is kept.
+pub(super) fn warn_of_components(n_triangles: usize, keep: &Keep) {
+    if n_triangles == 0 && !keep.is_all() {
+        log::warn!("no component is kept: `isospectrum components` tells how large they are");
     }
 }
 

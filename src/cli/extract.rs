@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Error;
 use isospectrum::export::{Border, Format, without_caps, write_to};
+use isospectrum::spectrum::Spectrum;
 use serde::Serialize;
 
-use super::isovalue::Isovalue;
+use super::frames::Pattern;
+use super::isovalue::{Isovalue, in_spectrum};
+use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::{empty, report, spectrum_file};
 
@@ -16,10 +19,12 @@ use super::{empty, report, spectrum_file};
 pub(super) struct Extract {
     /// Spectrum (.isp)
     spectrum: PathBuf,
-    /// Isovalue: a number, or a percentage of the range such as 50%
-    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
-    isovalue: Isovalue,
-    /// Mesh to write: .ply, .stl, .obj or .glb; - is stdout
+    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them;
+    /// again for several meshes
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true, required = true)]
+    isovalue: Vec<Isovalue>,
+    /// Mesh to write: .ply, .stl, .obj or .glb; - is stdout; of several isovalues a pattern such as mesh-%d.ply, numbered
+    /// from 0
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Format, where the name does not tell: ply, stl, obj or glb
@@ -28,6 +33,8 @@ pub(super) struct Extract {
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// Print what was written as JSON
     #[arg(long)]
     json: bool,
@@ -42,35 +49,72 @@ struct Extracted {
     bytes: u64,
 }
 
+/// The same of several isovalues.
+#[derive(Serialize)]
+struct Several {
+    meshes: Vec<Extracted>,
+}
+
 impl Extract {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let format = self.format()?;
-        let output = Output::open(&self.output, &[&self.spectrum])?;
-        if self.json && output.is_stdout() {
+        let outputs = match self.isovalue.len() {
+            1 => vec![Output::open(&self.output, &[&self.spectrum])?],
+            n => Pattern::of_any(&self.output)?.open(n as u32, &[&self.spectrum])?,
+        };
+        if self.json && outputs.iter().any(Output::is_stdout) {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalue = self.isovalue.in_range(spectrum.range);
-        let mut mesh = spectrum.mesh_at(isovalue)?;
+        let isovalues = (self.isovalue.iter())
+            .map(|&written| {
+                let isovalue = in_spectrum(written, &spectrum)?;
+                spectrum.check_isovalue(isovalue).map(|()| isovalue)
+            })
+            .collect::<isospectrum::Result<Vec<f64>>>()?;
+        let mut written = Vec::new();
+        for (isovalue, output) in isovalues.into_iter().zip(outputs) {
+            written.push(self.write(&spectrum, isovalue, format, output)?);
+        }
+        if self.json {
+            match &written[..] {
+                [one] => report::print_json("extract", one)?,
+                _ => report::print_json("extract", &Several { meshes: written })?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the mesh of one isovalue.
+    fn write(
+        &self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        format: Format,
+        output: Output,
+    ) -> anyhow::Result<Extracted> {
+        let path = match &output {
+            Output::File(path) => path.display().to_string(),
+            Output::Stdout => "-".to_owned(),
+        };
+        let keep = self.keep.of(spectrum);
+        let mut mesh = spectrum.mesh_at(isovalue)?.with_components(&keep);
         if self.open {
             mesh = without_caps(&mesh);
         }
-        empty::warn(&spectrum, isovalue, self.open);
+        empty::warn(spectrum, isovalue, self.open);
+        empty::warn_of_components(mesh.triangles.len(), &keep);
         let placement = &spectrum.volume.placement;
         let bytes = output
             .write(|file| write_to(&mesh, placement, Border::Closed, format, file))
             .map_err(spectrum_file::named(&self.spectrum))?;
         let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
-        if self.json {
-            report::print_json("extract", &Extracted { isovalue, n_vertices, n_triangles, bytes })?;
-        }
         log::info!(
-            "{}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
-            self.output.display(),
+            "{path}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
             report::number(isovalue),
             report::bytes(bytes)
         );
-        Ok(())
+        Ok(Extracted { isovalue, n_vertices, n_triangles, bytes })
     }
 
     fn format(&self) -> isospectrum::Result<Format> {

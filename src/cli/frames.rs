@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use isospectrum::file::folder_of;
+use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::Statistics;
 use isospectrum::{Error, Result};
 
-use super::isovalue::Isovalue;
+use super::isovalue::{Isovalue, parts_of};
 use super::output::Output;
 
 /// Most frames of one sweep.
@@ -30,9 +32,14 @@ impl Sweep {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] where an end lies outside.
-    pub(super) fn in_range(&self, range: (f64, f64)) -> Result<Vec<f64>> {
-        let (from, to) = (self.from.in_range(range), self.to.in_range(range));
+    /// [`Error::Range`] where an end lies outside, [`Error::Usage`] where the samples are needed and not known.
+    pub(super) fn in_spectrum(&self, spectrum: &Spectrum) -> Result<Vec<f64>> {
+        self.resolve(spectrum.range, spectrum.statistics().as_ref())
+    }
+
+    fn resolve(&self, range: (f64, f64), samples: Option<&Statistics>) -> Result<Vec<f64>> {
+        let from = self.from.resolve(range, samples)?;
+        let to = self.to.resolve(range, samples)?;
         for isovalue in [from, to] {
             if !(range.0..=range.1).contains(&isovalue) {
                 return Err(Error::Range { isovalue, low: range.0, high: range.1 });
@@ -53,13 +60,14 @@ impl FromStr for Sweep {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let expected = || format!("'{text}', expected FROM:TO:N such as 10%:90%:120");
-        let parts: Vec<&str> = text.split(':').collect();
+        let parts = parts_of(text);
         let [from, to, n] = parts[..] else { return Err(expected()) };
         let n = n.trim().parse().map_err(|_| expected())?;
         if !(2..=MOST).contains(&n) {
             return Err(format!("'{text}', expected from 2 to {MOST} frames"));
         }
-        Ok(Sweep { from: from.parse()?, to: to.parse()?, n })
+        let parse = |end: &str| end.parse().map_err(|error: Error| error.to_string());
+        Ok(Sweep { from: parse(from)?, to: parse(to)?, n })
     }
 }
 
@@ -72,22 +80,34 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern that a path is.
+    /// The pattern that a path of pictures is.
     ///
     /// # Errors
     ///
     /// [`Error::Usage`] where it has not exactly one number, in the file's name, or the name does
     /// not end in .png.
     pub(super) fn of(path: &Path) -> Result<Self> {
+        if path.to_str().is_some()
+            && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+        {
+            let shown = path.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")));
+        }
+        Self::of_any(path)
+    }
+
+    /// The pattern that a path of files of any kind is.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] where it has not exactly one number, in the file's name.
+    pub(super) fn of_any(path: &Path) -> Result<Self> {
         let shown = path.display();
         let wrong = |expected: &str| Err(Error::Usage(format!("{shown}: expected {expected}")));
         let Some(text) = path.to_str() else { return wrong("a name in UTF-8") };
-        if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return wrong("a name that ends in .png");
-        }
         let mut parts = text.split('%');
         let (Some(before), Some(number), None) = (parts.next(), parts.next(), parts.next()) else {
-            return wrong("one place for the number of the frame, such as frames/%04d.png");
+            return wrong("one place for the number of the file, such as frames/%04d.png");
         };
         let Some((width, after)) = number.split_once('d') else {
             return wrong("%d or %04d for the number of the frame");
@@ -132,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_sweep_meets_both_ends_in_either_direction() {
-        let values = |text: &str| text.parse::<Sweep>().map(|s| s.in_range((0.0, 10.0)).ok());
+        let values = |text: &str| text.parse::<Sweep>().map(|s| s.resolve((0.0, 10.0), None).ok());
         assert_eq!(values("1:3:3"), Ok(Some(vec![1.0, 2.0, 3.0])));
         assert_eq!(values("100%:0%:2"), Ok(Some(vec![10.0, 0.0])));
         assert_eq!(values("1:11:3"), Ok(None));

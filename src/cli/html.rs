@@ -1,18 +1,22 @@
 //! `html`: a spectrum as one web page that anyone can open.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use clap::Args;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
-use isospectrum::render::{Background, Image, Renderer, View};
+use isospectrum::render::{Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
-use isospectrum::volume::{Histogram, Preparation, ReadOptions, files_of, read_volume};
+use isospectrum::volume::{
+    Histogram, Preparation, ReadOptions, Statistics, Volume, files_of, read_volume,
+};
 use isospectrum::{Error, Result};
 
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
+use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::progress::Bar;
 use super::{empty, report, spectrum_file};
@@ -31,10 +35,13 @@ pub(super) struct Html {
     /// Page to write (.html); - is stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Isovalue it opens at: a number, or a percentage of the range; else 50%, or the nearest with more than a trace
-    /// to see
+    /// Isovalue it opens at: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of
+    /// them; else 50%, or the nearest with more than a trace to see
     #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Option<Isovalue>,
+    /// Isovalues to offer by name, e.g. 120=bone,40=skin,top:1%; each written as --isovalue
+    #[arg(long, value_name = "C[=NAME],...", value_delimiter = ',', allow_hyphen_values = true)]
+    mark: Vec<Mark>,
     /// Heading of the page; else the name of the volume
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
@@ -56,6 +63,14 @@ pub(super) struct Html {
     /// Leave out the triangles that close the mesh at the border of the volume, until asked for
     #[arg(long)]
     open: bool,
+    /// Where it is seen from at first: azimuth and elevation in degrees, and the distance (1 just shows the surface)
+    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
+    camera: Option<Camera>,
+    /// Draw the box of the volume, the axes of the world and a scale bar
+    #[arg(long)]
+    axes: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
     /// and percentiles go into the page, its samples do not
     #[arg(long, value_name = "VOLUME")]
@@ -63,6 +78,22 @@ pub(super) struct Html {
     /// Adapter for the still picture, by a part of its name
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+}
+
+/// `120=bone`: an isovalue and what it shows.
+#[derive(Clone, Debug, PartialEq)]
+struct Mark {
+    isovalue: Isovalue,
+    name: String,
+}
+
+impl FromStr for Mark {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (written, name) = text.split_once('=').unwrap_or((text, text));
+        Ok(Mark { isovalue: written.parse()?, name: name.trim().to_owned() })
+    }
 }
 
 impl Html {
@@ -81,10 +112,20 @@ impl Html {
         let spectrum = self.published(spectrum)?;
         let (n_triangles, n_knots) = (spectrum.triangles.len(), spectrum.knots.len());
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
-        let told = self.isovalue.map(|c| c.in_range(spectrum.range));
+        let volume = self.volume_of(&spectrum)?;
+        let statistics = volume.as_ref().map(Statistics::of).or_else(|| spectrum.statistics());
+        let resolve = |c: Isovalue| c.resolve(spectrum.range, statistics.as_ref());
+        let told = self.isovalue.map(resolve).transpose()?;
+        let marks = (self.mark.iter())
+            .map(|mark| {
+                let isovalue = resolve(mark.isovalue)?;
+                spectrum.check_isovalue(isovalue)?;
+                Ok((isovalue, mark.name.clone()))
+            })
+            .collect::<Result<Vec<_>>>()?;
+        let samples = volume.as_ref().map(Histogram::of);
         let isovalue = told.unwrap_or_else(|| spectrum.shown_first());
         empty::warn(&spectrum, isovalue, self.open);
-        let samples = self.samples(&spectrum)?;
         let bar = Bar::new(quiet);
         bar.report(0.1, "drawing the still picture");
         let still = self.still(&spectrum, isovalue)?;
@@ -95,7 +136,12 @@ impl Html {
             isovalue,
             step: self.step,
             open: self.open,
+            camera: self.camera.unwrap_or_default(),
+            axes: self.axes,
+            keep: self.keep.of(&spectrum),
             samples: samples.as_ref(),
+            statistics: statistics.as_ref(),
+            marks: &marks,
             still: still.as_ref(),
         };
         bar.report(0.3, "packing and measuring");
@@ -110,7 +156,10 @@ impl Html {
     /// What of a spectrum goes into the page.
     fn published(&self, spectrum: Spectrum) -> Result<Spectrum> {
         let spectrum = match self.range {
-            Some(range) => page::part(&spectrum, range.in_range(spectrum.range)?)?,
+            Some(range) => {
+                let samples = spectrum.statistics();
+                page::part(&spectrum, range.resolve(spectrum.range, samples.as_ref())?)?
+            }
             None => spectrum,
         };
         Ok(if self.tolerance > 0.0 {
@@ -120,8 +169,8 @@ impl Html {
         })
     }
 
-    /// The histogram of the volume, if there is one.
-    fn samples(&self, spectrum: &Spectrum) -> Result<Option<Histogram>> {
+    /// The volume, if it is given.
+    fn volume_of(&self, spectrum: &Spectrum) -> Result<Option<Volume>> {
         let Some(path) = &self.volume else { return Ok(None) };
         let volume = read_volume(path, &ReadOptions::default())?;
         let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
@@ -132,7 +181,7 @@ impl Html {
                 path.display()
             )));
         }
-        Ok(Some(Histogram::of(&volume)))
+        Ok(Some(volume))
     }
 
     /// The picture for those who can see no other, if there is an adapter to draw it.
@@ -149,12 +198,14 @@ impl Html {
             width: 640,
             height: 480,
             open: self.open,
+            keep: self.keep.of(spectrum),
+            camera: self.camera.unwrap_or_default(),
             // It lies on a page that may be light or dark.
             background: Background::Transparent,
             ..View::default()
         };
         let mut renderer = Renderer::new(&gpu, spectrum)?;
-        if let Some(bounds) = renderer.bounds(&[isovalue])? {
+        if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
             view.fit(&spectrum.volume, bounds);
         }
         renderer.draw(isovalue, &view).map(Some)

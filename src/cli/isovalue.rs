@@ -1,42 +1,19 @@
-//! How isovalues are written on the command line: a number, or a percentage of the range.
+//! Ranges of isovalues on the command line, and what is known of the samples where isovalues are written by them.
 
 use std::str::FromStr;
 
-/// An isovalue as it was written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Isovalue {
-    /// A value of the field.
-    Absolute(f64),
-    /// `50%`: that share of the way from the low to the high end of the range.
-    Percent(f64),
-}
+use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::Statistics;
 
-impl Isovalue {
-    /// The value of the field this means in a range.
-    pub(super) fn in_range(self, (low, high): (f64, f64)) -> f64 {
-        match self {
-            Isovalue::Absolute(value) => value,
-            // Weighted, so that 0% and 100% are the ends exactly.
-            Isovalue::Percent(percent) => low * (1.0 - percent / 100.0) + high * (percent / 100.0),
-        }
-    }
-}
+pub(super) use isospectrum::volume::Isovalue;
 
-impl FromStr for Isovalue {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("'{text}', expected a number or a percentage such as 50%");
-        let (digits, percent) = match text.strip_suffix('%') {
-            Some(digits) => (digits, true),
-            None => (text, false),
-        };
-        let value: f64 = digits.trim().parse().map_err(|_| expected())?;
-        if !value.is_finite() {
-            return Err(expected());
-        }
-        Ok(if percent { Isovalue::Percent(value) } else { Isovalue::Absolute(value) })
-    }
+/// The isovalue that is meant in a spectrum.
+///
+/// # Errors
+///
+/// Usage, where it needs the samples and the spectrum tells nothing of them.
+pub(super) fn in_spectrum(written: Isovalue, spectrum: &Spectrum) -> isospectrum::Result<f64> {
+    written.resolve(spectrum.range, spectrum.statistics().as_ref())
 }
 
 /// `LO:HI`, each an [`Isovalue`].
@@ -51,9 +28,13 @@ impl IsovalueRange {
     ///
     /// # Errors
     ///
-    /// Usage, where nothing lies between them.
-    pub(super) fn in_range(self, range: (f64, f64)) -> isospectrum::Result<(f64, f64)> {
-        let (low, high) = (self.low.in_range(range), self.high.in_range(range));
+    /// Usage, where nothing lies between them, or the samples are needed and not known.
+    pub(super) fn resolve(
+        self,
+        range: (f64, f64),
+        samples: Option<&Statistics>,
+    ) -> isospectrum::Result<(f64, f64)> {
+        let (low, high) = (self.low.resolve(range, samples)?, self.high.resolve(range, samples)?);
         if low < high {
             return Ok((low, high));
         }
@@ -67,10 +48,25 @@ impl FromStr for IsovalueRange {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (low, high) =
-            text.split_once(':').ok_or_else(|| format!("'{text}', expected LOW:HIGH"))?;
-        Ok(IsovalueRange { low: low.parse()?, high: high.parse()? })
+        let expected = || format!("'{text}', expected LOW:HIGH");
+        let parse = |end: &str| end.parse().map_err(|error: isospectrum::Error| error.to_string());
+        let parts = parts_of(text);
+        let [low, high] = parts[..] else { return Err(expected()) };
+        Ok(IsovalueRange { low: parse(low)?, high: parse(high)? })
     }
+}
+
+/// The parts of a text between its colons; `top:1%` has one of its own.
+pub(super) fn parts_of(text: &str) -> Vec<&str> {
+    let is_between = |&at: &usize| !text[..at].trim_end().to_ascii_lowercase().ends_with("top");
+    let mut parts = Vec::new();
+    let mut from = 0;
+    for at in text.match_indices(':').map(|(at, _)| at).filter(is_between) {
+        parts.push(&text[from..at]);
+        from = at + 1;
+    }
+    parts.push(&text[from..]);
+    parts
 }
 
 #[cfg(test)]
@@ -78,23 +74,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn isovalues_are_numbers_or_percentages() {
-        let at = |text: &str| text.parse::<Isovalue>().map(|c| c.in_range((-10.0, 30.0)));
-        assert_eq!(at("-1.5e1"), Ok(-15.0));
-        assert_eq!(at("50%"), Ok(10.0));
-        assert_eq!(at("0%"), Ok(-10.0));
-        assert_eq!(at("100%"), Ok(30.0));
-        for wrong in ["", "%", "half", "nan", "inf", "1:2"] {
-            assert!(at(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
     fn a_range_has_a_lower_and_a_higher_end() {
-        let of = |text: &str| text.parse::<IsovalueRange>().map(|r| r.in_range((0.0, 200.0)).ok());
+        let of =
+            |text: &str| text.parse::<IsovalueRange>().map(|r| r.resolve((0.0, 200.0), None).ok());
         assert_eq!(of("-5:5"), Ok(Some((-5.0, 5.0))));
         assert_eq!(of("10%:50%"), Ok(Some((20.0, 100.0))));
         assert_eq!(of("5:5"), Ok(None));
         assert!(of("5").is_err());
+        let ends = "top:5%:top:1%".parse().map(|r: IsovalueRange| (r.low, r.high));
+        assert_eq!(ends, Ok((Isovalue::Percentile(95.0), Isovalue::Percentile(99.0))));
+        assert_eq!(of("p1:p99"), Ok(None), "the samples are not known");
     }
 }

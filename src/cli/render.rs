@@ -6,16 +6,18 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use isospectrum::gpu::Gpu;
-use isospectrum::render::{Camera, Color, Renderer, View};
+use isospectrum::render::{Background, Camera, Color, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
 use isospectrum::sweep::Progress as _;
 
+use super::compute::share;
 use super::frames::{Pattern, Sweep};
-use super::isovalue::Isovalue;
+use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
+use super::surface_argument::SurfaceArgument;
 use super::{empty, report, spectrum_file};
 
 /// Render the mesh at one isovalue to a picture, or a sweep over isovalues to many
@@ -23,15 +25,16 @@ use super::{empty, report, spectrum_file};
 pub(super) struct Render {
     /// Spectrum (.isp)
     spectrum: PathBuf,
-    /// Isovalue: a number, or a percentage of the range such as 50%
+    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them; with a
+    /// colour (a name or #rrggbb) and an opacity if wanted; again for several in one picture: -c 120=bone -c 40=skin@0.3
     #[arg(
         short = 'c',
         long,
-        value_name = "C",
+        value_name = "C[=COLOR][@OPACITY]",
         allow_hyphen_values = true,
         required_unless_present = "sweep"
     )]
-    isovalue: Option<Isovalue>,
+    isovalue: Vec<SurfaceArgument>,
     /// Isovalues of a film: N pictures from A to B, e.g. 10%:90%:120; -o takes a pattern such as
     /// frames/%04d.png, numbered from 0
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
@@ -49,6 +52,12 @@ pub(super) struct Render {
     /// several isovalues show all in one size
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface)]
     fit: Fit,
+    /// What lies behind the surface: white, light, dark or transparent
+    #[arg(long, value_name = "WHAT", default_value = "white")]
+    background: Background,
+    /// How much of what lies behind the surface hides, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
+    opacity: f64,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -58,6 +67,8 @@ pub(super) struct Render {
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// Adapter to use, by a part of its name
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -65,14 +76,13 @@ pub(super) struct Render {
 
 impl Render {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        match (self.isovalue, self.sweep) {
-            (_, Some(sweep)) => self.run_sweep(sweep, quiet),
-            (Some(isovalue), None) => self.run_one(isovalue),
-            (None, None) => Err(Error::Usage("no isovalue, expected one".to_owned()).into()),
+        match self.sweep {
+            Some(sweep) => self.run_sweep(sweep, quiet),
+            None => self.run_one(),
         }
     }
 
-    fn run_one(&self, isovalue: Isovalue) -> anyhow::Result<()> {
+    fn run_one(&self) -> anyhow::Result<()> {
         let is_png = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         if !is_png && self.output != Path::new("-") {
             let shown = self.output.display();
@@ -80,14 +90,21 @@ impl Render {
         }
         let output = Output::open(&self.output, &[&self.spectrum])?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalue = isovalue.in_range(spectrum.range);
-        empty::warn(&spectrum, isovalue, self.open);
+        let surfaces: Vec<Surface> =
+            self.isovalue.iter().map(|c| c.in_spectrum(&spectrum)).collect::<Result<_>>()?;
+        let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
+        for &isovalue in &isovalues {
+            spectrum.check_isovalue(isovalue)?;
+            empty::warn(&spectrum, isovalue, self.open);
+        }
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
-        let view = self.fit.of(self.view(), &mut pictures, &[isovalue])?;
-        pictures.write(isovalue, &view, output)?;
+        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
+        pictures.write(&surfaces, &view, output)?;
+        empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
         let Size { width, height } = self.size;
-        let isovalue = report::number(isovalue);
-        log::info!("{}: {width}x{height} pixels, isovalue {isovalue}", self.output.display());
+        let shown: Vec<String> = isovalues.into_iter().map(report::number).collect();
+        let shown = shown.join(", ");
+        log::info!("{}: {width}x{height} pixels, isovalue {shown}", self.output.display());
         Ok(())
     }
 
@@ -95,9 +112,9 @@ impl Render {
     fn run_sweep(&self, sweep: Sweep, quiet: bool) -> anyhow::Result<()> {
         let pattern = Pattern::of(&self.output)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalues = sweep.in_range(spectrum.range)?;
+        let isovalues = sweep.in_spectrum(&spectrum)?;
         let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
-        let view = self.fit.of(self.view(), &mut pictures, &isovalues)?;
+        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
         let outputs = pattern.open(sweep.n_frames(), &[&self.spectrum])?;
         let bar = Bar::new(quiet);
         for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
@@ -105,7 +122,7 @@ impl Render {
                 return Err(Error::Interrupted.into());
             }
             bar.report(frame as f64 / isovalues.len() as f64, "rendering");
-            pictures.write(isovalue, &view, output)?;
+            pictures.write(&[isovalue.into()], &view, output)?;
         }
         drop(bar);
         let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.open);
@@ -124,7 +141,7 @@ impl Render {
         Ok(())
     }
 
-    fn view(&self) -> View {
+    fn view(&self, spectrum: &Spectrum) -> View {
         let Size { width, height } = self.size;
         View {
             width,
@@ -133,6 +150,9 @@ impl Render {
             wireframe: self.wireframe.then_some(1.0),
             color: self.color,
             open: self.open,
+            keep: self.keep.of(spectrum),
+            background: self.background,
+            opacity: self.opacity as f32,
             ..View::default()
         }
     }
@@ -169,15 +189,20 @@ impl<'a> Pictures<'a> {
 
     /// A view that fits the isosurfaces of `isovalues`, where there are any to see.
     pub(super) fn fitted(&mut self, mut view: View, isovalues: &[f64]) -> Result<View> {
-        if let Some(bounds) = self.0.bounds(isovalues)? {
+        if let Some(bounds) = self.0.bounds(isovalues, &view.keep)? {
             view.fit(self.0.volume(), bounds);
         }
         Ok(view)
     }
 
     /// Renders one picture as PNG.
-    pub(super) fn write(&mut self, isovalue: f64, view: &View, output: Output) -> Result<()> {
-        let image = self.0.draw(isovalue, view)?;
+    pub(super) fn write(
+        &mut self,
+        surfaces: &[Surface],
+        view: &View,
+        output: Output,
+    ) -> Result<()> {
+        let image = self.0.draw_all(surfaces, view)?;
         output.write(|file| image.encode_png(file).map_err(no_path))?;
         Ok(())
     }

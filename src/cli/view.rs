@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::render::{Background, Camera, Color, View as Look};
+use isospectrum::spectrum::Keep;
 use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
-use isospectrum::volume::{ReadOptions, phantom, read_volume};
+use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
 use super::compute::positive;
 use super::isovalue::Isovalue;
+use super::keep_arguments::KeepArguments;
 use super::render::Size;
 use super::spectrum_file::{self, Format};
 
@@ -43,6 +45,8 @@ pub(super) struct View {
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    keep: KeepArguments,
     /// Light on dark
     #[arg(long)]
     dark: bool,
@@ -66,8 +70,17 @@ impl View {
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
         let isovalue = match &content {
-            Content::Spectrum(_, spectrum) => self.isovalue.map(|c| c.in_range(spectrum.range)),
+            Content::Spectrum(_, spectrum) => {
+                let own = volume.as_ref().map(Statistics::of);
+                let samples = own.or_else(|| spectrum.statistics());
+                let resolve = |c: Isovalue| c.resolve(spectrum.range, samples.as_ref());
+                self.isovalue.map(resolve).transpose()?
+            }
             _ => None,
+        };
+        let keep = match &content {
+            Content::Spectrum(_, spectrum) => self.keep.of(spectrum),
+            _ => Keep::default(),
         };
         run(Opening {
             content,
@@ -80,6 +93,7 @@ impl View {
                 wireframe: self.wireframe.then_some(1.0),
                 color: self.color,
                 open: self.open,
+                keep,
                 background: if self.dark { Background::Dark } else { Background::White },
                 ..Look::default()
             },

@@ -74,6 +74,37 @@ pub fn radius_ratio<P: Corner>(t: [P; 3]) -> P::Number {
     if product > zero { two * two * double_area * double_area / product } else { zero }
 }
 
+/// The point of a triangle that is nearest to `p` (Ericson, "Real-Time Collision Detection", 2005, 5.1.5).
+pub fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (ab, ac) = (b - a, c - a);
+    let [d1, d2] = [ab, ac].map(|side| side.dot(p - a));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let [d3, d4] = [ab, ac].map(|side| side.dot(p - b));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let [d5, d6] = [ab, ac].map(|side| side.dot(p - c));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let sum = va + vb + vc;
+    a + ab * (vb / sum) + ac * (vc / sum)
+}
+
 impl Mesh {
     /// The area of all faces, caps included.
     pub fn area(&self) -> f32 {
@@ -107,5 +138,21 @@ mod tests {
         let precise = right.map(Vec3::as_dvec3);
         assert!((radius_ratio(precise) - 0.8).abs() < 1e-15);
         assert_eq!(radius_ratio([DVec3::ZERO, DVec3::ZERO, DVec3::X]), 0.0);
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_triangle_is_on_its_face_a_side_or_a_corner() {
+        let triangle = [DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Y];
+        for (p, nearest) in [
+            ([0.5, 0.5, 3.0], [0.5, 0.5, 0.0]),
+            ([-1.0, -1.0, 1.0], [0.0, 0.0, 0.0]),
+            ([5.0, 1.0, 0.0], [2.0, 0.0, 0.0]),
+            ([-1.0, 9.0, 0.0], [0.0, 2.0, 0.0]),
+            ([1.0, -2.0, 1.0], [1.0, 0.0, 0.0]),
+            ([-2.0, 1.5, 0.0], [0.0, 1.5, 0.0]),
+            ([2.0, 2.0, 7.0], [1.0, 1.0, 0.0]),
+        ] {
+            assert_eq!(nearest_on_triangle(p.into(), triangle), DVec3::from(nearest), "{p:?}");
+        }
     }
 }

@@ -5,33 +5,47 @@ use serde::Serialize;
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::spectrum::{EventKind, Measures, Query, Spectrum};
-use crate::volume::Histogram;
+use crate::volume::{Histogram, Statistics};
 
 /// Isovalues at which the curves are known.
 const N_ISOVALUES: usize = 129;
 
+/// An isosurface with less than this share of the largest area is a trace.
+const AREA_SHARE: f32 = 0.1;
+
 /// Bins of the histogram; with 256, 8-bit samples have one each.
 const N_BINS: usize = 256;
 
-/// Percentiles are known to a tenth of a percent.
-const N_PERCENTILES: usize = 1000;
-
-/// What a page tells of the samples of the volume.
-#[derive(Serialize)]
-pub(super) struct SamplesShown {
-    /// How many lie in each of as many equal parts of the range of isovalues.
-    histogram: Vec<u64>,
-    /// Percentiles from 0 to 100 in even steps.
-    percentiles: Vec<f64>,
+/// How many samples lie in each of as many equal parts of a range of isovalues.
+pub(super) fn histogram(samples: &Histogram, range: (f64, f64)) -> Vec<u64> {
+    samples.parts(N_BINS, range)
 }
 
-/// What a page that shows a range of isovalues tells of the samples.
-pub(super) fn samples(samples: &Histogram, range: (f64, f64)) -> SamplesShown {
-    let percent = |i: usize| 100.0 * i as f64 / N_PERCENTILES as f64;
-    SamplesShown {
-        histogram: samples.parts(N_BINS, range),
-        percentiles: (0..=N_PERCENTILES).map(|i| samples.percentile(percent(i))).collect(),
-    }
+/// Isovalues that are offered where the author names none: what shows 1 and 10 per cent of the samples (1 per cent is
+/// the rule of thumb for densities), and the middle of the longest stretch without an event, where the surface keeps
+/// its shape longest, of those where there is more than a trace of it.
+pub(super) fn suggested(
+    spectrum: &Spectrum,
+    curves: &Curves,
+    samples: Option<&Statistics>,
+) -> Vec<(f64, &'static str)> {
+    let (low, high) = spectrum.range;
+    let shares = [(99.0, "top:1%"), (90.0, "top:10%")];
+    let of_samples = samples.map(|samples| shares.map(|(p, name)| (samples.percentile(p), name)));
+    let mut ends: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+    ends.extend([low, high]);
+    ends.sort_by(f64::total_cmp);
+    let largest_area = curves.area.iter().copied().fold(0.0, f32::max);
+    let is_seen = |isovalue: f64| {
+        let share = (isovalue - low) / (high - low);
+        let at = (share * (N_ISOVALUES - 1) as f64).round() as usize;
+        curves.area.get(at).is_some_and(|&area| area >= AREA_SHARE * largest_area)
+    };
+    let stretches = ends.windows(2).map(|w| (w[1] - w[0], 0.5 * w[0] + 0.5 * w[1]));
+    let longest = stretches.filter(|&(_, middle)| is_seen(middle));
+    let calm = longest.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| (c, "longest unchanged"));
+    let all = of_samples.into_iter().flatten().chain(calm);
+    all.filter(|&(c, _)| low < c && c < high).collect()
 }
 
 /// Curves over evenly spaced isovalues from one end of the range to the other.
@@ -91,15 +105,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_outside_the_range_are_in_no_bin_but_count_for_percentiles() {
+    fn samples_outside_the_range_are_in_no_bin() {
         let values = [0.0, 9.0, 10.0, 10.0, 15.0, 20.0, 21.0];
-        let shown = samples(&Histogram::of_values(values.into_iter(), (0.0, 21.0)), (9.99, 20.01));
-        let bins = shown.histogram;
+        let samples = Histogram::of_values(values.into_iter(), (0.0, 21.0));
+        let bins = histogram(&samples, (9.99, 20.01));
         assert_eq!((bins[0], bins[N_BINS / 2], bins[N_BINS - 1]), (2, 1, 1));
         assert_eq!(bins.iter().sum::<u64>(), 4);
-        let of = |percent: usize| shown.percentiles[percent * N_PERCENTILES / 100];
-        // A bin of the finer histogram is 21 / 65,536 wide.
-        assert!((of(0) - 0.0).abs() < 1e-3 && (of(50) - 10.0).abs() < 1e-3);
-        assert!((of(100) - 21.0).abs() < 1e-3);
     }
 }

@@ -26,7 +26,7 @@ pub(super) struct Parts<'a> {
 pub(super) fn filled(parts: &Parts) -> String {
     let Page { title, caption, credit, isovalue, .. } = *parts.page;
     let element = |name: &str, text: Option<&str>| match text {
-        Some(text) => format!("<p class=\"{name}\">{}</p>", escaped(text)),
+        Some(text) => format!("<p class=\"{name}\">{}</p>", linked(text)),
         None => String::new(),
     };
     let still = match parts.still {
@@ -78,6 +78,30 @@ fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
     Some((before, name, after))
 }
 
+/// Text in which addresses of the web lead there.
+fn linked(text: &str) -> String {
+    let mut linked = String::with_capacity(text.len());
+    for word in text.split_inclusive(char::is_whitespace) {
+        let start = word.find("https://").or_else(|| word.find("http://"));
+        let (before, address) = word.split_at(start.unwrap_or(word.len()));
+        let end = address.find(|c: char| c.is_whitespace() || "<>\"'`".contains(c));
+        // A sentence may end behind it.
+        let address_only = address[..end.unwrap_or(address.len())]
+            .trim_end_matches(['.', ',', ';', ':', '!', '?', ')', ']']);
+        let after = &address[address_only.len()..];
+        linked += &escaped(before);
+        if address_only.split_once("://").is_some_and(|(_, place)| !place.is_empty()) {
+            let address = escaped(address_only);
+            linked +=
+                &format!("<a href=\"{address}\" target=\"_blank\" rel=\"noopener\">{address}</a>");
+        } else {
+            linked += &escaped(address_only);
+        }
+        linked += &escaped(after);
+    }
+    linked
+}
+
 /// Text as it stands in elements and quoted attributes.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -99,6 +123,8 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Camera;
+    use crate::spectrum::Keep;
 
     #[test]
     fn every_name_in_the_template_is_filled_and_values_are_not_looked_at_again() {
@@ -109,7 +135,12 @@ mod tests {
             isovalue: 0.0,
             step: 1.0,
             open: false,
+            camera: Camera::default(),
+            axes: false,
+            keep: Keep::default(),
             samples: None,
+            statistics: None,
+            marks: &[],
             still: None,
         };
         let text = filled(&Parts {
@@ -123,6 +154,25 @@ mod tests {
         assert!(text.contains("<h1>{{caption}} &lt;b&gt;&amp;&#39;&quot;</h1>"), "the title");
         assert!(text.contains("<p class=\"caption\">&lt;/script&gt;</p>"), "the caption");
         assert!(text.contains("{\"a\":\"\\u003c/script>\"}"), "the JSON");
+    }
+
+    #[test]
+    fn addresses_in_texts_are_links_and_nothing_else_is() {
+        let link = |address: &str| {
+            format!("<a href=\"{address}\" target=\"_blank\" rel=\"noopener\">{address}</a>")
+        };
+        assert_eq!(linked("no link\nhere"), "no link\nhere");
+        assert_eq!(
+            linked("(see https://a.org/x?y=1&z=2)."),
+            format!("(see {}).", link("https://a.org/x?y=1&amp;z=2"))
+        );
+        assert_eq!(linked("http://b.de, and"), format!("{}, and", link("http://b.de")));
+        assert_eq!(linked("https://"), "https://");
+        assert_eq!(linked("javascript:alert(1) <b>"), "javascript:alert(1) &lt;b&gt;");
+        assert_eq!(
+            linked("https://c.d\"><i>"),
+            format!("{}&quot;&gt;&lt;i&gt;", link("https://c.d"))
+        );
     }
 
     #[test]

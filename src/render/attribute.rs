@@ -13,10 +13,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::layout::Palette;
-use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
-use crate::spectrum::{Spectrum, SurfaceMesh, Triangle};
+use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
 
 /// What the colour of a triangle shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,7 +30,7 @@ pub enum Color {
     /// Mean curvature, 1/voxel, positive where the surface bulges towards lower values; by the mesh's normals,
     /// which lean towards larger triangles (by a sixth of it on a sphere of triangles that differ in size).
     Curvature,
-    /// Connected component of the closed mesh, the largest first.
+    /// Connected component of the closed mesh, in the order of [`Components`]: the largest first.
     Component,
     /// Direction of the normal along the volume's axes: x red, y green, z blue, lighter towards
     /// larger coordinates.
@@ -135,7 +134,7 @@ pub(super) fn attributes(
             }
         }
         Color::Component => Attributes {
-            values: components(&mesh.triangles).into_iter().map(|c| c as f32).collect(),
+            values: Components::of(mesh).of_triangle.into_iter().map(|c| c as f32).collect(),
             ends: None,
         },
     }
@@ -180,36 +179,6 @@ fn typical_largest(curvatures: impl Iterator<Item = f64>) -> f64 {
     if found > 0.0 { found } else { 1.0 }
 }
 
-/// The component of each triangle, numbered from 0 by falling number of triangles; of equally
-/// large ones the one with the earlier triangle comes first.
-fn components(triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    let local = |v: u32| vertices.partition_point(|&w| w < v) as u32;
-
-    let mut sets = DisjointSets::new(vertices.len());
-    for &[a, b, c] in triangles {
-        sets.join(local(a), local(b));
-        sets.join(local(a), local(c));
-    }
-    let roots: Vec<usize> =
-        triangles.iter().map(|&[a, _, _]| sets.find(local(a)) as usize).collect();
-
-    // (number of triangles, first triangle) of each root.
-    let mut sizes = vec![(0usize, usize::MAX); vertices.len()];
-    for (i, &r) in roots.iter().enumerate() {
-        sizes[r] = (sizes[r].0 + 1, sizes[r].1.min(i));
-    }
-    let mut order: Vec<usize> = (0..vertices.len()).filter(|&r| sizes[r].0 > 0).collect();
-    order.sort_unstable_by_key(|&r| (std::cmp::Reverse(sizes[r].0), sizes[r].1));
-    let mut names = vec![0u32; vertices.len()];
-    for (&r, name) in order.iter().zip(0..) {
-        names[r] = name;
-    }
-    roots.into_iter().map(|r| names[r]).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,13 +199,6 @@ mod tests {
         let p = [DVec3::new(3.0, 0.0, 0.0), DVec3::new(0.0, 3.0, 0.0), DVec3::new(0.0, 0.0, 3.0)];
         assert!((mean_curvature(p, p.map(|p| p / 3.0)) - 1.0 / 3.0).abs() < 1e-14);
         assert_eq!(mean_curvature([DVec3::X; 3], [DVec3::Z; 3]), 0.0);
-    }
-
-    #[test]
-    fn components_are_numbered_by_size_then_by_first_triangle() {
-        let triangles = [[9, 8, 7], [0, 1, 2], [5, 4, 3], [2, 1, 6], [30, 20, 10]];
-        assert_eq!(components(&triangles), [1, 0, 2, 0, 3]);
-        assert_eq!(components(&[]), [0u32; 0]);
     }
 
     #[test]

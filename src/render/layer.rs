@@ -7,7 +7,7 @@ use super::View;
 use super::attribute::{Attributes, Color, attributes};
 use super::layout::{ActiveTriangle, Cut, Frame, normal_code};
 use super::table::Table;
-use crate::spectrum::{ActiveSet, Assembly, Spectrum, SurfaceMesh};
+use crate::spectrum::{ActiveSet, Assembly, Components, Keep, Spectrum, SurfaceMesh};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
@@ -26,12 +26,14 @@ pub(super) struct Layer {
 /// The active triangles of the last picture, and what they depend on.
 #[derive(Debug, Default)]
 pub(super) struct Listed {
-    key: Option<(u64, Color, Option<u64>, bool)>,
+    key: Option<(u64, Color, Option<u64>, bool, Keep)>,
     pub(super) triangles: Vec<ActiveTriangle>,
     /// What the two ends of the colours stand for.
     pub(super) color_ends: Option<(f64, f64)>,
     /// Where the device has them, all in one piece: what its tables call the rank.
     pub(super) uploaded: Option<u32>,
+    /// Of the triangles, which of the mesh's they are.
+    numbers: Vec<u32>,
     /// Middles of the triangles, voxel frame; only where they are sorted by depth.
     middles: Vec<Vec3>,
 }
@@ -62,8 +64,8 @@ impl Layer {
     /// Lists the active triangles with their attributes and normals, in the order of their indices, unless the last
     /// picture had the same.
     pub(super) fn list(&mut self, spectrum: &Spectrum, isovalue: f64, view: &View) {
-        let key =
-            (isovalue.to_bits(), view.color, view.largest_curvature.map(f64::to_bits), view.open);
+        let largest_curvature = view.largest_curvature.map(f64::to_bits);
+        let key = (isovalue.to_bits(), view.color, largest_curvature, view.open, view.keep);
         if self.listed.key == Some(key) {
             return;
         }
@@ -74,26 +76,28 @@ impl Layer {
         let Attributes { values, ends } =
             attributes(spectrum, (active, mesh), view.color, view.largest_curvature);
         let normals: Vec<u32> = mesh.normals.par_iter().map(|&n| normal_code(n)).collect();
-        let mut triangles = std::mem::take(&mut self.listed.triangles);
+        let is_kept = kept_triangles(mesh, &view.keep);
+        let Listed { mut triangles, mut numbers, .. } = std::mem::take(&mut self.listed);
+        numbers.clear();
+        numbers.extend((0..mesh.triangles.len() as u32).filter(|&i| {
+            let i = i as usize;
+            !(view.open && mesh.caps[i]) && is_kept.as_ref().is_none_or(|kept| kept[i])
+        }));
         triangles.clear();
-        triangles.extend(
-            (active
-                .iter()
-                .map(|&i| spectrum.triangles[i as usize])
-                .zip(&mesh.triangles)
-                .zip(values))
-            .filter(|((triangle, _), _)| !(view.open && triangle.cap))
-            .map(|((triangle, corners), measure)| ActiveTriangle {
-                vertices: triangle.vertices,
-                measure,
-                normals: corners.map(|v| normals[v as usize]),
-            }),
-        );
+        triangles.extend(numbers.iter().map(|&i| {
+            let i = i as usize;
+            ActiveTriangle {
+                vertices: spectrum.triangles[active[i] as usize].vertices,
+                measure: values[i],
+                normals: mesh.triangles[i].map(|v| normals[v as usize]),
+            }
+        }));
         self.listed = Listed {
             key: Some(key),
             triangles,
             color_ends: ends,
             uploaded: None,
+            numbers,
             middles: Vec::new(),
         };
     }
@@ -113,19 +117,15 @@ impl Layer {
 
     /// Sorts the triangles from the farthest to the nearest, for surfaces that one looks through.
     /// Equally far ones keep their order.
-    pub(super) fn sort_by_depth(&mut self, is_open: bool, eye_from_voxel: DMat4) {
+    pub(super) fn sort_by_depth(&mut self, eye_from_voxel: DMat4) {
         let mesh = &self.mesh;
-        let Listed { triangles, middles, uploaded, .. } = &mut self.listed;
+        let Listed { triangles, numbers, middles, uploaded, .. } = &mut self.listed;
         if middles.len() != triangles.len() {
-            // Not sorted yet: the triangles are in the order of the mesh's.
-            *middles = (mesh.triangles.par_iter().zip(&mesh.caps))
-                .filter(|(_, is_cap)| !(is_open && **is_cap))
-                .map(|(corners, _)| {
-                    let sum: Vec3 =
-                        corners.iter().map(|&v| Vec3::from(mesh.positions[v as usize])).sum();
-                    sum / 3.0
-                })
-                .collect();
+            let middle = |&i: &u32| {
+                let corners = mesh.triangles[i as usize];
+                corners.iter().map(|&v| Vec3::from(mesh.positions[v as usize])).sum::<Vec3>() / 3.0
+            };
+            *middles = numbers.par_iter().map(middle).collect();
         }
         let towards_eye = eye_from_voxel.row(2).truncate().as_vec3();
         let depth = |i: usize| middles[i].dot(towards_eye);
@@ -137,6 +137,17 @@ impl Layer {
         order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         *triangles = order.iter().map(|&(_, i)| triangles[i as usize]).collect();
         *middles = order.iter().map(|&(_, i)| middles[i as usize]).collect();
+        *numbers = order.iter().map(|&(_, i)| numbers[i as usize]).collect();
         *uploaded = None;
     }
+}
+
+/// Of each triangle of a mesh whether its component is kept; none where all are.
+fn kept_triangles(mesh: &SurfaceMesh, keep: &Keep) -> Option<Vec<bool>> {
+    if keep.is_all() {
+        return None;
+    }
+    let components = Components::of(mesh);
+    let kept = components.kept(mesh, keep);
+    Some(components.of_triangle.iter().map(|&c| kept[c as usize]).collect())
 }

@@ -14,11 +14,11 @@ use super::pipeline::{Pipelines, caught, samples_of};
 use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::Target;
-use super::{Background, Image, View};
-use crate::error::Result;
+use super::{Background, Image, Surface, View};
+use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
-use crate::spectrum::{Spectrum, SurfaceMesh};
+use crate::spectrum::{Keep, Spectrum, SurfaceMesh};
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
 /// between them. Every call takes the spectrum that it was made for.
@@ -75,28 +75,36 @@ impl Painter {
         Ok(painter)
     }
 
-    /// Draws the isosurfaces of `isovalues` into the painter's own texture, the first one first, each in the order of
-    /// its triangles' indices: the bytes of a picture depend on what is seen alone, never on the pictures before.
+    /// Draws isosurfaces into the painter's own texture, each in the order of its triangles' indices: the bytes of a
+    /// picture depend on what is seen alone, never on the pictures before. Opaque ones come first, then those that one
+    /// looks through from the highest isovalue to the lowest: what lies above a higher isovalue is inside of what lies
+    /// above a lower one.
     ///
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`], [`Error::Usage`](crate::Error::Usage) if the
     /// view makes no sense or is too large for the device, [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is
     /// lost.
-    pub fn paint(&mut self, spectrum: &Spectrum, isovalues: &[f64], view: &View) -> Result<()> {
-        isovalues.iter().try_for_each(|&isovalue| spectrum.check_isovalue(isovalue))?;
+    pub fn paint(&mut self, spectrum: &Spectrum, surfaces: &[Surface], view: &View) -> Result<()> {
+        for surface in surfaces {
+            spectrum.check_isovalue(surface.isovalue)?;
+            let opacity = surface.opacity_in(view);
+            if !(0.0..=1.0).contains(&opacity) {
+                return Err(Error::Usage(format!("opacity {opacity}, expected 0 to 1")));
+            }
+        }
         view.check(self.device.limits().max_texture_dimension_2d)?;
         let projection =
             view.camera.projection(&spectrum.volume, view.look_at, view.width, view.height);
         let device = self.device.clone();
-        while self.layers.len() < isovalues.len() {
+        while self.layers.len() < surfaces.len() {
             let layer = caught(&device, || Layer::new(&device, spectrum))?;
             self.layers.push(layer);
         }
-        for (layer, &isovalue) in self.layers.iter_mut().zip(isovalues) {
-            layer.list(spectrum, isovalue, view);
-            if view.opacity < 1.0 {
-                layer.sort_by_depth(view.open, projection.eye_from_voxel);
+        for (layer, surface) in self.layers.iter_mut().zip(surfaces) {
+            layer.list(spectrum, surface.isovalue, view);
+            if surface.opacity_in(view) < 1.0 {
+                layer.sort_by_depth(projection.eye_from_voxel);
             }
         }
         let n_samples = self.n_samples;
@@ -105,23 +113,42 @@ impl Painter {
             Some(target) => target,
             None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
         };
-        let frames: Vec<Frame> = (isovalues.iter().enumerate())
-            .map(|(layer, &isovalue)| frame(spectrum, isovalue, layer, view, &projection))
+        let frames: Vec<Frame> = (surfaces.iter().enumerate())
+            .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection))
             .collect();
-        let drawn = caught(&device, || self.passes(spectrum, &target, &frames, view, &projection));
+        let opacities: Vec<f32> = surfaces.iter().map(|s| s.opacity_in(view)).collect();
+        let mut order: Vec<usize> = (0..surfaces.len()).collect();
+        order.sort_by(|&i, &j| {
+            let is_clear = |i: usize| opacities[i] < 1.0;
+            let inner_first = surfaces[j].isovalue.total_cmp(&surfaces[i].isovalue);
+            is_clear(i).cmp(&is_clear(j)).then(match is_clear(i) {
+                true => inner_first,
+                false => i.cmp(&j),
+            })
+        });
+        let looks: Vec<(usize, Frame, f32)> =
+            order.into_iter().map(|i| (i, frames[i], opacities[i])).collect();
+        let drawn = caught(&device, || self.passes(spectrum, &target, &looks, view, &projection));
         // What was refused must not be taken for uploaded by the next picture.
         drawn.inspect_err(|_| self.forget())?;
         self.target = Some(target);
         Ok(())
     }
 
-    /// Least and largest corner of the box around an isosurface, voxel frame; none where nothing is to be seen.
+    /// Least and largest corner of the box around what is kept of an isosurface, voxel frame; none where nothing is to
+    /// be seen.
     ///
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
-    pub fn bounds(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<Option<[[f64; 3]; 2]>> {
-        Ok(self.mesh_at(spectrum, isovalue)?.bounds())
+    pub fn bounds(
+        &mut self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        keep: &Keep,
+    ) -> Result<Option<[[f64; 3]; 2]>> {
+        let mesh = self.mesh_at(spectrum, isovalue)?;
+        Ok(if keep.is_all() { mesh.bounds() } else { mesh.with_components(keep).bounds() })
     }
 
     /// The mesh of an isovalue, caps and all; the next picture of it as the first isosurface has it at hand.
@@ -193,15 +220,14 @@ impl Painter {
         &mut self,
         spectrum: &Spectrum,
         target: &Target,
-        frames: &[Frame],
+        looks: &[(usize, Frame, f32)],
         view: &View,
         projection: &Projection,
     ) {
-        let cut = cut(view, projection);
-        let keeps_tables = self.resident || frames.len() == 1;
+        let keeps_tables = self.resident || looks.len() == 1;
         let mut clear = Some(view.background);
-        for (i, frame) in frames.iter().enumerate() {
-            let mut frame = *frame;
+        for &(i, mut frame, opacity) in looks {
+            let cut = cut(view, opacity, projection);
             let rank = frame.rank;
             let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
             let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
@@ -220,12 +246,12 @@ impl Painter {
                 if let Some(cut) = &cut {
                     self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
                 }
-                self.pass(target, i, piece.len(), clear.take(), view);
+                self.pass(target, (i, opacity), piece.len(), clear.take(), view);
             }
             self.layers[i].listed.triangles = triangles;
         }
-        if frames.is_empty() {
-            self.pass(target, 0, 0, clear, view);
+        if looks.is_empty() {
+            self.pass(target, (0, 1.0), 0, clear, view);
         }
     }
 
@@ -234,7 +260,7 @@ impl Painter {
     fn pass(
         &self,
         target: &Target,
-        layer: usize,
+        (layer, opacity): (usize, f32),
         n_triangles: usize,
         clear: Option<Background>,
         view: &View,
@@ -265,9 +291,10 @@ impl Painter {
             ..Default::default()
         });
         if n_triangles > 0 {
-            let pipeline = self.pipelines.of(view);
+            let pipeline = self.pipelines.of(view, opacity);
+            let is_cut = view.clip.is_some() || opacity < 1.0;
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.bind_group(pipeline, layer, view), &[]);
+            pass.set_bind_group(0, &self.bind_group(pipeline, layer, is_cut), &[]);
             pass.draw(0..3 * n_triangles as u32, 0..1);
         }
         drop(pass);
@@ -279,7 +306,7 @@ impl Painter {
         &self,
         pipeline: &wgpu::RenderPipeline,
         layer: usize,
-        view: &View,
+        is_cut: bool,
     ) -> wgpu::BindGroup {
         let layer = &self.layers[layer];
         let mut buffers = vec![
@@ -289,7 +316,7 @@ impl Painter {
             self.knots.binding(),
             layer.table.binding(),
         ];
-        if view.is_cut() {
+        if is_cut {
             buffers.push(layer.cut.as_entire_binding());
         }
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
@@ -335,14 +362,21 @@ impl Painter {
 /// places.
 const SIDES: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 1.0]];
 
+/// How light the side towards higher values is of a surface that has a colour of its own, over the other side.
+const DARK_SIDE: f32 = 0.45;
+
 /// What is the same for every corner of a surface.
 fn frame(
     spectrum: &Spectrum,
-    isovalue: f64,
+    &Surface { isovalue, color, .. }: &Surface,
     layer: usize,
     view: &View,
     projection: &Projection,
 ) -> Frame {
+    let sides = match color {
+        Some([r, g, b]) => [[r, g, b, 1.0], [DARK_SIDE * r, DARK_SIDE * g, DARK_SIDE * b, 1.0]],
+        None => [SIDES[layer % 2], SIDES[(layer + 1) % 2]],
+    };
     let palette = view.color.palette();
     // The lines of a coloured mesh are darker, to be seen on every colour.
     let wire = if palette == Palette::Plain {
@@ -355,8 +389,8 @@ fn frame(
         eye_from_voxel: projection.eye_from_voxel.as_mat4().to_cols_array_2d(),
         eye_from_normal: glam::Mat4::from_mat3(projection.eye_from_normal.as_mat3())
             .to_cols_array_2d(),
-        front: SIDES[layer % 2],
-        back: SIDES[(layer + 1) % 2],
+        front: sides[0],
+        back: sides[1],
         wire,
         isovalue: tables::scaled(spectrum, isovalue),
         rank: spectrum.rank_at(isovalue).unwrap_or(0),
@@ -367,8 +401,8 @@ fn frame(
     }
 }
 
-/// The clip plane in the eye frame and the opacity, where the view has any.
-fn cut(view: &View, projection: &Projection) -> Option<Cut> {
+/// The clip plane in the eye frame and the opacity of a surface, where it has any.
+fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
     let plane = match view.clip {
         // Planes turn with the inverse transpose.
         Some(clip) => {
@@ -376,9 +410,9 @@ fn cut(view: &View, projection: &Projection) -> Option<Cut> {
         }
         None => glam::DVec4::W,
     };
-    view.is_cut().then(|| Cut {
+    (view.clip.is_some() || opacity < 1.0).then(|| Cut {
         plane: plane.as_vec4().to_array(),
-        opacity: view.opacity,
+        opacity,
         ..Cut::default()
     })
 }

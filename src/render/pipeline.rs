@@ -47,12 +47,12 @@ impl Pipelines {
         }
     }
 
-    /// The one that draws a view.
-    pub(super) fn of(&self, view: &View) -> &wgpu::RenderPipeline {
-        match (view.is_cut(), view.opacity < 1.0) {
-            (false, _) => &self.whole,
+    /// The one that draws a surface of a view, with this opacity.
+    pub(super) fn of(&self, view: &View, opacity: f32) -> &wgpu::RenderPipeline {
+        match (view.clip.is_some(), opacity < 1.0) {
+            (false, false) => &self.whole,
             (true, false) => &self.clipped,
-            (true, true) => &self.translucent,
+            (_, true) => &self.translucent,
         }
     }
 }

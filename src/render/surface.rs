@@ -2,10 +2,10 @@
 
 use super::painter::Painter;
 use super::target::unmultiply;
-use super::{Background, Image, View};
+use super::{Background, Image, Surface, View};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::spectrum::{Spectrum, VolumeInfo};
+use crate::spectrum::{Keep, Spectrum, VolumeInfo};
 
 /// Largest table that is kept on the device as a whole, bytes: what browsers and software devices
 /// bind at once.
@@ -46,7 +46,16 @@ impl<'a> Renderer<'a> {
     /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
     /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
     pub fn draw(&mut self, isovalue: f64, view: &View) -> Result<Image> {
-        self.painter.paint(self.spectrum, &[isovalue], view)?;
+        self.draw_all(&[isovalue.into()], view)
+    }
+
+    /// Draws several isosurfaces in one picture.
+    ///
+    /// # Errors
+    ///
+    /// As [`Renderer::draw`], and [`Error::Usage`] for an opacity that is none.
+    pub fn draw_all(&mut self, surfaces: &[Surface], view: &View) -> Result<Image> {
+        self.painter.paint(self.spectrum, surfaces, view)?;
         let image = self.painter.read()?;
         let mut image = image.ok_or_else(|| Error::Gpu("nothing was drawn".into()))?;
         if view.background == Background::Transparent {
@@ -60,16 +69,17 @@ impl<'a> Renderer<'a> {
         &self.spectrum.volume
     }
 
-    /// Least and largest corner of the box around the isosurfaces of `isovalues`, voxel frame: what
+    /// Least and largest corner of the box around what is kept of the isosurfaces of `isovalues`, voxel frame: what
     /// [`View::fit`] fits. None where none of them has anything to see.
     ///
     /// # Errors
     ///
     /// [`Error::Range`] outside [`Spectrum::range`].
-    pub fn bounds(&mut self, isovalues: &[f64]) -> Result<Option<[[f64; 3]; 2]>> {
+    pub fn bounds(&mut self, isovalues: &[f64], keep: &Keep) -> Result<Option<[[f64; 3]; 2]>> {
         let mut bounds: Option<[[f64; 3]; 2]> = None;
         for &isovalue in isovalues {
-            let Some([low, high]) = self.painter.bounds(self.spectrum, isovalue)? else { continue };
+            let bounds_of_one = self.painter.bounds(self.spectrum, isovalue, keep)?;
+            let Some([low, high]) = bounds_of_one else { continue };
             let [least, largest] = bounds.unwrap_or([low, high]);
             bounds = Some([
                 std::array::from_fn(|i| low[i].min(least[i])),

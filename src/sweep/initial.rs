@@ -16,7 +16,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::Vec3;
 
 use super::{Parameters, Piece, Sweep};
 use crate::error::{Error, Result};
@@ -112,17 +112,10 @@ struct Triangles {
 
 /// From the world to the voxel frame, the inverse of [`Placement::world_of_voxel`].
 fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> Triangles {
-    let Placement { origin, direction, .. } = placement;
-    let unit = placement.voxel();
-    let axes = DMat3::from_cols_array_2d(direction);
-    let to_axes = axes.inverse();
-    let in_voxels = |&p: &[f64; 3]| {
-        let world = DVec3::from(p) - DVec3::from(*origin);
-        (to_axes * world / unit).as_vec3().to_array()
-    };
+    let in_voxels = |&p: &[f64; 3]| placement.voxel_of_world(p).map(|x| x as f32);
     let positions = ply.positions.iter().map(in_voxels).collect();
     let mut triangles = ply.triangles;
-    if axes.determinant() < 0.0 {
+    if placement.span() < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     Triangles { positions, triangles }

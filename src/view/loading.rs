@@ -14,7 +14,7 @@ use crate::file::{self, thesis};
 use crate::kernels::{Backend, Choice};
 use crate::spectrum::Spectrum;
 use crate::sweep::{self, Parameters, Progress};
-use crate::volume::{Histogram, ReadOptions, Volume, read_volume};
+use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 
 /// What comes out.
 #[derive(Debug)]
@@ -22,15 +22,19 @@ pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) spectrum: Spectrum,
     pub(super) samples: Option<Histogram>,
+    pub(super) statistics: Option<Statistics>,
     /// The isovalue shown first.
     pub(super) isovalue: f64,
 }
 
 impl Loaded {
-    /// Chooses the isovalue, which takes as long as some thirty meshes.
-    pub(super) fn new(name: String, spectrum: Spectrum, samples: Option<Histogram>) -> Loaded {
+    /// Chooses the isovalue, which takes as long as some thirty meshes. Without the volume the spectrum may tell what
+    /// isovalues are written by.
+    pub(super) fn new(name: String, spectrum: Spectrum, volume: Option<&Volume>) -> Loaded {
         let isovalue = spectrum.shown_first();
-        Loaded { name, spectrum, samples, isovalue }
+        let samples = volume.map(Histogram::of);
+        let statistics = volume.map(Statistics::of).or_else(|| spectrum.statistics());
+        Loaded { name, spectrum, samples, statistics, isovalue }
     }
 }
 
@@ -123,10 +127,10 @@ fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Load
         Source::Volume(volume) => *volume,
     };
     let name = volume.name().to_owned();
-    let samples = Some(Histogram::of(&volume));
+    let volume = Arc::new(volume);
     let backend = Backend::choose(Choice::Auto, None)?;
-    let spectrum = sweep::compute(&Arc::new(volume), parameters, &backend, report)?;
-    Ok(Loaded::new(name, spectrum, samples))
+    let spectrum = sweep::compute(&volume, parameters, &backend, report)?;
+    Ok(Loaded::new(name, spectrum, Some(&volume)))
 }
 
 /// The spectrum in a file; none if its name is not that of a spectrum.

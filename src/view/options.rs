@@ -48,6 +48,8 @@ pub(super) fn show(
     ui.separator();
     second(ui, scene);
     ui.separator();
+    components(ui, scene, view);
+    ui.separator();
     let command = saves(ui, options);
     ui.separator();
     facts(ui, scene);
@@ -116,6 +118,28 @@ fn second(ui: &mut Ui, scene: &mut Scene) {
         if let Some(second) = &mut scene.second {
             let speed = (high - low) / 500.0;
             ui.add(DragValue::new(second).range(low..=high).speed(speed));
+        }
+    });
+}
+
+/// Which components are shown.
+fn components(ui: &mut Ui, scene: &Scene, view: &mut View) {
+    ui.horizontal(|ui| {
+        let mut are_few = view.keep.largest.is_some();
+        if ui.checkbox(&mut are_few, "largest components").changed() {
+            view.keep.largest = are_few.then_some(1);
+        }
+        if let Some(n) = &mut view.keep.largest {
+            ui.add(DragValue::new(n).range(1..=1_000_000).speed(0.1));
+        }
+    });
+    ui.horizontal(|ui| {
+        let unit = DVec3::from_array(scene.spectrum.volume.placement.spacing).min_element();
+        let mut volume = view.keep.min_volume * unit.powi(3);
+        ui.label("of a volume from");
+        let field = DragValue::new(&mut volume).range(0.0..=f64::MAX).speed(0.5 * unit.powi(3));
+        if ui.add(field).changed() {
+            view.keep.min_volume = volume / unit.powi(3);
         }
     });
 }

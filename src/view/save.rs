@@ -62,7 +62,7 @@ pub(super) fn mesh(
     let mut query = Query::new(&scene.spectrum);
     let mut mesh = SurfaceMesh::default();
     for isovalue in scene.isovalues() {
-        let one = query.mesh_at(isovalue)?;
+        let one = query.mesh_at(isovalue)?.with_components(&view.keep);
         let first = mesh.positions.len() as u32;
         mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
         mesh.positions.extend(one.positions);

@@ -14,15 +14,17 @@ use super::typed;
 use crate::error::{Error, Result};
 use crate::export::place_in_world;
 use crate::gpu::Gpu;
-use crate::render::{Image, Painter, SHOWN_FORMAT, View};
+use crate::render::{Image, Painter, SHOWN_FORMAT, Surface, View};
 use crate::spectrum::{Measures, Spectrum};
-use crate::volume::Histogram;
+use crate::volume::{Histogram, Statistics};
 
 /// A spectrum on the screen.
 pub(super) struct Scene {
     pub(super) name: String,
     pub(super) spectrum: Arc<Spectrum>,
     pub(super) samples: Option<Histogram>,
+    /// What isovalues may be written by.
+    pub(super) statistics: Option<Statistics>,
     pub(super) curves: Curves,
     /// Isovalues of events, increasing, each once.
     pub(super) events: Vec<f64>,
@@ -47,7 +49,7 @@ struct Shown {
 impl Scene {
     /// Uploads a spectrum.
     pub(super) fn new(gpu: &Gpu, loaded: Loaded, window: &egui::Context) -> Result<Self> {
-        let Loaded { name, spectrum, samples, isovalue } = loaded;
+        let Loaded { name, spectrum, samples, statistics, isovalue } = loaded;
         let spectrum = Arc::new(spectrum);
         let painter = Painter::new(gpu, &spectrum, u64::MAX)?;
         let mut events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
@@ -62,6 +64,7 @@ impl Scene {
             second: None,
             painter,
             samples,
+            statistics,
             spectrum,
             painted: None,
             texture: None,
@@ -97,7 +100,7 @@ impl Scene {
 
     /// Makes the picture fit the surface, if there is any.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
-        if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue)? {
+        if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue, &view.keep)? {
             view.fit(&self.spectrum.volume, bounds);
         }
         Ok(())
@@ -123,7 +126,7 @@ impl Scene {
         if self.painted.as_ref() != Some(&wanted) {
             let started = Instant::now();
             self.painted = None;
-            self.painter.paint(&self.spectrum, &wanted.0, view)?;
+            self.painter.paint(&self.spectrum, &surfaces(&wanted.0), view)?;
             let cost = self.cost.clone();
             window.queue.on_submitted_work_done(move || {
                 cost.store(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
@@ -136,7 +139,7 @@ impl Scene {
     /// Paints and takes the picture.
     pub(super) fn picture(&mut self, view: &View) -> Result<Image> {
         self.painted = None;
-        self.painter.paint(&self.spectrum, &self.isovalues(), view)?;
+        self.painter.paint(&self.spectrum, &surfaces(&self.isovalues()), view)?;
         self.painter.read()?.ok_or_else(|| Error::Gpu("nothing was drawn".into()))
     }
 
@@ -193,4 +196,9 @@ impl Scene {
             window.renderer.write().free_texture(&id);
         }
     }
+}
+
+/// Isosurfaces that look as the view says.
+fn surfaces(isovalues: &[f64]) -> Vec<Surface> {
+    isovalues.iter().map(|&isovalue| isovalue.into()).collect()
 }

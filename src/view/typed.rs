@@ -1,6 +1,6 @@
-//! Isovalues as people type them: `37.2`, `50%` of the range, `p99` of the samples.
+//! Isovalues as people type them, and how they are shown and stepped through.
 
-use crate::volume::Histogram;
+use crate::volume::{Isovalue, Statistics};
 
 /// The isovalue that `text` means.
 ///
@@ -10,29 +10,11 @@ use crate::volume::Histogram;
 pub(super) fn isovalue(
     text: &str,
     (low, high): (f64, f64),
-    samples: Option<&Histogram>,
+    samples: Option<&Statistics>,
 ) -> Result<f64, String> {
-    let text = text.trim();
-    let expected =
-        || format!("'{text}', expected a number, 50% of the range, or p99 of the samples");
-    let number = |digits: &str| {
-        digits.trim().parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(expected)
-    };
-    let isovalue = if let Some(digits) = text.strip_suffix('%') {
-        let share = number(digits)? / 100.0;
-        // Weighted, so that 0% and 100% are the ends exactly.
-        low * (1.0 - share) + high * share
-    } else if let Some(digits) = text.strip_prefix(['p', 'P']) {
-        let percent = number(digits)?;
-        if !(0.0..=100.0).contains(&percent) {
-            return Err(format!("'{text}', expected p0 to p100"));
-        }
-        let samples =
-            samples.ok_or_else(|| format!("'{text}' needs the samples: open with --volume"))?;
-        samples.percentile(percent).clamp(low, high)
-    } else {
-        number(text)?
-    };
+    let written: Result<Isovalue, _> = text.parse();
+    let isovalue = written.and_then(|written| written.resolve((low, high), samples));
+    let isovalue = isovalue.map_err(|error| error.to_string())?;
     if low <= isovalue && isovalue <= high {
         Ok(isovalue)
     } else {
@@ -91,19 +73,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_shares_and_percentiles() {
-        let samples = Histogram::of_values((0..=100).map(f64::from), (0.0, 100.0));
-        let at = |text: &str| isovalue(text, (0.0, 80.0), Some(&samples));
-        assert_eq!(at("37.2"), Ok(37.2));
-        assert_eq!(at(" 50 % "), Ok(40.0));
-        // A bin is 100 / 65,536 wide.
-        let p25 = at("p25").expect("a percentile");
-        assert!((p25 - 25.0).abs() < 0.002, "{p25}");
-        assert_eq!(at("p100"), Ok(80.0));
+    fn what_lies_outside_or_is_no_isovalue_is_refused() {
+        let at = |text: &str| isovalue(text, (0.0, 80.0), None);
+        assert_eq!([at("37.2"), at(" 50 % ")], [Ok(37.2), Ok(40.0)]);
         for wrong in ["", "x", "p", "p101", "81", "-1", "nan", "101%"] {
             assert!(at(wrong).is_err(), "{wrong}");
         }
-        assert!(isovalue("p50", (0.0, 1.0), None).expect_err("no samples").contains("--volume"));
+        assert!(at("p50").expect_err("no samples").contains("needs the samples"));
     }
 
     #[test]

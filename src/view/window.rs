@@ -20,7 +20,6 @@ use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::{Background, Camera, View};
 use crate::sweep::Parameters;
-use crate::volume::Histogram;
 
 /// Seconds in which a played sweep goes through the range.
 const SWEEP_SECONDS: f64 = 12.0;
@@ -90,8 +89,7 @@ impl Window {
         match content {
             Content::Nothing => {}
             Content::Spectrum(name, spectrum) => {
-                let samples = volume.as_ref().map(Histogram::of);
-                let loaded = Loaded::new(name, *spectrum, samples);
+                let loaded = Loaded::new(name, *spectrum, volume.as_ref());
                 window.show_scene(loaded, context)?;
                 if let (Some(scene), Some(isovalue)) = (&mut window.scene, isovalue) {
                     scene.spectrum.check_isovalue(isovalue)?;
@@ -279,7 +277,7 @@ impl Window {
             }
             if field.lost_focus() && self.typed.take().is_some() {
                 let range = scene.spectrum.range;
-                match typed::isovalue(&text, range, scene.samples.as_ref()) {
+                match typed::isovalue(&text, range, scene.statistics.as_ref()) {
                     Ok(isovalue) => (scene.isovalue, self.playing) = (isovalue, None),
                     Err(error) => complaint = Some(error),
                 }

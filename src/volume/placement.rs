@@ -207,6 +207,14 @@ impl Placement {
         self.turned(p.map(|x| voxel * f64::from(x)))
     }
 
+    /// Point of the voxel frame at a world position, the inverse of [`Placement::world_of_voxel`].
+    pub fn voxel_of_world(&self, p: [f64; 3]) -> [f64; 3] {
+        let [a, b, c] = self.direction;
+        let from_origin: [f64; 3] = std::array::from_fn(|i| p[i] - self.origin[i]);
+        let scale = self.span() * self.voxel();
+        [cross(b, c), cross(c, a), cross(a, b)].map(|normal| dot(normal, from_origin) / scale)
+    }
+
     /// Unit normal, in the world, of a surface with a normal of the voxel frame. It turns as what is perpendicular to it
     /// requires, which is the inverse transpose of the directions. A normal of no length stays.
     pub fn normal(&self, n: [f32; 3]) -> [f32; 3] {
@@ -301,6 +309,16 @@ mod tests {
         let expected = [1.0 + 2.0 + 2.0, 2.0 + 4.0 * 0.75f64.sqrt(), 18.0];
         assert!((0..3).all(|i| (corner[i] - expected[i]).abs() < 1e-12), "{corner:?}");
         assert!(!Placement::default().is_sheared());
+    }
+
+    #[test]
+    fn a_point_of_the_voxel_frame_is_found_again() {
+        for mirrored in [1.0, -1.0] {
+            let mut p = hexagonal();
+            p.direction[2][2] *= mirrored;
+            let again = p.voxel_of_world(p.world_of_voxel([3.0, -4.5, 5.25]));
+            assert!((0..3).all(|a| (again[a] - [3.0, -4.5, 5.25][a]).abs() < 1e-12), "{again:?}");
+        }
     }
 
     #[test]

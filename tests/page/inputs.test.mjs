@@ -62,11 +62,17 @@ describe("inputs", () => {
         await settled(page);
         // Nine tenths of the samples are a tabulated percentile.
         assert.equal((await state(page)).isovalue, expected.p90);
+        for (const [text, isovalue] of [["top:10%", expected.p90], ["1 sigma", expected.sigma]]) {
+            await typed.fill(text);
+            await typed.press("Enter");
+            await settled(page);
+            assert.equal((await state(page)).isovalue, isovalue, text);
+        }
         await typed.fill(digits);
         await typed.press("Enter");
         await settled(page);
         for (const [wrong, reason] of [["half", /expected a number/], ["1e9", /outside the range/], ["120%", /outside/],
-            ["p101", /p0 to p100/], ["p9%", /expected a number, a percentage/]]) {
+            ["p101", /p0 to p100/], ["p9%", /expected a number, 50%/], ["top:5", /expected a number/], ["99sigma", /outside/]]) {
             await typed.fill(wrong);
             await typed.press("Enter");
             assert.match(await page.locator("#message").textContent(), reason);
@@ -150,11 +156,11 @@ describe("inputs", () => {
         const again = await drag("right");
         assert.ok(Math.hypot(...again.target) > 1.5 * Math.hypot(...moved.target));
         await page.mouse.move(x, y);
+        await page.keyboard.down("Shift");
         await page.mouse.wheel(0, -100);
-        await assertIsovalue(page, at(0.5) + (high - low) / 200, "the wheel");
-        await page.keyboard.down("Control");
+        await page.keyboard.up("Shift");
+        await assertIsovalue(page, at(0.5) + (high - low) / 200, "the wheel with Shift");
         await page.mouse.wheel(0, 200);
-        await page.keyboard.up("Control");
         await settled(page);
         assert.ok(Math.abs((await state(page)).view.distance - Math.exp(0.5)) < 1e-9);
         await page.keyboard.press("r");
@@ -246,6 +252,70 @@ describe("inputs", () => {
         await close();
     });
 
+    test("marked isovalues are buttons and lines, else some are suggested", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        const buttons = page.locator("#offered button");
+        assert.match(await page.locator("#offered").textContent(), /^Isovalues/);
+        assert.equal(await buttons.count(), 2);
+        await buttons.nth(0).click();
+        await settled(page);
+        assert.equal((await state(page)).isovalue, expected.p90);
+        assert.match(await buttons.nth(0).textContent(), /^thin \(/);
+        const lines = await page.locator("#plot .named").getAttribute("d");
+        assert.equal(lines.match(/M/g).length, 2);
+        await close();
+        const other = await watched(browser);
+        await open(other.page, { renderer: "webgl2" }, "ball.html");
+        assert.match(await other.page.locator("#offered").textContent(), /^Suggested.*top:1% \(/);
+        await other.close();
+    });
+
+    test("axes and scale bar are drawn, distances measured, places and curves told", async () => {
+        const { page, close } = await watched(browser);
+        // A ball of 3.5 voxels around (28, 29, 12).
+        await open(page, { isovalue: "150", view: "0,0,0.2,8.5,9.5,-7.5", renderer: "webgl2" }, "ball.html");
+        await page.locator("#canvas").focus();
+        assert.ok(await page.locator("#overlay").isHidden());
+        await page.keyboard.press("g");
+        await settled(page);
+        assert.ok(await page.locator("#overlay").isVisible());
+        assert.deepEqual(await page.locator("#overlay text").allTextContents().then((all) => all.slice(0, 3).sort()), ["x", "y", "z"]);
+        const label = Number(await page.locator("#overlay text.scale").textContent());
+        const bar = await page.locator("#overlay path.scale").getAttribute("d");
+        const [, start, end] = /^M([\d.]+),.*H([\d.]+)M/.exec(bar).map(Number);
+        const perPixel = label / (end - start);
+        const box = await page.locator("#canvas").boundingBox();
+        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        await page.locator("#pick-measure").click();
+        const reach = 1.75 / perPixel;
+        for (const side of [-1, 1]) {
+            await page.mouse.click(x + side * reach, y);
+            await settled(page);
+        }
+        const [a, b] = (await state(page)).measuredPoints;
+        for (const p of [a, b]) {
+            const radius = Math.hypot(p[0] - 28, p[1] - 29, p[2] - 12);
+            // 8-bit samples of a cone: a ball to within the tolerance of 0.1 voxel and what rounding moves it.
+            assert.ok(Math.abs(radius - 3.5) < 0.15, `${radius}`);
+        }
+        const told = Number(/^Distance ([\d.]+)$/.exec(await page.locator("#message").textContent())[1]);
+        assert.ok(Math.abs(told - Math.hypot(...a.map((p, i) => p - b[i]))) < 1e-3 * told);
+        // The bar is as far away as the middle of the ball, the points are nearer by their x, which is towards the eye: what
+        // the pixels say shrinks in proportion. A pixel at each click, and a tenth of one at each end of the bar.
+        const eye = (perPixel * box.height) / (2 * Math.tan(Math.PI / 12));
+        const wanted = 3.5 * (1 - (0.5 * (a[0] + b[0]) - 28) / eye);
+        assert.ok(Math.abs(told - wanted) < 2.2 * perPixel + 0.01 * wanted, `${told}, expected ${wanted}`);
+        await page.mouse.move(x, y);
+        await page.waitForFunction(() => /^x, y, z: [-\d., ]+; value 150/.test(document.getElementById("events").textContent));
+        const plot = await page.locator("#plot").boundingBox();
+        await page.mouse.move(plot.x + plot.width / 2, plot.y + 10);
+        assert.match(await page.locator("#events").textContent(), /: area [\d.,]+, volume [\d.,]+, components 1, Euler 2$/);
+        await page.mouse.move(5, 5);
+        assert.match(await page.locator("#events").textContent(), /event/);
+        await close();
+    });
+
     test("an address restores what is seen", async () => {
         const { page, close } = await watched(browser);
         await open(page, { isovalue: String(at(0.3)), view: "120,-10,0.8,1,2,3" });
@@ -284,8 +354,11 @@ describe("inputs", () => {
         const told = await page.locator("#events").textContent();
         const [, nEvents, nMarks] = /^([\d,]+) events? at ([\d,]+) isovalues?$/.exec(told).map((n) => Number(n.replaceAll(",", "")));
         assert.equal(nEvents, expected.n_events);
-        const marks = await page.locator("#plot .event").evaluateAll((lines) => lines.map((l) => Number(l.getAttribute("x1"))));
-        assert.equal(marks.length, nMarks);
+        assert.equal(nMarks, new Set(expected.events).size);
+        const drawn = await page.locator("#plot .event").getAttribute("d");
+        const marks = [...drawn.matchAll(/M([\d.]+),/g)].map(([, x]) => Number(x));
+        const column = (c) => Number(((1000 * (c - low)) / (high - low)).toFixed(1));
+        assert.deepEqual(new Set(marks), new Set(expected.events.map(column)));
         for (const name of ["components", "euler"]) {
             const path = await page.locator(`#plot path.${name}`).getAttribute("d");
             assert.match(path, /^M0,[\d.]+(H[\d.]+V[\d.]+)*H1000$/, "steps only");

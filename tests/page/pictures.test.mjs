@@ -147,7 +147,10 @@ describe("pictures", () => {
         assert.ok(await page.locator("#printed").isHidden());
         const typed = await page.locator("#isovalue").inputValue();
         await page.emulateMedia({ media: "print" });
-        assert.equal(await page.locator("#printed").innerText(), `Isovalue ${typed}`);
+        await page.waitForFunction(() => document.getElementById("euler-value").textContent !== "…");
+        const told = await page.locator("#printed").innerText();
+        assert.ok(told.startsWith(`Isovalue ${typed}, area without caps `), told);
+        assert.match(told, /volume [\d,.]+, components 1, Euler characteristic 0$/);
         await close();
     });
 

@@ -12,7 +12,8 @@ use std::f64::consts::PI;
 
 use drawing::*;
 use isospectrum::Error;
-use isospectrum::render::{Background, Color, Renderer, View};
+use isospectrum::render::{Background, Color, Renderer, Surface, View};
+use isospectrum::spectrum::Keep;
 use isospectrum::volume::Placement;
 
 #[test]
@@ -210,6 +211,56 @@ fn caps_are_left_out_of_an_open_picture_and_show_the_back() {
 }
 
 #[test]
+fn several_surfaces_have_their_own_color_and_opacity() {
+    let spectrum = growing_sphere(4);
+    let view = View { background: Background::White, ..small("35,22") };
+    let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+    let surface =
+        |isovalue, color, opacity| Surface { isovalue, color: Some(color), opacity: Some(opacity) };
+    // The sphere grows with the isovalue.
+    let inner = surface(0.1, [0.0, 0.6, 0.0], 1.0);
+    let outer = surface(0.9, [0.6, 0.0, 0.0], 0.5);
+    let mut draw = |surfaces: &[Surface]| renderer.draw_all(surfaces, &view).expect("a picture");
+    let both = draw(&[inner, outer]);
+    let [r, g, b, _] = both.pixel(160, 120);
+    assert!(r > b + 40 && g > b + 40, "one is seen through the other: {r} {g} {b}");
+    assert!(both == draw(&[outer, inner]), "in whatever order they are told");
+    let [r, g, b, _] = draw(&[inner, Surface { opacity: Some(1.0), ..outer }]).pixel(160, 120);
+    assert!(r > b + 40 && g < b + 40, "the outer one hides it: {r} {g} {b}");
+    let [r, g, b, _] = draw(&[Surface { opacity: Some(0.0), ..outer }]).pixel(160, 120);
+    assert_eq!([r, g, b], [255; 3], "nothing is left of it");
+    let wrong = renderer.draw_all(&[Surface { opacity: Some(1.5), ..outer }], &view);
+    assert!(matches!(wrong, Err(Error::Usage(_))));
+}
+
+#[test]
+fn components_that_are_not_kept_are_not_drawn() {
+    let mut two = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
+    for (y, radius) in [(4.0, 3.0), (15.0, 5.0)] {
+        let middle = [10.0, y, 10.0];
+        add(&mut two, &sphere(3), &[(0, radius, middle), (1, radius, middle)]);
+    }
+    let mut renderer = Renderer::new(gpu(), &two).expect("a renderer");
+    let keep = Keep { largest: Some(1), ..Keep::default() };
+    let background = Background::White;
+    let view = View { keep, background, color: Color::Component, ..small("0,0") };
+    let image = renderer.draw(0.0, &view).expect("a picture");
+    let seen = |y: f64| {
+        let ([x, y], _) = project(&two.volume, &view, [13.0, y, 10.0]);
+        image.pixel(x as u32, y as u32)[..3] != [255; 3]
+    };
+    assert_eq!([seen(4.0), seen(15.0)], [false, true]);
+    assert_eq!(2 * renderer.n_triangles(), two.triangles.len());
+    let bounds = renderer.bounds(&[0.0], &keep).expect("in the range").expect("a sphere");
+    assert!(bounds[0][1] > 9.9, "{bounds:?}");
+    let small =
+        View { keep: Keep { at: Some([10.0, 0.0, 10.0]), ..Keep::default() }, ..view.clone() };
+    renderer.draw(0.0, &small).expect("a picture");
+    let bounds = renderer.bounds(&[0.0], &small.keep).expect("in the range").expect("a sphere");
+    assert!(bounds[1][1] < 7.1, "{bounds:?}");
+}
+
+#[test]
 fn a_left_handed_grid_shows_its_front_too() {
     let mut spectrum = growing_sphere(2);
     spectrum.volume.placement.direction = [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -291,7 +342,10 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
     for camera in ["35,22", "-80,-60"] {
         for isovalue in [0.1, 1.0] {
             let mut view = small(camera);
-            let bounds = renderer.bounds(&[isovalue]).expect("in the range").expect("a sphere");
+            let bounds = renderer
+                .bounds(&[isovalue], &Keep::default())
+                .expect("in the range")
+                .expect("a sphere");
             view.fit(&spectrum.volume, bounds);
             let (area, middle) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
             // The box around a ball is wider than the ball from aslant, by up to the square root of three.
@@ -303,7 +357,8 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
         }
     }
     // A view that fits two isosurfaces fits the larger one.
-    let [one, both] = [&[1.0][..], &[0.1, 1.0]].map(|c| renderer.bounds(c).expect("in the range"));
+    let [one, both] = [&[1.0][..], &[0.1, 1.0]]
+        .map(|c| renderer.bounds(c, &Keep::default()).expect("in the range"));
     assert_eq!(one, both);
     let mut twice = View { camera: "35,22,2".parse().expect("a camera"), ..small("35,22") };
     let mut once = small("35,22");

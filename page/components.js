@@ -1,0 +1,171 @@
+// The connected components of a surface, and which of them are kept. The twin of src/spectrum/components.rs; parts
+// that the reader picked are followed through the isovalue by the vertices they keep.
+
+/** Into so many steps the way to another isovalue is divided where a picked part is not found again at once. */
+const FOLLOWING_STEPS = 16;
+/** Parts that can be picked at once. */
+const MOST_PICKS = 250;
+
+/**
+ * The components of a closed surface: the number of each triangle's (`of`) and vertex's (`ofVertex`), and of each
+ * its volume (negative around lower values), area without caps and number of triangles, voxels; the largest volume
+ * first.
+ */
+function componentsOf({ nTriangles, nVertices, triangles, corners, positions }, caps) {
+    const parent = new Uint32Array(nVertices);
+    for (let v = 0; v < nVertices; v++) parent[v] = v;
+    const root = (v) => {
+        while (parent[v] !== v) {
+            parent[v] = parent[parent[v]];
+            v = parent[v];
+        }
+        return v;
+    };
+    const join = (a, b) => {
+        const [p, q] = [root(a), root(b)];
+        if (p < q) parent[q] = p;
+        else parent[p] = q;
+    };
+    for (let t = 0; t < nTriangles; t++) {
+        join(corners[3 * t], corners[3 * t + 1]);
+        join(corners[3 * t], corners[3 * t + 2]);
+    }
+    const list = [];
+    const numberOf = new Int32Array(nVertices).fill(-1);
+    const of = new Uint32Array(nTriangles);
+    for (let t = 0; t < nTriangles; t++) {
+        const [a, b, c] = [3 * corners[3 * t], 3 * corners[3 * t + 1], 3 * corners[3 * t + 2]];
+        const at = root(corners[3 * t]);
+        if (numberOf[at] < 0) {
+            numberOf[at] = list.length;
+            list.push({ volume: 0, area: 0, nTriangles: 0, first: triangles[t], apex: a });
+        }
+        of[t] = numberOf[at];
+        const component = list[of[t]];
+        component.nTriangles++;
+        component.first = Math.min(component.first, triangles[t]);
+        component.volume += tetrahedronVolume(positions, component.apex, a, b, c);
+        if (!caps[triangles[t]]) component.area += triangleArea(positions, a, b, c);
+    }
+    const order = [...list.keys()].sort((i, j) =>
+        Math.abs(list[j].volume) - Math.abs(list[i].volume) || list[i].first - list[j].first);
+    const rank = new Uint32Array(list.length);
+    order.forEach((old, now) => { rank[old] = now; });
+    for (let t = 0; t < nTriangles; t++) of[t] = rank[of[t]];
+    const ofVertex = Uint32Array.from(parent, (_, v) => rank[numberOf[root(v)]]);
+    return { of, ofVertex, list: order.map((old) => list[old]) };
+}
+
+/** Which components are shown, and whether they are coloured. */
+class Selection {
+    /** What the page starts with, voxels. */
+    constructor({ largest = null, min_volume: minVolume = 0, min_area: minArea = 0, at = null } = {}) {
+        Object.assign(this, { largest, minVolume, minArea });
+        /** Parts that the reader picked: alone to be seen, or to be hidden. */
+        this.picks = at ? [{ point: at, isFresh: true }] : [];
+        this.isHiding = false;
+        this.isColoured = false;
+        this.version = 0;
+        /** Of each vertex of the spectrum, the pick whose part it was last seen in, from 1. */
+        this.owner = null;
+    }
+
+    /** Whether every component is shown. */
+    get isAll() {
+        return this.largest === null && !(this.minVolume > 0) && !(this.minArea > 0) && this.picks.length === 0;
+    }
+
+    /** Whether components need not be known. */
+    get isPlain() {
+        return this.isAll && !this.isColoured;
+    }
+
+    set(changes) {
+        Object.assign(this, changes);
+        this.version++;
+    }
+
+    /** Keeps a part alone, or hides it, that is pointed at. */
+    pick(point, isHiding) {
+        if (isHiding !== this.isHiding || !isHiding) this.showPicked();
+        if (this.picks.length < MOST_PICKS) this.picks.push({ point, isFresh: true });
+        this.set({ isHiding });
+    }
+
+    showPicked() {
+        this.owner?.fill(0);
+        this.set({ picks: [] });
+    }
+
+    /** Another spectrum: its vertices have other numbers. */
+    forget() {
+        this.owner = null;
+        for (const pick of this.picks) pick.isFresh = true;
+        this.version++;
+    }
+
+    /** Whether a picked part was seen before, but not among these components. */
+    isLost(surface, components) {
+        if (this.picks.length === 0 || !this.owner) return false;
+        const seen = this.votes(surface, components);
+        return this.picks.some((pick, i) => !pick.isFresh && pick.component !== null && seen[i].size === 0);
+    }
+
+    /** Of each pick how many vertices each component has of it. */
+    votes({ nVertices, vertices }, { ofVertex }) {
+        const votes = this.picks.map(() => new Map());
+        for (let i = 0; i < nVertices; i++) {
+            const owner = this.owner[vertices[i]];
+            if (owner > 0) votes[owner - 1].set(ofVertex[i], (votes[owner - 1].get(ofVertex[i]) ?? 0) + 1);
+        }
+        return votes;
+    }
+
+    /** Finds the components that the picked parts are by now. */
+    follow(surface, components) {
+        if (this.picks.length === 0) return;
+        this.owner ??= new Uint8Array(surface.mark.length);
+        const { nVertices, vertices } = surface;
+        const { ofVertex } = components;
+        const votes = this.votes(surface, components);
+        this.picks.forEach((pick, i) => {
+            if (pick.isFresh) pick.component = nearestComponent(surface, components, pick.point);
+            else {
+                const [best] = [...votes[i]].sort(([a, n], [b, m]) => m - n || a - b);
+                pick.component = best ? best[0] : null;
+            }
+            if (pick.component !== null) pick.isFresh = false;
+        });
+        const pickOf = new Map();
+        this.picks.forEach((pick, i) => { if (pick.component !== null) pickOf.set(pick.component, i + 1); });
+        for (let i = 0; i < nVertices; i++) {
+            const v = vertices[i];
+            const now = pickOf.get(ofVertex[i]);
+            if (now) this.owner[v] = now;
+            // A piece that split off is no longer followed; what is gone may come back.
+            else if (this.owner[v] > 0 && this.picks[this.owner[v] - 1].component !== null) this.owner[v] = 0;
+        }
+    }
+
+    /** Of each component whether it is shown. */
+    kept({ list }) {
+        const picked = new Set(this.picks.map((pick) => pick.component));
+        let left = this.largest ?? Infinity;
+        return list.map(({ volume, area }, i) => {
+            const isKept = Math.abs(volume) >= this.minVolume && area >= this.minArea
+                && (this.picks.length === 0 || picked.has(i) !== this.isHiding) && left > 0;
+            if (isKept) left--;
+            return isKept;
+        });
+    }
+}
+
+/** The component with the vertex nearest to a point; null where there is none. */
+function nearestComponent({ nVertices, positions }, { ofVertex }, [x, y, z]) {
+    let [nearest, found] = [Infinity, null];
+    for (let i = 0; i < nVertices; i++) {
+        const square = (positions[3 * i] - x) ** 2 + (positions[3 * i + 1] - y) ** 2 + (positions[3 * i + 2] - z) ** 2;
+        if (square < nearest) [nearest, found] = [square, ofVertex[i]];
+    }
+    return found;
+}

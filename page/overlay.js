@@ -1,0 +1,84 @@
+// What lies over the picture: the box of the volume, the directions of the world's axes, a scale bar, and the line
+// between two points that were measured. Drawn as SVG, from the matrices of the picture.
+
+/** Lengths of the axes and of the scale bar, CSS pixels; how far they are from the corner. */
+const AXIS_LENGTH = 32;
+const LONGEST_BAR = 140;
+const CORNER = 52;
+
+class Overlay {
+    constructor(svg) {
+        this.svg = svg;
+    }
+
+    /** Draws over a picture; nothing where nothing is wanted. */
+    draw({ look, canvas, measuredPoints = [], spectrum }, projection) {
+        const isEmpty = !look.axes && measuredPoints.length === 0;
+        this.svg.toggleAttribute("hidden", isEmpty);
+        if (isEmpty) return;
+        const size = [canvas.clientWidth, canvas.clientHeight];
+        this.svg.setAttribute("viewBox", `0 0 ${size.join(" ")}`);
+        const place = (p) => placeOnScreen(projection.clipFromVoxel, p, size);
+        const { volume } = spectrum.info;
+        const parts = look.axes ? [
+            ...boxLines(volume, place), ...axisLines(projection.axes, size), ...scaleBar(volume, projection, size),
+        ] : [];
+        if (measuredPoints.length > 0) {
+            const [a, b = a] = measuredPoints.map(place);
+            parts.push(svgElement("path", { class: "measured", d: `M${a.x},${a.y}L${b.x},${b.y}` }));
+            for (const { x, y } of [a, b]) parts.push(svgElement("circle", { class: "measured", cx: x, cy: y, r: 3 }));
+        }
+        this.svg.replaceChildren(...parts);
+    }
+}
+
+/** Where a point of the voxel frame is seen, CSS pixels, and how far away it is. */
+function placeOnScreen(m, [px, py, pz], [width, height]) {
+    const at = (row) => m[row] * px + m[4 + row] * py + m[8 + row] * pz + m[12 + row];
+    const depth = at(3);
+    return {
+        x: Number((width * (0.5 + (0.5 * at(0)) / depth)).toFixed(1)),
+        y: Number((height * (0.5 - (0.5 * at(1)) / depth)).toFixed(1)),
+        depth,
+    };
+}
+
+/** The edges of the volume's box, but those that meet in its nearest corner, which are before the surface. */
+function boxLines({ dims, placement: { spacing } }, place) {
+    const least = Math.min(...spacing);
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => place([0, 1, 2].map((axis) =>
+        ((i >> axis) & 1) * (dims[axis] - 1) * (spacing[axis] / least))));
+    if (corners.some(({ depth }) => depth <= 0)) return [];
+    const nearest = corners.reduce((best, corner, i) => (corner.depth < corners[best].depth ? i : best), 0);
+    const edges = [];
+    for (let i = 0; i < 8; i++) {
+        for (const axis of [1, 2, 4]) {
+            if (!(i & axis) && i !== nearest && (i | axis) !== nearest) edges.push([corners[i], corners[i | axis]]);
+        }
+    }
+    return [svgElement("path", { class: "box", d: edges.map(([a, b]) => `M${a.x},${a.y}L${b.x},${b.y}`).join("") })];
+}
+
+/** The world's axes, the farthest first. */
+function axisLines([right, up, back], [, height]) {
+    const middle = [CORNER, height - CORNER];
+    return [0, 1, 2].sort((i, j) => back[i] - back[j]).flatMap((i) => {
+        const at = (length) => [middle[0] + length * right[i], middle[1] - length * up[i]].map((x) => x.toFixed(1));
+        const label = svgElement("text", { class: `axis-${"xyz"[i]}`, x: at(AXIS_LENGTH + 10)[0], y: at(AXIS_LENGTH + 10)[1] });
+        label.textContent = "xyz"[i];
+        return [svgElement("path", { class: `axis-${"xyz"[i]}`, d: `M${middle.join(",")}L${at(AXIS_LENGTH).join(",")}` }), label];
+    });
+}
+
+/** A bar of a round length at the distance of the point looked at, in the unit of the spacing. */
+function scaleBar({ placement: { spacing } }, { distance }, [width, height]) {
+    const unitsPerPixel = (2 * Math.tan(0.5 * FIELD_OF_VIEW) * distance * Math.min(...spacing)) / height;
+    const longest = LONGEST_BAR * unitsPerPixel;
+    const decade = 10 ** Math.floor(Math.log10(longest));
+    const length = [5, 2, 1].map((n) => n * decade).find((n) => n <= longest) ?? decade;
+    const [end, y] = [width - 20, height - 22];
+    const start = (end - length / unitsPerPixel).toFixed(1);
+    const label = svgElement("text", { class: "scale", x: ((Number(start) + end) / 2).toFixed(1), y: y - 7 });
+    label.textContent = String(Number(length.toPrecision(1)));
+    return [svgElement("path", { class: "scale", d: `M${start},${y - 4}v8M${start},${y}H${end}M${end},${y - 4}v8` }), label];
+}

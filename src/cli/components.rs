@@ -1,0 +1,207 @@
+//! `components`: the components of the isosurface at one isovalue, as a table.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use isospectrum::export::place_in_world;
+use isospectrum::spectrum::{Component, Components as Found, End, Lineage, lineages};
+use serde::Serialize;
+
+use super::isovalue::{self, Isovalue};
+use super::keep_arguments::KeepArguments;
+use super::report::{self, number, number_or_dash};
+use super::{empty, output, spectrum_file};
+
+/// Tell the components of the isosurface at one isovalue
+///
+/// Volume, area and box are in the unit of the volume's spacing. A component is born, going to higher isovalues, where it
+/// appears or splits off a larger one; it dies where it vanishes or merges with a larger one.
+#[derive(Args, Debug)]
+pub(super) struct Components {
+    /// Spectrum (.isp)
+    spectrum: PathBuf,
+    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
+    isovalue: Isovalue,
+    #[command(flatten)]
+    keep: KeepArguments,
+    /// Rows of the table for people; --json and --csv tell all
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    rows: usize,
+    /// Print JSON
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+    /// Print comma-separated values, one component a line
+    #[arg(long)]
+    csv: bool,
+}
+
+/// The `components` report.
+#[derive(Serialize)]
+struct Report {
+    isovalue: f64,
+    n_components: usize,
+    components: Vec<Row>,
+}
+
+/// One component of it.
+#[derive(Serialize)]
+struct Row {
+    /// From 1, the largest, among all of the isosurface.
+    number: usize,
+    /// Whether it encloses lower values.
+    is_cavity: bool,
+    /// Enclosed, caps included; cubes of the unit of the spacing.
+    volume: f64,
+    /// Without caps, squares of the unit of the spacing.
+    area: f64,
+    euler: i64,
+    n_triangles: usize,
+    /// Where it appears; none if it is there at the low end of the range.
+    birth: Option<f64>,
+    /// The larger component that it splits off there; none if it just appears.
+    splits_from: Option<usize>,
+    /// Where it ends; none if it is there at the high end of the range.
+    death: Option<f64>,
+    /// The larger component that it merges with there; none if it just vanishes.
+    merges_into: Option<usize>,
+    /// Least and largest corner of the box around it, world.
+    bounds: [[f64; 3]; 2],
+}
+
+impl Row {
+    /// `component` is measured around the origin of the world.
+    fn new(i: usize, component: &Component, lineage: &Lineage, origin: [f64; 3]) -> Row {
+        let isovalue = |end: Option<End>| end.map(|end| end.isovalue);
+        let other = |end: Option<End>| end.and_then(|end| end.joins).map(|i| i as usize + 1);
+        Row {
+            number: i + 1,
+            is_cavity: component.volume < 0.0,
+            volume: component.volume.abs(),
+            area: component.area,
+            euler: component.euler,
+            n_triangles: component.n_triangles,
+            birth: isovalue(lineage.birth),
+            splits_from: other(lineage.birth),
+            death: isovalue(lineage.death),
+            merges_into: other(lineage.death),
+            bounds: component.bounds.map(|p| std::array::from_fn(|a| p[a] + origin[a])),
+        }
+    }
+}
+
+impl Components {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let isovalue = isovalue::in_spectrum(self.isovalue, &spectrum)?;
+        let mesh = spectrum.mesh_at(isovalue)?;
+        empty::warn(&spectrum, isovalue, false);
+        let found = Found::of(&mesh);
+        let kept = found.kept(&mesh, &self.keep.of(&spectrum));
+        let lineages = lineages(&spectrum, isovalue, &found)?;
+        let placement = &spectrum.volume.placement;
+        let placed = found.moved(&place_in_world(mesh, placement));
+        let rows = placed.list.iter().zip(&lineages).enumerate().zip(kept).filter(|row| row.1);
+        let components: Vec<Row> = rows
+            .map(|((i, (component, lineage)), _)| Row::new(i, component, lineage, placement.origin))
+            .collect();
+        let report = Report { isovalue, n_components: found.list.len(), components };
+        if self.json {
+            report::print_json("components", &report)?;
+        } else if self.csv {
+            output::print(&csv(&report.components))?;
+        } else {
+            output::print(&self.table(&report))?;
+        }
+        Ok(())
+    }
+
+    fn table(&self, report: &Report) -> String {
+        let Report { isovalue, n_components, components } = report;
+        let plural = if *n_components == 1 { "" } else { "s" };
+        let mut text =
+            format!("{n_components} component{plural} at isovalue {}", number(*isovalue));
+        if components.len() < *n_components {
+            let _ = write!(text, ", {} of them kept", components.len());
+        }
+        text.push('\n');
+        let head = ["no.", "volume", "area", "Euler", "triangles", "birth", "death", "box"];
+        let mut rows = vec![head.map(str::to_owned)];
+        rows.extend(components.iter().take(self.rows).map(cells));
+        text += &aligned(&rows);
+        let rest = components.get(self.rows..).unwrap_or_default();
+        if !rest.is_empty() {
+            let volume: f64 = rest.iter().map(|row| row.volume).sum();
+            let area: f64 = rest.iter().map(|row| row.area).sum();
+            let _ = writeln!(
+                text,
+                "and {} smaller ones with a volume of {} and an area of {} together (--rows, --csv)",
+                rest.len(),
+                number(volume),
+                number(area)
+            );
+        }
+        text
+    }
+}
+
+fn cells(row: &Row) -> [String; 8] {
+    let end = |isovalue: Option<f64>, word: &str, other: Option<usize>| match other {
+        Some(other) => format!("{} {word} {other}", number_or_dash(isovalue)),
+        None => number_or_dash(isovalue),
+    };
+    let corner = |corner: [f64; 3]| corner.map(number).join(",");
+    let cavity = if row.is_cavity { " (cavity)" } else { "" };
+    [
+        row.number.to_string(),
+        format!("{}{cavity}", number(row.volume)),
+        number(row.area),
+        row.euler.to_string(),
+        row.n_triangles.to_string(),
+        end(row.birth, "from", row.splits_from),
+        end(row.death, "into", row.merges_into),
+        format!("{} to {}", corner(row.bounds[0]), corner(row.bounds[1])),
+    ]
+}
+
+/// Columns that line up, two spaces between them.
+fn aligned(rows: &[[String; 8]]) -> String {
+    let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 8] = std::array::from_fn(width);
+    let line = |row: &[String; 8]| {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+        format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
+    };
+    rows.iter().map(line).collect()
+}
+
+/// One line for each component, numbers in full; what there is not is empty.
+fn csv(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "number,is_cavity,volume,area,euler,n_triangles,birth,splits_from,death,merges_into,\
+         min_x,min_y,min_z,max_x,max_y,max_z\n",
+    );
+    for row in rows {
+        let ends = [row.birth, row.death].map(|c| c.map_or_else(String::new, |c| c.to_string()));
+        let others = [row.splits_from, row.merges_into]
+            .map(|number| number.map_or_else(String::new, |number| number.to_string()));
+        let bounds: Vec<String> = row.bounds.iter().flatten().map(f64::to_string).collect();
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{},{},{},{},{},{}",
+            row.number,
+            row.is_cavity,
+            row.volume,
+            row.area,
+            row.euler,
+            row.n_triangles,
+            ends[0],
+            others[0],
+            ends[1],
+            others[1],
+            bounds.join(",")
+        );
+    }
+    text
+}

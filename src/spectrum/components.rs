@@ -1,0 +1,288 @@
+//! The connected components of a mesh, each with its measures, and which of them are kept.
+//!
+//! # Theory
+//!
+//! The volume of a component is the sum of the tetrahedra that its triangles make with one point (the divergence
+//! theorem); triangles are counter-clockwise seen from lower values, so it is positive where the component encloses
+//! higher values, a *body*, and negative where it encloses lower ones, a *cavity*.
+//!
+//! # Invariants
+//!
+//! Components are numbered from 0 by falling size of their volume, of equal ones the one with the earlier triangle first.
+//! Tables, colours, files and pages all number them so.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::SurfaceMesh;
+use crate::disjoint_sets::DisjointSets;
+use crate::mesh::nearest_on_triangle;
+
+/// One component of a closed mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Component {
+    /// How many triangles it has, caps included.
+    pub n_triangles: usize,
+    /// Euler characteristic, caps included.
+    pub euler: i64,
+    /// Area without caps, in squares of the unit of the positions.
+    pub area: f64,
+    /// Volume inside, caps included, in cubes of that unit; negative where it encloses lower values.
+    pub volume: f64,
+    /// Least and largest corner of the box around it, caps included.
+    pub bounds: [[f64; 3]; 2],
+}
+
+/// The components of a closed mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Components {
+    /// The component of each triangle of the mesh.
+    pub of_triangle: Vec<u32>,
+    /// The components, the largest first.
+    pub list: Vec<Component>,
+}
+
+impl Components {
+    /// Those of a closed mesh in which every vertex belongs to a triangle.
+    pub fn of(mesh: &SurfaceMesh) -> Components {
+        let mut sets = DisjointSets::new(mesh.positions.len());
+        for &[a, b, c] in &mesh.triangles {
+            sets.join(a, b);
+            sets.join(a, c);
+        }
+        // Numbered by their first triangle for now.
+        let mut number = vec![u32::MAX; mesh.positions.len()];
+        let mut n = 0;
+        let of_triangle: Vec<u32> = (mesh.triangles.iter())
+            .map(|&[a, _, _]| {
+                let number = &mut number[sets.find(a) as usize];
+                if *number == u32::MAX {
+                    *number = n;
+                    n += 1;
+                }
+                *number
+            })
+            .collect();
+        let list = measured(mesh, &of_triangle, n as usize);
+        Components { of_triangle, list }.by_size()
+    }
+
+    /// The same components of the same mesh moved elsewhere, such as to the world: their order is the old one.
+    pub fn moved(&self, mesh: &SurfaceMesh) -> Components {
+        let list = measured(mesh, &self.of_triangle, self.list.len());
+        Components { of_triangle: self.of_triangle.clone(), list }
+    }
+
+    fn by_size(mut self) -> Components {
+        let mut order: Vec<u32> = (0..self.list.len() as u32).collect();
+        let size = |&i: &u32| self.list[i as usize].volume.abs();
+        order.sort_by(|a, b| size(b).total_cmp(&size(a)).then(a.cmp(b)));
+        let mut rank = vec![0; order.len()];
+        (0..).zip(&order).for_each(|(new, &old)| rank[old as usize] = new);
+        self.of_triangle.iter_mut().for_each(|number| *number = rank[*number as usize]);
+        self.list = order.iter().map(|&old| self.list[old as usize]).collect();
+        self
+    }
+
+    /// Of each component whether it is kept. Points and sizes are those of the frame of the mesh, which is the one that
+    /// these components were found in.
+    pub fn kept(&self, mesh: &SurfaceMesh, keep: &Keep) -> Vec<bool> {
+        let is_large = |c: &Component| c.volume.abs() >= keep.min_volume && c.area >= keep.min_area;
+        let mut kept: Vec<bool> = self.list.iter().map(is_large).collect();
+        if let Some(point) = keep.at {
+            let nearest = self.nearest(mesh, &kept, point);
+            (0..).zip(&mut kept).for_each(|(i, kept)| *kept &= nearest == Some(i));
+        }
+        let mut n_left = keep.largest.unwrap_or(usize::MAX);
+        for kept in &mut kept {
+            *kept &= n_left > 0;
+            n_left -= usize::from(*kept);
+        }
+        kept
+    }
+
+    /// The component of `among` that is nearest to a point.
+    fn nearest(&self, mesh: &SurfaceMesh, among: &[bool], point: [f64; 3]) -> Option<u32> {
+        let point = DVec3::from_array(point);
+        let corners = |triangle: &[u32; 3]| {
+            triangle.map(|v| DVec3::from(mesh.positions[v as usize].map(f64::from)))
+        };
+        (mesh.triangles.iter().zip(&self.of_triangle))
+            .filter(|(_, component)| among[**component as usize])
+            .map(|(t, &component)| {
+                (nearest_on_triangle(point, corners(t)).distance_squared(point), component)
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+            .map(|(_, component)| component)
+    }
+}
+
+/// The measures of `n` components, given the number of each triangle's.
+fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component> {
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
+    let nothing = Component {
+        n_triangles: 0,
+        euler: 0,
+        area: 0.0,
+        volume: 0.0,
+        bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
+    };
+    let mut list = vec![nothing; n];
+    // Tetrahedra are made with a vertex of the component itself, which is nearer than the origin may be.
+    let mut apexes: Vec<Option<DVec3>> = vec![None; n];
+    let mut is_counted = vec![false; mesh.positions.len()];
+    for ((triangle, &cap), &number) in mesh.triangles.iter().zip(&mesh.caps).zip(of_triangle) {
+        let component = &mut list[number as usize];
+        let apex = *apexes[number as usize].get_or_insert_with(|| corner(triangle[0]));
+        let [p, q, r] = triangle.map(|v| corner(v) - apex);
+        component.n_triangles += 1;
+        if !cap {
+            component.area += 0.5 * (q - p).cross(r - p).length();
+        }
+        component.volume += p.dot(q.cross(r)) / 6.0;
+        for &v in triangle {
+            if !std::mem::replace(&mut is_counted[v as usize], true) {
+                component.euler += 1;
+                let [low, high] = &mut component.bounds;
+                for (axis, x) in corner(v).to_array().into_iter().enumerate() {
+                    low[axis] = low[axis].min(x);
+                    high[axis] = high[axis].max(x);
+                }
+            }
+        }
+    }
+    // A closed mesh has three edges for two triangles.
+    list.iter_mut().for_each(|c| c.euler -= c.n_triangles as i64 / 2);
+    list
+}
+
+/// Which components of an isosurface are kept; without limits all. In the frame and the unit of the mesh's positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Keep {
+    /// This many, the largest by volume, of those that the others leave.
+    pub largest: Option<usize>,
+    /// Those that enclose at least this volume; the size of a cavity counts likewise.
+    pub min_volume: f64,
+    /// Those of at least this area, caps aside.
+    pub min_area: f64,
+    /// The one whose surface is nearest to this point, of those that are large enough.
+    pub at: Option<[f64; 3]>,
+}
+
+impl Keep {
+    /// Whether nothing is left out.
+    pub fn is_all(&self) -> bool {
+        *self == Keep::default()
+    }
+
+    /// Whether the numbers make sense.
+    pub(crate) fn check(&self) -> crate::Result<()> {
+        let numbers =
+            [self.min_volume, self.min_area].into_iter().chain(self.at.into_iter().flatten());
+        match numbers.into_iter().find(|x| !x.is_finite()) {
+            Some(wrong) => Err(crate::Error::Usage(format!(
+                "components kept by {wrong}, expected finite numbers"
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl SurfaceMesh {
+    /// The mesh of the components that are kept alone, in the same order.
+    pub fn with_components(&self, keep: &Keep) -> SurfaceMesh {
+        if keep.is_all() {
+            return self.clone();
+        }
+        let components = Components::of(self);
+        let kept = components.kept(self, keep);
+        self.with_triangles(|t| kept[components.of_triangle[t] as usize])
+    }
+
+    /// The mesh of some triangles alone and of the vertices that they use, in the order in which they are used.
+    pub(crate) fn with_triangles(&self, is_kept: impl Fn(usize) -> bool) -> SurfaceMesh {
+        let mut part = SurfaceMesh::default();
+        let mut index = vec![u32::MAX; self.positions.len()];
+        for t in (0..self.triangles.len()).filter(|&t| is_kept(t)) {
+            part.triangles.push(self.triangles[t].map(|v| {
+                let v = v as usize;
+                if index[v] == u32::MAX {
+                    index[v] = part.positions.len() as u32;
+                    part.positions.push(self.positions[v]);
+                    part.normals.push(self.normals[v]);
+                }
+                index[v]
+            }));
+            part.caps.push(self.caps[t]);
+        }
+        part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tetrahedra of given sizes at given places along x; a negative size is a cavity.
+    fn tetrahedra(sizes: &[(f32, f32)]) -> SurfaceMesh {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0f32]];
+        let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let mut mesh = SurfaceMesh::default();
+        for &(size, x) in sizes {
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(
+                corners.map(|[a, b, c]| [size.abs() * a + x, size.abs() * b, size.abs() * c]),
+            );
+            mesh.triangles.extend(faces.map(|[a, b, c]| {
+                let [a, b, c] = [a, b, c].map(|v: u32| v + first);
+                if size < 0.0 { [a, c, b] } else { [a, b, c] }
+            }));
+        }
+        mesh.normals = vec![[0.0, 0.0, 1.0]; mesh.positions.len()];
+        mesh.caps = vec![false; mesh.triangles.len()];
+        mesh
+    }
+
+    #[test]
+    fn components_are_numbered_by_the_size_of_their_volume_and_measured() {
+        let mesh = tetrahedra(&[(1.0, 0.0), (3.0, 10.0), (-2.0, 20.0), (1.0, 30.0)]);
+        let found = Components::of(&mesh);
+        let expected: Vec<u32> = [2, 0, 1, 3].into_iter().flat_map(|c| [c; 4]).collect();
+        assert_eq!(found.of_triangle, expected);
+        let volumes: Vec<f64> = found.list.iter().map(|c| 6.0 * c.volume).collect();
+        // Products of whole numbers, divided once.
+        for (found, expected) in volumes.iter().zip([27.0, -8.0, 1.0, 1.0]) {
+            assert!((found - expected).abs() < 1e-12, "{volumes:?}");
+        }
+        assert!(found.list.iter().all(|c| (c.euler, c.n_triangles) == (2, 4)));
+        assert_eq!(found.list[1].bounds, [[20.0, 0.0, 0.0], [22.0, 2.0, 2.0]]);
+        let area = 4.0 * (1.5 + 0.75f64.sqrt());
+        assert!((found.list[1].area - area).abs() < 1e-12);
+        assert_eq!(Components::of(&SurfaceMesh::default()), Components::default());
+    }
+
+    #[test]
+    fn components_are_kept_by_size_number_and_place() {
+        let mesh = tetrahedra(&[(1.0, 0.0), (3.0, 10.0), (-2.0, 20.0), (0.5, 30.0)]);
+        let n_kept = |keep: Keep| mesh.with_components(&keep).triangles.len() / 4;
+        let all = Keep::default();
+        assert!(all.is_all() && n_kept(all) == 4);
+        assert_eq!(n_kept(Keep { largest: Some(3), ..all }), 3);
+        assert_eq!(n_kept(Keep { min_volume: 0.9 / 6.0, ..all }), 3);
+        assert_eq!(n_kept(Keep { min_area: 3.0, ..all }), 2);
+        let at = |x| Keep { at: Some([x, 0.1, 0.1]), ..all };
+        let left = |keep: Keep| mesh.with_components(&keep).positions[0][0];
+        assert_eq!([0.2, 21.0, 40.0].map(|x| left(at(x))), [0.0, 20.0, 30.0]);
+        // Of those that are large enough.
+        assert_eq!(left(Keep { min_area: 3.0, ..at(40.0) }), 20.0);
+        assert_eq!(n_kept(Keep { largest: Some(0), ..all }), 0);
+    }
+
+    #[test]
+    fn the_surface_counts_for_the_nearest_not_its_vertices() {
+        // The point lies 0.1 before the middle of the large one's side, whose vertices are far.
+        let mesh = tetrahedra(&[(30.0, 0.0), (0.2, -1.0)]);
+        let kept = mesh.with_components(&Keep { at: Some([-0.1, 7.0, 7.0]), ..Keep::default() });
+        assert_eq!(kept.bounds().expect("one")[1], [30.0; 3]);
+    }
+}

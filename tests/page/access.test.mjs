@@ -1,0 +1,115 @@
+// The page for those who use a keyboard or a screen reader: axe-core finds nothing, and every view is reached by keys.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { after, before, describe, test } from "node:test";
+import { expected, launch, open, settled, state, watched } from "./browser.mjs";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+/** What axe-core finds wrong with what is shown, told in a line each. */
+async function violations(page) {
+    await page.evaluate(AXE);
+    return page.evaluate(async () => {
+        const { violations: found } = await window.axe.run(document, {
+            runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
+        });
+        return found.flatMap(({ id, nodes }) => nodes.map((n) => `${id}: ${n.target} ${n.failureSummary}`));
+    });
+}
+
+/** The contrast of two colours as CSS tells computed ones (WCAG 2.2). */
+function contrast(a, b) {
+    const light = (color) => {
+        const [r, g, blue] = color.match(/[\d.]+/g).slice(0, 3).map((x) => x / 255)
+            .map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * r + 0.7152 * g + 0.0722 * blue;
+    };
+    const [low, high] = [light(a), light(b)].sort((x, y) => x - y);
+    return (high + 0.05) / (low + 0.05);
+}
+
+describe("access", () => {
+    let browser;
+    before(async () => { browser = await launch(); });
+    after(() => browser.close());
+
+    test("axe-core finds nothing, light and dark, wide and narrow, with help", async () => {
+        for (const colorScheme of ["light", "dark"]) {
+            for (const viewport of [{ width: 1280, height: 800 }, { width: 390, height: 844 }, { width: 844, height: 390 }]) {
+                const { page, close } = await watched(browser, { colorScheme, viewport });
+                await open(page, { renderer: "webgl2" });
+                await settled(page);
+                assert.deepEqual(await violations(page), [], `${colorScheme} ${viewport.width}`);
+                await page.keyboard.press("h");
+                assert.deepEqual(await violations(page), [], `${colorScheme} ${viewport.width}, help`);
+                await close();
+            }
+        }
+    });
+
+    test("the edges of controls stand out, light and dark", async () => {
+        for (const colorScheme of ["light", "dark"]) {
+            const { page, close } = await watched(browser, { colorScheme });
+            await open(page, { renderer: "webgl2" });
+            const edges = await page.evaluate(() => {
+                const paper = getComputedStyle(document.body).backgroundColor;
+                const controls = [...document.querySelectorAll("button:enabled, select, input[type=text]")];
+                return controls.map((c) => [getComputedStyle(c).borderTopColor, paper, c.id]);
+            });
+            for (const [edge, paper, id] of edges) {
+                assert.ok(contrast(edge, paper) >= 3, `${colorScheme}: ${id} ${contrast(edge, paper).toFixed(2)}`);
+            }
+            await close();
+        }
+    });
+
+    test("keys rotate, move, zoom and go to events", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { view: "35,22,1", isovalue: String(expected.range[0]) });
+        await page.locator("#canvas").focus();
+        const press = async (key) => {
+            await page.keyboard.press(key);
+            await settled(page);
+            return (await state(page));
+        };
+        assert.equal((await press("ArrowRight")).view.azimuth, 40);
+        assert.equal((await press("ArrowUp")).view.elevation, 27);
+        assert.equal((await press("ArrowLeft")).view.azimuth, 35);
+        assert.equal((await press("ArrowDown")).view.elevation, 22);
+        assert.equal((await state(page)).isovalue, expected.range[0]);
+        const moved = (await press("Shift+ArrowRight")).view;
+        assert.ok(Math.hypot(...moved.target) > 0.5 && moved.azimuth === 35);
+        const back = (await press("Shift+ArrowLeft")).view;
+        assert.ok(Math.hypot(...back.target) < 1e-6);
+        assert.ok(Math.abs((await press("+")).view.distance - 1 / 1.15) < 1e-9);
+        assert.ok(Math.abs((await press("-")).view.distance - 1) < 1e-9);
+        const events = [...new Set(expected.events)].sort((a, b) => a - b).filter((c) => c > expected.range[0]);
+        assert.equal((await press("n")).isovalue, events[0]);
+        assert.equal((await press("n")).isovalue, events[1]);
+        assert.equal((await press("p")).isovalue, events[0]);
+        const step = (expected.range[1] - expected.range[0]) / 200;
+        assert.ok(Math.abs((await press("]")).isovalue - events[0] - step) < 1e-9 * step + 1e-12);
+        await page.locator("#next").click();
+        await settled(page);
+        assert.ok(events.includes((await state(page)).isovalue));
+        await close();
+    });
+
+    test("the strip of events is one thing to a screen reader, however many there are", async () => {
+        const { page, context, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" }, "noise.html");
+        const told = await page.locator("#events").textContent();
+        assert.ok(Number(/^[\d,]+/.exec(told)[0].replaceAll(",", "")) > 100, told);
+        assert.ok(await page.locator("#plot *").count() <= 10);
+        const session = await context.newCDPSession(page);
+        const { nodes } = await session.send("Accessibility.getFullAXTree");
+        const plot = nodes.find((n) => !n.ignored && /Euler characteristic over/.test(n.name?.value ?? ""));
+        const byId = new Map(nodes.map((n) => [n.nodeId, n]));
+        const below = (n) => (n.childIds ?? []).map((id) => byId.get(id))
+            .flatMap((child) => (child ? [...(child.ignored ? [] : [child]), ...below(child)] : []));
+        assert.ok(below(plot).length <= 1, `${below(plot).length} nodes in the plot`);
+        await close();
+    });
+});

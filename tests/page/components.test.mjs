@@ -1,0 +1,117 @@
+// Components in the page: which are shown, their colours, and that a picked one is followed.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { expected, folder, launch, open, settled, show, state, watched } from "./browser.mjs";
+import { componentsOf, parsePly } from "./meshes.mjs";
+
+const { isovalue, keep, min_volume: minVolume, volumes } = expected.components;
+const hash = { isovalue: String(isovalue) };
+
+/** A number that the page shows. */
+async function shown(page, id) {
+    await page.waitForFunction((name) => !document.getElementById(name).textContent.includes("…"), id);
+    return page.locator(`#${id}`).textContent();
+}
+
+describe("components", () => {
+    let browser;
+    before(async () => { browser = await launch(); });
+    after(() => browser.close());
+
+    test("the largest are shown alone, as extract keeps them, and the address leads back to them", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, hash, "noise.html");
+        const all = await state(page);
+        await page.selectOption("#largest", "3");
+        await settled(page);
+        assert.deepEqual((await state(page)).components, { n: volumes.length, nKept: keep });
+        const kept = parsePly(readFileSync(join(folder, "kept.ply")));
+        const { nTriangles } = await state(page);
+        assert.equal(nTriangles, kept.triangles.length / 3);
+        assert.ok(nTriangles < all.nTriangles);
+        assert.equal(await shown(page, "components-value"), `${keep} of ${volumes.length}`);
+        const volume = Number((await shown(page, "volume-value")).replaceAll(",", ""));
+        const wanted = Math.abs(volumes.slice(0, keep).reduce((sum, v) => sum + v, 0));
+        // Vertices are rounded to 1/40 voxel across the surface: half of that over the area, at most 1 voxel^2 for each
+        // triangle; four digits are shown.
+        assert.ok(Math.abs(volume - wanted) < nTriangles / 80, `${volume}, expected ${wanted}`);
+        await page.waitForFunction(() => location.hash.includes("keep=3"));
+        const url = page.url();
+        await page.goto("about:blank");
+        await page.goto(url);
+        await page.waitForFunction(() => document.documentElement.dataset.ready);
+        await settled(page);
+        assert.equal((await state(page)).nTriangles, nTriangles);
+        assert.equal(await page.locator("#largest").inputValue(), "3");
+        await page.locator("#show-all").click();
+        await settled(page);
+        assert.equal((await state(page)).nTriangles, all.nTriangles);
+        assert.ok(await page.locator("#show-all").isDisabled());
+        await close();
+    });
+
+    test("small ones are left out, and what is no volume is refused", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { ...hash, renderer: "webgl2" }, "noise.html");
+        const field = page.locator("#min-volume");
+        await field.fill(String(minVolume));
+        await field.press("Enter");
+        await settled(page);
+        const nKept = volumes.filter((v) => Math.abs(v) >= minVolume).length;
+        assert.ok(nKept > 1 && nKept < volumes.length);
+        assert.deepEqual((await state(page)).components, { n: volumes.length, nKept });
+        await field.fill("many");
+        await field.press("Enter");
+        assert.match(await page.locator("#message").textContent(), /expected a volume/);
+        assert.equal((await state(page)).components.nKept, nKept);
+        // What is saved is what is shown.
+        const [download] = await Promise.all([
+            page.waitForEvent("download"), page.locator("[data-format=ply]").click(),
+        ]);
+        assert.equal(componentsOf(parsePly(readFileSync(await download.path())).triangles), nKept);
+        await close();
+    });
+
+    test("one is kept or hidden where it is pointed at, and followed through the isovalue", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { ...hash, view: "35,22,1" }, "noise.html");
+        const canvas = page.locator("#canvas");
+        // Where the surface is seen.
+        const middle = await page.evaluate(async () => {
+            const { width, height, pixels } = await window.isospectrum.pixels();
+            const isSurface = (x, y) => pixels[4 * (y * width + x)] < 200;
+            const all = [];
+            for (let y = 2; y < height - 2; y++) {
+                for (let x = 2; x < width - 2; x++) {
+                    if ([[0, 0], [2, 0], [-2, 0], [0, 2], [0, -2]].every(([u, v]) => isSurface(x + u, y + v))) all.push({ x, y });
+                }
+            }
+            return all[all.length >> 1];
+        });
+        await canvas.hover({ position: middle });
+        await page.keyboard.press("x");
+        await settled(page);
+        assert.deepEqual((await state(page)).components, { n: volumes.length, nKept: volumes.length - 1 });
+        await page.keyboard.press("a");
+        await settled(page);
+        assert.equal((await state(page)).components, null, "all, not told apart");
+        // By the button, for a click.
+        await page.locator("#pick-keep").click();
+        await canvas.click({ position: middle });
+        await settled(page);
+        assert.equal((await state(page)).components.nKept, 1);
+        assert.equal(await page.locator("#pick-keep").getAttribute("aria-pressed"), "false");
+        const { nTriangles } = await state(page);
+        await show(page, isovalue * 1.02);
+        assert.equal((await state(page)).components.nKept, 1);
+        // Far away and back, at once: where it was lost it is looked for on the way.
+        await show(page, expected.components.far);
+        assert.ok((await state(page)).components.nKept <= 1);
+        await show(page, isovalue);
+        assert.deepEqual([(await state(page)).components.nKept, (await state(page)).nTriangles], [1, nTriangles]);
+        await close();
+    });
+});
