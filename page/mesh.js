@@ -97,7 +97,10 @@ class Query {
 function placeInWorld(mesh, { origin, spacing, direction }) {
     const unit = Math.min(...spacing);
     turn(mesh.positions, direction, unit, origin);
-    turn(mesh.normals, direction, 1, [0, 0, 0]);
+    // Normals stay perpendicular to the surface where the axes are not so to each other: by the inverse transpose.
+    const [a, b, c] = direction;
+    const side = Math.sign(determinant(direction));
+    turn(mesh.normals, [cross(b, c), cross(c, a), cross(a, b)], side, [0, 0, 0]);
     for (let at = 0; at < mesh.normals.length; at += 3) {
         const n = mesh.normals.subarray(at, at + 3);
         const length = Math.hypot(n[0], n[1], n[2]);
