@@ -120,7 +120,8 @@ impl Body {
             meta.back(8)?;
             if first[..2] != [2, 0] {
                 let encoding = if syntax.is_empty() { guess(&first) } else { encoding_of(&syntax) };
-                let encoding = encoding.ok_or_else(|| invalid("no element behind DICM"))?;
+                let encoding =
+                    encoding.ok_or_else(|| invalid("no DICOM element behind the first bytes"))?;
                 return Ok(Body { encoding, syntax, start });
             }
             let element = meta.next()?.ok_or(io::ErrorKind::UnexpectedEof)?;

@@ -89,7 +89,8 @@ fn step(
     let gaps: Vec<f64> = heights.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut sorted = gaps.clone();
     sorted.sort_by(f64::total_cmp);
-    let usual = sorted[gaps.len() / 2];
+    // Of two the smaller: the other one has a gap.
+    let usual = sorted[(gaps.len() - 1) / 2];
     let all = heights[n - 1] - heights[0];
     for (i, &gap) in gaps.iter().enumerate() {
         let between = || format!("{} (at {:.3} mm) and {}", shown(i), heights[i], shown(i + 1));
