@@ -177,11 +177,12 @@ fn chosen(path: &Path, images: Vec<Image>, given: Option<&str>) -> Result<Vec<Im
     }
 }
 
-/// A series in words.
+/// A series in words. Identifiers are told in full, which is 64 characters at most: many differ in their ends only.
 fn told((i, (_, uid, images)): (usize, &(f64, String, Vec<Image>))) -> String {
     let n: usize = images.iter().map(|image| image.header.n_frames.unwrap_or(1)).sum();
     let Header { size: [x, y], description, .. } = &images[0].header;
-    format!("{i} ('{}', {n} slices of {x}x{y}, {})", shortened(description), shortened(uid))
+    let uid: String = uid.chars().take(64).flat_map(char::escape_default).collect();
+    format!("{i} ('{}', {n} slices of {x}x{y}, {uid})", shortened(description))
 }
 
 impl Image {

@@ -92,15 +92,15 @@ fn step(
     // Of two the smaller: the other one has a gap.
     let usual = sorted[(gaps.len() - 1) / 2];
     let all = heights[n - 1] - heights[0];
+    let between = |i| format!("{} (at {:.3} mm) and {}", shown(i), heights[i], shown(i + 1));
+    // Far less than a share of a step, whatever a step is.
+    if let Some(i) = gaps.iter().position(|&gap| gap <= 1e-6 * all) {
+        return Err(format!(
+            "{} lie at the same place, expected one slice each (of several volumes in time, their files in folders of their own)",
+            between(i)
+        ));
+    }
     for (i, &gap) in gaps.iter().enumerate() {
-        let between = || format!("{} (at {:.3} mm) and {}", shown(i), heights[i], shown(i + 1));
-        // Far less than a share of a step, whatever a step is.
-        if gap <= 1e-6 * all {
-            return Err(format!(
-                "{} lie at the same place, expected one slice each (of several volumes in time, their files in folders of their own)",
-                between()
-            ));
-        }
         if (gap - usual).abs() <= 2.0 * UNEVEN * usual {
             continue;
         }
@@ -108,11 +108,11 @@ fn step(
         if times >= 2.0 && (gap - times * usual).abs() <= 2.0 * UNEVEN * usual {
             return Err(format!(
                 "{} are {gap:.3} mm apart, the others {usual:.3}: expected no gaps, {} missing",
-                between(),
+                between(i),
                 times - 1.0
             ));
         }
-        return Err(format!("{} are {gap:.3} mm apart, expected {usual:.3} as others", between()));
+        return Err(format!("{} are {gap:.3} mm apart, expected {usual:.3} as others", between(i)));
     }
     let (first, last) = (positions[0], positions[n - 1]);
     let step: [f64; 3] = std::array::from_fn(|a| (last[a] - first[a]) / (n - 1) as f64);
@@ -139,7 +139,7 @@ struct Told {
 }
 
 fn told(plane: &Plane, name: &str) -> Result<Told, String> {
-    let none = |what: &str| format!("{name}: no {what}, which tells where a slice lies");
+    let none = |what: &str| format!("no {what} in {name}, which tells where a slice lies");
     let position = plane.position.ok_or_else(|| none("ImagePositionPatient"))?;
     let orientation = plane.orientation.ok_or_else(|| none("ImageOrientationPatient"))?;
     let spacing = plane.spacing.ok_or_else(|| none("PixelSpacing"))?;
@@ -197,6 +197,7 @@ mod tests {
                 at(&[0.0, 1.0, 2.0, 3.3]),
                 "s2 (at 2.000 mm) and s3 are 1.300 mm apart, expected 1.000",
             ),
+            (at(&[0.0, 1.0, 1.0, 1.0]), "s1 (at 1.000 mm) and s2 lie at the same place"),
             (at(&[0.0, 0.0]), "s0 (at 0.000 mm) and s1 lie at the same place"),
             (vec![[0.0; 3], [0.3, 0.0, 1.0], [0.0, 0.0, 2.0]], "s1 lies 0.300 mm from"),
         ] {
