@@ -1,7 +1,7 @@
 //! DICOM: a series of slices in files of a folder, or frames in one file, as they lie in the patient.
 //!
 //! Source: DICOM PS3.3, PS3.5 and PS3.10. Read by hand, and only what a volume needs: `dicom-object` and `dicom-parser` take
-//! the memory that a length claims before they read, and bring a hundred crates; the elements here are few.
+//! the memory that a length claims before they read, and bring a large tree of crates; the elements needed here are few.
 //!
 //! The world is LPS in millimetres. Samples are those of the modality (rescaled); which of them are black is not asked, so
 //! MONOCHROME1 is read as stored.
@@ -10,6 +10,7 @@ mod elements;
 mod header;
 mod order;
 mod pixels;
+mod rle;
 
 use std::collections::BTreeMap;
 use std::io::{self, Read as _};
@@ -30,6 +31,8 @@ struct Image {
     body: Body,
     header: Header,
     pixels: PixelData,
+    /// Where the frames are that are packed by run lengths, as offsets in the file and lengths.
+    runs: Vec<(u64, u32)>,
 }
 
 /// A slice: one of the frames of an image, or all of it.
@@ -198,7 +201,13 @@ impl Image {
         let body = Body::of(&file, length).map_err(wrong)?;
         let mut header = Header { n_channels: 1, ..Header::default() };
         let pixels = body.walk(file, length, &mut header).map_err(wrong)?;
-        Ok(pixels.map(|pixels| Image { path: path.to_owned(), length, body, header, pixels }))
+        let Some(pixels) = pixels else { return Ok(None) };
+        let mut runs = Vec::new();
+        if body.syntax == pixels::RUNS && pixels.length.is_none() {
+            let at = body.start + pixels.offset;
+            runs = rle::fragments(input::open(path)?.0, at).map_err(wrong)?;
+        }
+        Ok(Some(Image { path: path.to_owned(), length, body, header, pixels, runs }))
     }
 
     /// The slices of the image, which is the `image`th of its series.

@@ -10,6 +10,7 @@ positions of the eight corners. With a folder of real volumes, `real.json` as we
 
 import json
 import sys
+import tempfile
 import zlib
 from pathlib import Path
 
@@ -455,7 +456,7 @@ def dicom_files(path):
     return sorted(path.iterdir()) if path.is_dir() else [path]
 
 
-def dicom_entry(file, paths=None, forced=False, **options):
+def dicom_entry(file, paths=None, forced=False, packed=False, **options):
     """The files of a folder, or those of one series in it, in the order of ITK."""
     paths = paths or dicom_files(HERE / file)
     sets = {str(p): pydicom.dcmread(p, force=forced) for p in paths}
@@ -463,6 +464,14 @@ def dicom_entry(file, paths=None, forced=False, **options):
         data.file_meta.TransferSyntaxUID = pydicom.uid.ImplicitVRLittleEndian
     first = next(iter(sets.values()))
     uid = str(first.SeriesInstanceUID)
+    if packed:
+        # ITK does not unpack slices this small: it reads what pydicom unpacked.
+        folder = Path(tempfile.mkdtemp())
+        for path in paths:
+            sets[str(folder / path.name)] = plain = sets.pop(str(path))
+            plain.decompress()
+            plain.save_as(folder / path.name)
+        paths = dicom_files(folder)
     if len(paths) > 1:
         reader = sitk.ImageSeriesReader()
         names = reader.GetGDCMSeriesFileNames(str(paths[0].parent), uid)
@@ -552,13 +561,15 @@ def dicom():
     entries = []
 
     def save(name, uid, samples, step, orientation=flat, kind=CT, syntax=ExplicitVRLittleEndian, change=lambda data, i: None,
-             preamble=True, **options):
+             preamble=True, packed=False, **options):
         (HERE / name).mkdir(exist_ok=True)
         paths = []
         for i, plane in enumerate(samples):
             position = np.array([-12.5, 30.25, 7]) + i * np.array(step)
             data = dicom_set(uid, kind, np.ascontiguousarray(plane), position, orientation, i + 1, syntax)
             change(data, i)
+            if packed:
+                data.compress(pydicom.uid.RLELossless)
             # Names do not tell the order.
             path = HERE / name / f"{name[6:]}_{(3 * i + 2) % 4}_{uid[-1]}{'.dcm' if i % 2 else ''}"
             if preamble:
@@ -568,7 +579,7 @@ def dicom():
                 del data.file_meta
                 data.save_as(path, implicit_vr=meta.TransferSyntaxUID.is_implicit_VR, little_endian=True)
             paths.append(path)
-        entries.append(dicom_entry(name, paths, forced=not preamble, **options))
+        entries.append(dicom_entry(name, paths, forced=not preamble, packed=packed, **options))
 
     def hounsfield(data, i):
         data.RescaleSlope, data.RescaleIntercept = 1, -1024
@@ -587,6 +598,7 @@ def dicom():
     save("dicom_deflated", "1.2.3.4.6", values.astype("u2"), [0, 0, 2], syntax=DeflatedExplicitVRLittleEndian)
     colours = np.stack([values, values + 10, values + 20], axis=3).astype("u1")
     save("dicom_colours", "1.2.3.4.7", colours, [0, 0, 2], kind=COLOUR, channel=1)
+    save("dicom_runs", "1.2.3.4.0", values.astype("i2") // 40 * 300 - 7, [0, 0, 2], packed=True)
     save("dicom_two", "1.2.3.4.9", values.astype("u1"), [0, 0, 1], series="1.2.3.4.9")
     save("dicom_two", "1.2.3.4.8", values.astype("u1")[:3] + 1, [0, 0, 1.5], series="0")
     save_frames(values.astype("u2"), flat, entries)

@@ -82,7 +82,7 @@ fn packed_samples_are_named_with_the_way_to_unpack_them() {
     let folder = copy("dicom_tilted");
     let slice = folder.path().join("tilted_0_2");
     for (syntax, name) in
-        [("1.2.840.10008.1.2.5\0", "RLE"), ("1.2.840.10008.1.2.9\0", "'1.2.840.10008.1.2.9'")]
+        [("1.2.840.10008.1.2.9\0", "'1.2.840.10008.1.2.9'"), ("1.2.840.10008.1.2.4\0", "packed")]
     {
         let path = folder.path().join("packed");
         std::fs::copy(&slice, &path).expect("room");

@@ -3,10 +3,10 @@
 //! Source: DICOM PS3.3, C.7.6.3 (pixels) and C.11.1 (modality); PS3.5, 8 (how they are stored).
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{Image, Slice};
+use super::{Image, Slice, rle};
 use crate::error::Result;
 use crate::input;
 use crate::volume::decode::{SampleType, invalid, read_error, rescaled, size_of_grid};
@@ -17,6 +17,9 @@ use crate::volume::{ReadOptions, Samples};
 
 /// Most bytes that one byte of a deflate stream can stand for (zlib technical notes).
 const DEFLATE_RATIO: u64 = 1032;
+
+/// The transfer syntax of samples that are packed by run lengths.
+pub(super) const RUNS: &str = "1.2.840.10008.1.2.5";
 
 /// Transfer syntaxes whose samples are not packed, beside those of no name.
 const PLAIN: [&str; 4] =
@@ -30,7 +33,7 @@ const PLAIN: [&str; 4] =
 pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
     let header = &image.header;
     let syntax = image.body.syntax.as_str();
-    if !syntax.is_empty() && !PLAIN.contains(&syntax) {
+    if !syntax.is_empty() && syntax != RUNS && !PLAIN.contains(&syntax) {
         return Err(invalid(format!(
             "samples packed as {}, expected plain ones: gdcmconv --raw unpacks them, and dcm2niix makes NIfTI of a series",
             name_of(syntax)
@@ -58,7 +61,7 @@ pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
     let kind = |image: &Image| {
         let h = &image.header;
         let bits = (h.bits_allocated, h.bits_stored, h.high_bit, h.is_signed);
-        (h.size, h.n_channels, bits, image.body.encoding.big_endian)
+        (h.size, h.n_channels, bits, image.body.encoding.big_endian, image.is_runs())
     };
     if kind(image) != kind(first) {
         let [x, y] = header.size;
@@ -94,6 +97,21 @@ impl Image {
         self.plane_bytes() * self.header.n_channels as u64
     }
 
+    fn is_runs(&self) -> bool {
+        self.body.syntax == RUNS
+    }
+
+    /// The bytes of a frame that is packed by run lengths.
+    fn unpacked(&self, frame: usize) -> io::Result<Vec<u8>> {
+        let mut file = input::open(&self.path).map_err(|e| io::Error::other(e.to_string()))?.0;
+        let (at, length) = self.runs[frame];
+        file.seek(SeekFrom::Start(at))?;
+        let mut bytes = Vec::new();
+        file.take(u64::from(length)).read_to_end(&mut bytes)?;
+        let [x, y] = self.header.size;
+        rle::unpacked(&bytes, x * y, self.sample_type().n_bytes(), self.header.n_channels)
+    }
+
     /// Checks that the file can hold all frames.
     fn check_length(&self) -> io::Result<()> {
         let [x, y] = self.header.size;
@@ -102,6 +120,11 @@ impl Image {
         let Some((n_samples, _)) = size else {
             return Err(invalid(format!("{n} slices of {x}x{y}, expected some samples")));
         };
+        if self.is_runs() {
+            let found = self.runs.len();
+            let of = format!("{found} fragments of runs, expected {n} as there are frames");
+            return if found == n { Ok(()) } else { Err(invalid(of)) };
+        }
         let expected = self.frame_bytes().saturating_mul(n as u64);
         let left = if self.body.encoding.deflated {
             self.length.saturating_mul(DEFLATE_RATIO)
@@ -137,7 +160,7 @@ pub(super) fn read(
     let of = first.header.n_channels;
     let wrong = |e| read_error(path, e);
     let index = one_of("channel", options.channel, of).map_err(wrong)?;
-    let is_planar = first.header.is_planar && of > 1;
+    let is_planar = first.header.is_planar && of > 1 && !first.is_runs();
     let [x, y] = first.header.size;
     let layout = Layout {
         dims: [x, y, slices.len()],
@@ -234,6 +257,12 @@ impl Frames<'_> {
         let Some(slice) = self.slices.get(self.next) else { return Ok(false) };
         self.next += 1;
         let image = &self.images[slice.image];
+        if image.is_runs() {
+            let reader = Box::new(io::Cursor::new(image.unpacked(slice.frame)?));
+            let left = image.frame_bytes();
+            self.open = Some(Open { image: slice.image, reader, at: 0, left });
+            return Ok(true);
+        }
         let mut from = image.pixels.offset + image.frame_bytes() * slice.frame as u64;
         from += self.plane.map_or(0, |plane| image.plane_bytes() * plane as u64);
         let left = if self.plane.is_some() { image.plane_bytes() } else { image.frame_bytes() };
@@ -277,7 +306,6 @@ fn name_of(syntax: &str) -> String {
         "4.90" | "4.91" | "4.92" | "4.93" => "JPEG 2000",
         "4.201" | "4.202" | "4.203" => "high-throughput JPEG 2000",
         "4.110" | "4.111" | "4.112" => "JPEG XL",
-        "5" => "RLE",
         other if other.starts_with("4.10") => "video",
         _ => return format!("transfer syntax '{}'", shortened(syntax)),
     };
