@@ -13,6 +13,7 @@
 
 mod cube;
 mod decode;
+mod dicom;
 mod histogram;
 mod isovalue;
 mod metaimage;

@@ -46,22 +46,40 @@ fn read(path: &Path, what: &dyn Fn() -> String) -> bool {
     read
 }
 
+/// One file of each series of DICOM files.
+fn series() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle");
+    let entries = std::fs::read_dir(folder).expect("checked in");
+    let folders = entries.map(|entry| entry.expect("readable").path());
+    let folders =
+        folders.filter(|path| path.is_dir() && path.to_string_lossy().contains("oracle/dicom_"));
+    let first = |folder: PathBuf| {
+        let files = std::fs::read_dir(folder).expect("readable");
+        files.map(|entry| entry.expect("readable").path()).min().expect("slices")
+    };
+    let files: Vec<PathBuf> = folders.map(first).collect();
+    assert!(files.len() >= 8, "{} series", files.len());
+    files
+}
+
 fn files() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle");
     let entries = std::fs::read_dir(folder).expect("checked in");
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
     files.retain(|path| path.is_file() && is_volume_name(path));
     files.retain(|path| path.extension().is_some_and(|e| e != "raw"));
+    files.extend(series());
     files.sort();
     files
 }
 
 #[test]
 fn damaged_volumes_are_refused_with_a_line_or_read() {
-    let folder = tempfile::tempdir().expect("a folder");
     let files = files();
     assert!(files.len() >= 40, "{} files", files.len());
     for file in &files {
+        // Each in a folder of its own: a series takes all files of a folder.
+        let folder = tempfile::tempdir().expect("a folder");
         let bytes = std::fs::read(file).expect("checked in");
         assert!(bytes.len() <= 4096, "{}: {} bytes", file.display(), bytes.len());
         // Samples of their own beside a header stay as they are.

@@ -13,13 +13,13 @@ use super::kind::{self, Kind};
 /// The arguments wherever a volume is taken.
 #[derive(Args, Debug)]
 pub(super) struct VolumeArguments {
-    /// Volume: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, a folder of numbered .tif or
-    /// .png slices, or .raw with dimensions and type in its name (name_128x128x128_uint8.raw), in flags, or in a header
+    /// Volume: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, .dcm, a folder of DICOM files
+    /// or of numbered .tif or .png slices, or .raw with dimensions and type in its name (name_128x128x128_uint8.raw), in flags, or in a header
     /// beside it
     #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]
     volume: Option<PathBuf>,
     /// A built-in volume in place of a file, e.g. hydrogen:64
-    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "frame", "channel", "array", "spacing", "origin", "nan_as"])]
+    #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "frame", "channel", "array", "series", "spacing", "origin", "nan_as"])]
     phantom: Option<String>,
     /// Samples along x, y, z of a RAW file
     #[arg(long, value_name = "NXxNYxNZ")]
@@ -39,6 +39,9 @@ pub(super) struct VolumeArguments {
     /// Array of a VTK file, by its name
     #[arg(long, value_name = "NAME")]
     array: Option<String>,
+    /// Series of a folder of DICOM files, by its number, from 0, or its identifier
+    #[arg(long, value_name = "N|UID")]
+    series: Option<String>,
     /// Distance between samples along x, y, z
     #[arg(long, value_name = "X,Y,Z")]
     spacing: Option<Triple>,
@@ -110,6 +113,7 @@ impl VolumeArguments {
             frame: self.frame,
             channel: self.channel,
             array: self.array.clone(),
+            series: self.series.clone(),
             spacing: self.spacing.map(|Triple(spacing)| spacing),
             origin: self.origin.map(|Triple(origin)| origin),
             nan_as: self.nan_as,

@@ -1,13 +1,12 @@
 //! Chooses the reader of a volume by the name of its file.
 
 use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
 use crate::volume::{
-    Grid, Samples, Volume, cube, metaimage, mrc, nifti, npy, nrrd, raw, tiff, vti, vtk,
+    Grid, Samples, Volume, cube, dicom, metaimage, mrc, nifti, npy, nrrd, raw, tiff, vti, vtk,
 };
 
 /// What the command line may say about a volume beside its file name.
@@ -25,6 +24,8 @@ pub struct ReadOptions {
     pub channel: Option<usize>,
     /// Which array, by its name, of a file that holds several.
     pub array: Option<String>,
+    /// Which series of a folder of DICOM files: its number, from 0, or its identifier.
+    pub series: Option<String>,
     /// Replaces the file's spacing.
     pub spacing: Option<[f64; 3]>,
     /// Replaces the file's origin.
@@ -35,7 +36,7 @@ pub struct ReadOptions {
 
 /// What is read, for messages.
 const READ: &str =
-    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy or .raw";
+    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dcm, .npy or .raw";
 
 /// A kind of file that holds volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,11 +51,22 @@ enum Kind {
     Mrc,
     Cube,
     Tiff,
+    /// A file, or a folder of files.
+    Dicom,
     /// A folder.
     Slices,
 }
 
 impl Kind {
+    /// The kind of a file or a folder: DICOM files often have no extension, but tell by their first bytes.
+    fn of(path: &Path) -> Option<Kind> {
+        match Kind::of_name(path) {
+            Some(Kind::Slices) if dicom::is_folder(path) => Some(Kind::Dicom),
+            None if dicom::is_dicom(path) => Some(Kind::Dicom),
+            kind => kind,
+        }
+    }
+
     /// The kind of the name of a file, by its extension in any case.
     fn of_name(path: &Path) -> Option<Kind> {
         if path.is_dir() {
@@ -75,6 +87,7 @@ impl Kind {
             "vtk" => Kind::Vtk,
             "cube" | "cub" => Kind::Cube,
             "tif" | "tiff" => Kind::Tiff,
+            "dcm" | "dicom" | "ima" => Kind::Dicom,
             _ => return None,
         })
     }
@@ -92,6 +105,7 @@ impl Kind {
             Kind::Mrc => mrc::read(path, opened, options),
             Kind::Cube => cube::read(path, opened, options),
             Kind::Tiff => tiff::read(path, opened, options),
+            Kind::Dicom => dicom::read(path, options),
             Kind::Slices => tiff::slices::read(path, options),
         }
     }
@@ -103,6 +117,7 @@ impl Kind {
             Kind::Nifti => nifti::others(path),
             Kind::MetaImage => metaimage::others(path),
             Kind::Raw => raw::header_beside(path).into_iter().collect(),
+            Kind::Dicom => dicom::others(path),
             Kind::Slices => tiff::slices::files(path).unwrap_or_default(),
             Kind::Tiff | Kind::Npy | Kind::Vti | Kind::Vtk | Kind::Mrc | Kind::Cube => Vec::new(),
         }
@@ -125,6 +140,7 @@ impl Kind {
             ("--frame", options.frame.is_some(), has_frames),
             ("--channel", options.channel.is_some(), has_channels),
             ("--array", options.array.is_some(), has_arrays),
+            ("--series", options.series.is_some(), self == Kind::Dicom),
         ] {
             if is_given && !is_known {
                 return Err(Error::Usage(format!(
@@ -143,7 +159,7 @@ pub fn is_volume_name(path: &Path) -> bool {
 
 /// The files that hold a volume: the one that is named, and those with its samples or its header where they are others.
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
-    let others = Kind::of_name(path).map_or_else(Vec::new, |kind| kind.others(path));
+    let others = Kind::of(path).map_or_else(Vec::new, |kind| kind.others(path));
     std::iter::once(path.to_path_buf()).chain(others).collect()
 }
 
@@ -157,8 +173,10 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
 /// the file or are no numbers.
 pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
     if path.is_dir() {
-        Kind::Slices.check(path, options)?;
-        return made(path, tiff::slices::read(path, options)?, options);
+        let is_dicom = dicom::is_folder(path);
+        (if is_dicom { Kind::Dicom } else { Kind::Slices }).check(path, options)?;
+        let read = if is_dicom { dicom::read } else { tiff::slices::read };
+        return made(path, read(path, options)?, options);
     }
     // Before anything is said of its name.
     let opened = input::open(path)?;
@@ -166,6 +184,7 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
     let kind = match Kind::of_name(path) {
         Some(kind) => kind,
         None if describes_raw => Kind::Raw,
+        None if dicom::is_dicom(path) => Kind::Dicom,
         None => return Err(unknown(path)),
     };
     kind.check(path, options)?;
@@ -191,7 +210,6 @@ fn made(
 fn unknown(path: &Path) -> Error {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let way = match extension.as_str() {
-        _ if is_dicom(path) => "a DICOM file: dcm2niix makes NIfTI of its series",
         "h5" | "hdf5" | "nc" | "zarr" => {
             "h5py, netCDF4 or zarr in Python read it, and numpy.save writes .npy"
         }
@@ -202,13 +220,6 @@ fn unknown(path: &Path) -> Error {
         "{}: unknown extension '{extension}', expected {READ} ({way})",
         path.display()
     ))
-}
-
-/// Whether a file begins as DICOM files do, whatever it is called.
-fn is_dicom(path: &Path) -> bool {
-    let mut head = [0; 132];
-    let is_read = input::open(path).is_ok_and(|(mut file, _)| file.read_exact(&mut head).is_ok());
-    is_read && head.ends_with(b"DICM")
 }
 
 /// Puts `value` in place of NaN and infinities; integers have none.

@@ -1,6 +1,6 @@
 """Writes small volumes with the programs that users write them with, and what those programs read back.
 
-    python3 -m venv venv && venv/bin/pip install numpy nibabel SimpleITK vtk mrcfile gemmi ase tifffile imagecodecs pillow scipy
+    python3 -m venv venv && venv/bin/pip install numpy nibabel SimpleITK vtk mrcfile gemmi ase tifffile imagecodecs pillow scipy pydicom
     venv/bin/python tests/oracle/make.py [FOLDER_OF_REAL_VOLUMES]
 
 Everything goes into this folder: the files, and `values.json`, which `tests/oracle/main.rs` compares with what isospectrum
@@ -10,6 +10,7 @@ positions of the eight corners. With a folder of real volumes, `real.json` as we
 
 import json
 import sys
+import tempfile
 import zlib
 from pathlib import Path
 
@@ -19,6 +20,7 @@ import gemmi
 import mrcfile
 import nibabel as nib
 import numpy as np
+import pydicom
 import SimpleITK as sitk
 import tifffile
 import vtk
@@ -447,6 +449,197 @@ def tiff():
     return entries
 
 
+# DICOM: pydicom for the samples, ITK for the frame
+
+
+def dicom_files(path):
+    return sorted(path.iterdir()) if path.is_dir() else [path]
+
+
+def dicom_entry(file, paths=None, forced=False, packed=False, **options):
+    """The files of a folder, or those of one series in it, in the order of ITK."""
+    paths = paths or dicom_files(HERE / file)
+    sets = {str(p): pydicom.dcmread(p, force=forced) for p in paths}
+    for data in sets.values() if forced else []:
+        data.file_meta.TransferSyntaxUID = pydicom.uid.ImplicitVRLittleEndian
+    first = next(iter(sets.values()))
+    uid = str(first.SeriesInstanceUID)
+    if packed:
+        # ITK does not unpack slices this small: it reads what pydicom unpacked.
+        folder = Path(tempfile.mkdtemp())
+        for path in paths:
+            sets[str(folder / path.name)] = plain = sets.pop(str(path))
+            plain.decompress()
+            plain.save_as(folder / path.name)
+        paths = dicom_files(folder)
+    if len(paths) > 1:
+        reader = sitk.ImageSeriesReader()
+        names = reader.GetGDCMSeriesFileNames(str(paths[0].parent), uid)
+        assert set(names) == set(sets), (names, paths)
+        reader.SetFileNames(names)
+        # A tilt is in the positions.
+        reader.ForceOrthogonalDirectionOff()
+        image = reader.Execute()
+    else:
+        names = [str(paths[0])]
+        image = sitk.ReadImage(names[0])
+    planes = []
+    for name in names:
+        data = sets[name]
+        # Dose and frames: ITK knows of their scales, too.
+        stored = data.pixel_array.astype("f8")
+        slope = data.get("DoseGridScaling", data.get("RescaleSlope", 1))
+        intercept = data.get("RescaleIntercept", 0)
+        if "SharedFunctionalGroupsSequence" in data:
+            part = data.SharedFunctionalGroupsSequence[0].PixelValueTransformationSequence[0]
+            slope, intercept = part.RescaleSlope, part.RescaleIntercept
+        if "channel" in options:
+            stored = stored[..., options["channel"]]
+        # Samples of up to 16 bits are kept in 32 where they are no integers.
+        values = stored * float(slope) + float(intercept)
+        values = values if float(slope).is_integer() else values.astype("f4").astype("f8")
+        planes += [values] if values.ndim == 2 else list(values)
+    samples = np.stack(planes)
+    axes = np.reshape(image.GetDirection(), (3, 3)).T
+    if np.dot(np.cross(axes[0], axes[1]), axes[2]) < 0:
+        # ITK leaves frames in the order of the file; here all are sorted along the normal.
+        image, samples = image[:, :, ::-1], samples[::-1]
+    read = sitk.GetArrayFromImage(image)
+    read = read[..., options["channel"]] if "channel" in options else read
+    # ITK leaves doses as they are stored.
+    read = read * float(first.get("DoseGridScaling", 1))
+    assert np.allclose(read, samples, rtol=1e-6), file
+    oracle = f"pydicom {pydicom.__version__}, ITK {sitk.Version.VersionString()}"
+    return entry(file, oracle, samples.transpose(2, 1, 0), itk_corner(image), "LPS", "mm", **options)
+
+
+def dicom_set(uid, kind, samples, position, orientation, number, syntax):
+    """One slice [y, x]."""
+    data = pydicom.Dataset()
+    data.file_meta = pydicom.dataset.FileMetaDataset()
+    data.file_meta.TransferSyntaxUID = syntax
+    data.SOPClassUID = data.file_meta.MediaStorageSOPClassUID = kind
+    data.SOPInstanceUID = data.file_meta.MediaStorageSOPInstanceUID = f"{uid}.{number}"
+    data.Modality, data.SeriesDescription = "CT", "made by pydicom"
+    # A sequence before everything, of a length that must be looked for.
+    reference = pydicom.Dataset()
+    reference.ReferencedSOPInstanceUID = "1.2.3"
+    data.ReferencedImageSequence = pydicom.Sequence([reference])
+    data["ReferencedImageSequence"].is_undefined_length = True
+    reference.is_undefined_length_sequence_item = number % 2 == 1
+    data.StudyInstanceUID, data.SeriesInstanceUID = "1.2.3.4", uid
+    data.SeriesNumber, data.InstanceNumber = 1, number
+    data.ImagePositionPatient = [f"{v:.6g}" for v in position]
+    data.ImageOrientationPatient = [f"{v:.9g}" for v in orientation]
+    data.PixelSpacing = [0.75, 0.5]
+    data.FrameOfReferenceUID = "1.2.3.5"
+    data.Rows, data.Columns = samples.shape[:2]
+    data.SamplesPerPixel = samples.shape[2] if samples.ndim > 2 else 1
+    data.PhotometricInterpretation = "RGB" if samples.ndim > 2 else "MONOCHROME2"
+    bits = 8 * samples.itemsize
+    data.BitsAllocated, data.BitsStored, data.HighBit = bits, bits, bits - 1
+    data.PixelRepresentation = int(samples.dtype.kind == "i")
+    if samples.ndim > 2:
+        data.PlanarConfiguration = 0
+    order = ">" if syntax == pydicom.uid.ExplicitVRBigEndian else "<"
+    data.PixelData = samples.astype(samples.dtype.newbyteorder(order)).tobytes()
+    data["PixelData"].VR = "OB" if bits == 8 else "OW"
+    return data
+
+
+CT, PET, COLOUR, ENHANCED, DOSE = ("1.2.840.10008.5.1.4.1.1." + n for n in ["2", "128", "7", "2.1", "481.2"])
+
+
+def dicom():
+    from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian, ExplicitVRLittleEndian, ImplicitVRLittleEndian
+
+    x, y, z = np.meshgrid(*map(np.arange, (8, 7, 4)), indexing="ij")
+    values = ((7 * x + 31 * y + 17 * z * z + x * y * z) % 101).transpose(2, 1, 0)
+    a = np.deg2rad(25)
+    flat, turned = [1, 0, 0, 0, 1, 0], [np.cos(a), np.sin(a), 0, 0, 0, -1]
+    normal = np.cross(turned[:3], turned[3:])
+    entries = []
+
+    def save(name, uid, samples, step, orientation=flat, kind=CT, syntax=ExplicitVRLittleEndian, change=lambda data, i: None,
+             preamble=True, packed=False, **options):
+        (HERE / name).mkdir(exist_ok=True)
+        paths = []
+        for i, plane in enumerate(samples):
+            position = np.array([-12.5, 30.25, 7]) + i * np.array(step)
+            data = dicom_set(uid, kind, np.ascontiguousarray(plane), position, orientation, i + 1, syntax)
+            change(data, i)
+            if packed:
+                data.compress(pydicom.uid.RLELossless)
+            # Names do not tell the order.
+            path = HERE / name / f"{name[6:]}_{(3 * i + 2) % 4}_{uid[-1]}{'.dcm' if i % 2 else ''}"
+            if preamble:
+                data.save_as(path, enforce_file_format=True)
+            else:
+                meta = data.file_meta
+                del data.file_meta
+                data.save_as(path, implicit_vr=meta.TransferSyntaxUID.is_implicit_VR, little_endian=True)
+            paths.append(path)
+        entries.append(dicom_entry(name, paths, forced=not preamble, packed=packed, **options))
+
+    def hounsfield(data, i):
+        data.RescaleSlope, data.RescaleIntercept = 1, -1024
+
+    def twelve_bits(data, i):
+        data.BitsStored, data.HighBit = 12, 11
+
+    def counts(data, i):
+        data.RescaleSlope, data.RescaleIntercept = [0.5, 0.25, 1.125, 2.5][i], 0
+
+    save("dicom_plain", "1.2.3.4.1", values.astype("i2") - 50, 1.25 * normal, turned, change=hounsfield)
+    save("dicom_tilted", "1.2.3.4.2", values.astype("u1"), [0, -0.5, 2])
+    save("dicom_implicit", "1.2.3.4.3", values.astype("u2") * 40, [0, 0, -3], syntax=ImplicitVRLittleEndian, change=twelve_bits, preamble=False)
+    save("dicom_rescaled", "1.2.3.4.4", values.astype("u2"), [0, 0, 3.27], kind=PET, change=counts)
+    save("dicom_big_endian", "1.2.3.4.5", values.astype("i2") * 300, [0, 0, 2], syntax=ExplicitVRBigEndian)
+    save("dicom_deflated", "1.2.3.4.6", values.astype("u2"), [0, 0, 2], syntax=DeflatedExplicitVRLittleEndian)
+    colours = np.stack([values, values + 10, values + 20], axis=3).astype("u1")
+    save("dicom_colours", "1.2.3.4.7", colours, [0, 0, 2], kind=COLOUR, channel=1)
+    save("dicom_runs", "1.2.3.4.0", values.astype("i2") // 40 * 300 - 7, [0, 0, 2], packed=True)
+    save("dicom_two", "1.2.3.4.9", values.astype("u1"), [0, 0, 1], series="1.2.3.4.9")
+    save("dicom_two", "1.2.3.4.8", values.astype("u1")[:3] + 1, [0, 0, 1.5], series="0")
+    save_frames(values.astype("u2"), flat, entries)
+    return entries
+
+
+def save_frames(values, orientation, entries):
+    """Several frames in a file: their places in groups, or as offsets."""
+    from pydicom.uid import ExplicitVRLittleEndian
+
+    data = dicom_set("1.2.3.4.10", ENHANCED, values[0], [0, 0, 0], orientation, 1, ExplicitVRLittleEndian)
+    for name in ["ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing"]:
+        del data[name]
+    measures, plane, scale, shared = (pydicom.Dataset() for _ in range(4))
+    measures.PixelSpacing, measures.SliceThickness = [0.75, 0.5], 2
+    plane.ImageOrientationPatient = orientation
+    scale.RescaleSlope, scale.RescaleIntercept, scale.RescaleType = 2, -10, "US"
+    shared.PixelMeasuresSequence, shared.PlaneOrientationSequence = [measures], [plane]
+    shared.PixelValueTransformationSequence = [scale]
+    data.SharedFunctionalGroupsSequence = [shared]
+    frames = []
+    # From the top down.
+    for i in range(4):
+        position, frame = pydicom.Dataset(), pydicom.Dataset()
+        position.ImagePositionPatient = [1.5, -2.5, 10 - 2 * i]
+        frame.PlanePositionSequence = [position]
+        frames.append(frame)
+    data.PerFrameFunctionalGroupsSequence = frames
+    data["PerFrameFunctionalGroupsSequence"].is_undefined_length = True
+    data.NumberOfFrames, data.PixelData = 4, values.astype("<u2").tobytes()
+    data.save_as(HERE / "dicom_enhanced.dcm", enforce_file_format=True)
+    entries.append(dicom_entry("dicom_enhanced.dcm"))
+    data = dicom_set("1.2.3.4.11", DOSE, values[0], [5, 6, 7], orientation, 1, ExplicitVRLittleEndian)
+    data.Modality = "RTDOSE"
+    data.NumberOfFrames, data.PixelData = 4, values.astype("<u2").tobytes()
+    data.GridFrameOffsetVector, data.DoseGridScaling = [0, 2.5, 5, 7.5], 0.125
+    data.FrameIncrementPointer = pydicom.tag.Tag(0x3004, 0x000C)
+    data.save_as(HERE / "dicom_dose.dcm", enforce_file_format=True)
+    entries.append(dicom_entry("dicom_dose.dcm"))
+
+
 # Filters: SciPy and ITK
 
 
@@ -489,7 +682,7 @@ def write(name, entries):
 
 
 if __name__ == "__main__":
-    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + tiff())
+    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + tiff() + dicom())
     (HERE / "filters.json").write_text(json.dumps(filters()) + "\n")
     if len(sys.argv) > 1:
         write("real.json", real(sys.argv[1]))

@@ -3,6 +3,7 @@
 //! their formulas.
 
 mod damaged;
+mod dicom;
 mod phantoms;
 mod readers;
 mod real;

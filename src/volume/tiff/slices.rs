@@ -102,7 +102,7 @@ pub(crate) fn read(folder: &Path, options: &ReadOptions) -> Result<Grid> {
 /// What to say of a folder without slices.
 fn none(folder: &Path) -> Error {
     Error::input(format!(
-        "{}: a folder without slices, expected numbered .tif or .png files (DICOM: dcm2niix makes NIfTI of it)",
+        "{}: a folder without slices, expected numbered .tif or .png files, or DICOM files of a series",
         folder.display()
     ))
 }
