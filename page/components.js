@@ -12,20 +12,7 @@ const MOST_PICKS = 250;
  * first.
  */
 function componentsOf({ nTriangles, nVertices, triangles, corners, positions }, caps) {
-    const parent = new Uint32Array(nVertices);
-    for (let v = 0; v < nVertices; v++) parent[v] = v;
-    const root = (v) => {
-        while (parent[v] !== v) {
-            parent[v] = parent[parent[v]];
-            v = parent[v];
-        }
-        return v;
-    };
-    const join = (a, b) => {
-        const [p, q] = [root(a), root(b)];
-        if (p < q) parent[q] = p;
-        else parent[p] = q;
-    };
+    const { root, join } = disjointSets(nVertices);
     for (let t = 0; t < nTriangles; t++) {
         join(corners[3 * t], corners[3 * t + 1]);
         join(corners[3 * t], corners[3 * t + 2]);
@@ -52,7 +39,7 @@ function componentsOf({ nTriangles, nVertices, triangles, corners, positions }, 
     const rank = new Uint32Array(list.length);
     order.forEach((old, now) => { rank[old] = now; });
     for (let t = 0; t < nTriangles; t++) of[t] = rank[of[t]];
-    const ofVertex = Uint32Array.from(parent, (_, v) => rank[numberOf[root(v)]]);
+    const ofVertex = Uint32Array.from({ length: nVertices }, (_, v) => rank[numberOf[root(v)]]);
     return { of, ofVertex, list: order.map((old) => list[old]) };
 }
 

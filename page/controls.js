@@ -328,7 +328,7 @@ class Panel {
             const isNumber = Number.isFinite(volume) && volume >= 0;
             this.minVolume.setAttribute("aria-invalid", !isNumber);
             this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
-            if (isNumber) viewer.select({ minVolume: volume / this.unit() ** 3 });
+            if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
         });
         this.coloured = element("coloured");
         this.coloured.addEventListener("change", () => viewer.select({ isColoured: this.coloured.checked }));
@@ -340,9 +340,10 @@ class Panel {
         this.showAll.addEventListener("click", () => viewer.showAll());
     }
 
-    /** The length of a voxel in the world. */
-    unit() {
-        return Math.min(...this.viewer.spectrum.info.volume.placement.spacing);
+    /** The volume of a voxel in the world; the twin of voxel_volume in src/volume/placement.rs. */
+    voxelVolume() {
+        const { spacing, direction } = this.viewer.spectrum.info.volume.placement;
+        return Math.min(...spacing) ** 3 * Math.abs(determinant(direction));
     }
 
     /** What the next click on the surface does: keeps or hides a component, or nothing. */
@@ -420,7 +421,7 @@ class Panel {
         }
         if (this.shownMinVolume !== minVolume) {
             this.shownMinVolume = minVolume;
-            this.minVolume.value = String(Number((minVolume * this.unit() ** 3).toPrecision(6)));
+            this.minVolume.value = String(Number((minVolume * this.voxelVolume()).toPrecision(6)));
         }
         this.coloured.checked = isColoured;
         this.showAll.disabled = selection.isAll;

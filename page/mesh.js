@@ -134,12 +134,8 @@ function determinant([a, b, c]) {
         + a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
 
-/**
- * Components, Euler characteristic, area and enclosed volume of a mesh of the world; caps, which
- * close it, do not count for the area.
- */
-function measured({ positions, triangles, caps }) {
-    const n = positions.length / 3;
+/** Sets of the numbers below n, each alone at first: the `root` that stands for the set of one, and `join`, whether two were apart. */
+function disjointSets(n) {
     const parent = new Uint32Array(n);
     for (let v = 0; v < n; v++) parent[v] = v;
     const root = (v) => {
@@ -149,22 +145,31 @@ function measured({ positions, triangles, caps }) {
         }
         return v;
     };
-    let components = n;
     const join = (a, b) => {
         const p = root(a);
         const q = root(b);
-        if (p === q) return;
         parent[p] = q;
-        components--;
+        return p !== q;
     };
+    return { root, join };
+}
+
+/**
+ * Components, Euler characteristic, area and enclosed volume of a mesh of the world; caps, which
+ * close it, do not count for the area.
+ */
+function measured({ positions, triangles, caps }) {
+    const n = positions.length / 3;
+    const { join } = disjointSets(n);
+    let components = n;
     let area = 0;
     let volume = 0;
     for (let t = 0; t < caps.length; t++) {
         const a = triangles[3 * t];
         const b = triangles[3 * t + 1];
         const c = triangles[3 * t + 2];
-        join(a, b);
-        join(b, c);
+        if (join(a, b)) components--;
+        if (join(b, c)) components--;
         volume += tetrahedronVolume(positions, 0, 3 * a, 3 * b, 3 * c);
         if (!caps[t]) area += triangleArea(positions, 3 * a, 3 * b, 3 * c);
     }

@@ -90,7 +90,7 @@ pub fn write(
     let path = path.as_ref();
     let format = Format::of_path(path)?;
     let mesh = prepared(mesh, placement, border, format)?;
-    write_beside(path, |writer| encode(&mesh, format, writer))
+    write_beside(path, |writer| encode(mesh, format, writer))
 }
 
 /// As [`write()`], to any writer: the program's standard output for one.
@@ -107,7 +107,7 @@ pub fn write_to(
     writer: &mut dyn Write,
 ) -> Result<()> {
     let mesh = prepared(mesh, placement, border, format)?;
-    encode(&mesh, format, writer).and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
+    encode(mesh, format, writer).and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
 }
 
 /// A mesh as it leaves: its triangles and normals are those of the world, its positions are asked for.
@@ -188,11 +188,11 @@ fn prepared(
     Ok(placed)
 }
 
-fn encode(placed: &Placed, format: Format, writer: &mut dyn Write) -> io::Result<()> {
+fn encode(placed: Placed, format: Format, writer: &mut dyn Write) -> io::Result<()> {
     match format {
-        Format::Ply => ply::write(placed, writer),
+        Format::Ply => ply::write(&placed, writer),
         Format::Stl => stl::write(placed, writer),
-        Format::Obj => obj::write(placed, writer),
+        Format::Obj => obj::write(&placed, writer),
         Format::Glb => glb::write(placed, writer),
     }
 }

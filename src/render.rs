@@ -42,6 +42,7 @@ pub use surface::{RESIDENT_BYTES, Renderer};
 pub use tables::Memory;
 #[cfg(feature = "viewer")]
 pub(crate) use target::SHOWN_FORMAT;
+pub use target::linear;
 
 use crate::error::{Error, Result};
 use crate::spectrum::{Keep, VolumeInfo};

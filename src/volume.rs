@@ -127,6 +127,11 @@ impl Samples {
         }
     }
 
+    /// Whether float32 does not hold all samples of the type.
+    fn is_wide(&self) -> bool {
+        matches!(self, Samples::U32(_) | Samples::I32(_) | Samples::F64(_))
+    }
+
     /// Takes more samples of the same type behind these.
     fn append(&mut self, more: Samples) -> std::io::Result<()> {
         match (self, more) {

@@ -98,9 +98,8 @@ pub(super) struct ParameterArguments {
 }
 
 impl ParameterArguments {
-    fn resolve(&self, volume: &Volume) -> Result<Parameters> {
-        let samples = Statistics::of(volume);
-        let range = self.range.map(|r| r.resolve(volume.range(), Some(&samples))).transpose()?;
+    fn resolve(&self, volume: &Volume, samples: &Statistics) -> Result<Parameters> {
+        let range = self.range.map(|r| r.resolve(volume.range(), Some(samples))).transpose()?;
         let own_range = range.unwrap_or(volume.range());
         let default = Parameters::default();
         Ok(Parameters {
@@ -115,7 +114,7 @@ impl ParameterArguments {
             relax_strength: self.relax.unwrap_or(default.relax_strength),
             relax_force: self.relax_force.unwrap_or(default.relax_force),
             relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
-            start: self.start.map(|c| c.resolve(own_range, Some(&samples))).transpose()?,
+            start: self.start.map(|c| c.resolve(own_range, Some(samples))).transpose()?,
             initial_mesh: self.initial_mesh.clone(),
             front: self.front,
         })
@@ -146,7 +145,8 @@ impl Compute {
         let (volume, preparation) = self.preparation.apply(volume)?;
         let (volume, simplification) = self.simplify.apply(volume)?;
         let volume = Arc::new(volume);
-        let parameters = self.parameters.resolve(&volume)?;
+        let samples = Statistics::of(&volume);
+        let parameters = self.parameters.resolve(&volume, &samples)?;
         let range = parameters.range.unwrap_or(volume.range());
         let forecast = self.budget.check(&volume, range, parameters.error)?;
         let mut spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
@@ -158,7 +158,7 @@ impl Compute {
             spectrum.parameters["simplification"] = serde_json::json!(done);
         }
         // Isovalues are written by them, and the volume is not there any more then.
-        spectrum.parameters[Statistics::NAME] = serde_json::json!(Statistics::of(&volume));
+        spectrum.parameters[Statistics::NAME] = serde_json::json!(samples);
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();

@@ -28,11 +28,10 @@ impl KeepArguments {
     /// What is kept of a spectrum's meshes, which are in the voxel frame.
     pub(super) fn of(&self, spectrum: &Spectrum) -> Keep {
         let placement = &spectrum.volume.placement;
-        let unit = placement.voxel();
         Keep {
             largest: self.keep.map(|keep| keep.0),
-            min_volume: self.min_volume.unwrap_or(0.0) / (unit.powi(3) * placement.span().abs()),
-            min_area: self.min_area.unwrap_or(0.0) / unit.powi(2),
+            min_volume: self.min_volume.unwrap_or(0.0) / placement.voxel_volume(),
+            min_area: self.min_area.unwrap_or(0.0) / placement.voxel().powi(2),
             at: self.at.map(|point| placement.voxel_of_world(point.0)),
         }
     }

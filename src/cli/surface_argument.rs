@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use isospectrum::render::Surface;
+use isospectrum::render::{Surface, linear};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -39,12 +39,6 @@ impl SurfaceArgument {
     ///
     /// Usage, where its isovalue needs the samples and the spectrum tells nothing of them.
     pub(super) fn in_spectrum(self, spectrum: &Spectrum) -> Result<Surface> {
-        let linear = |code: u32| {
-            [16, 8, 0].map(|bits| {
-                let x = (code >> bits & 0xff) as f32 / 255.0;
-                if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
-            })
-        };
         Ok(Surface {
             isovalue: in_spectrum(self.isovalue, spectrum)?,
             color: self.color.map(linear),

@@ -21,10 +21,10 @@ const UNSIGNED_INT: u32 = 5125;
 ///
 /// glTF calls +y up and metres the unit; a molecule of 1e-9 is nothing to most viewers, so coordinates are those of the
 /// world, and unit and space stand beside them.
-pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(placed: Placed, writer: &mut dyn Write) -> io::Result<()> {
     let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
     let positions = placed.mesh.positions.iter().map(around).collect();
-    let mesh = &SurfaceMesh { positions, ..placed.mesh.clone() };
+    let mesh = &SurfaceMesh { positions, ..placed.mesh };
     let mut json = description(mesh, &placed.placement).to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary_length = 24 * mesh.positions.len() + 12 * mesh.triangles.len();

@@ -8,7 +8,7 @@ use crate::spectrum::SurfaceMesh;
 
 /// Writes a mesh so that whoever welds equal corners has a mesh like it again ([`weld`]). STL has no
 /// shared vertices and one normal per triangle, so the mesh's own normals are left out.
-pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(placed: Placed, writer: &mut dyn Write) -> io::Result<()> {
     if placed.is_far {
         log::warn!(
             "STL has 32-bit floats, which are too far apart at {:?} for voxels of {:e}; PLY, OBJ and GLB keep the shape",
@@ -17,7 +17,8 @@ pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
         );
     }
     let positions = placed.narrow_positions().collect();
-    let mesh = SurfaceMesh { positions, ..placed.mesh.clone() };
+    let space = placed.space();
+    let mesh = SurfaceMesh { positions, ..placed.mesh };
     let Welded { triangles, n_flat, n_same } = weld(&mesh);
     if n_flat + n_same > 0 {
         log::warn!(
@@ -27,7 +28,7 @@ pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
     let mut head = [b' '; 80];
     // Not "solid": that is how the text variant starts.
     let mut title = concat!("binary STL by isospectrum ", env!("CARGO_PKG_VERSION")).to_owned();
-    if let Some(space) = placed.space() {
+    if let Some(space) = space {
         title += &format!(". {space}");
     }
     head[..title.len()].copy_from_slice(title.as_bytes());

@@ -7,7 +7,7 @@ use super::View;
 use super::attribute::{Attributes, Color, attributes};
 use super::layout::{ActiveTriangle, Cut, Frame, normal_code};
 use super::table::Table;
-use crate::spectrum::{ActiveSet, Assembly, Components, Keep, Spectrum, SurfaceMesh};
+use crate::spectrum::{ActiveSet, Assembly, Keep, Spectrum, SurfaceMesh};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
@@ -76,7 +76,7 @@ impl Layer {
         let Attributes { values, ends } =
             attributes(spectrum, (active, mesh), view.color, view.largest_curvature);
         let normals: Vec<u32> = mesh.normals.par_iter().map(|&n| normal_code(n)).collect();
-        let is_kept = kept_triangles(mesh, &view.keep);
+        let is_kept = mesh.kept_triangles(&view.keep);
         let Listed { mut triangles, mut numbers, .. } = std::mem::take(&mut self.listed);
         numbers.clear();
         numbers.extend((0..mesh.triangles.len() as u32).filter(|&i| {
@@ -140,14 +140,4 @@ impl Layer {
         *numbers = order.iter().map(|&(_, i)| numbers[i as usize]).collect();
         *uploaded = None;
     }
-}
-
-/// Of each triangle of a mesh whether its component is kept; none where all are.
-fn kept_triangles(mesh: &SurfaceMesh, keep: &Keep) -> Option<Vec<bool>> {
-    if keep.is_all() {
-        return None;
-    }
-    let components = Components::of(mesh);
-    let kept = components.kept(mesh, keep);
-    Some(components.of_triangle.iter().map(|&c| kept[c as usize]).collect())
 }

@@ -292,7 +292,7 @@ impl Painter {
         });
         if n_triangles > 0 {
             let pipeline = self.pipelines.of(view, opacity);
-            let is_cut = view.clip.is_some() || opacity < 1.0;
+            let is_cut = is_cut(view, opacity);
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &self.bind_group(pipeline, layer, is_cut), &[]);
             pass.draw(0..3 * n_triangles as u32, 0..1);
@@ -401,6 +401,11 @@ fn frame(
     }
 }
 
+/// Whether a surface takes more than the plain pipeline.
+fn is_cut(view: &View, opacity: f32) -> bool {
+    view.clip.is_some() || opacity < 1.0
+}
+
 /// The clip plane in the eye frame and the opacity of a surface, where it has any.
 fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
     let plane = match view.clip {
@@ -410,7 +415,7 @@ fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
         }
         None => glam::DVec4::W,
     };
-    (view.clip.is_some() || opacity < 1.0).then(|| Cut {
+    is_cut(view, opacity).then(|| Cut {
         plane: plane.as_vec4().to_array(),
         opacity,
         ..Cut::default()

@@ -143,6 +143,11 @@ fn to_linear(byte: u8) -> f32 {
     if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }
 
+/// Linear red, green and blue of a colour as it is seen, 0xrrggbb in sRGB.
+pub fn linear(color: u32) -> [f32; 3] {
+    [16, 8, 0].map(|bits| to_linear((color >> bits & 0xff) as u8))
+}
+
 /// The sRGB byte of a linear intensity.
 fn to_srgb(linear: f32) -> u8 {
     let c = linear.clamp(0.0, 1.0);

@@ -191,12 +191,20 @@ impl Keep {
 impl SurfaceMesh {
     /// The mesh of the components that are kept alone, in the same order.
     pub fn with_components(&self, keep: &Keep) -> SurfaceMesh {
+        match self.kept_triangles(keep) {
+            None => self.clone(),
+            Some(kept) => self.with_triangles(|t| kept[t]),
+        }
+    }
+
+    /// Of each triangle whether its component is kept; none where all are.
+    pub(crate) fn kept_triangles(&self, keep: &Keep) -> Option<Vec<bool>> {
         if keep.is_all() {
-            return self.clone();
+            return None;
         }
         let components = Components::of(self);
         let kept = components.kept(self, keep);
-        self.with_triangles(|t| kept[components.of_triangle[t] as usize])
+        Some(components.of_triangle.iter().map(|&c| kept[c as usize]).collect())
     }
 
     /// The mesh of some triangles alone and of the vertices that they use, in the order in which they are used.

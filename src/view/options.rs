@@ -134,12 +134,12 @@ fn components(ui: &mut Ui, scene: &Scene, view: &mut View) {
         }
     });
     ui.horizontal(|ui| {
-        let unit = DVec3::from_array(scene.spectrum.volume.placement.spacing).min_element();
-        let mut volume = view.keep.min_volume * unit.powi(3);
+        let unit = scene.spectrum.volume.placement.voxel_volume();
+        let mut volume = view.keep.min_volume * unit;
         ui.label("of a volume from");
-        let field = DragValue::new(&mut volume).range(0.0..=f64::MAX).speed(0.5 * unit.powi(3));
+        let field = DragValue::new(&mut volume).range(0.0..=f64::MAX).speed(0.5 * unit);
         if ui.add(field).changed() {
-            view.keep.min_volume = volume / unit.powi(3);
+            view.keep.min_volume = volume / unit;
         }
     });
 }

@@ -164,15 +164,11 @@ pub(crate) fn rescaled(samples: Samples, slope: f64, intercept: f64) -> Samples 
     {
         return integers;
     }
-    let narrow = matches!(
-        samples,
-        Samples::U8(_) | Samples::I8(_) | Samples::U16(_) | Samples::I16(_) | Samples::F32(_)
-    );
     let values = (0..samples.len()).map(|i| of(samples.get(i)));
-    if narrow {
-        Samples::F32(values.map(|v| v as f32).collect())
-    } else {
+    if samples.is_wide() {
         Samples::F64(values.collect())
+    } else {
+        Samples::F32(values.map(|v| v as f32).collect())
     }
 }
 

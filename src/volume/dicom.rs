@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 
 use super::decode::{invalid, read_error};
 use super::text::shortened;
+use super::tiff::slices::is_picture;
 use super::{Grid, ReadOptions};
 use crate::error::{Error, Result};
 use crate::input;
@@ -89,9 +90,8 @@ pub(crate) fn is_folder(folder: &Path) -> bool {
 
 /// Pictures beside slices are previews; hidden files are those of a system.
 fn may_be_slice(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-    !is_hidden && !matches!(extension.as_str(), "tif" | "tiff" | "png")
+    !is_hidden && !is_picture(path)
 }
 
 /// The DICOM files of a folder, by name.

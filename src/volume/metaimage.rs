@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::decode::{invalid, read_error, read_samples, reserve};
+use super::decode::{invalid, read_error, reserve};
 use super::select::one_of;
 use super::stream::{self, Channel, Layout, Packing};
 use super::{Grid, ReadOptions, Samples, text};
@@ -131,13 +131,7 @@ fn read_slices(path: &Path, names: &[String], header: &Header, layout: &Layout) 
         n_earned += input::open(file)?.1;
     }
     let all = Layout { skip: 0, ..*layout };
-    let read = if all.channel == Channel::ONLY {
-        let n = all.size().map_err(|e| read_error(path, e))?.0;
-        let earned = usize::try_from(n_earned).unwrap_or(usize::MAX) / all.sample_type.n_bytes();
-        read_samples(&mut slices, all.sample_type, all.big_endian, n, earned.min(n))
-    } else {
-        stream::unpacked(&mut slices, n_earned, &all)
-    };
+    let read = stream::unpacked(&mut slices, n_earned, &all);
     let at = slices.files[slices.next.saturating_sub(1).min(slices.files.len() - 1)].clone();
     read.map_err(|e| read_error(&at, e))
 }

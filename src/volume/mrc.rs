@@ -31,15 +31,14 @@ pub(crate) fn read(
     (file, length): (File, u64),
     options: &ReadOptions,
 ) -> Result<Grid> {
-    let is_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-    let header = if is_gzip {
+    let packing = Packing::of_name(path);
+    let header = if packing == Packing::Gzip {
         read_header(MultiGzDecoder::new(BufReader::new(file)))
     } else {
         read_header(file)
     };
     let header = header.map_err(|e| read_error(path, e))?;
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    let packing = if is_gzip { Packing::Gzip } else { Packing::Plain };
     let layout = header.layout(options).map_err(|e| read_error(path, e))?;
     let samples = stream::read(&mut BufReader::new(file), length, packing, &layout);
     let moved = samples.and_then(|samples| permuted(samples, layout.dims, header.order));

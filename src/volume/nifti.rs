@@ -60,7 +60,7 @@ pub(crate) fn others(path: &Path) -> Vec<PathBuf> {
 }
 
 fn is_gzip(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"))
+    Packing::of_name(path) == Packing::Gzip
 }
 
 fn is_header(path: &Path) -> bool {
@@ -119,8 +119,7 @@ fn read_data(
     layout.skip = before.and_then(|n| n.checked_add(header.offset)).ok_or_else(|| {
         invalid(format!("volume {volume} of {bytes_each} bytes, more than a file can hold"))
     })?;
-    let packing = if is_gzip(path) { Packing::Gzip } else { Packing::Plain };
     let mut reader = BufReader::new(file);
-    let samples = stream::read(&mut reader.by_ref(), length, packing, &layout)?;
+    let samples = stream::read(&mut reader.by_ref(), length, Packing::of_name(path), &layout)?;
     Ok(rescaled(samples, header.slope, header.intercept))
 }

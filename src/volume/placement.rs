@@ -190,6 +190,11 @@ impl Placement {
         x.min(y).min(z)
     }
 
+    /// The volume of a voxel in the world: what volumes of the voxel frame are counted in.
+    pub fn voxel_volume(&self) -> f64 {
+        self.voxel().powi(3) * self.span().abs()
+    }
+
     /// World position of a point of the index frame.
     pub fn world(&self, index: [f64; 3]) -> [f64; 3] {
         let along = |a: usize| self.spacing[a] * index[a];
@@ -265,11 +270,11 @@ impl Default for Placement {
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -29,7 +29,7 @@ pub(crate) fn read(
     if let Some(header) = header_beside(path).filter(|_| !is_told(path, options)) {
         return read_by_header(path, &header, options);
     }
-    let is_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+    let is_gzip = Packing::of_name(path) == Packing::Gzip;
     let stem = if is_gzip { path.with_extension("") } else { path.to_owned() };
     let name = stem.file_stem().unwrap_or_default().to_string_lossy();
     let shown = path.display();

@@ -5,6 +5,7 @@
 //! memory grows with what is inflated, and of which no byte beyond the samples is kept.
 
 use std::io::{self, BufRead, Read};
+use std::path::Path;
 
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
@@ -12,7 +13,7 @@ use super::decode::{SampleType, invalid, read_samples, size_of_grid};
 use crate::volume::Samples;
 
 /// Most bytes that one byte of a deflate stream can stand for.
-const DEFLATE_RATIO: u64 = 1032;
+pub(crate) const DEFLATE_RATIO: u64 = 1032;
 
 /// How bytes are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +21,14 @@ pub(crate) enum Packing {
     Plain,
     Gzip,
     Zlib,
+}
+
+impl Packing {
+    /// How a file of this name is packed: gzip by `.gz`, in any case.
+    pub(crate) fn of_name(path: &Path) -> Packing {
+        let is_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        if is_gzip { Packing::Gzip } else { Packing::Plain }
+    }
 }
 
 /// One of the numbers that each sample is made of.
@@ -115,12 +124,11 @@ pub(crate) fn read_all(
     packing: Packing,
     layout: &Layout,
 ) -> io::Result<Samples> {
-    let (_, n_bytes) = layout.size()?;
-    let what = layout.what();
     let samples = read(reader, left, packing, layout)?;
     // Packed data that go on leave bytes behind: the checksum was not reached.
     let rest = io::copy(&mut reader.take(1), &mut io::sink())?;
     if rest > 0 {
+        let ((_, n_bytes), what) = (layout.size()?, layout.what());
         return Err(invalid(format!(
             "the packed data hold more than the {n_bytes} bytes of {what}"
         )));

@@ -21,14 +21,14 @@ use ::tiff::{ColorType, TiffError};
 
 use super::decode::{SampleType, exact_f64, invalid, picked, read_error, read_samples};
 use super::select::one_of;
-use super::stream::Channel;
+use super::stream::{Channel, DEFLATE_RATIO};
 use super::text::shortened;
 use super::{Grid, Placement, ReadOptions, Samples};
 use crate::error::Result;
 use description::Described;
 
-/// Most bytes of a page that a byte of the file may stand for, as with deflate; LZW, which can tell of more, does not in practice.
-const PACKING_RATIO: u64 = 1032;
+/// Most bytes of a page that a byte of the file may stand for: LZW, which can tell of more than deflate, does not in practice.
+const PACKING_RATIO: u64 = DEFLATE_RATIO;
 
 /// Most pages of a file.
 const MOST_PAGES: usize = 1 << 20;
@@ -138,9 +138,8 @@ impl Pages {
 
     /// The samples of pages in ascending order.
     fn read(&mut self, wanted: &[usize], colour: Channel) -> io::Result<Samples> {
-        let mut all: Option<Samples> = None;
         let mut at = 0;
-        for &index in wanted {
+        joined(wanted.iter().map(|&index| {
             while at < index {
                 self.decoder.next_image().map_err(wrong)?;
                 at += 1;
@@ -159,12 +158,8 @@ impl Pages {
             if samples.len() != size[0] * size[1] {
                 return Err(invalid(format!("page {index} has {} samples", samples.len())));
             }
-            match &mut all {
-                Some(all) => all.append(samples)?,
-                None => all = Some(samples),
-            }
-        }
-        all.ok_or_else(|| invalid("no pages"))
+            Ok(samples)
+        }))
     }
 
     /// The samples of pages that follow each other in the file, with one directory.
@@ -180,22 +175,28 @@ impl Pages {
         let n = width * height;
         let n_bytes = (n * sample_type.n_bytes()) as u64;
         let big_endian = self.decoder.byte_order() == ::tiff::tags::ByteOrder::BigEndian;
-        let mut all: Option<Samples> = None;
-        for &index in wanted {
+        joined(wanted.iter().map(|&index| {
             let at = n_bytes.checked_mul(index as u64).and_then(|at| at.checked_add(start));
             let Some(at) = at.filter(|at| at.saturating_add(n_bytes) <= self.length) else {
                 return Err(invalid(format!("the file ends before page {index}")));
             };
             let reader = self.decoder.inner();
             reader.seek(SeekFrom::Start(at))?;
-            let page = read_samples(reader, sample_type, big_endian, n, n)?;
-            match &mut all {
-                Some(all) => all.append(page)?,
-                None => all = Some(page),
-            }
-        }
-        all.ok_or_else(|| invalid("no pages"))
+            read_samples(reader, sample_type, big_endian, n, n)
+        }))
     }
+}
+
+/// The samples of pages, one behind the other.
+fn joined(pages: impl Iterator<Item = io::Result<Samples>>) -> io::Result<Samples> {
+    let mut all: Option<Samples> = None;
+    for page in pages {
+        match &mut all {
+            Some(all) => all.append(page?)?,
+            None => all = Some(page?),
+        }
+    }
+    all.ok_or_else(|| invalid("no pages"))
 }
 
 /// What the directory of the present page tells.

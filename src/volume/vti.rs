@@ -82,7 +82,7 @@ fn read_grid(file: File, options: &ReadOptions) -> io::Result<Grid> {
     Ok((dims, samples, placement))
 }
 
-/// Where appended data begin, and how they are written.
+/// How appended data are written.
 struct Appended {
     is_base64: bool,
 }

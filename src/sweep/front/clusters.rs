@@ -1,6 +1,6 @@
 //! Which blocks change together: an exchange is made, or refused, for each cluster of them alone.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -43,12 +43,7 @@ pub(super) fn clusters(
     }
     let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
     // Most faces are far from all of them: told by the block of a corner.
-    let reach = |b: u32| {
-        (0..RINGS).fold(BTreeSet::from([b]), |wider, _| {
-            wider.into_iter().flat_map(|b| grid.blocks_around(b)).collect()
-        })
-    };
-    let wide = grid.marked(blocks.iter().flat_map(|&b| reach(b)));
+    let wide = grid.marked(blocks.iter().flat_map(|&b| grid.blocks_within(b, RINGS)));
     let most = (RINGS * BLOCK) as f32 - near;
     let beside: Vec<(Face, Vec<u32>)> = faces
         .into_par_iter()

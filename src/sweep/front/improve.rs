@@ -6,8 +6,6 @@
 //! does not move. Where that leaves a face turned over, off the isosurface or crossing another, the triangles stay as they
 //! came.
 
-use std::collections::BTreeSet;
-
 use glam::Vec3;
 
 use super::exchange::Exchanged;
@@ -86,12 +84,9 @@ impl Improvement<'_> {
                 break;
             }
             log::debug!("{} faults in what is new", bad.len());
-            let mut near: BTreeSet<u32> =
-                bad.into_iter().filter_map(|p| self.block_at(p)).collect();
-            for _ in 0..1 << attempt {
-                near = near.into_iter().flat_map(|b| self.grid.blocks_around(b)).collect();
-            }
-            let marked = self.grid.marked(near.into_iter());
+            let blocks = bad.into_iter().filter_map(|p| self.block_at(p));
+            let around = blocks.flat_map(|b| self.grid.blocks_within(b, 1 << attempt));
+            let marked = self.grid.marked(around);
             let is_beside = |v: &Vertex| {
                 let block = self.block_at(fresh.mesh.position(*v));
                 block.is_some_and(|b| marked[b as usize])

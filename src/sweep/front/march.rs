@@ -81,14 +81,6 @@ pub(super) struct Tally {
     pub(super) given_up: usize,
 }
 
-/// What was asked for in an attempt to exchange.
-struct Asked<'r> {
-    /// Now, and then.
-    regions: [&'r Region; 2],
-    clusters: &'r [Cluster],
-    attempt: usize,
-}
-
 /// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reason {
@@ -338,12 +330,10 @@ impl<'s, 'a> March<'s, 'a> {
                 clusters.len(),
                 refused.iter().take(8).map(|r| (r.1.why, r.1.samples.len())).collect::<Vec<_>>()
             );
-            let asked = Asked {
-                regions: [&state.region.clone(), &target.clone()],
-                clusters: &clusters,
-                attempt,
-            };
-            self.widen(&mut target, &state.tracked, &asked, refused, passage);
+            if refused.is_empty() {
+                break;
+            }
+            self.widen(&mut target, state, &clusters, refused, passage, attempt);
         }
         let improved = self.improve(state, &new, kernels)?;
         new.extend(improved);
@@ -424,33 +414,34 @@ impl<'s, 'a> March<'s, 'a> {
     fn widen(
         &mut self,
         target: &mut Region,
-        tracked: &Tracked,
-        Asked { regions: [now, then], clusters, attempt }: &Asked,
+        State { region, tracked, .. }: &State,
+        clusters: &[Cluster],
         refused: Vec<(usize, Refused)>,
         passage: Passage,
+        attempt: usize,
     ) {
         let mut added: Vec<u32> = Vec::new();
         let mut around: Vec<Vec<u32>> = Vec::new();
         for (i, Refused { samples, .. }) in refused {
             let blocks = &clusters[i].blocks;
-            let is_released = |b: &u32| now.holds(*b) && !then.holds(*b);
-            let is_stubborn = *attempt >= MOST_RELEASES || samples.len() > MOST_NAMED;
+            let is_released = |b: &u32| region.holds(*b) && !target.holds(*b);
+            let is_stubborn = attempt >= MOST_RELEASES || samples.len() > MOST_NAMED;
             if is_stubborn && blocks.iter().any(is_released) {
                 added.extend(blocks.iter().copied().filter(is_released));
-            } else if *attempt > MOST_NEARBY {
+            } else if attempt > MOST_NEARBY {
                 let whole = components(tracked, &clusters[i].faces);
                 added.extend(self.blocks_of(tracked, &whole));
             } else if !samples.is_empty() {
                 around.push(samples);
-            } else if *attempt > MOST_WIDER {
+            } else if attempt > MOST_WIDER {
                 // What names no sample asks for more of the mesh, of which there is no more after a while.
                 around.push(blocks.iter().flat_map(|&b| self.grid.samples_around(b)).collect());
             }
         }
         added.retain(|&b| target.add(b));
         self.calendar.close_around(target, passage, &added);
-        if !around.is_empty() || *attempt >= MOST_EXCHANGES {
-            self.grow(target, &around, passage, *attempt);
+        if !around.is_empty() || attempt >= MOST_EXCHANGES {
+            self.grow(target, &around, passage, attempt);
         }
     }
 
@@ -569,9 +560,7 @@ impl<'s, 'a> March<'s, 'a> {
         let region = self.plan(state, [step.at, step.next]);
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
-        let mut before: Option<Moved> = None;
-        let mut fresh: BTreeSet<Vertex> = BTreeSet::new();
-        let mut near: BTreeSet<u32> = BTreeSet::new();
+        let mut again: Option<Again> = None;
         for round in 0.. {
             self.tally.rounds += 1;
             let transport = Transport {
@@ -581,15 +570,9 @@ impl<'s, 'a> March<'s, 'a> {
                 field: self.field(),
                 parameters: self.parameters(),
                 step,
-                again: before.as_ref().map(|before| Again {
-                    before,
-                    fresh: &fresh,
-                    near: self.grid.marked(near.iter().flat_map(|&b| self.grid.blocks_around(b))),
-                }),
+                again: again.as_ref(),
             };
             let moved = transport.moved(kernels)?;
-            fresh.clear();
-            near.clear();
             let (low, high) = self.sweep.range;
             let is_short = (step.next - step.at).abs() < SHORTEST * (high - low);
             let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
@@ -602,8 +585,8 @@ impl<'s, 'a> March<'s, 'a> {
                 let corners = |f: &Face| state.tracked.mesh.corners(*f);
                 let places: Vec<Vec3> = moved.folded.iter().flat_map(corners).collect();
                 if self.thin_out(state, &moved.folded) {
-                    near.extend(places.into_iter().filter_map(|p| self.block_at(p)));
-                    before = Some(moved);
+                    let near = self.beside(places.into_iter().filter_map(|p| self.block_at(p)));
+                    again = Some(Again { before: moved, fresh: BTreeSet::new(), near });
                     continue;
                 }
             }
@@ -651,9 +634,9 @@ impl<'s, 'a> March<'s, 'a> {
                 region.blocks().difference(state.region.blocks()).copied().collect();
             self.calendar.close_around(&mut region, passage, &added);
             let old = state.region.blocks().clone();
-            fresh = self.exchange(state, region, passage, kernels)?;
-            near.extend(old.symmetric_difference(state.region.blocks()));
-            before = Some(moved);
+            let fresh = self.exchange(state, region, passage, kernels)?;
+            let near = self.beside(old.symmetric_difference(state.region.blocks()).copied());
+            again = Some(Again { before: moved, fresh, near });
         }
         state.at = step.next;
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
@@ -699,6 +682,11 @@ impl<'s, 'a> March<'s, 'a> {
         let again = reason.held > 0 && reason.until + reason.held + HOLD >= self.step;
         reason.held = if again { (2 * reason.held).min(LONGEST_HOLD) } else { HOLD + 1 };
         reason.until = self.step + reason.held;
+    }
+
+    /// By block, whether it is one of some or beside one.
+    fn beside(&self, blocks: impl Iterator<Item = u32>) -> Vec<bool> {
+        self.grid.marked(blocks.flat_map(|b| self.grid.blocks_around(b)))
     }
 
     /// The block around a place of the voxel frame.

@@ -223,10 +223,19 @@ impl Grid {
 
     /// A block and those around it.
     pub(super) fn blocks_around(&self, block: u32) -> impl Iterator<Item = u32> + use<> {
+        self.blocks_within(block, 1)
+    }
+
+    /// The blocks at most so many away from one along every axis, itself among them.
+    pub(super) fn blocks_within(
+        &self,
+        block: u32,
+        away: usize,
+    ) -> impl Iterator<Item = u32> + use<> {
         let n = self.blocks();
         let [x, y, z] = {
             let b = self.block_position(block);
-            std::array::from_fn(|a| b[a].saturating_sub(1)..(b[a] + 2).min(n[a]))
+            std::array::from_fn(|a| b[a].saturating_sub(away)..(b[a] + away + 1).min(n[a]))
         };
         z.flat_map(move |k| {
             let x = x.clone();

@@ -78,10 +78,10 @@ impl Moved {
 }
 
 /// A step that is taken again after the mesh has changed in some places.
-pub(super) struct Again<'a> {
-    pub(super) before: &'a Moved,
+pub(super) struct Again {
+    pub(super) before: Moved,
     /// Vertices that have come or gone since.
-    pub(super) fresh: &'a BTreeSet<Vertex>,
+    pub(super) fresh: BTreeSet<Vertex>,
     /// By block: whether something has changed in it or beside it.
     pub(super) near: Vec<bool>,
 }
@@ -102,7 +102,7 @@ pub(super) struct Transport<'a> {
     pub(super) parameters: &'a Parameters,
     pub(super) step: Step,
     /// None if all of the mesh is to move.
-    pub(super) again: Option<Again<'a>>,
+    pub(super) again: Option<&'a Again>,
 }
 
 impl Transport<'_> {
@@ -117,7 +117,7 @@ impl Transport<'_> {
                 let again = |a: &Again| a.fresh.contains(&v) || a.before.end(v).is_none();
                 mesh.has_vertex(v)
                     && !mesh.is_pinned(v)
-                    && self.again.as_ref().is_none_or(|a| near(v) || again(a))
+                    && self.again.is_none_or(|a| near(v) || again(a))
             })
             .collect();
         let moves = |v: Vertex| moves.get(v.0 as usize).copied().unwrap_or(false);
@@ -130,19 +130,18 @@ impl Transport<'_> {
             moved.folded.sort_unstable();
             moved.folded.dedup();
         }
-        if let Some(again) = &self.again {
-            moved.keep(again.before, self.tracked);
+        if let Some(again) = self.again {
+            moved.keep(&again.before, self.tracked);
         }
         Ok(moved)
     }
 
     /// Whether a place is in a block near which something has changed, or in one of `rings` around those.
     fn is_near(&self, p: Vec3, rings: usize) -> bool {
-        let Some(again) = &self.again else { return true };
+        let Some(again) = self.again else { return true };
         let grid = self.region.grid;
         let Some(block) = grid.block_at(p * self.field.inverse_cell_size()) else { return false };
-        again.near[block as usize]
-            || rings > 0 && grid.blocks_around(block).any(|b| again.near[b as usize])
+        grid.blocks_within(block, rings).any(|b| again.near[b as usize])
     }
 
     /// Where a vertex that does not move freely is at the end of the step: the seam where it will be, the rest of the mesh
@@ -150,7 +149,7 @@ impl Transport<'_> {
     fn held_end(&self, v: Vertex) -> Option<[f32; 3]> {
         match self.tracked.key(v) {
             Some(e) => Some(place_on(self.exact, e, self.step.next).to_array()),
-            None => self.again.as_ref().and_then(|a| a.before.end(v)),
+            None => self.again.and_then(|a| a.before.end(v)),
         }
     }
 
@@ -292,7 +291,7 @@ impl Transport<'_> {
         let strides = exact.strides();
         let is_near = |b: u32| {
             let near = |a: &Again| grid.blocks_around(b).any(|b| a.near[b as usize]);
-            self.again.as_ref().is_none_or(near)
+            self.again.is_none_or(near)
         };
         let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
         let mut made: HashMap<LatticeEdge, u32> = HashMap::new();

@@ -8,6 +8,7 @@
 
 use super::Slice;
 use super::header::Plane;
+use crate::volume::placement::{cross, dot};
 use crate::volume::{Placement, Space, Unit};
 
 /// How far a slice may lie from where even steps have it, in steps. Positions are decimals, in files down to hundredths of a
@@ -20,7 +21,7 @@ const TURNED: f64 = 1e-3;
 /// The direction in which slices follow each other, from those of a row and a column.
 pub(super) fn normal(orientation: &[f64; 6]) -> [f64; 3] {
     let [a, b, c, d, e, f] = *orientation;
-    [b * f - c * e, c * d - a * f, a * e - b * d]
+    cross([a, b, c], [d, e, f])
 }
 
 /// Sorts slices along their normal; where the volume lies.
@@ -147,10 +148,6 @@ fn told(plane: &Plane, name: &str) -> Result<Told, String> {
         return Err(format!("{name}: pixels {spacing:?} apart, expected positive distances"));
     }
     Ok(Told { position, orientation, spacing })
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

@@ -11,12 +11,9 @@ use crate::error::Result;
 use crate::input;
 use crate::volume::decode::{SampleType, invalid, read_error, rescaled, size_of_grid};
 use crate::volume::select::one_of;
-use crate::volume::stream::{self, Channel, Layout};
+use crate::volume::stream::{self, Channel, DEFLATE_RATIO, Layout};
 use crate::volume::text::shortened;
 use crate::volume::{ReadOptions, Samples};
-
-/// Most bytes that one byte of a deflate stream can stand for (zlib technical notes).
-const DEFLATE_RATIO: u64 = 1032;
 
 /// The transfer syntax of samples that are packed by run lengths.
 pub(super) const RUNS: &str = "1.2.840.10008.1.2.5";
@@ -220,9 +217,11 @@ fn of_modality(samples: Samples, slices: &[Slice]) -> Samples {
         let (slope, intercept) = scale(&slices[i / each]);
         samples.get(i) * slope + intercept
     };
-    match samples {
-        Samples::U32(_) | Samples::I32(_) => Samples::F64((0..samples.len()).map(value).collect()),
-        _ => Samples::F32((0..samples.len()).map(|i| value(i) as f32).collect()),
+    let values = (0..samples.len()).map(value);
+    if samples.is_wide() {
+        Samples::F64(values.collect())
+    } else {
+        Samples::F32(values.map(|v| v as f32).collect())
     }
 }
 

@@ -14,8 +14,7 @@ const REACH: f64 = 4.0;
 
 /// A Gaussian with these standard deviations along x, y, z, in samples.
 pub(super) fn gaussian(samples: &Samples, dims: [usize; 3], sigma: [f64; 3]) -> Samples {
-    let is_wide = matches!(samples, Samples::U32(_) | Samples::I32(_) | Samples::F64(_));
-    if is_wide {
+    if samples.is_wide() {
         let values = with_samples!(samples, s => s.iter().map(|v| v.as_()).collect());
         return Samples::F64(smoothed(values, dims, sigma, |v| v, |v| v));
     }
@@ -126,9 +125,10 @@ fn medians<T: Copy + Send + Sync + PartialOrd>(values: &[T], dims: [usize; 3], r
 /// Means of blocks of n samples along every axis; float64 where the samples are wider than float32.
 pub(super) fn block_means(samples: &Samples, dims: [usize; 3], n: usize) -> Samples {
     let means = with_samples!(samples, s => means(s, dims, n));
-    match samples {
-        Samples::U32(_) | Samples::I32(_) | Samples::F64(_) => Samples::F64(means),
-        _ => Samples::F32(means.into_iter().map(|v| v as f32).collect()),
+    if samples.is_wide() {
+        Samples::F64(means)
+    } else {
+        Samples::F32(means.into_iter().map(|v| v as f32).collect())
     }
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found: BTreeMap<u64, PathBuf> = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
         let path = entry.map_err(|e| Error::io(folder, e))?.path();
-        if !is_slice(&path) {
+        if !is_picture(&path) {
             continue;
         }
         let number = number(&path).ok_or_else(|| {
@@ -53,7 +53,8 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(found.into_values().collect())
 }
 
-fn is_slice(path: &Path) -> bool {
+/// Whether a file is a slice by the extension of its name.
+pub(crate) fn is_picture(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     matches!(extension.as_str(), "tif" | "tiff" | "png")
 }
