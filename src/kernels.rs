@@ -53,6 +53,21 @@ pub struct Connectivity {
     pub borders: Vec<u8>,
 }
 
+impl Connectivity {
+    /// Adds another mesh, whose vertices come after those of this one.
+    pub(crate) fn append(&mut self, other: &Connectivity) {
+        let n = self.borders.len() as u32;
+        if self.ring_offsets.is_empty() {
+            self.ring_offsets.push(0);
+        }
+        let n_ring = self.ring.len() as u32;
+        self.faces.extend(other.faces.iter().map(|f| f.map(|v| v + n)));
+        self.ring_offsets.extend(other.ring_offsets.iter().skip(1).map(|o| o + n_ring));
+        self.ring.extend(other.ring.iter().map(|r| ((r & !CREASE) + n) | (r & CREASE)));
+        self.borders.extend(&other.borders);
+    }
+}
+
 /// Marks, in [`Connectivity::ring`], a neighbour along a crease: an edge where a cap meets the
 /// isosurface proper. A vertex with a border relaxes along its crease neighbours only.
 pub const CREASE: u32 = 1 << 31;

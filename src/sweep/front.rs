@@ -15,6 +15,7 @@ mod exact;
 mod exchange;
 mod improve;
 mod march;
+mod mend;
 mod part;
 mod record;
 mod region;

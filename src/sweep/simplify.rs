@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::caps::follows_border;
 use super::criteria::Criteria;
-use crate::mesh::{Face, HalfEdge, Mesh, Vertex, radius_ratio};
+use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
 
 /// Which collapses are made.
 #[derive(Clone, Copy)]
@@ -54,27 +54,6 @@ pub(crate) fn simplify(
         }
     }
     collapsed
-}
-
-/// Collapses one side of each of some faces, where the criteria allow it; edges may become as long as the longest. Returns
-/// how many did.
-pub(crate) fn collapse_faces(mesh: &mut Mesh, criteria: &Criteria, faces: &[Face]) -> usize {
-    let length = vec![criteria.max_edge; mesh.vertex_slots()];
-    let bounds = Bounds { short: 0.0, share: 1.0 };
-    let mut n = 0;
-    for &f in faces {
-        if !mesh.has_face(f) || mesh.is_cap(f) {
-            continue;
-        }
-        let sides = mesh.face_halfedges(f).into_iter().flat_map(|h| [h, h.twin()]);
-        let quality = |h: HalfEdge| collapse_quality(mesh, criteria, &length, (h, bounds));
-        let best = sides.map(|h| (quality(h), h)).max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, h)) = best.filter(|b| b.0 > 0.0) {
-            mesh.collapse(h);
-            n += 1;
-        }
-    }
-    n
 }
 
 /// Whether `h` is the shortest side of a face that should go.

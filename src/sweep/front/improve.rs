@@ -3,20 +3,23 @@
 //! # Theory
 //!
 //! The exact extraction's triangles are small and thin. They are remeshed as the tracked mesh is; what was tracked before
-//! does not move. Where that leaves a face turned over, off the isosurface or crossing another, the triangles stay as they
-//! came.
+//! does not move. What that leaves turned over or off is mended; where it cannot be, cells become exact on the next step.
 
-use glam::Vec3;
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
 
 use super::exchange::Exchanged;
+use super::mend::{Shape, mend};
 use super::part::Part;
-use super::region::Grid;
+use super::region::Region;
 use super::tracked::Tracked;
-use super::transport::faults;
+use super::transport::{MOST_OFF_REFINED, faults};
+use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
-use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Face, Mesh, Vertex, intersecting};
+use crate::kernels::{Connectivity, Kernels};
+use crate::mesh::{Compacted, Face, Mesh, Vertex};
 use crate::sweep::Parameters;
 use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
 use crate::sweep::flips::{Flips, flip_edges};
@@ -27,18 +30,26 @@ use crate::sweep::simplify::{Bounds, simplify};
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 3;
 
+/// Iterations of relaxation in each.
+const RELAXATIONS: u32 = 4;
+
 /// Share of the tolerance within which collapses stay, so that refinement does not undo them.
 const COLLAPSE_SHARE: f32 = 0.5;
-
-/// The same is tried so often, each time with fewer vertices that move: around faults twice as far.
-const ATTEMPTS: usize = 4;
 
 /// What improvement knows of the sweep.
 pub(super) struct Improvement<'a> {
     pub(super) field: &'a Field,
-    pub(super) grid: Grid,
+    pub(super) region: &'a Region,
     pub(super) parameters: &'a Parameters,
     pub(super) isovalue: f64,
+}
+
+/// A part of the mesh that is new, or beside what is.
+struct Fresh {
+    part: Part,
+    made: Tracked,
+    /// The vertices that do not move.
+    held: Vec<Vertex>,
 }
 
 impl Improvement<'_> {
@@ -46,113 +57,137 @@ impl Improvement<'_> {
         Criteria::new(self.field, self.isovalue, self.parameters)
     }
 
-    /// The part of the mesh around its new vertices, improved; none if there are no new ones.
+    /// The parts of the mesh around its new vertices, improved; no two have a vertex in common.
     pub(super) fn improved(
         &self,
         whole: &Tracked,
-        is_new: &dyn Fn(Vertex) -> bool,
+        is_new: &(dyn Fn(Vertex) -> bool + Sync),
         kernels: &mut dyn Kernels,
-    ) -> Result<Option<Exchanged>> {
-        let mesh = &whole.mesh;
-        let mut is_near = vec![false; mesh.vertex_slots()];
-        let is_free_new = |v: &Vertex| !mesh.is_fixed(*v) && is_new(*v);
-        let new: Vec<Vertex> = mesh.vertices().filter(is_free_new).collect();
-        for &v in &new {
-            is_near[v.0 as usize] = true;
-            mesh.one_ring(v).for_each(|w| is_near[w.0 as usize] = true);
-        }
-        let near = |f: &Face| mesh.face_vertices(*f).into_iter().any(|v| is_near[v.0 as usize]);
-        let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).filter(near).collect();
-        if faces.is_empty() {
-            return Ok(None);
-        }
-        let part = Part::of(whole, &faces);
-        let key = |v: u32| part.origin[v as usize].and_then(|o| whole.key(o));
-        let made =
-            Tracked::of(part.positions.clone(), part.triangles.clone(), key, &mut Vec::new());
-        let Ok(fresh) = made else { return Ok(None) };
-        let moves = |v: Vertex| {
-            let o = part.origin.get(v.0 as usize).copied().flatten();
-            o.is_none_or(is_new)
-        };
-        let mut held: Vec<Vertex> = fresh.mesh.vertices().filter(|&v| !moves(v)).collect();
-        let mut made = fresh.clone();
-        for attempt in 0..ATTEMPTS {
-            self.remesh(&mut made.mesh, &held, kernels)?;
-            let bad = self.bad_places(&made);
-            if bad.is_empty() || attempt + 1 == ATTEMPTS {
-                break;
-            }
-            log::debug!("{} faults in what is new", bad.len());
-            let blocks = bad.into_iter().filter_map(|p| self.block_at(p));
-            let around = blocks.flat_map(|b| self.grid.blocks_within(b, 1 << attempt));
-            let marked = self.grid.marked(around);
-            let is_beside = |v: &Vertex| {
-                let block = self.block_at(fresh.mesh.position(*v));
-                block.is_some_and(|b| marked[b as usize])
-            };
-            held.extend(fresh.mesh.vertices().filter(is_beside));
-            made = fresh.clone();
-        }
-        let mut was: Vec<Option<Face>> = part.faces.iter().copied().map(Some).collect();
-        was.resize(made.mesh.face_slots(), None);
-        let mut origin = part.origin.clone();
-        origin.resize(made.mesh.vertex_slots(), None);
-        Ok(Some(Exchanged { part, made, origin, was }))
+    ) -> Result<Vec<Exchanged>> {
+        let parts = parts(whole, is_new);
+        let mut all: Vec<Fresh> =
+            parts.par_iter().filter_map(|faces| Fresh::of(whole, faces, is_new)).collect();
+        self.remesh(&mut all, kernels)?;
+        Ok(all.into_iter().map(Fresh::exchanged).collect())
     }
 
     /// Remeshes what is not held.
-    fn remesh(&self, mesh: &mut Mesh, held: &[Vertex], kernels: &mut dyn Kernels) -> Result<()> {
-        let held: Vec<Vertex> = held.iter().copied().filter(|&v| !mesh.is_fixed(v)).collect();
-        held.iter().for_each(|&v| mesh.set_pinned(v, true));
+    fn remesh(&self, all: &mut [Fresh], kernels: &mut dyn Kernels) -> Result<()> {
         let criteria = self.criteria();
-        let parameters = self.parameters;
+        all.iter_mut().for_each(|fresh| fresh.pin(true));
         for _ in 0..ROUNDS {
+            all.par_iter_mut().for_each(|fresh| edit(&mut fresh.made.mesh, &criteria));
+            self.relax(all, kernels)?;
+        }
+        all.par_iter_mut().for_each(|fresh| {
+            let mesh = &mut fresh.made.mesh;
             let deviations = criteria.deviations(mesh);
-            let mut length = sizing(mesh, &criteria, &deviations, SIZING_GOAL * criteria.error);
-            split_long(mesh, &criteria, &length, 1.4, &mut Vec::new());
-            extend_sizing(mesh, &mut length);
-            simplify(mesh, &criteria, &length, Bounds { short: 0.75, share: COLLAPSE_SHARE });
-            flip_edges(mesh, &criteria, 3, Flips::ALL);
-            let compacted = mesh.compacted_free();
-            kernels.load(&compacted.connectivity, &compacted.positions)?;
-            let [strength, force] = [parameters.relax_strength, parameters.relax_force];
-            kernels.relax(self.isovalue, strength as f32, force as f32, 4)?;
-            let positions = kernels.positions()?;
-            for (&v, p) in compacted.vertices.iter().zip(positions) {
+            refine(mesh, &criteria, &deviations, &mut Vec::new());
+            flip_edges(mesh, &criteria, 2, Flips::ALL);
+            let faults = faults(&fresh.made, &criteria, self.parameters);
+            let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
+            let most = MOST_OFF_REFINED * self.parameters.error as f32;
+            mend(&mut fresh.made, self.region, &[Shape { criteria, most, place: &place }], &faults);
+            fresh.pin(false);
+        });
+        Ok(())
+    }
+
+    /// Relaxes all parts at once.
+    fn relax(&self, all: &mut [Fresh], kernels: &mut dyn Kernels) -> Result<()> {
+        let compacted: Vec<Compacted> =
+            all.par_iter().map(|fresh| fresh.made.mesh.compacted_free()).collect();
+        let mut connectivity = Connectivity::default();
+        let mut positions = Vec::new();
+        for c in &compacted {
+            connectivity.append(&c.connectivity);
+            positions.extend_from_slice(&c.positions);
+        }
+        if positions.is_empty() {
+            return Ok(());
+        }
+        kernels.load(&connectivity, &positions)?;
+        let [strength, force] =
+            [self.parameters.relax_strength, self.parameters.relax_force].map(|x| x as f32);
+        kernels.relax(self.isovalue, strength, force, RELAXATIONS)?;
+        let mut positions = kernels.positions()?.into_iter();
+        for (fresh, c) in all.iter_mut().zip(&compacted) {
+            let mesh = &mut fresh.made.mesh;
+            for (&v, p) in c.vertices.iter().zip(&mut positions) {
                 if !mesh.is_pinned(v) {
                     mesh.set_position(v, p.into());
                 }
             }
         }
-        let deviations = criteria.deviations(mesh);
-        refine(mesh, &criteria, &deviations, &mut Vec::new());
-        flip_edges(mesh, &criteria, 2, Flips::ALL);
-        for v in held {
-            if mesh.has_vertex(v) {
-                mesh.set_pinned(v, false);
-            }
-        }
         Ok(())
     }
+}
 
-    /// Places of a mesh whose faces are turned over, off, or cross others.
-    fn bad_places(&self, tracked: &Tracked) -> Vec<Vec3> {
-        let mut places = faults(tracked, &self.criteria(), self.parameters);
-        let mesh = &tracked.mesh;
-        let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
-        let triangles: Vec<[u32; 3]> =
-            faces.iter().map(|&f| mesh.face_vertices(f).map(|v| v.0)).collect();
-        let positions: Vec<[f32; 3]> =
-            (0..mesh.vertex_slots() as u32).map(|v| mesh.position(Vertex(v)).to_array()).collect();
-        let crossing = intersecting(&positions, &triangles);
-        let middle = |f: u32| mesh.corners(faces[f as usize]).iter().sum::<Vec3>() / 3.0;
-        places.extend(crossing.into_iter().map(middle));
-        places
+impl Fresh {
+    fn of(
+        whole: &Tracked,
+        faces: &[Face],
+        is_new: &(dyn Fn(Vertex) -> bool + Sync),
+    ) -> Option<Fresh> {
+        let part = Part::of(whole, faces);
+        let origin = |v: u32| part.origin.get(v as usize).copied().flatten();
+        let key = |v: u32| origin(v).and_then(|o| whole.key(o));
+        let made =
+            Tracked::of(part.positions.clone(), part.triangles.clone(), key, &mut Vec::new());
+        let made = made.ok()?;
+        let moves = |v: Vertex| origin(v.0).is_none_or(is_new);
+        let still = made.mesh.vertices().filter(|&v| !made.mesh.is_fixed(v) && !moves(v));
+        let held = still.collect();
+        Some(Fresh { part, made, held })
     }
 
-    /// The block around a place of the voxel frame.
-    fn block_at(&self, p: Vec3) -> Option<u32> {
-        self.grid.block_at(p * self.field.inverse_cell_size())
+    fn pin(&mut self, pinned: bool) {
+        for &v in &self.held {
+            if self.made.mesh.has_vertex(v) {
+                self.made.mesh.set_pinned(v, pinned);
+            }
+        }
     }
+
+    fn exchanged(self) -> Exchanged {
+        let Fresh { part, made, .. } = self;
+        let mut was: Vec<Option<Face>> = part.faces.iter().copied().map(Some).collect();
+        was.resize(made.mesh.face_slots(), None);
+        let mut origin = part.origin.clone();
+        origin.resize(made.mesh.vertex_slots(), None);
+        Exchanged { part, made, origin, was }
+    }
+}
+
+/// The faces at new vertices and beside those, ascending, in sets that have no vertex in common.
+fn parts(whole: &Tracked, is_new: &(dyn Fn(Vertex) -> bool + Sync)) -> Vec<Vec<Face>> {
+    let mesh = &whole.mesh;
+    let mut is_near = vec![false; mesh.vertex_slots()];
+    for v in mesh.vertices().filter(|&v| is_new(v) && !mesh.is_fixed(v)) {
+        is_near[v.0 as usize] = true;
+        mesh.one_ring(v).for_each(|w| is_near[w.0 as usize] = true);
+    }
+    let near = |f: &Face| mesh.face_vertices(*f).into_iter().any(|v| is_near[v.0 as usize]);
+    let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).filter(near).collect();
+    let mut sets = DisjointSets::new(mesh.vertex_slots());
+    for &f in &faces {
+        let [a, b, c] = mesh.face_vertices(f).map(|v| v.0);
+        sets.join(a, b);
+        sets.join(a, c);
+    }
+    let mut parts: BTreeMap<u32, Vec<Face>> = BTreeMap::new();
+    for &f in &faces {
+        parts.entry(sets.find(mesh.face_vertices(f)[0].0)).or_default().push(f);
+    }
+    parts.into_values().collect()
+}
+
+/// One round of splits, collapses and flips of what is not pinned.
+fn edit(mesh: &mut Mesh, criteria: &Criteria) {
+    let deviations = criteria.deviations(mesh);
+    let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
+    split_long(mesh, criteria, &length, 1.4, &mut Vec::new());
+    extend_sizing(mesh, &mut length);
+    simplify(mesh, criteria, &length, Bounds { short: 0.75, share: COLLAPSE_SHARE });
+    flip_edges(mesh, criteria, 3, Flips::ALL);
 }

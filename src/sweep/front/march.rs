@@ -11,18 +11,20 @@ use super::clusters::{Cluster, clusters};
 use super::exact::Shown;
 use super::exchange::{Exchanged, Refused, exchange};
 use super::improve::Improvement;
+use super::mend::{Shape, mend};
 use super::part::join;
 use super::record::Recorder;
 use super::region::{Grid, Link, Region};
 use super::remesh::remesh;
 use super::tracked::{Changes, Tracked, place_of, place_on};
-use super::transport::{Again, Moved, Step, Transport, faults, typical_slope};
+use super::transport::{
+    Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults, typical_slope,
+};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
 use crate::mesh::{Face, Mesh, Vertex, bounds};
 use crate::sweep::criteria::Criteria;
-use crate::sweep::simplify::collapse_faces;
 use crate::sweep::{Parameters, Sweep};
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
@@ -47,8 +49,11 @@ const LONGEST_HOLD: u32 = 32;
 /// A step is tried so often with more cells exact before it is taken as it is.
 const MOST_ROUNDS: usize = 6;
 
-/// Where faces fold they are collapsed so often before their cells become exact.
-const THINNED: usize = 1;
+/// So often faces that fold are mended before their cells become exact.
+const MOST_MENDED: usize = 3;
+
+/// After so many rounds the blocks around those named become exact as well.
+const NAMED_ALONE: usize = 3;
 
 /// An exchange is tried so often before blocks that should be released there stay exact; before whole components of the
 /// mesh become exact; and before everything does.
@@ -487,16 +492,15 @@ impl<'s, 'a> March<'s, 'a> {
     ) -> Result<Vec<Vertex>> {
         let improvement = Improvement {
             field: self.field(),
-            grid: self.grid,
+            region: &state.region,
             parameters: self.parameters(),
             isovalue: state.at,
         };
         let record = &self.record;
         let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
-        let Some(made) = improvement.improved(&state.tracked, &is_new, kernels)? else {
-            return Ok(Vec::new());
-        };
-        let Ok(joined) = join(&state.tracked, &[&made]) else { return Ok(Vec::new()) };
+        let made = improvement.improved(&state.tracked, &is_new, kernels)?;
+        let made: Vec<&Exchanged> = made.iter().collect();
+        let Ok(joined) = join(&state.tracked, &made) else { return Ok(Vec::new()) };
         self.record.exchanged(&joined, state.at);
         state.tracked = joined.tracked;
         let mesh = &state.tracked.mesh;
@@ -561,46 +565,29 @@ impl<'s, 'a> March<'s, 'a> {
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
         let mut again: Option<Again> = None;
-        for round in 0.. {
+        let (mut mended, mut round) = (0, 0);
+        loop {
             self.tally.rounds += 1;
-            let transport = Transport {
-                tracked: &state.tracked,
-                region: &state.region,
-                exact: self.exact(),
-                field: self.field(),
-                parameters: self.parameters(),
-                step,
-                again: again.as_ref(),
-            };
-            let moved = transport.moved(kernels)?;
-            let (low, high) = self.sweep.range;
-            let is_short = (step.next - step.at).abs() < SHORTEST * (high - low);
-            let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
-            if round == 0 && !is_short && moved.places.len() as f64 > most.max(20.0) {
+            let moved = self.moved(state, step, again.as_ref(), kernels)?;
+            if again.is_none() && self.is_too_long(state, step, &moved) {
                 log::debug!("{} to {} is too long: {:?}", step.at, step.next, moved.named);
                 self.tally.too_long += 1;
                 return Ok(false);
             }
-            if round < THINNED && !moved.folded.is_empty() {
-                let corners = |f: &Face| state.tracked.mesh.corners(*f);
-                let places: Vec<Vec3> = moved.folded.iter().flat_map(corners).collect();
-                if self.thin_out(state, &moved.folded) {
-                    let near = self.beside(places.into_iter().filter_map(|p| self.block_at(p)));
+            if mended < MOST_MENDED {
+                mended += 1;
+                if let Some(near) = self.mend_folded(state, step, &moved) {
                     again = Some(Again { before: moved, fresh: BTreeSet::new(), near });
                     continue;
                 }
             }
-            let stuck = if moved.places.is_empty() || round >= MOST_ROUNDS {
+            let mut stuck = None;
+            if moved.places.is_empty() || round >= MOST_ROUNDS {
                 self.tally.unresolved += moved.places.len();
-                match self.slide(state, step, passage, &moved) {
-                    Ok(()) => break,
-                    Err(stuck) => Some(stuck),
+                stuck = self.slide(state, step, passage, &moved).err();
+                if stuck.is_none() {
+                    break;
                 }
-            } else {
-                None
-            };
-            for p in moved.places.iter().take(3) {
-                log::trace!("at {p}");
             }
             log::debug!(
                 "{} to {}: {:?} named, {} faces, {} exact blocks, {stuck:?}",
@@ -610,37 +597,15 @@ impl<'s, 'a> March<'s, 'a> {
                 state.tracked.mesh.n_faces(),
                 state.region.blocks().len()
             );
-            let mut region = state.region.clone();
-            let mut named: BTreeSet<u32> = BTreeSet::new();
-            if let Some(samples) = stuck {
-                self.tally.stuck += 1;
-                for sample in samples.into_iter().filter(|&s| self.is_sample(s)) {
-                    let octants = (0..8).map(|o| self.grid.octant(sample, o));
-                    named.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
-                }
-            } else {
-                named.extend(moved.places.iter().filter_map(|&p| self.block_at(p)));
-            }
-            for b in named {
-                self.back_off(state, b);
-                if !region.add(b) || round >= 4 {
-                    for near in self.grid.blocks_around(b) {
-                        self.back_off(state, near);
-                        region.add(near);
-                    }
-                }
-            }
-            let added: Vec<u32> =
-                region.blocks().difference(state.region.blocks()).copied().collect();
-            self.calendar.close_around(&mut region, passage, &added);
-            let old = state.region.blocks().clone();
-            let fresh = self.exchange(state, region, passage, kernels)?;
-            let near = self.beside(old.symmetric_difference(state.region.blocks()).copied());
-            again = Some(Again { before: moved, fresh, near });
+            let named = self.named_blocks(&moved, stuck);
+            again = Some(self.give_way(state, named, round, passage, moved, kernels)?);
+            round += 1;
         }
         state.at = step.next;
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
+        self.mend_faults(state, &criteria);
         remesh(&mut state.tracked.mesh, &criteria);
+        let faults = self.mend_faults(state, &criteria);
         self.record.changed_all(&state.tracked, state.at);
         if log::log_enabled!(log::Level::Debug) {
             let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
@@ -654,23 +619,123 @@ impl<'s, 'a> March<'s, 'a> {
                 state.tracked.mesh.n_faces()
             );
         }
-        let faults = faults(&state.tracked, &criteria, self.parameters());
         self.tally.faults += faults.len();
-        for b in faults.into_iter().filter_map(|p| self.block_at(p)) {
+        let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
+        let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
+        for b in places.into_iter().filter_map(|p| self.block_at(p)) {
             self.back_off(state, b);
         }
         Ok(true)
     }
 
-    /// Collapses faces that fold on the way, most of them where the seam runs into the mesh; whether one could be.
-    fn thin_out(&mut self, state: &mut State, folded: &[Face]) -> bool {
-        let criteria = Criteria::new(self.field(), state.at, self.parameters());
-        let n = collapse_faces(&mut state.tracked.mesh, &criteria, folded);
-        log::debug!("{n} of {} folded faces collapse", folded.len());
-        if n > 0 {
-            self.record.changed_all(&state.tracked, state.at);
+    /// Where the mesh is at the end of a step.
+    fn moved(
+        &self,
+        state: &State,
+        step: Step,
+        again: Option<&Again>,
+        kernels: &mut dyn Kernels,
+    ) -> Result<Moved> {
+        let transport = Transport {
+            tracked: &state.tracked,
+            region: &state.region,
+            exact: self.exact(),
+            field: self.field(),
+            parameters: self.parameters(),
+            step,
+            again,
+        };
+        transport.moved(kernels)
+    }
+
+    /// Whether too much of the mesh cannot follow a step.
+    fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
+        let (low, high) = self.sweep.range;
+        let is_short = (step.next - step.at).abs() < SHORTEST * (high - low);
+        let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
+        !is_short && moved.places.len() as f64 > most.max(20.0)
+    }
+
+    /// The blocks of what could not be tracked.
+    fn named_blocks(&mut self, moved: &Moved, stuck: Option<Vec<u32>>) -> BTreeSet<u32> {
+        let Some(samples) = stuck else {
+            return moved.places.iter().filter_map(|&p| self.block_at(p)).collect();
+        };
+        self.tally.stuck += 1;
+        let octants = samples
+            .into_iter()
+            .filter(|&s| self.is_sample(s))
+            .flat_map(|s| (0..8).map(move |o| (s, o)));
+        octants.filter_map(|(s, o)| self.grid.block_of_cell(self.grid.octant(s, o))).collect()
+    }
+
+    /// Blocks become exact for a while, where they are that already, or after a few rounds, those around them; the step
+    /// is to be taken again.
+    fn give_way(
+        &mut self,
+        state: &mut State,
+        named: BTreeSet<u32>,
+        round: usize,
+        passage: Passage,
+        before: Moved,
+        kernels: &mut dyn Kernels,
+    ) -> Result<Again> {
+        let mut region = state.region.clone();
+        for b in named {
+            self.back_off(state, b);
+            if !region.add(b) || round >= NAMED_ALONE {
+                for near in self.grid.blocks_around(b) {
+                    self.back_off(state, near);
+                    region.add(near);
+                }
+            }
         }
-        n > 0
+        let old = state.region.blocks().clone();
+        let added: Vec<u32> = region.blocks().difference(&old).copied().collect();
+        self.calendar.close_around(&mut region, passage, &added);
+        let fresh = self.exchange(state, region, passage, kernels)?;
+        let near = self.beside(old.symmetric_difference(state.region.blocks()).copied());
+        Ok(Again { before, fresh, near })
+    }
+
+    /// Mends faces that fold on the way, most of them where the seam runs into the mesh. Returns the blocks near changes,
+    /// if there are any.
+    fn mend_folded(&mut self, state: &mut State, step: Step, moved: &Moved) -> Option<Vec<bool>> {
+        let (exact, error) = (self.exact(), self.parameters().error as f32);
+        let start = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
+        let end = |tracked: &Tracked, v: Vertex| {
+            let free = || moved.end(v).map_or(tracked.mesh.position(v), Vec3::from);
+            tracked.key(v).map_or_else(free, |e| place_on(exact, e, step.next))
+        };
+        let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
+        let shapes = [
+            Shape { criteria: criteria(step.at), most: MOST_OFF_REFINED * error, place: &start },
+            Shape { criteria: criteria(step.next), most: MOST_OFF * error, place: &end },
+        ];
+        let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
+        let places: Vec<Vec3> = corners.collect();
+        let n = mend(&mut state.tracked, &state.region, &shapes, &moved.folded);
+        log::debug!("{n} edits for {} folded faces", moved.folded.len());
+        if n == 0 {
+            return None;
+        }
+        self.record.changed_all(&state.tracked, state.at);
+        Some(self.beside(places.into_iter().filter_map(|p| self.block_at(p))))
+    }
+
+    /// Mends faces that cannot stay as they are at the present isovalue; returns those that could not be.
+    fn mend_faults(&self, state: &mut State, criteria: &Criteria) -> Vec<Face> {
+        let bad = faults(&state.tracked, criteria, self.parameters());
+        if bad.is_empty() {
+            return bad;
+        }
+        let most = MOST_OFF_REFINED * self.parameters().error as f32;
+        let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
+        let shapes = [Shape { criteria: *criteria, most, place: &place }];
+        let n = mend(&mut state.tracked, &state.region, &shapes, &bad);
+        let left = faults(&state.tracked, criteria, self.parameters());
+        log::debug!("{n} edits for {} faults leave {}", bad.len(), left.len());
+        left
     }
 
     /// A block could not be tracked: it stays exact for a while, which doubles where it was tracked again in vain.

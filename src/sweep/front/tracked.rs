@@ -342,7 +342,7 @@ impl Tracked {
 }
 
 /// Whether two lattice edges are sides of one exact cell.
-fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
+pub(super) fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
     let grid = region.grid;
     let others = grid.cells_around(b);
     grid.cells_around(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))

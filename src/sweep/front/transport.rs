@@ -32,8 +32,8 @@ const OUTSIDE: f32 = 0.05;
 const LEAST_AREA: f32 = 1e-3;
 
 /// So many tolerances a face may be off half-way and at the end of a step, before it is refined; and afterwards.
-const MOST_OFF: f32 = 4.0;
-const MOST_OFF_REFINED: f32 = 2.0;
+pub(super) const MOST_OFF: f32 = 4.0;
+pub(super) const MOST_OFF_REFINED: f32 = 2.0;
 
 /// Where the vertices are after a step.
 #[derive(Default)]
@@ -51,7 +51,7 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    fn end(&self, v: Vertex) -> Option<[f32; 3]> {
+    pub(super) fn end(&self, v: Vertex) -> Option<[f32; 3]> {
         self.vertices.binary_search(&v).ok().map(|i| self.positions[i])
     }
 
@@ -320,7 +320,7 @@ impl Transport<'_> {
 }
 
 /// Which check a face fails, if it does: 1 if it is turned over, 2 if it is off.
-fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
+pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
     if area(t) < LEAST_AREA {
         return None;
@@ -331,18 +331,15 @@ fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
     (off(criteria, t) > most).then_some(2)
 }
 
-/// The places of a mesh where it cannot stay as it is.
-pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Vec3> {
+/// The faces that cannot stay as they are.
+pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Face> {
     let mesh = &tracked.mesh;
     let most = MOST_OFF_REFINED * parameters.error as f32;
     let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
     faces
         .par_iter()
         .with_min_len(256)
-        .filter_map(|&f| {
-            let t = mesh.corners(f);
-            fault(criteria, t, most).map(|_| t.iter().sum::<Vec3>() / 3.0)
-        })
+        .filter_map(|&f| fault(criteria, mesh.corners(f), most).map(|_| f))
         .collect()
 }
 
