@@ -114,6 +114,23 @@ fn compute_tells_how_good_its_spectrum_is_and_what_the_sweep_did_with_v_only() {
 }
 
 #[test]
+fn analyze_suggests_where_most_parts_are_seen_apart() {
+    let folder = Folder::new();
+    let mut samples = [0u8; 9 * 5 * 5];
+    // Three peaks on level ground; the highest is the trunk that the others branch off.
+    for (x, height) in [(2, 100), (4, 200), (6, 60)] {
+        samples[x + 9 * (2 + 5 * 2)] = height;
+    }
+    folder.write("peaks_9x5x5_uint8.raw", &samples);
+    let analyze = ["analyze", "peaks_9x5x5_uint8.raw", "--samples", "2", "--json"];
+    let candidates = json(&folder.run(&analyze))["candidates"].clone();
+    let found = candidates.as_array().and_then(|c| c.iter().find(|c| c["by"] == "persistence"));
+    let found = found.expect("a candidate");
+    assert_eq!(found["n_branches"], 2);
+    assert_eq!(found["isovalue"].as_f64(), Some(30.0), "{found}");
+}
+
+#[test]
 fn analyze_and_info_count_the_same_events() {
     let folder = Folder::new();
     // A plateau in few grey levels: the exact topology has more critical points than the volume has events.

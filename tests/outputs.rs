@@ -110,10 +110,10 @@ fn a_simplified_volume_has_the_name_of_what_it_is() {
         }
     };
     let float = "f_4x4x4_float32.raw";
-    assert!(analyze(float, "n_4x4x4_uint8.raw", 2).contains("out_4x4x4_float32.raw"));
-    assert!(analyze(float, "n_2x4x8_float32.raw", 2).contains("4x4x4 float32"));
+    assert!(analyze(float, "n_4x4x4_uint8.raw", 2).contains("out_4x4x4_float64.raw"));
+    assert!(analyze(float, "n_2x4x8_float32.raw", 2).contains("4x4x4 float64"));
     assert!(analyze(float, "n.nrrd", 2).contains(".raw"));
-    analyze(float, "n_4x4x4_float32.raw", 0);
+    analyze(float, "n_4x4x4_float64.raw", 0);
     analyze(float, "n.raw", 0);
     let both = ["analyze", float, "--persistence", "1", "--simplified", "b.raw", "--plot", "b.raw"];
     assert!(folder.fails(&both, 2).contains("two files"));

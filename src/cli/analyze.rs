@@ -7,6 +7,7 @@
 //! [`Event`]). Critical points are those of the field with its ties broken: on plateaus there are more of
 //! them, which undo each other.
 
+mod candidates;
 mod curves;
 mod plot;
 mod regions;
@@ -21,7 +22,7 @@ use isospectrum::topology::critical::Place;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
-use isospectrum::volume::{Histogram, Placement, Statistics, Unit, Volume, told_by_name};
+use isospectrum::volume::{Placement, Statistics, Unit, Volume, told_by_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -33,6 +34,7 @@ use super::report::{self, number};
 use super::simplify_arguments::SimplifyArguments;
 use super::terminal;
 use super::volume_arguments::VolumeArguments;
+use candidates::Candidate;
 use curves::Curve;
 use regions::Region;
 
@@ -178,14 +180,6 @@ struct Analysis<'a> {
     curves: &'a [Curve],
 }
 
-/// An isovalue that may be of interest.
-#[derive(Serialize)]
-struct Candidate {
-    isovalue: f64,
-    /// `otsu`: parts the samples into two groups with the largest variance between them.
-    by: &'static str,
-}
-
 /// One critical point of the report.
 #[derive(Serialize)]
 struct CriticalPoint {
@@ -228,7 +222,7 @@ impl<'a> Analysis<'a> {
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&events),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),
-            candidates: vec![Candidate { isovalue: Histogram::of(volume).otsu(), by: "otsu" }],
+            candidates: candidates::of(volume, topology),
             n_critical_points: critical_points.len(),
             critical_points,
             unit: unit_of(volume.placement()),
@@ -276,7 +270,10 @@ impl<'a> Analysis<'a> {
 impl Analysis<'_> {
     /// Isovalues that may be of interest, for people.
     fn candidates_line(&self) -> String {
-        let named = |c: &Candidate| format!("{} (by Otsu)", number(c.isovalue));
+        let named = |c: &Candidate| match c.n_branches {
+            Some(n) => format!("{} (most branches of the contour tree, {n})", number(c.isovalue)),
+            None => format!("{} (by Otsu)", number(c.isovalue)),
+        };
         self.candidates.iter().map(named).collect::<Vec<_>>().join(", ")
     }
 }

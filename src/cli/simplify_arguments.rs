@@ -3,17 +3,17 @@
 use std::str::FromStr;
 
 use clap::Args;
-use isospectrum::Result;
-use isospectrum::topology::simplify::{Census, Simplification, simplified, simplify};
+use isospectrum::topology::simplify::{Census, METHOD, Simplification, simplified, simplify};
 use isospectrum::volume::{Preparation, Volume};
+use isospectrum::{Error, Result};
 
 use super::report::number;
 
 /// The argument wherever a volume can be simplified.
 #[derive(Args, Debug)]
 pub(super) struct SimplifyArguments {
-    /// Take noise out first: pairs of critical points closer than P in value, by changing no
-    /// sample by more than P; a value, or a percentage of the volume's range such as 5%
+    /// Take noise out first: no minimum or maximum is left that is closer than P in value to the saddle that ends
+    /// it; samples change by up to about 2 P; a value, or a percentage of the volume's range such as 5%
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     persistence: Option<Persistence>,
 }
@@ -33,7 +33,11 @@ impl SimplifyArguments {
 /// The volume that a spectrum is exact for: prepared and simplified as its parameters say.
 pub(super) fn as_computed(volume: Volume, parameters: &serde_json::Value) -> Result<Volume> {
     let volume = Preparation::of_parameters(parameters)?.apply(volume)?;
+    let method = parameters.pointer("/simplification/method").and_then(serde_json::Value::as_u64);
     match parameters.pointer("/simplification/persistence").and_then(serde_json::Value::as_f64) {
+        Some(_) if method != Some(METHOD.into()) => Err(Error::input(
+            "the spectrum's noise was taken out in a way that this version does not know, expected one computed by this version",
+        )),
         Some(persistence) => simplified(&volume, persistence),
         None => Ok(volume),
     }
@@ -44,16 +48,16 @@ fn sentence(done: &Simplification) -> String {
     let Simplification { before, after, .. } = done;
     let pair = |of: fn(&Census) -> usize| format!("{} -> {}", of(before), of(after));
     format!(
-        "simplified: no sample changed by more than {} (mean {}); critical points {}, minima {}, maxima {}, handles {}; of them closer than {} in value: minima {}, maxima {}",
-        number(done.largest_change),
-        number(done.mean_change),
+        "simplified: extrema of a persistence below {}: minima {}, maxima {}; in all critical points {}, minima {}, maxima {}, handles {}; samples changed by up to {} (mean {})",
+        number(done.persistence),
+        pair(|c| c.minima_below),
+        pair(|c| c.maxima_below),
         pair(|c| c.critical_points),
         pair(|c| c.minima),
         pair(|c| c.maxima),
         pair(|c| c.handles),
-        number(done.persistence),
-        pair(|c| c.minima_below),
-        pair(|c| c.maxima_below),
+        number(done.largest_change),
+        number(done.mean_change),
     )
 }
 

@@ -419,7 +419,7 @@ impl<'a> ExactField<'a> {
 /// The least power of two that is not below a positive number. Steps that are powers of two hold samples with
 /// few digits, such as whole numbers or most of 32 bits, without rounding: so the middle between two events is not
 /// by rounding a trace away from a sample, where the sample's level and its value would disagree.
-fn power_of_two_from(x: f64) -> f64 {
+pub(super) fn power_of_two_from(x: f64) -> f64 {
     let mut power = f64::from_bits((x.to_bits() >> 52).max(1) << 52);
     while power * 0.5 >= x && power * 0.5 > 0.0 {
         power *= 0.5;

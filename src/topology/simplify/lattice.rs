@@ -1,0 +1,140 @@
+//! Samples on their lattice while they change, and which of two is lower.
+//!
+//! # Invariants
+//!
+//! Of equal samples the one with the higher number is lower, as under the ramp of the exact field. The layer around
+//! the volume is a neighbour of every sample at the border, lower than all samples or higher.
+
+use rayon::prelude::*;
+
+use crate::topology::exact::power_of_two_from;
+use crate::volume::{Outside, Volume};
+
+/// Samples, a plane of z after the other, x fastest in each.
+pub(super) struct Lattice {
+    pub(super) dims: [usize; 3],
+    pub(super) planes: Vec<Vec<f64>>,
+    pub(super) order: Order,
+    pub(super) grain: Grain,
+}
+
+/// What all samples are multiples of: a power of two, coarser than what the exact field tells apart. So both have
+/// one order, ties included.
+#[derive(Clone, Copy)]
+pub(super) struct Grain {
+    pub(super) size: f64,
+    inverse: f64,
+}
+
+impl Grain {
+    /// That of a volume of such a range.
+    pub(super) fn of_range((low, high): (f64, f64)) -> Self {
+        // Halved and halved again, so that nothing overflows. Multiples stay below 2^50, sums of them exact.
+        let range = power_of_two_from(high * 0.25 - low * 0.25);
+        let largest = power_of_two_from(0.25 * low.abs().max(high.abs()));
+        let size = (range / (1u64 << 38) as f64).max(largest / (1u64 << 46) as f64);
+        Grain { size, inverse: 1.0 / size }
+    }
+
+    /// The nearest multiple.
+    #[inline]
+    pub(super) fn round(self, value: f64) -> f64 {
+        // Beyond 2^52 numbers are whole.
+        const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
+        ((value * self.inverse + WHOLE) - WHOLE) * self.size
+    }
+}
+
+/// Which way is down, where samples do not tell.
+#[derive(Clone, Copy)]
+pub(super) struct Order {
+    /// Whether the layer around the volume is lower than all samples.
+    pub(super) layer_is_low: bool,
+    /// Whether everything is upside down: of equal samples the one with the lower number is lower.
+    pub(super) is_turned: bool,
+}
+
+impl Order {
+    /// Whether a value at sample `a` is lower than one at sample `b`.
+    #[inline]
+    pub(super) fn is_lower(self, at_a: f64, a: usize, at_b: f64, b: usize) -> bool {
+        at_a < at_b || (at_a == at_b && a != b && (a > b) != self.is_turned)
+    }
+}
+
+impl Lattice {
+    /// The samples of a volume, as multiples of `grain`.
+    pub(super) fn of(volume: &Volume, grain: Grain) -> Self {
+        let plane = volume.dims()[0] * volume.dims()[1];
+        let sample = |s| grain.round(volume.samples().get(s));
+        let of_plane = |z| (z * plane..(z + 1) * plane).map(sample).collect();
+        Lattice {
+            dims: volume.dims(),
+            planes: (0..volume.dims()[2]).into_par_iter().map(of_plane).collect(),
+            order: Order { layer_is_low: volume.outside() == Outside::Low, is_turned: false },
+            grain,
+        }
+    }
+
+    /// All samples, x fastest.
+    pub(super) fn into_samples(self) -> Vec<f64> {
+        let mut samples = Vec::with_capacity(self.dims.iter().product());
+        self.planes.into_iter().for_each(|plane| samples.extend(plane));
+        samples
+    }
+
+    /// How many samples a plane has.
+    fn plane(&self) -> usize {
+        self.dims[0] * self.dims[1]
+    }
+
+    #[inline]
+    pub(super) fn get(&self, sample: usize) -> f64 {
+        self.planes[sample / self.plane()][sample % self.plane()]
+    }
+
+    pub(super) fn set(&mut self, sample: usize, value: f64) {
+        let plane = self.plane();
+        self.planes[sample / plane][sample % plane] = value;
+    }
+
+    /// Whether sample `a` is lower than sample `b`.
+    pub(super) fn is_lower(&self, a: usize, b: usize) -> bool {
+        self.order.is_lower(self.get(a), a, self.get(b), b)
+    }
+
+    /// The samples along the lattice edges of one, and whether it lies at the border.
+    pub(super) fn neighbours(&self, sample: usize) -> ([Option<usize>; 6], bool) {
+        let [nx, ny, _] = self.dims;
+        let position = [sample % nx, sample / nx % ny, sample / (nx * ny)];
+        let strides = [1, nx, nx * ny];
+        let mut found = [None; 6];
+        for a in 0..3 {
+            found[2 * a] = (position[a] > 0).then(|| sample - strides[a]);
+            found[2 * a + 1] = (position[a] + 1 < self.dims[a]).then(|| sample + strides[a]);
+        }
+        (found, found.contains(&None))
+    }
+
+    /// Every sample without a lower neighbour, ascending in number.
+    pub(super) fn minima(&self) -> Vec<usize> {
+        let plane = self.plane();
+        let of_plane = |z| (z * plane..(z + 1) * plane).filter(|&s| self.is_minimum(s));
+        (0..self.dims[2]).into_par_iter().flat_map_iter(of_plane).collect()
+    }
+
+    /// Whether a sample has no lower neighbour.
+    pub(super) fn is_minimum(&self, sample: usize) -> bool {
+        let (around, at_border) = self.neighbours(sample);
+        let drains = at_border && self.order.layer_is_low
+            || around.into_iter().flatten().any(|n| self.is_lower(n, sample));
+        !drains
+    }
+
+    /// Turns everything upside down, the layer and the order of equal samples too.
+    pub(super) fn turn(&mut self) {
+        self.planes.par_iter_mut().flatten().for_each(|x| *x = -*x);
+        self.order.layer_is_low = !self.order.layer_is_low;
+        self.order.is_turned = !self.order.is_turned;
+    }
+}
