@@ -7,6 +7,7 @@
 mod analyze;
 mod backend_arguments;
 mod budget;
+mod color_arguments;
 mod completions;
 mod components;
 mod compute;

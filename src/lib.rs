@@ -20,6 +20,7 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+pub mod color;
 mod disjoint_sets;
 // Tests in `src` and in `tests` share files that name the library.
 #[cfg(test)]

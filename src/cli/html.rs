@@ -9,11 +9,10 @@ use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
-use isospectrum::volume::{
-    Histogram, Preparation, ReadOptions, Statistics, Volume, files_of, read_volume,
-};
+use isospectrum::volume::{Histogram, Statistics, Volume, files_of};
 use isospectrum::{Error, Result};
 
+use super::color_arguments::volume_of;
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::keep_arguments::KeepArguments;
@@ -171,17 +170,7 @@ impl Html {
 
     /// The volume, if it is given.
     fn volume_of(&self, spectrum: &Spectrum) -> Result<Option<Volume>> {
-        let Some(path) = &self.volume else { return Ok(None) };
-        let volume = read_volume(path, &ReadOptions::default())?;
-        let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
-        let (found, expected) = (volume.dims(), spectrum.volume.dims);
-        if found != expected {
-            return Err(Error::Input(format!(
-                "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
-                path.display()
-            )));
-        }
-        Ok(Some(volume))
+        self.volume.as_ref().map(|path| volume_of(path, spectrum)).transpose()
     }
 
     /// The picture for those who can see no other, if there is an adapter to draw it.

@@ -213,7 +213,6 @@ pub(crate) struct Projection {
     /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
     pub(crate) mirrored: bool,
     /// From the eye to the middle of the picture, voxels.
-    #[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "only a hand moves by it"))]
     pub(crate) distance: f64,
 }
 

@@ -15,6 +15,7 @@ use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::Target;
 use super::{Background, Image, Surface, View};
+use crate::color::{Attribute, Color, Map, Sources};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
@@ -36,6 +37,7 @@ pub struct Painter {
     /// Most triangles drawn at once.
     triangles_per_pass: usize,
     layers: Vec<Layer>,
+    sources: Sources,
     target: Option<Target>,
 }
 
@@ -62,6 +64,7 @@ impl Painter {
                 resident: tables::largest_table(spectrum) <= bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
                 layers: vec![Layer::new(&device, spectrum)],
+                sources: Sources::default(),
                 target: None,
                 device,
                 queue,
@@ -102,7 +105,7 @@ impl Painter {
             self.layers.push(layer);
         }
         for (layer, surface) in self.layers.iter_mut().zip(surfaces) {
-            layer.list(spectrum, surface.isovalue, view);
+            layer.list(spectrum, surface.isovalue, view, &self.sources)?;
             if surface.opacity_in(view) < 1.0 {
                 layer.sort_by_depth(projection.eye_from_voxel);
             }
@@ -113,8 +116,9 @@ impl Painter {
             Some(target) => target,
             None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
         };
+        let map = self.map(view);
         let frames: Vec<Frame> = (surfaces.iter().enumerate())
-            .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection))
+            .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection, map))
             .collect();
         let opacities: Vec<f32> = surfaces.iter().map(|s| s.opacity_in(view)).collect();
         let mut order: Vec<usize> = (0..surfaces.len()).collect();
@@ -185,10 +189,25 @@ impl Painter {
         self.target.as_ref().map(Target::texture)
     }
 
-    /// What the two ends of the colours of the last picture stand for, in the unit of its
-    /// [`Color`](super::Color); none where the colours have no scale.
-    pub fn color_ends(&self) -> Option<(f64, f64)> {
-        self.layers[0].listed.color_ends
+    /// What the colours of the first surface of the last picture show; none where they show nothing.
+    pub fn attribute(&self) -> Option<&Attribute> {
+        self.layers[0].listed.attribute.as_ref()
+    }
+
+    /// The map that shows the colours of a view.
+    pub fn map(&self, view: &View) -> Map {
+        view.map.unwrap_or_else(|| view.color.usual_map(&self.sources))
+    }
+
+    /// What colours are to be had from, from the next picture on.
+    pub fn set_sources(&mut self, sources: Sources) {
+        self.sources = sources;
+        self.forget();
+    }
+
+    /// What colours are to be had from.
+    pub fn sources(&self) -> &Sources {
+        &self.sources
     }
 
     /// Number of triangles of each surface in the last picture.
@@ -372,12 +391,18 @@ fn frame(
     layer: usize,
     view: &View,
     projection: &Projection,
+    map: Map,
 ) -> Frame {
     let sides = match color {
         Some([r, g, b]) => [[r, g, b, 1.0], [DARK_SIDE * r, DARK_SIDE * g, DARK_SIDE * b, 1.0]],
         None => [SIDES[layer % 2], SIDES[(layer + 1) % 2]],
     };
-    let palette = view.color.palette();
+    let palette = match view.color {
+        Color::None => Palette::Plain,
+        Color::Component => Palette::Names,
+        Color::Normal => Palette::Normals,
+        _ => Palette::Map,
+    };
     // The lines of a coloured mesh are darker, to be seen on every colour.
     let wire = if palette == Palette::Plain {
         [0.010, 0.022, 0.045, 0.80]
@@ -398,6 +423,7 @@ fn frame(
         wire_width: view.wireframe.unwrap_or(0.0),
         mirrored: u32::from(projection.mirrored),
         unused: [0.0; 2],
+        map: map.linear_stops().map(|[r, g, b]| [r, g, b, 1.0]),
     }
 }
 

@@ -5,6 +5,7 @@ use glam::DVec3;
 
 use super::scene::Scene;
 use super::typed;
+use crate::color::Scale;
 use crate::render::{Background, Clip, Color, View};
 
 /// What a button asks for.
@@ -177,7 +178,7 @@ fn facts(ui: &mut Ui, scene: &Scene) {
     ] {
         ui.label(RichText::new(line).small());
     }
-    if let Some((low, high)) = scene.painter.color_ends() {
+    if let Some(Scale { low, high }) = scene.painter.attribute().and_then(|shown| shown.scale) {
         ui.label(
             RichText::new(format!("colours {} to {}", typed::shown(low), typed::shown(high)))
                 .small(),

@@ -155,24 +155,29 @@ fn colors_follow_quality() {
     assert!(b > g && g > r, "slivers are blue, not {r} {g} {b}");
 }
 
+/// The scale of the colours of the last picture.
+fn scale(renderer: &Renderer<'_>) -> Scale {
+    renderer.attribute().and_then(|shown| shown.scale).expect("a scale")
+}
+
 #[test]
 fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
     let view = View { color: Color::Curvature, ..small("35,22") };
     let spectrum = growing_sphere(4);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     renderer.draw(0.5, &view).expect("a picture");
-    let (low, high) = renderer.color_ends().expect("a scale");
+    let Scale { low, high } = scale(&renderer);
     let curvature = 1.0 / radius_at(0.5);
     // Area-weighted normals lean towards the larger triangles: by a sixth of the curvature here, where the
     // sphere's triangles differ in size, however fine it is.
     assert!((high - curvature).abs() < curvature / 6.0, "{high}, not {curvature}");
     assert_eq!(low, -high);
-    let fixed = View { largest_curvature: Some(0.5), ..view.clone() };
+    let fixed = View { ends: Ends::between(-0.5, 0.5), ..view.clone() };
     renderer.draw(0.5, &fixed).expect("a picture");
-    assert_eq!(renderer.color_ends(), Some((-0.5, 0.5)));
+    assert_eq!(scale(&renderer), Scale { low: -0.5, high: 0.5 });
     let lifetime = View { color: Color::Lifetime, ..view.clone() };
     renderer.draw(0.5, &lifetime).expect("a picture");
-    assert_eq!(renderer.color_ends(), Some((0.0, 1.0)));
+    assert_eq!(scale(&renderer), Scale { low: 0.0, high: 1.0 });
 
     let mut two = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
     for (y, n) in [(4.0, 3), (16.0, 2)] {
@@ -310,7 +315,7 @@ fn isovalues_and_views_that_make_no_sense_are_errors() {
         View { width: 0, ..view.clone() },
         View { height: 1 << 20, ..view.clone() },
         View { wireframe: Some(-1.0), ..view.clone() },
-        View { largest_curvature: Some(0.0), ..view.clone() },
+        View { ends: Ends { center: Some(f64::NAN), ..Ends::default() }, ..view.clone() },
         View { camera: far, ..view.clone() },
     ] {
         let error = renderer.draw(0.5, &wrong).expect_err("no such view");
