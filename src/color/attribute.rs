@@ -273,6 +273,42 @@ fn most() -> Option<super::End> {
 }
 
 impl Attribute {
+    /// The numbers of a part of the mesh, by which of the vertices and triangles of the whole are in it.
+    pub fn of_part(&self, [vertices, triangles]: &[Vec<u32>; 2]) -> Attribute {
+        let kept = if self.per == Per::Vertex { vertices } else { triangles };
+        let values = kept.iter().map(|&i| self.values[i as usize]).collect();
+        Attribute { values, ..self.clone() }
+    }
+
+    /// The numbers by vertex: of triangles their mean over those around the vertex, by area. Components have theirs.
+    pub(crate) fn by_vertex(&self, mesh: &SurfaceMesh) -> Vec<f32> {
+        if self.per == Per::Vertex {
+            return self.values.clone();
+        }
+        let mut sums = vec![(0.0f64, 0.0f64); mesh.positions.len()];
+        for (corners, &value) in mesh.triangles.iter().zip(&self.values) {
+            let [a, b, c] = corners.map(|v| vector(mesh.positions[v as usize]));
+            // A triangle without area counts where there are no others.
+            let area = (b - a).cross(c - a).length().max(f64::from(f32::MIN_POSITIVE));
+            for &v in corners {
+                let (sum, areas) = &mut sums[v as usize];
+                *sum += area * f64::from(value);
+                *areas += area;
+            }
+        }
+        let mean = |(sum, areas): (f64, f64)| (sum / areas) as f32;
+        match self.scale {
+            Some(_) => sums.into_iter().map(mean).collect(),
+            None => sums.into_iter().map(|sum| mean(sum).round()).collect(),
+        }
+    }
+
+    /// The name as files spell it: letters, digits and `_`.
+    pub(crate) fn identifier(&self) -> String {
+        let name = self.name.split(',').next().unwrap_or_default();
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        name.trim().chars().map(plain).collect()
+    }
     /// Linear red, green and blue of a number.
     pub fn color_of(&self, value: f32, map: Map) -> [f32; 3] {
         match self.scale {

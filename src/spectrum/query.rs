@@ -83,6 +83,13 @@ impl<'a> Query<'a> {
     }
 }
 
+impl Query<'_> {
+    /// Of the vertices and the triangles of the last mesh, which of the spectrum's they are.
+    pub fn parts(&self) -> (&[u32], &[u32]) {
+        (self.assembly.vertices(), self.active.triangles())
+    }
+}
+
 impl Trajectories {
     /// As [`Spectrum::vertex_at`].
     #[inline]

@@ -12,6 +12,7 @@ use std::f64::consts::PI;
 
 use drawing::*;
 use isospectrum::Error;
+use isospectrum::color::{Ends, Scale};
 use isospectrum::render::{Background, Color, Renderer, Surface, View};
 use isospectrum::spectrum::Keep;
 use isospectrum::volume::Placement;
