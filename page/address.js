@@ -1,5 +1,5 @@
 // The part of the page's address after the hash, which leads back to what is seen:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&keep=3&min_volume=10&color=component
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
 // (keep: the number of components, min_volume: cubic voxels)
 
 /** What the address asks for. */
@@ -16,7 +16,10 @@ function applyAddress(viewer) {
     const minVolume = Number(asked.get("min_volume"));
     if (asked.has("keep")) viewer.select({ largest: largest >= 1 ? Math.floor(largest) : null });
     if (minVolume >= 0 && asked.has("min_volume")) viewer.select({ minVolume });
-    if (asked.has("color")) viewer.select({ isColoured: asked.get("color") === "component" });
+    if (viewer.canShow(asked.get("color"))) viewer.setColoring({ color: asked.get("color") });
+    if (Object.hasOwn(viewer.about.maps, asked.get("map"))) viewer.setColoring({ map: asked.get("map") });
+    const [low, high] = (asked.get("scale") ?? "").split(":").map(Number);
+    if (low < high) viewer.setColoring({ low, high });
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
@@ -38,8 +41,11 @@ function writeAddress(viewer) {
     const asked = readAddress();
     asked.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
     asked.set("view", view);
-    const { largest, minVolume, isColoured } = viewer.selection;
-    const told = [["keep", largest], ["min_volume", minVolume || null], ["color", isColoured ? "component" : null]];
+    const { largest, minVolume } = viewer.selection;
+    const { color, map, low, high } = viewer.coloring;
+    const told = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
+        ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
+        ["scale", low === null || high === null ? null : `${low}:${high}`]];
     for (const [name, value] of told) {
         if (value === null) asked.delete(name);
         else asked.set(name, value);

@@ -111,7 +111,7 @@ function followKeys(viewer) {
         k: () => viewer.pick(pointed(), false),
         x: () => viewer.pick(pointed(), true),
         a: () => viewer.showAll(),
-        c: () => viewer.select({ isColoured: !viewer.selection.isColoured }),
+        c: () => viewer.setColoring({ color: viewer.coloring.color === "none" ? "component" : "none" }),
         "]": (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
         "[": (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
         "}": () => viewer.stepIsovalue(FINE_STEP),
@@ -257,6 +257,7 @@ class Panel {
         this.border = element("border");
         this.border.addEventListener("change", () => viewer.setLook({ open: !this.border.checked }));
         this.useComponents(element);
+        this.useColors(element);
         for (const id of ["slider", "plot"]) {
             element(id).addEventListener("wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
@@ -317,6 +318,44 @@ class Panel {
         setText(this.events, text ?? this.eventsText);
     }
 
+    /** What colours, and how. */
+    useColors(element) {
+        const { viewer } = this;
+        const { maps, field } = viewer.about;
+        this.color = element("color");
+        for (const [name, shown] of Object.entries(COLORS)) {
+            if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
+        }
+        this.color.addEventListener("change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
+        this.map = element("map");
+        for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
+        this.map.addEventListener("change", () => viewer.setColoring({ map: this.map.value || null }));
+        this.scale = element("scale");
+        this.scale.addEventListener("change", () => {
+            const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
+            const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
+            this.scale.setAttribute("aria-invalid", !isScale);
+            this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
+            if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
+        });
+        this.front = element("front");
+        this.front.addEventListener("input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
+        this.background = element("background");
+        this.background.addEventListener("change", () => viewer.setLook({ background: this.background.value }));
+    }
+
+    showColors() {
+        const { coloring, look } = this.viewer;
+        const { color, map, low, high } = coloring;
+        this.color.value = color;
+        this.map.value = map ?? "";
+        const hasScale = color !== "none" && color !== "component";
+        for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
+        this.front.parentElement.hidden = color !== "none";
+        if (document.activeElement !== this.scale) this.scale.value = low === null ? "" : `${low}:${high}`;
+        this.background.value = look.background;
+    }
+
     /** What shows and hides components. */
     useComponents(element) {
         const { viewer } = this;
@@ -330,8 +369,6 @@ class Panel {
             this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
             if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
         });
-        this.coloured = element("coloured");
-        this.coloured.addEventListener("change", () => viewer.select({ isColoured: this.coloured.checked }));
         this.pickers = { keep: element("pick-keep"), hide: element("pick-hide"), measure: element("pick-measure") };
         for (const [name, button] of Object.entries(this.pickers)) {
             button.addEventListener("click", () => this.pickNext(this.picking === name ? null : name));
@@ -403,6 +440,7 @@ class Panel {
         this.border.checked = !look.open;
         this.axes.checked = Boolean(look.axes);
         this.showSelection();
+        this.showColors();
         setText(this.playButton, playing ? "Pause" : "Play");
         if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
             this.playButton.setAttribute("aria-pressed", playing);
@@ -411,7 +449,7 @@ class Panel {
 
     showSelection() {
         const { selection } = this.viewer;
-        const { largest, minVolume, isColoured } = selection;
+        const { largest, minVolume } = selection;
         const wanted = largest === null ? "" : String(largest);
         if (this.largest.value !== wanted) {
             if (![...this.largest.options].some((option) => option.value === wanted)) {
@@ -423,7 +461,6 @@ class Panel {
             this.shownMinVolume = minVolume;
             this.minVolume.value = String(Number((minVolume * this.voxelVolume()).toPrecision(6)));
         }
-        this.coloured.checked = isColoured;
         this.showAll.disabled = selection.isAll;
     }
 

@@ -108,11 +108,13 @@ const FORMATS = {
     glb: [glbOf, "model/gltf-binary"],
 };
 
-/** A picture of rows from the top as PNG. */
-async function pngOf({ width, height, pixels }) {
+/** A picture of rows from the top as PNG, with the legend of what its colours show. */
+async function pngOf({ width, height, pixels }, shown, isDark) {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [width, height];
-    canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
+    const context = canvas.getContext("2d");
+    context.putImageData(new ImageData(pixels, width, height), 0, 0);
+    if (shown) drawLegend(context, shown, isDark);
     return new Promise((resolve, reject) => {
         canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("no picture"))), "image/png");
     });

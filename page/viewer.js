@@ -13,7 +13,7 @@ const REST = 250;
 const MOST_LOST = 3;
 
 /** Linear colours behind the surface; those of src/render.rs. */
-const BACKGROUNDS = { light: [1, 1, 1], dark: [0.012, 0.013, 0.016] };
+const BACKGROUNDS = { white: [1, 1, 1], light: [0.82, 0.83, 0.85], dark: [0.012, 0.013, 0.016] };
 
 class Viewer {
     constructor(spectrum, about) {
@@ -29,7 +29,10 @@ class Viewer {
         this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
-        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes) };
+        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes), background: "auto" };
+        // What the colours show, and how.
+        this.coloring = { color: "none", map: null, low: null, high: null, front: null, version: 0, ...about.color };
+        this.selection.isColoured = this.coloring.color === "component";
         this.firstView = { ...FIRST_VIEW, ...about.view };
         this.speed = 1;
         this.measuredPoints = [];
@@ -98,6 +101,21 @@ class Viewer {
     setLook(look) {
         Object.assign(this.look, look);
         this.request();
+    }
+
+    /** Changes what the colours show, and how. */
+    setColoring(changes) {
+        Object.assign(this.coloring, changes);
+        this.coloring.version++;
+        const isColoured = this.coloring.color === "component";
+        if (isColoured !== this.selection.isColoured) this.selection.set({ isColoured });
+        this.isListed = false;
+        this.request();
+    }
+
+    /** Whether there is what a colour shows. */
+    canShow(color) {
+        return Object.hasOwn(COLORS, color) && (color !== "field" || Boolean(this.about.field));
     }
 
     /** Changes which components are shown. */
@@ -244,6 +262,7 @@ class Viewer {
             this.prepare();
             this.renderer.draw(this.query, this.looked(), this.projection());
             this.panel?.show();
+            this.legend?.show(this.shown, this.isDark());
             this.overlay?.draw(this, this.projection());
             this.onShown?.(this.isovalue);
             this.rest();
@@ -288,15 +307,44 @@ class Viewer {
         const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
         const started = performance.now();
         if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
+        this.colour();
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
     }
 
+    /** Finds what the colours show of the surface. */
+    colour() {
+        const { color, map } = this.coloring;
+        const { surface } = this.query;
+        surface.codes = undefined;
+        this.shown = null;
+        if (color === "component") this.shown = { name: "component, the largest first" };
+        if (color === "component" || color === "none") return;
+        const numbers = numbersOf(color, surface, this.about, [this.low, this.high]);
+        const ends = scaleOf(numbers, this.coloring);
+        surface.codes = codesOfNumbers(numbers, ends, surface);
+        const { maps, field } = this.about;
+        const usual = color === "curvature" ? "vik" : color === "field" ? field.map : "viridis";
+        this.shown = { name: numbers.name, ends, map: maps[map ?? usual] };
+    }
+
+    /** Whether what lies behind the surface is dark. */
+    isDark() {
+        const { background } = this.look;
+        return background === "dark" || (background === "auto" && this.darkness.matches);
+    }
+
     looked() {
-        const background = BACKGROUNDS[this.darkness.matches ? "dark" : "light"];
-        const { isColoured } = this.selection;
-        return { ...this.look, background, isColoured, pixelRatio: this.pixelRatio ?? 1 };
+        const { background } = this.look;
+        const behind = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
+        const { color, front } = this.coloring;
+        const sides = front ? [1, 0.45].map((share) => [...linearOf(front).map((x) => share * x), 1]) : [PLAIN_FRONT, PLAIN_BACK];
+        return {
+            ...this.look, background: behind, front: sides[0], backside: sides[1], pixelRatio: this.pixelRatio ?? 1,
+            palette: color === "none" ? PLAIN : color === "component" ? NAMES : MAP,
+            stops: this.shown?.map && stopsOf(this.shown.map),
+        };
     }
 
     /** Soon after the last change: what takes longer than a picture. */
@@ -330,7 +378,7 @@ class Viewer {
     }
 
     async screenshot() {
-        return pngOf(await this.pixels());
+        return pngOf(await this.pixels(), this.shown, this.isDark());
     }
 
     /** What the picture shows, four bytes per pixel. */
@@ -351,7 +399,7 @@ class Viewer {
     state() {
         const { isovalue, low, high, view, look, renderer, playing, nPictures, latency, meshTime } = this;
         return {
-            isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency, meshTime,
+            isovalue, low, high, view: { ...view }, ...look, color: this.coloring.color, ends: this.shown?.ends ?? null, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
             components: this.query.components ?? null,

@@ -45,7 +45,7 @@ class WebGl2Renderer {
         this.vertexArray = gl.createVertexArray();
         gl.bindVertexArray(this.vertexArray);
         gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        // Each corner: its vertex, the code of the normal there, the number of its component.
+        // Each corner: its vertex, the code of the normal there, what its triangle's colour shows.
         for (const place of [0, 1, 2]) {
             gl.enableVertexAttribArray(place);
             gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 12, 4 * place);
@@ -116,13 +116,13 @@ class WebGl2Renderer {
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names }) {
+    list({ nTriangles, corners, vertices, normals, names, codes = names }) {
         const { gl } = this;
         this.list32 = roomFor(this.list32, 9 * nTriangles);
         for (let i = 0; i < 3 * nTriangles; i++) {
             this.list32[3 * i] = vertices[corners[i]];
             this.list32[3 * i + 1] = normals[corners[i]];
-            this.list32[3 * i + 2] = names[(i / 3) | 0];
+            this.list32[3 * i + 2] = codes[(i / 3) | 0];
         }
         this.nTriangles = nTriangles;
         gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
@@ -166,10 +166,11 @@ class WebGl2Renderer {
         gl.uniformMatrix4fv(this.uniform("eye_from_normal"), false, projection.eyeFromNormal);
         gl.uniform2fv(this.uniform("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
         gl.uniform1ui(this.uniform("rank"), Math.max(query.active.rank, 0));
-        gl.uniform3fv(this.uniform("front"), PLAIN_FRONT.slice(0, 3));
-        gl.uniform3fv(this.uniform("back"), PLAIN_BACK.slice(0, 3));
-        gl.uniform4fv(this.uniform("wire"), look.isColoured ? COLOURED_WIRE : PLAIN_WIRE);
-        gl.uniform1i(this.uniform("is_coloured"), look.isColoured ? 1 : 0);
+        gl.uniform3fv(this.uniform("front"), look.front.slice(0, 3));
+        gl.uniform3fv(this.uniform("back"), look.backside.slice(0, 3));
+        gl.uniform4fv(this.uniform("wire"), look.palette ? COLOURED_WIRE : PLAIN_WIRE);
+        gl.uniform1i(this.uniform("palette"), look.palette);
+        if (look.stops) gl.uniform4fv(this.uniform("map"), look.stops);
         gl.uniform1f(this.uniform("wire_width"), look.wireframe ? look.pixelRatio : 0);
         gl.uniform1i(this.uniform("mirrored"), projection.mirrored ? 1 : 0);
         this.tables.forEach(([name, texture], unit) => {

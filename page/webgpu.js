@@ -1,6 +1,6 @@
 // Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/surface.rs.
 
-const FRAME_BYTES = 272;
+const FRAME_BYTES = 272 + 16 * N_STOPS;
 /** Words of a knot and of a triangle in the shader's tables. */
 const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
@@ -8,8 +8,6 @@ const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
 const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
 const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
-/** The palette of the shader that gives each number a colour. */
-const NAMES = 3;
 
 /** A number as the sum of two of single precision. */
 function inTwo(x) {
@@ -48,13 +46,14 @@ function frameOf(spectrum, query, look, projection) {
     numbers.set(projection.clipFromVoxel, 0);
     numbers.set(projection.eyeFromVoxel, 16);
     numbers.set(projection.eyeFromNormal, 32);
-    numbers.set(PLAIN_FRONT, 48);
-    numbers.set(PLAIN_BACK, 52);
-    numbers.set(look.isColoured ? COLOURED_WIRE : PLAIN_WIRE, 56);
+    numbers.set(look.front, 48);
+    numbers.set(look.backside, 52);
+    numbers.set(look.palette ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
     const words = new Uint32Array(frame);
     words[62] = Math.max(query.active.rank, 0);
-    words[63] = look.isColoured ? NAMES : 0;
+    words[63] = look.palette;
+    if (look.stops) numbers.set(look.stops, 68);
     numbers[64] = look.wireframe ? look.pixelRatio : 0;
     words[65] = projection.mirrored ? 1 : 0;
     return frame;
@@ -158,7 +157,7 @@ class WebGpuRenderer {
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names }) {
+    list({ nTriangles, corners, vertices, normals, names, codes = names }) {
         const before = this.triangles;
         this.triangles = roomFor(before, TRIANGLE_WORDS * nTriangles);
         if (this.triangles !== before) {
@@ -167,7 +166,6 @@ class WebGpuRenderer {
             this.bind();
         }
         const words = this.triangles;
-        const measures = new Float32Array(words.buffer);
         for (let t = 0; t < nTriangles; t++) {
             const a = corners[3 * t];
             const b = corners[3 * t + 1];
@@ -176,7 +174,7 @@ class WebGpuRenderer {
             words[at] = vertices[a];
             words[at + 1] = vertices[b];
             words[at + 2] = vertices[c];
-            measures[at + 3] = names[t];
+            words[at + 3] = codes[t];
             words[at + 4] = normals[a];
             words[at + 5] = normals[b];
             words[at + 6] = normals[c];

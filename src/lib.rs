@@ -38,6 +38,7 @@ pub mod mesh;
 pub mod page;
 mod random;
 pub mod render;
+pub mod sources;
 pub mod spectrum;
 pub mod sweep;
 pub mod topology;

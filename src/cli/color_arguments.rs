@@ -1,11 +1,12 @@
 //! `--color`, `--color-by`, `--color-map`, `--color-range`, `--color-center`: what colours show, and how.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
-use isospectrum::color::{Color, DistanceTo, Ends, KnotValues, Map, Sources};
+use isospectrum::color::{Color, Ends, Map, Sources};
+use isospectrum::sources;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::verify;
 use isospectrum::volume::{Preparation, ReadOptions, Volume, files_of, read_volume};
 use isospectrum::{Error, Result};
 
@@ -53,10 +54,10 @@ impl ColorArguments {
     ///
     /// What reading a volume meets, and [`Error::Input`] for one that lies elsewhere.
     pub(super) fn sources(&self, spectrum: &Spectrum, volume: Option<Volume>) -> Result<Sources> {
-        let mut sources = Sources::default();
+        let mut found = Sources::default();
         if let Some(path) = &self.color_by {
             let field = read_volume(path, &ReadOptions::default())?;
-            sources = sources.with_field(values_of(spectrum, &field)?);
+            found = found.with_field(sources::field(spectrum, &field)?);
         }
         if self.color == Color::Distance {
             let volume = volume.ok_or_else(|| {
@@ -64,27 +65,10 @@ impl ColorArguments {
                     "--color distance needs the volume of the spectrum: --volume VOLUME".into(),
                 )
             })?;
-            sources.distance = Some(DistanceTo::new(move |isovalue, point, normal| {
-                verify::distance(&volume, isovalue, point, normal)
-            }));
+            found.distance = Some(sources::distance(Arc::new(volume)));
         }
-        Ok(sources)
+        Ok(found)
     }
-}
-
-/// The values of a volume at the knots of a spectrum.
-fn values_of(spectrum: &Spectrum, field: &Volume) -> Result<KnotValues> {
-    let volume = &spectrum.volume;
-    let value_at = field.field_in(volume.dims, &volume.placement);
-    let values = KnotValues::sampled(spectrum, field.name(), value_at);
-    if !spectrum.knots.is_empty() && values.values.iter().all(|x| x.is_nan()) {
-        return Err(Error::Input(format!(
-            "{}: it lies beside the surfaces, expected a volume in the same place of the world as {}",
-            field.name(),
-            volume.name
-        )));
-    }
-    Ok(values)
 }
 
 /// The volume of a spectrum, prepared as it was for the sweep.

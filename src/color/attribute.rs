@@ -142,6 +142,15 @@ impl Sources {
         self
     }
 
+    /// Whether there is what a colour needs.
+    pub fn have(&self, color: Color) -> bool {
+        match color {
+            Color::Field => self.field.is_some(),
+            Color::Distance => self.distance.is_some(),
+            _ => true,
+        }
+    }
+
     /// The ends of the field's scale unless others are told: those of nearly all its knots; around zero where it has
     /// both signs.
     pub fn field_ends(&self) -> Ends {

@@ -54,6 +54,11 @@ impl Map {
         &TABLES[self as usize]
     }
 
+    /// The same as text, six digits each.
+    pub(crate) fn codes(self) -> Vec<String> {
+        self.stops().iter().map(|code| format!("{code:06x}")).collect()
+    }
+
     /// Linear red, green and blue of its stops.
     pub(crate) fn linear_stops(self) -> [[f32; 3]; N_STOPS] {
         self.stops().map(linear)

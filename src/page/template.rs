@@ -123,6 +123,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::{Color, Ends};
     use crate::render::Camera;
     use crate::spectrum::Keep;
 
@@ -136,6 +137,10 @@ mod tests {
             step: 1.0,
             open: false,
             camera: Camera::default(),
+            color: Color::None,
+            map: None,
+            ends: Ends::default(),
+            field: None,
             axes: false,
             keep: Keep::default(),
             samples: None,

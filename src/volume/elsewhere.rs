@@ -64,7 +64,7 @@ mod tests {
                 (x + 10 * y + 100 * z) as f32
             })
             .collect();
-        Volume::new("ramp".into(), dims, Samples::F32(samples), placement).expect("a volume")
+        Volume::new("ramp", dims, Samples::F32(samples), placement).expect("a volume")
     }
 
     #[test]
