@@ -25,6 +25,7 @@ layout(location = 2) in uint measures;
 /// 0 plain, 1 a map, 2 names.
 uniform int palette;
 
+invariant gl_Position;
 out vec3 position;
 out vec3 normal;
 out vec3 barycentric;

@@ -74,7 +74,7 @@ const NORMALS: u32 = 3u;
 const NO_VALUE = vec3(0.30, 0.30, 0.30);
 
 struct Corner {
-    @builtin(position) clip: vec4<f32>,
+    @invariant @builtin(position) clip: vec4<f32>,
     /// Position, eye frame.
     @location(0) position: vec3<f32>,
     /// Normal towards lower values, eye frame.

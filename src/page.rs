@@ -205,20 +205,63 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     Ok((text, sizes))
 }
 
-/// All scripts as one, which leaves no name behind; without comments on lines of their own and without indentation,
-/// which who reads the page has no use for.
+/// All scripts as one, which leaves no name behind; without comments on lines of their own, without indentation, and
+/// without ends of lines inside of brackets and spaces after commas, which who reads the page has no use for.
 pub fn script() -> String {
     let mut script = String::from("(() => {\n\"use strict\";\n");
     let mut is_comment = false;
+    let mut before = "";
     for line in SCRIPTS.iter().flat_map(|script| script.lines()) {
-        let text = line.trim_start();
+        let text = line.trim();
         is_comment |= text.starts_with("/**");
         if !(is_comment || text.starts_with("//") || text.is_empty()) {
-            script.push_str(text);
+            // Behind an opening bracket or a comma, and before a closing one, a statement goes on; but nothing is to come
+            // into a comment at the end of a line.
+            let goes_on =
+                before.ends_with(['{', '(', '[', ',']) || text.starts_with(['}', ')', ']']);
+            if goes_on && !before.contains("//") && !before.is_empty() {
+                script.pop();
+            }
+            script.push_str(&without_spaces_after_commas(text));
             script.push('\n');
+            before = text;
         }
         is_comment &= !text.ends_with("*/");
     }
     script.push_str("})();\n");
     script
+}
+
+/// A line of a script as it is, but for spaces after commas that stand in no text.
+fn without_spaces_after_commas(line: &str) -> String {
+    let has_text = line.contains(['"', '\'']);
+    // Where a text may go over several lines, or a regular expression hold a quote, all stays.
+    if line.contains('`') || has_text && line.contains('/') {
+        return line.to_owned();
+    }
+    let mut shorter = String::with_capacity(line.len());
+    let mut quote = None;
+    for c in line.chars() {
+        match quote {
+            None if c == ' ' && shorter.ends_with(',') => continue,
+            None if c == '"' || c == '\'' => quote = Some(c),
+            Some(open) if c == open => quote = None,
+            _ => {}
+        }
+        shorter.push(c);
+    }
+    shorter
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spaces_stay_in_texts() {
+        let of = without_spaces_after_commas;
+        assert_eq!(of("f(a, b, \"c, d\", ['e, f', g])"), "f(a,b,\"c, d\",['e, f',g])");
+        assert_eq!(of("x = `${a}, b`, c"), "x = `${a}, b`, c");
+        assert_eq!(of("/[\"',] /.test(a), b"), "/[\"',] /.test(a), b");
+    }
 }

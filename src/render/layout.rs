@@ -77,6 +77,8 @@ pub(super) struct Cut {
     pub(super) plane: [f32; 4],
     pub(super) opacity: f32,
     pub(super) unused: f32,
+    pub(super) depth: [f32; 2],
+    pub(super) reach: [f32; 2],
     pub(super) unused_too: [f32; 2],
 }
 
@@ -158,7 +160,10 @@ mod tests {
             fields(&module, "ActiveTriangle"),
             layout!(ActiveTriangle: vertices measures normals)
         );
-        assert_eq!(fields(&module, "Cut"), layout!(Cut: plane opacity unused unused_too));
+        assert_eq!(
+            fields(&module, "Cut"),
+            layout!(Cut: plane opacity unused depth reach unused_too)
+        );
     }
 
     #[test]

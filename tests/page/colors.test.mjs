@@ -65,6 +65,7 @@ describe("colours", () => {
         const plain = await drawn(page);
         assert.ok(await page.locator("#legend").isHidden());
         assert.equal(await page.locator("#color option[value=field]").count(), 0, "there is no field");
+        await page.locator("summary").click();
         await page.locator("#front").fill("#c8503c");
         await settled(page);
         assert.ok(difference(plain, await drawn(page), FAR).share > 0.05, "the surface has another colour");
