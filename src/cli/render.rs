@@ -13,6 +13,7 @@ use isospectrum::{Error, Result};
 
 use isospectrum::sweep::Progress as _;
 
+use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::share;
 use super::frames::{Pattern, Sweep};
@@ -57,6 +58,10 @@ pub(super) struct Render {
     /// What lies behind the surface: white, light, dark or transparent
     #[arg(long, value_name = "WHAT", default_value = "white")]
     background: Background,
+    /// Cut along a plane across an axis of the volume, at a share of its length or a length from the first sample, and cover
+    /// the cut: x:50%, z:12.5, or -x:50% for the other side
+    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
+    clip: Option<ClipArgument>,
     /// How much of what lies behind the surface hides, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     opacity: f64,
@@ -192,6 +197,7 @@ impl Render {
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
+            clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
             legend: !self.no_legend,
             scale_bar: self.scale_bar,
             open: self.open,

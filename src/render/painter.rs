@@ -10,7 +10,7 @@
 
 use super::layer::{Layer, Listed};
 use super::layout::{ActiveTriangle, Cut, Frame, Palette, normal_of_code};
-use super::pipeline::{Pipelines, caught, samples_of};
+use super::pipeline::{Pipelines, Step, caught, samples_of};
 use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::Target;
@@ -250,7 +250,16 @@ impl Painter {
             let rank = frame.rank;
             let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
             let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
-            for pass in 0..n_passes {
+            // The cap comes first: the surface behind it is not seen.
+            let steps: &[Step] = match view.clip.is_some() && !view.open {
+                true => &[Step::Count, Step::Cap, Step::Surface],
+                false => &[Step::Surface],
+            };
+            let passes = steps.iter().flat_map(|&step| {
+                let n = if step == Step::Cap { 1 } else { n_passes };
+                (0..n).map(move |pass| (step, pass))
+            });
+            for (step, pass) in passes {
                 let first = pass * self.triangles_per_pass;
                 let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
                 frame.rank = match self.layers[i].listed.uploaded {
@@ -265,12 +274,16 @@ impl Painter {
                 if let Some(cut) = &cut {
                     self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
                 }
-                self.pass(target, (i, opacity), piece.len(), clear.take(), view);
+                let n_corners = match step {
+                    Step::Cap => 3,
+                    _ => 3 * piece.len(),
+                };
+                self.pass(target, (i, opacity, step), n_corners, clear.take(), view);
             }
             self.layers[i].listed.triangles = triangles;
         }
         if looks.is_empty() {
-            self.pass(target, (0, 1.0), 0, clear, view);
+            self.pass(target, (0, 1.0, Step::Surface), 0, clear, view);
         }
     }
 
@@ -279,20 +292,24 @@ impl Painter {
     fn pass(
         &self,
         target: &Target,
-        (layer, opacity): (usize, f32),
-        n_triangles: usize,
+        (layer, opacity, step): (usize, f32, Step),
+        n_corners: usize,
         clear: Option<Background>,
         view: &View,
     ) {
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("surface") });
-        let (color, depth) = match clear {
+        let (color, depth, stencil) = match clear {
             Some(background) => {
                 let [r, g, b, a] = background.linear();
-                (wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }), wgpu::LoadOp::Clear(1.0))
+                (
+                    wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                    wgpu::LoadOp::Clear(1.0),
+                    wgpu::LoadOp::Clear(0),
+                )
             }
-            None => (wgpu::LoadOp::Load, wgpu::LoadOp::Load),
+            None => (wgpu::LoadOp::Load, wgpu::LoadOp::Load, wgpu::LoadOp::Load),
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("surface"),
@@ -305,16 +322,16 @@ impl Painter {
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &target.depth,
                 depth_ops: Some(wgpu::Operations { load: depth, store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
+                stencil_ops: Some(wgpu::Operations { load: stencil, store: wgpu::StoreOp::Store }),
             }),
             ..Default::default()
         });
-        if n_triangles > 0 {
-            let pipeline = self.pipelines.of(view, opacity);
+        if n_corners > 0 {
+            let pipeline = self.pipelines.of(step, view, opacity);
             let is_cut = is_cut(view, opacity);
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.bind_group(pipeline, layer, is_cut), &[]);
-            pass.draw(0..3 * n_triangles as u32, 0..1);
+            pass.set_bind_group(0, &self.bind_group(pipeline, layer, (step, is_cut)), &[]);
+            pass.draw(0..n_corners as u32, 0..1);
         }
         drop(pass);
         self.queue.submit([encoder.finish()]);
@@ -325,7 +342,7 @@ impl Painter {
         &self,
         pipeline: &wgpu::RenderPipeline,
         layer: usize,
-        is_cut: bool,
+        (step, is_cut): (Step, bool),
     ) -> wgpu::BindGroup {
         let layer = &self.layers[layer];
         let mut buffers = vec![
@@ -340,6 +357,8 @@ impl Painter {
         }
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(buffers)
+            // A cap knows nothing of triangles.
+            .filter(|(binding, _)| step != Step::Cap || [0, 5].contains(binding))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -444,6 +463,8 @@ fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
     is_cut(view, opacity).then(|| Cut {
         plane: plane.as_vec4().to_array(),
         opacity,
+        depth: projection.depth.map(|x| x as f32),
+        reach: projection.reach.map(|x| x as f32),
         ..Cut::default()
     })
 }

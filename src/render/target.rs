@@ -11,8 +11,8 @@ use crate::error::{Error, Result};
 pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// The bytes of the colours without conversion.
 pub(crate) const SHOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Depth.
-pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Depth, and a stencil, which counts where a plane is inside of a surface.
+pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
 
 /// How long a picture may take before the device counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);

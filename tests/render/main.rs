@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use drawing::*;
 use isospectrum::Error;
 use isospectrum::color::{Ends, Scale};
-use isospectrum::render::{Background, Color, Renderer, Surface, View};
+use isospectrum::render::{Background, Clip, Color, Renderer, Surface, View};
 use isospectrum::spectrum::Keep;
 use isospectrum::volume::Placement;
 
@@ -383,4 +383,37 @@ fn what_is_tiny_is_shown_with_its_surroundings() {
     wider.fit(&spectrum.volume, [MIDDLE.map(|x| x - 0.5), MIDDLE.map(|x| x + 0.5)]);
     assert_eq!(view, wider);
     assert!(view.camera.distance > 0.0);
+}
+
+#[test]
+fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
+    // Seen along x, from the side that is left out: a ball of 8 voxels around (10, 10, 10), cut in its middle, and one of
+    // 3 voxels that is a hole in it.
+    let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
+    add(&mut spectrum, &sphere(4), &[(0, 8.0, MIDDLE), (1, 8.0, MIDDLE)]);
+    let (positions, mut faces) = sphere(4);
+    faces.iter_mut().for_each(|face| face.swap(1, 2));
+    add(&mut spectrum, &(positions, faces), &[(0, 3.0, MIDDLE), (1, 3.0, MIDDLE)]);
+    let clip = Some(Clip { normal: [1.0, 0.0, 0.0], offset: 10.0 });
+    let view = View { clip, ..small("0,0") };
+    let image = draw(&spectrum, 0.5, &view);
+    let pixel = |y: f64, z: f64| {
+        let ([x, y], _) = project(&spectrum.volume, &view, [10.0, y, z]);
+        image.pixel(x as u32, y as u32)
+    };
+    // Flat: the same colour wherever the plane is inside, which no curved side has.
+    let cap = pixel(15.5, 10.0);
+    for (y, z) in [(4.5, 10.0), (10.0, 15.5), (10.0, 4.5), (14.0, 14.0)] {
+        let other = pixel(y, z);
+        // Light comes a little from the side.
+        let off = (0..3).map(|i| cap[i].abs_diff(other[i])).max();
+        assert!(off < Some(12), "({y}, {z}): {other:?}, not {cap:?}");
+    }
+    assert!(pixel(10.0, 10.0)[0].abs_diff(cap[0]) > 20, "one looks into the hole");
+    let beside = pixel(10.0, 19.0);
+    assert_eq!(beside, image.pixel(2, 2), "nothing beside the ball");
+    // Without caps one looks into it.
+    let open = draw(&spectrum, 0.5, &View { open: true, ..view.clone() });
+    let ([x, y], _) = project(&spectrum.volume, &view, [10.0, 15.5, 10.0]);
+    assert!(open.pixel(x as u32, y as u32)[2].abs_diff(cap[2]) > 10);
 }
