@@ -10,6 +10,7 @@
 //! | OBJ | text of the same | comments `SPACE=` and `unit` |
 //! | STL | 32-bit floats; a warning where they lose | `SPACE=` in the head |
 //! | VTP | 32-bit floats; 64-bit where those lose more than a spectrum does | a comment |
+//! | 3MF | text, in millimetres where the unit is known | `millimeter` |
 //! | GLB | 32-bit floats around the origin, which is the node's translation | `extras` of the node |
 //!
 //! `SPACE=` is read by 3D Slicer, which takes millimetres: those that a volume of a patient's space is in.
@@ -19,6 +20,7 @@ mod obj;
 mod ply;
 mod ply_read;
 mod stl;
+mod three_mf;
 mod vtp;
 mod weld;
 
@@ -46,14 +48,24 @@ pub enum Format {
     Glb,
     /// VTK's polygons, XML with raw numbers behind it.
     Vtp,
+    /// 3MF for printing, in millimetres.
+    ThreeMf,
 }
 
+/// What is said where colours are asked of a format that has none.
+pub const NO_COLORS: &str = "STL and 3MF have no colours here; .ply, .obj, .glb and .vtp do";
+
 impl Format {
+    /// Whether files of the format can hold colours.
+    pub fn has_colors(self) -> bool {
+        !matches!(self, Format::Stl | Format::ThreeMf)
+    }
+
     /// The format of a path by its extension, in either case.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] if the extension is none of `.ply`, `.stl`, `.obj`, `.glb`, `.vtp`.
+    /// [`Error::Usage`] if the extension is none of `.ply`, `.stl`, `.obj`, `.glb`, `.vtp`, `.3mf`.
     pub fn of_path(path: &Path) -> Result<Format> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         match extension.to_ascii_lowercase().as_str() {
@@ -62,8 +74,9 @@ impl Format {
             "obj" => Ok(Format::Obj),
             "glb" => Ok(Format::Glb),
             "vtp" => Ok(Format::Vtp),
+            "3mf" => Ok(Format::ThreeMf),
             _ => Err(Error::Usage(format!(
-                "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj, .glb or .vtp",
+                "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj, .glb, .vtp or .3mf",
                 path.display()
             ))),
         }
@@ -138,8 +151,8 @@ pub fn write_colored_to(
     format: Format,
     writer: &mut dyn Write,
 ) -> Result<()> {
-    if format == Format::Stl {
-        return Err(Error::Usage("STL has no colours; PLY, OBJ, GLB and VTP do".to_owned()));
+    if !format.has_colors() {
+        return Err(Error::Usage(NO_COLORS.to_owned()));
     }
     let Attribute { per, values, .. } = colors.attribute;
     let expected = if *per == Per::Vertex { mesh.positions.len() } else { mesh.triangles.len() };
@@ -236,7 +249,8 @@ fn prepared(
     };
     let largest = match format {
         // Vertex indices are 32-bit signed in PLY as most programs read it.
-        Format::Ply | Format::Vtp => i32::MAX as usize,
+        // So in 3MF, by its rules.
+        Format::Ply | Format::Vtp | Format::ThreeMf => i32::MAX as usize,
         Format::Stl | Format::Obj => u32::MAX as usize,
         // The length of a GLB file is 32 bits; a vertex takes 36 bytes, a triangle 12.
         Format::Glb => (u32::MAX as usize - (1 << 16)) / 48,
@@ -276,6 +290,7 @@ fn encode(
         Format::Obj => obj::write(&placed, painted, writer),
         Format::Glb => glb::write(placed, painted, writer),
         Format::Vtp => vtp::write(&placed, painted, writer),
+        Format::ThreeMf => three_mf::write(&placed, writer),
     }
 }
 

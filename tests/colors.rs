@@ -45,7 +45,7 @@ fn a_linear_field_is_exact_at_every_vertex_between_knots_too() {
         "extract",
         "s.isp",
         "-c",
-        "43.21%",
+        "83.21%",
         "-o",
         "m.ply",
         "--color-by",
@@ -117,8 +117,39 @@ fn numbers_of_triangles_are_in_ply_by_face_and_vtp_by_cell_and_stl_has_none() {
     assert!(text.find("Name=\"radius_ratio\"").expect("an array") > cells);
     let output =
         folder.run_for(&["extract", "s.isp", "-c", "50%", "-o", "q.stl", "--color", "quality"], 2);
-    assert!(stderr(&output).contains("STL has no colours"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("have no colours"), "{}", stderr(&output));
     assert!(!folder.names().contains(&"q.stl".to_owned()));
+}
+
+#[test]
+fn a_series_lists_its_meshes_with_their_isovalues() {
+    let folder = folder();
+    folder.run(&[
+        "extract",
+        "s.isp",
+        "--sweep",
+        "40%:80%:3",
+        "-o",
+        "s & s.pvd",
+        "--color",
+        "quality",
+    ]);
+    let list = String::from_utf8(folder.read("s & s.pvd")).expect("text");
+    let told = folder.run(&["info", "s.isp", "--json"]);
+    let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
+    let end = |i: usize| told["range"][i].as_f64().expect("a number");
+    for i in 0..3 {
+        assert!(folder.names().contains(&format!("s & s-000{i}.vtp")), "{:?}", folder.names());
+        let row = list.lines().find(|row| row.contains(&format!("file=\"s &amp; s-000{i}.vtp\"")));
+        let time = row.and_then(|row| row.split('"').nth(1)).expect("a time");
+        let share = 0.4 + 0.2 * i as f64;
+        let expected = end(0) * (1.0 - share) + end(1) * share;
+        let off = time.parse::<f64>().expect("a number") - expected;
+        assert!(off.abs() < 1e-9, "{time}, expected {expected}");
+    }
+    // Numbered files of any format.
+    folder.run(&["extract", "s.isp", "--sweep", "40%:80%:2", "-o", "m-%02d.ply"]);
+    assert!(folder.names().contains(&"m-01.ply".to_owned()));
 }
 
 #[test]
@@ -167,7 +198,7 @@ fn the_distance_needs_the_volume_and_is_small() {
         "extract",
         "s.isp",
         "-c",
-        "43.21%",
+        "83.21%",
         "-o",
         "d.ply",
         "--color",

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Error;
 use isospectrum::color::{Color, Parts, Sources};
-use isospectrum::export::{Border, Colors, Format, write_colored_to, write_to};
+use isospectrum::export::{Border, Colors, Format, NO_COLORS, write_colored_to, write_to};
 use isospectrum::spectrum::{Query, Spectrum};
 use isospectrum::volume::files_of;
 use serde::Serialize;
 
 use super::color_arguments::{ColorArguments, volume_of};
-use super::frames::Pattern;
+use super::frames::{Pattern, Sweep};
 use super::isovalue::{Isovalue, in_spectrum};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
@@ -24,13 +24,22 @@ pub(super) struct Extract {
     spectrum: PathBuf,
     /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them;
     /// again for several meshes
-    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true, required = true)]
+    #[arg(
+        short = 'c',
+        long,
+        value_name = "C",
+        allow_hyphen_values = true,
+        required_unless_present = "sweep"
+    )]
     isovalue: Vec<Isovalue>,
-    /// Mesh to write: .ply, .stl, .obj, .glb or .vtp; - is stdout; of several isovalues a pattern such as mesh-%d.ply, numbered
-    /// from 0
+    /// N isovalues from A to B, both included, e.g. 10%:90%:40
+    #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
+    sweep: Option<Sweep>,
+    /// Mesh to write: .ply, .stl, .obj, .glb, .vtp or .3mf; - is stdout; of several isovalues a pattern such as mesh-%d.ply, numbered
+    /// from 0, or a .pvd, which lists .vtp beside it with the isovalue as their time
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Format, where the name does not tell: ply, stl, obj, glb or vtp
+    /// Format, where the name does not tell: ply, stl, obj, glb, vtp or 3mf
     #[arg(long, value_name = "FORMAT")]
     format: Option<String>,
     /// Leave out the triangles that close the mesh at the border of the volume
@@ -63,28 +72,55 @@ struct Several {
     meshes: Vec<Extracted>,
 }
 
+/// The list of a series of meshes as ParaView and PyVista read it: files beside it, with isovalues as their time.
+fn pvd(files: &[String], isovalues: &[f64]) -> String {
+    let escaped = |text: &str| {
+        let name = Path::new(text).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+    };
+    let rows = files.iter().zip(isovalues).map(|(file, isovalue)| {
+        format!("<DataSet timestep=\"{isovalue}\" part=\"0\" file=\"{}\"/>\n", escaped(file))
+    });
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n\
+         <Collection>\n{}</Collection>\n</VTKFile>\n",
+        rows.collect::<String>()
+    )
+}
+
 impl Extract {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        let format = self.format()?;
+        let series = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pvd"));
+        let format = if series { Format::Vtp } else { self.format()? };
+        let n_isovalues = self.sweep.map_or(self.isovalue.len(), |sweep| sweep.n_frames() as usize);
         let inputs = self.inputs();
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-        let outputs = match self.isovalue.len() {
-            1 => vec![Output::open(&self.output, &inputs)?],
-            n => Pattern::of_any(&self.output)?.open(n as u32, &inputs)?,
+        let list = series.then(|| Output::open(&self.output, &inputs)).transpose()?;
+        let pattern = match series {
+            true => self.output.with_extension("").display().to_string() + "-%04d.vtp",
+            false => self.output.display().to_string(),
+        };
+        let pattern = PathBuf::from(pattern);
+        let outputs = match n_isovalues {
+            1 if !series && self.sweep.is_none() => vec![Output::open(&self.output, &inputs)?],
+            n => Pattern::of_any(&pattern)?.open(n as u32, &inputs)?,
         };
         if self.json && outputs.iter().any(Output::is_stdout) {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalues = (self.isovalue.iter())
-            .map(|&written| {
-                let isovalue = in_spectrum(written, &spectrum)?;
-                spectrum.check_isovalue(isovalue).map(|()| isovalue)
-            })
-            .collect::<isospectrum::Result<Vec<f64>>>()?;
-        if format == Format::Stl && !matches!(self.color.shown(), Color::None | Color::Normal) {
-            let why = "STL has no colours; .ply, .obj, .glb and .vtp do";
-            return Err(Error::Usage(why.to_owned()).into());
+        let isovalues = match self.sweep {
+            Some(sweep) => sweep.in_spectrum(&spectrum)?,
+            None => (self.isovalue.iter())
+                .map(|&written| {
+                    let isovalue = in_spectrum(written, &spectrum)?;
+                    spectrum.check_isovalue(isovalue).map(|()| isovalue)
+                })
+                .collect::<isospectrum::Result<Vec<f64>>>()?,
+        };
+        let files = outputs.iter().map(Output::name).collect::<Vec<_>>();
+        if !format.has_colors() && !matches!(self.color.shown(), Color::None | Color::Normal) {
+            return Err(Error::Usage(NO_COLORS.to_owned()).into());
         }
         let volume = self.volume.as_ref().map(|path| volume_of(path, &spectrum)).transpose()?;
         let sources = self.color.sources(&spectrum, volume)?;
@@ -93,6 +129,10 @@ impl Extract {
         for (isovalue, output) in isovalues.into_iter().zip(outputs) {
             let from = (&spectrum, &sources);
             written.push(self.write(&mut query, from, isovalue, format, output)?);
+        }
+        if let Some(list) = list {
+            let times: Vec<f64> = written.iter().map(|mesh| mesh.isovalue).collect();
+            list.write_bytes(pvd(&files, &times).as_bytes())?;
         }
         if self.json {
             match &written[..] {
@@ -112,10 +152,7 @@ impl Extract {
         format: Format,
         output: Output,
     ) -> anyhow::Result<Extracted> {
-        let path = match &output {
-            Output::File(path) => path.display().to_string(),
-            Output::Stdout => "-".to_owned(),
-        };
+        let path = output.name();
         let keep = self.keep.of(spectrum);
         let whole = query.mesh_at(isovalue)?;
         let (vertices, triangles) = query.parts();

@@ -14,8 +14,8 @@ const FAR = 25;
  * that along it, which changes what small triangles are like; a field has 254 steps.
  */
 const BOUNDS = {
-    quality: { mean: 1.5, share: 0.04 }, lifetime: { mean: 0.2, share: 0.005 },
-    curvature: { mean: 3, share: 0.08 }, field: { mean: 0.4, share: 0.005 },
+    quality: { mean: 1, share: 0.012 }, lifetime: { mean: 0.2, share: 0.005 },
+    curvature: { mean: 0.6, share: 0.006 }, field: { mean: 0.4, share: 0.005 },
 };
 
 async function drawn(page) {
@@ -86,6 +86,7 @@ describe("colours", () => {
         await settled(page);
         assert.deepEqual((await state(page)).ends, [0.5, 0.9]);
         assert.equal(await page.locator("#map").inputValue(), "magma");
+        await page.locator("summary").click();
         await page.selectOption("#background", "dark");
         await settled(page);
         assert.ok((await drawn(page)).pixels[0] < 60, "the background is dark");
