@@ -1,5 +1,5 @@
 // The part of the page's address after the hash, which leads back to what is seen:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&keep=3&min_volume=10&color=component
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
 // (keep: the number of components, min_volume: cubic voxels)
 
 /** What the address asks for. */
@@ -16,7 +16,15 @@ function applyAddress(viewer) {
     const minVolume = Number(asked.get("min_volume"));
     if (asked.has("keep")) viewer.select({ largest: largest >= 1 ? Math.floor(largest) : null });
     if (minVolume >= 0 && asked.has("min_volume")) viewer.select({ minVolume });
-    if (asked.has("color")) viewer.select({ isColoured: asked.get("color") === "component" });
+    if (viewer.canShow(asked.get("color"))) viewer.setColoring({ color: asked.get("color") });
+    if (Object.hasOwn(viewer.about.maps, asked.get("map"))) viewer.setColoring({ map: asked.get("map") });
+    const clip = /^(-?)([xyz]),([\d.]+)$/.exec(asked.get("clip") ?? "");
+    if (clip) viewer.setLook({ clip: { axis: "xyz".indexOf(clip[2]), share: Math.min(Number(clip[3]), 1), turned: clip[1] === "-" } });
+    const opacity = Number(asked.get("opacity"));
+    if (asked.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
+    if (asked.has("also")) viewer.setExtras(extrasOf(asked.get("also"), viewer));
+    const [low, high] = (asked.get("scale") ?? "").split(":").map(Number);
+    if (low < high) viewer.setColoring({ low, high });
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
@@ -30,6 +38,16 @@ function applyAddress(viewer) {
     }
 }
 
+/** Other isosurfaces as the address tells them: isovalue,color,opacity;... */
+function extrasOf(text, { low, high }) {
+    return text.split(";").slice(0, MOST_EXTRAS).flatMap((told) => {
+        const [isovalue, front = "d9a46c", opacity = "1"] = told.split(",");
+        const c = Number(isovalue);
+        const isFine = isovalue !== "" && low <= c && c <= high && /^[0-9a-f]{6}$/.test(front) && opacity >= 0 && opacity <= 1;
+        return isFine ? [{ isovalue: c, front, opacity: Number(opacity) }] : [];
+    });
+}
+
 /** Keeps the address such that it leads back to what is seen. */
 function writeAddress(viewer) {
     const { azimuth, elevation, distance, target } = viewer.view;
@@ -38,13 +56,21 @@ function writeAddress(viewer) {
     const asked = readAddress();
     asked.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
     asked.set("view", view);
-    const { largest, minVolume, isColoured } = viewer.selection;
-    const told = [["keep", largest], ["min_volume", minVolume || null], ["color", isColoured ? "component" : null]];
+    const { largest, minVolume } = viewer.selection;
+    const { color, map, low, high } = viewer.coloring;
+    const { clip } = viewer.look;
+    const told = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
+        ["clip", clip && `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
+        ["opacity", viewer.opacity === 1 ? null : viewer.opacity],
+        ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
+            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || null],
+        ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
+        ["scale", low === null || high === null ? null : `${low}:${high}`]];
     for (const [name, value] of told) {
         if (value === null) asked.delete(name);
         else asked.set(name, value);
     }
-    viewer.address = `#${asked.toString().replaceAll("%2C", ",")}`;
+    viewer.address = `#${asked.toString().replaceAll("%2C", ",").replaceAll("%3B", ";")}`;
     try {
         history.replaceState(null, "", viewer.address);
     } catch {

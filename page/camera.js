@@ -49,6 +49,13 @@ function fitDistance(axes, corners, width, height) {
     }));
 }
 
+/** The box around boxes, of which some may be none. */
+function boxAround(boxes) {
+    const [first, ...others] = boxes.filter(Boolean);
+    return first ? others.reduce(([low, high], [a, b]) =>
+        [low.map((x, i) => Math.min(x, a[i])), high.map((x, i) => Math.max(x, b[i]))], first) : null;
+}
+
 /**
  * Distance and target of a view, seen from where it is, that fits a box of the voxel frame (least and greatest
  * corner, LEAST_BOX voxels along each axis at least); without one, the volume.
@@ -111,7 +118,18 @@ function projectionOf(volume, view, width, height) {
         axes,
         eye,
         distance,
+        /** Depth is (depth[0] z + depth[1]) / -z; half width and height of the picture at a distance of 1. */
+        depth: [far / (near - far), (near * far) / (near - far)],
+        reach: [tanX, tanY],
     };
+}
+
+/** A plane across an axis of the volume, at a share of its length, in the eye frame: what lies beyond it is below 0. */
+function planeOf({ dims, placement: { spacing } }, { axis, share, turned }, { eyeFromVoxel: m, eyeFromNormal }) {
+    const sign = turned ? 1 : -1;
+    const offset = -sign * share * (dims[axis] - 1) * (spacing[axis] / Math.min(...spacing));
+    const normal = [0, 1, 2].map((i) => sign * eyeFromNormal[4 * axis + i]);
+    return [...normal, offset - dot(normal, m.slice(12, 15))];
 }
 
 /** The product of two 4x4 matrices. */
@@ -125,19 +143,18 @@ function product(a, b) {
     return c;
 }
 
-/**
- * The point of the mesh under a point of the picture (-1 to 1, right and up), as a target of the
- * view; none beside the mesh.
- */
-function pointUnder(query, volume, projection, point) {
-    const found = meshPointUnder(query, projection, point);
+/** A point of the voxel frame as a target of the view; none where there is none. */
+function pointUnder(found, volume) {
     if (!found) return null;
     const { middle } = boxOf(volume);
     return alongWorld(volume.placement.direction, found).map((a, i) => a - middle[i]);
 }
 
-/** The same in the voxel frame. */
-function meshPointUnder({ surface }, { clipFromVoxel: m }, [x, y]) {
+/**
+ * The point of the mesh under a point of the picture (-1 to 1, right and up), voxel frame, on this side of a plane of the
+ * eye frame; null beside the mesh.
+ */
+function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e }, [x, y], plane) {
     const { nTriangles, nVertices, corners, positions: p } = surface;
     // Each vertex in the picture, relative to the point, and its distance.
     const seen = new Float64Array(3 * nVertices);
@@ -160,8 +177,10 @@ function meshPointUnder({ surface }, { clipFromVoxel: m }, [x, y]) {
         const shares = [u / total / seen[a + 2], v / total / seen[b + 2], w / total / seen[c + 2]];
         const depth = 1 / (shares[0] + shares[1] + shares[2]);
         if (depth >= nearest) continue;
-        nearest = depth;
-        found = [0, 1, 2].map((i) => depth * (shares[0] * p[a + i] + shares[1] * p[b + i] + shares[2] * p[c + i]));
+        const at = [0, 1, 2].map((i) => depth * (shares[0] * p[a + i] + shares[1] * p[b + i] + shares[2] * p[c + i]));
+        const eye = (row) => e[row] * at[0] + e[4 + row] * at[1] + e[8 + row] * at[2] + e[12 + row];
+        if (plane && plane[0] * eye(0) + plane[1] * eye(1) + plane[2] * eye(2) + plane[3] < 0) continue;
+        [nearest, found] = [depth, at];
     }
     return found;
 }

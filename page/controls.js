@@ -13,6 +13,10 @@ const KEY_ZOOM = 1.15;
 /** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
 const [NEAREST, FARTHEST] = [0.0002, 20];
 
+/** Other isosurfaces that can be shown at once, and the colours that they have at first. */
+const MOST_EXTRAS = 6;
+const EXTRA_COLORS = ["d9a46c", "5fae84", "d184b4", "e0c95a", "c8503c", "8c7ac2"];
+
 /** How far a pointer may move, CSS pixels, and still have clicked. */
 const CLICK = 4;
 
@@ -111,7 +115,7 @@ function followKeys(viewer) {
         k: () => viewer.pick(pointed(), false),
         x: () => viewer.pick(pointed(), true),
         a: () => viewer.showAll(),
-        c: () => viewer.select({ isColoured: !viewer.selection.isColoured }),
+        c: () => viewer.setColoring({ color: viewer.coloring.color === "none" ? "component" : "none" }),
         "]": (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
         "[": (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
         "}": () => viewer.stepIsovalue(FINE_STEP),
@@ -257,6 +261,8 @@ class Panel {
         this.border = element("border");
         this.border.addEventListener("change", () => viewer.setLook({ open: !this.border.checked }));
         this.useComponents(element);
+        this.useColors(element);
+        this.useLayers(element);
         for (const id of ["slider", "plot"]) {
             element(id).addEventListener("wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
@@ -317,6 +323,112 @@ class Panel {
         setText(this.events, text ?? this.eventsText);
     }
 
+    /** What colours, and how. */
+    useColors(element) {
+        const { viewer } = this;
+        const { maps, field } = viewer.about;
+        this.color = element("color");
+        for (const [name, shown] of Object.entries(COLORS)) {
+            if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
+        }
+        this.color.addEventListener("change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
+        this.map = element("map");
+        for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
+        this.map.addEventListener("change", () => viewer.setColoring({ map: this.map.value || null }));
+        this.scale = element("scale");
+        this.scale.addEventListener("change", () => {
+            const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
+            const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
+            this.scale.setAttribute("aria-invalid", !isScale);
+            this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
+            if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
+        });
+        this.front = element("front");
+        this.front.addEventListener("input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
+        this.background = element("background");
+        this.background.addEventListener("change", () => viewer.setLook({ background: this.background.value }));
+    }
+
+    showColors() {
+        const { coloring, look } = this.viewer;
+        const { color, map, low, high } = coloring;
+        this.color.value = color;
+        this.map.value = map ?? "";
+        const hasScale = color !== "none" && color !== "component";
+        for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
+        this.front.parentElement.hidden = color !== "none";
+        if (document.activeElement !== this.scale) this.scale.value = low === null ? "" : `${low}:${high}`;
+        this.background.value = look.background;
+    }
+
+    /** A plane that cuts, opacity, and other isosurfaces. */
+    useLayers(element) {
+        const { viewer } = this;
+        this.clip = element("clip");
+        this.clipShare = element("clip-share");
+        this.clipTurned = element("clip-turned");
+        const clip = () => {
+            const axis = "xyz".indexOf(this.clip.value);
+            const share = Number(this.clipShare.value);
+            viewer.setLook({ clip: this.clip.value ? { axis, share, turned: this.clipTurned.checked } : null });
+        };
+        for (const control of [this.clip, this.clipShare, this.clipTurned]) control.addEventListener("input", clip);
+        this.opacity = element("opacity");
+        this.opacity.addEventListener("input", () => {
+            viewer.opacity = Number(this.opacity.value);
+            viewer.request();
+        });
+        this.also = element("also");
+        element("add-isovalue").addEventListener("click", () => {
+            const front = EXTRA_COLORS[viewer.extras.length % EXTRA_COLORS.length];
+            if (viewer.extras.length < MOST_EXTRAS) {
+                viewer.setExtras([...viewer.extras, { isovalue: viewer.isovalue, front, opacity: 0.4 }]);
+            }
+        });
+    }
+
+    showLayers() {
+        const { clip } = this.viewer.look;
+        this.clip.value = clip ? "xyz"[clip.axis] : "";
+        for (const control of [this.clipShare, this.clipTurned]) control.parentElement.hidden = !clip;
+        if (clip) [this.clipShare.value, this.clipTurned.checked] = [clip.share, clip.turned];
+        this.opacity.value = this.viewer.opacity;
+        const { extras } = this.viewer;
+        if (extras === this.shownExtras) return;
+        this.shownExtras = extras;
+        this.also.replaceChildren(...extras.map((extra) => this.extraRow(extra)));
+    }
+
+    /** The controls of another isosurface. */
+    extraRow(extra) {
+        const { viewer } = this;
+        const { low, high } = viewer;
+        const name = shownIsovalue(extra.isovalue, high - low);
+        const control = (type, label, value, change, rest) => {
+            const input = Object.assign(document.createElement("input"), { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
+            input.addEventListener(type === "text" ? "change" : "input", () => {
+                change(input.value, input);
+                viewer.request();
+            });
+            return input;
+        };
+        const remove = Object.assign(document.createElement("button"), { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
+        remove.addEventListener("click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
+        const row = Object.assign(document.createElement("span"), { className: "group" });
+        row.append(
+            control("text", "Value", name, (text, input) => {
+                const { isovalue, problem } = isovalueOfText(text, low, high, this.samples);
+                input.setAttribute("aria-invalid", Boolean(problem));
+                this.message.textContent = problem ?? "";
+                if (!problem) extra.isovalue = isovalue;
+            }),
+            control("color", "Colour", `#${extra.front}`, (value) => { extra.front = value.slice(1); }),
+            control("range", "Opacity", extra.opacity, (value) => { extra.opacity = Number(value); }, { min: 0.05, max: 1, step: 0.05 }),
+            remove,
+        );
+        return row;
+    }
+
     /** What shows and hides components. */
     useComponents(element) {
         const { viewer } = this;
@@ -330,8 +442,6 @@ class Panel {
             this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
             if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
         });
-        this.coloured = element("coloured");
-        this.coloured.addEventListener("change", () => viewer.select({ isColoured: this.coloured.checked }));
         this.pickers = { keep: element("pick-keep"), hide: element("pick-hide"), measure: element("pick-measure") };
         for (const [name, button] of Object.entries(this.pickers)) {
             button.addEventListener("click", () => this.pickNext(this.picking === name ? null : name));
@@ -360,7 +470,7 @@ class Panel {
         if (!this.picking) return;
         if (this.picking === "measure") {
             const distance = this.viewer.measure(point);
-            if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}`;
+            if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}${unitOf(this.viewer.spectrum.info.volume)}`;
             return;
         }
         const isHiding = this.picking === "hide";
@@ -403,6 +513,8 @@ class Panel {
         this.border.checked = !look.open;
         this.axes.checked = Boolean(look.axes);
         this.showSelection();
+        this.showColors();
+        this.showLayers();
         setText(this.playButton, playing ? "Pause" : "Play");
         if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
             this.playButton.setAttribute("aria-pressed", playing);
@@ -411,7 +523,7 @@ class Panel {
 
     showSelection() {
         const { selection } = this.viewer;
-        const { largest, minVolume, isColoured } = selection;
+        const { largest, minVolume } = selection;
         const wanted = largest === null ? "" : String(largest);
         if (this.largest.value !== wanted) {
             if (![...this.largest.options].some((option) => option.value === wanted)) {
@@ -423,7 +535,6 @@ class Panel {
             this.shownMinVolume = minVolume;
             this.minVolume.value = String(Number((minVolume * this.voxelVolume()).toPrecision(6)));
         }
-        this.coloured.checked = isColoured;
         this.showAll.disabled = selection.isAll;
     }
 
@@ -436,14 +547,20 @@ class Panel {
         for (const button of document.querySelectorAll("[data-format]")) button.disabled = !isWhole;
     }
 
+    /** A measure with its unit. */
+    shownMeasure(name, value) {
+        const power = { area: "²", volume: "³" }[name];
+        return shownNumber(value) + (power ? unitOf(this.viewer.spectrum.info.volume, power) : "");
+    }
+
     /** Shows the measures of the mesh; null while they are not known. */
     showMeasures(measures, components) {
         for (const [name, value] of Object.entries(measures)) {
-            setText(document.getElementById(`${name}-value`), value === null ? "…" : shownNumber(value));
+            setText(document.getElementById(`${name}-value`), value === null ? "…" : this.shownMeasure(name, value));
         }
         const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
         const told = Object.entries(names).filter(([name]) => measures[name] !== null)
-            .map(([name, text]) => `, ${text} ${shownNumber(measures[name])}`);
+            .map(([name, text]) => `, ${text} ${this.shownMeasure(name, measures[name])}`);
         // What is printed is measured before: the picture of another size comes without.
         const { isovalue } = this.viewer;
         if (told.length > 0 || this.printedIsovalue !== isovalue) {

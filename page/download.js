@@ -4,11 +4,11 @@
 const MAKER = "isospectrum";
 
 /** Binary STL: each triangle by itself with the normal of its plane. */
-function stlOf({ positions, triangles }) {
+function stlOf({ positions, triangles, said }) {
     const n = triangles.length / 3;
     const bytes = new ArrayBuffer(84 + 50 * n);
     const view = new DataView(bytes);
-    const head = `binary STL by ${MAKER}`.padEnd(80);
+    const head = [`binary STL by ${MAKER}`, ...said].join(". ").padEnd(80);
     for (let i = 0; i < 80; i++) view.setUint8(i, head.charCodeAt(i));
     view.setUint32(80, n, true);
     for (let t = 0; t < n; t++) {
@@ -26,10 +26,10 @@ function stlOf({ positions, triangles }) {
 }
 
 /** Binary PLY: positions and normals, triangles as lists. */
-function plyOf({ positions, normals, triangles }) {
+function plyOf({ positions, normals, triangles, said }) {
     const [n, m] = [positions.length / 3, triangles.length / 3];
     const head = new TextEncoder().encode(
-        `ply\nformat binary_little_endian 1.0\ncomment ${MAKER}\nelement vertex ${n}\n`
+        `ply\nformat binary_little_endian 1.0\n${[MAKER, ...said].map((text) => `comment ${text}\n`).join("")}element vertex ${n}\n`
         + "property float x\nproperty float y\nproperty float z\n"
         + "property float nx\nproperty float ny\nproperty float nz\n"
         + `element face ${m}\nproperty list uchar int vertex_indices\nend_header\n`);
@@ -50,10 +50,11 @@ function plyOf({ positions, normals, triangles }) {
 }
 
 /** Binary glTF 2.0 with one mesh; an empty mesh is an empty scene, as glTF has no empty buffers. */
-function glbOf({ positions, normals, triangles }) {
+function glbOf({ positions, normals, triangles, placement: { unit = "unknown", space = "UNKNOWN" } }) {
     const [n, m] = [positions.length / 3, triangles.length / 3];
     const asset = { version: "2.0", generator: MAKER };
     let json = { asset, scene: 0, scenes: [{}] };
+    const extras = { ...(unit !== "unknown" && { unit }), ...(space !== "UNKNOWN" && { space }) };
     if (m > 0) {
         const bound = (pick) => [0, 1, 2].map((i) => {
             let best = positions[i];
@@ -66,7 +67,7 @@ function glbOf({ positions, normals, triangles }) {
             asset,
             scene: 0,
             scenes: [{ nodes: [0] }],
-            nodes: [{ mesh: 0 }],
+            nodes: [{ mesh: 0, ...(Object.keys(extras).length > 0 && { extras }) }],
             meshes: [{ primitives: [{ attributes: { POSITION: 0, NORMAL: 1 }, indices: 2 }] }],
             accessors: [
                 { ...vector, min: bound(Math.min), max: bound(Math.max) },
@@ -108,11 +109,13 @@ const FORMATS = {
     glb: [glbOf, "model/gltf-binary"],
 };
 
-/** A picture of rows from the top as PNG. */
-async function pngOf({ width, height, pixels }) {
+/** A picture of rows from the top as PNG, with the legend of what its colours show. */
+async function pngOf({ width, height, pixels }, shown, isDark) {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [width, height];
-    canvas.getContext("2d").putImageData(new ImageData(pixels, width, height), 0, 0);
+    const context = canvas.getContext("2d");
+    context.putImageData(new ImageData(pixels, width, height), 0, 0);
+    if (shown) drawLegend(context, shown, isDark);
     return new Promise((resolve, reject) => {
         canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("no picture"))), "image/png");
     });

@@ -1,7 +1,7 @@
 // Talks to a page that shows this one in a frame, by messages:
 //   { isospectrum: "setIsovalue", isovalue, id }  →  { isospectrum: "reply", id, result: state }
 //   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, each if it is to change
-//   { isospectrum: "setLook", look: { wireframe, open, largest, isColoured }, id }, likewise
+//   { isospectrum: "setLook", look: { wireframe, open, largest, color }, id }, likewise
 //   { isospectrum: "play", playing, id }          →  ... result: state
 //   { isospectrum: "getState", id }               →  ... result: { isovalue, low, high, view, ... }
 //   { isospectrum: "screenshot", id }             →  ... result: a PNG, as Blob
@@ -36,7 +36,7 @@ function viewOf(told) {
 
 /** Changes how the surface looks as far as it is told. */
 function setToldLook(viewer, told) {
-    for (const name of ["wireframe", "open", "isColoured"]) {
+    for (const name of ["wireframe", "open"]) {
         if (told?.[name] !== undefined && typeof told[name] !== "boolean") throw new Error(`${name}, expected true or false`);
     }
     const largest = told?.largest;
@@ -45,8 +45,10 @@ function setToldLook(viewer, told) {
     }
     const { wireframe = viewer.look.wireframe, open = viewer.look.open } = told ?? {};
     viewer.setLook({ wireframe, open });
-    const { isColoured = viewer.selection.isColoured } = told ?? {};
-    viewer.select({ isColoured, largest: largest === undefined ? viewer.selection.largest : largest });
+    const color = told?.color ?? viewer.coloring.color;
+    if (!viewer.canShow(color)) throw new Error(`color, expected one of ${Object.keys(COLORS).filter((c) => viewer.canShow(c)).join(", ")}`);
+    viewer.setColoring({ color });
+    viewer.select({ largest: largest === undefined ? viewer.selection.largest : largest });
 }
 
 function followMessages(viewer) {

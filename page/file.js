@@ -116,13 +116,29 @@ function isovaluesOf(section) {
     return new Float64Array(keys.buffer);
 }
 
+/** The bytes of a second field, one per knot; src/page/field.rs. */
+function valuesOf(section, { firstKnot, ranks }) {
+    const values = new Uint8Array(ranks.length);
+    let nFirst = 0;
+    for (let v = 0; v + 1 < firstKnot.length; v++) if (firstKnot[v] < firstKnot[v + 1]) nFirst++;
+    let [first, further, before] = [0, nFirst, 0];
+    for (let v = 0; v + 1 < firstKnot.length; v++) {
+        for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
+            if (knot === firstKnot[v]) before = values[knot] = before + section[first++];
+            else values[knot] = values[knot - 1] + section[further++];
+        }
+        before &= 255;
+    }
+    return values;
+}
+
 /**
  * The spectrum in the bytes: its description, isovalues, first knot of each vertex (one more than
  * there are), ranks, positions (3 per knot, whole steps), and triangles with vertices (3 per triangle),
  * births, deaths and caps.
  */
 function spectrumOf(bytes, { step, along }) {
-    const [info, isovalueSection, rankSection, triangleSection, positionSection] = sectionsOf(bytes);
+    const [info, isovalueSection, rankSection, triangleSection, positionSection, valueSection] = sectionsOf(bytes);
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
@@ -130,5 +146,6 @@ function spectrumOf(bytes, { step, along }) {
     const told = toldOf(positionSection, trajectories);
     const samples = new Samples(described.volume, 1 / step);
     const positions = positionsOf(told, samples, trajectories, isovalues, triangles, along);
-    return { info: described, isovalues, ...trajectories, ...triangles, positions };
+    const values = valueSection && valuesOf(valueSection, trajectories);
+    return { info: described, isovalues, ...trajectories, ...triangles, positions, values };
 }

@@ -71,6 +71,7 @@ async function present(viewer) {
     document.getElementById("controls").hidden = false;
     viewer.panel = new Panel(viewer, viewer.about);
     viewer.overlay = new Overlay(document.getElementById("overlay"));
+    viewer.legend = new Legend(document.getElementById("legend"));
     followKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);

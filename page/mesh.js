@@ -116,6 +116,17 @@ function placeInWorld(mesh, { origin, spacing, direction }) {
     return mesh;
 }
 
+/** The sign of the unit of a volume's world behind a number, with a power; nothing where it is not known. */
+function unitOf({ placement: { unit = "unknown" } }, power = "") {
+    const sign = { unknown: "", um: "µm", angstrom: "Å" }[unit] ?? unit;
+    return sign && ` ${sign}${power}`;
+}
+
+/** What files say of the world of a mesh: its space, as 3D Slicer reads it, and its unit. */
+function saidOfWorld({ placement: { unit = "unknown", space = "UNKNOWN" } }) {
+    return [...(space === "UNKNOWN" ? [] : [`SPACE=${space}`]), ...(unit === "unknown" ? [] : [`unit ${unit}`])];
+}
+
 /** Turns vectors in place: origin + direction * (scale * vector). */
 function turn(vectors, [a, b, c], scale, origin) {
     for (let at = 0; at < vectors.length; at += 3) {

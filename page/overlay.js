@@ -71,7 +71,8 @@ function axisLines([right, up, back], [, height]) {
 }
 
 /** A bar of a round length at the distance of the point looked at, in the unit of the spacing. */
-function scaleBar({ placement: { spacing } }, { distance }, [width, height]) {
+function scaleBar(volume, { distance }, [width, height]) {
+    const { spacing } = volume.placement;
     const unitsPerPixel = (2 * Math.tan(0.5 * FIELD_OF_VIEW) * distance * Math.min(...spacing)) / height;
     const longest = LONGEST_BAR * unitsPerPixel;
     const decade = 10 ** Math.floor(Math.log10(longest));
@@ -79,6 +80,6 @@ function scaleBar({ placement: { spacing } }, { distance }, [width, height]) {
     const [end, y] = [width - 20, height - 22];
     const start = (end - length / unitsPerPixel).toFixed(1);
     const label = svgElement("text", { class: "scale", x: ((Number(start) + end) / 2).toFixed(1), y: y - 7 });
-    label.textContent = String(Number(length.toPrecision(1)));
+    label.textContent = `${Number(length.toPrecision(1))}${unitOf(volume)}`;
     return [svgElement("path", { class: "scale", d: `M${start},${y - 4}v8M${start},${y}H${end}M${end},${y - 4}v8` }), label];
 }

@@ -1,6 +1,7 @@
 #version 300 es
-// The fragment stage of shaders/surface.wgsl, for a plain surface, or one coloured by component. Same names, same order.
+// The fragment stage of shaders/surface.wgsl, for a plain surface, or one coloured by a map or by component. Same names, same order.
 precision highp float;
+precision highp int;
 
 /// Linear colours of the two sides.
 uniform vec3 front;
@@ -9,12 +10,26 @@ uniform vec3 back;
 uniform vec4 wire;
 uniform float wire_width;
 uniform bool mirrored;
-uniform bool is_coloured;
+uniform int palette;
+/// Linear colours of the map, evenly spaced.
+uniform vec4 map[33];
 
+/// Of pictures that a plane cuts or that one looks through: shaders/cut.wgsl.
+uniform vec4 plane;
+uniform float opacity;
+#ifdef CAP
+uniform vec2 depth;
+uniform vec2 reach;
+in vec2 place;
+#endif
+
+#ifndef CAP
 in vec3 position;
 in vec3 normal;
 in vec3 barycentric;
 flat in vec3 named;
+in float share;
+#endif
 
 out vec4 color;
 
@@ -40,6 +55,15 @@ vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
     return clamp(albedo * diffuse + highlight + rim, 0.0, 1.0);
 }
 
+#ifdef CAP
+void main() {
+    vec3 way = vec3(place * reach, -1.0);
+    float away = -plane.w / dot(plane.xyz, way);
+    vec3 lit = light(mix(front, vec3(0.75), 0.35), -normalize(plane.xyz), normalize(-way));
+    color = vec4(opacity * lit, opacity);
+    gl_FragDepth = saturate((depth.y - depth.x * away) / away);
+}
+#else
 vec3 altitudes_in_pixels() {
     vec3 dx = dFdx(barycentric);
     vec3 dy = dFdy(barycentric);
@@ -55,19 +79,35 @@ float wire_coverage(vec3 altitudes) {
     return coverage * smoothstep(0.5, 6.0, smallest / max(wire_width, 1.0));
 }
 
+vec3 map_color() {
+    float x = clamp(share, 0.0, 1.0) * 32.0;
+    int before = min(int(x), 31);
+    vec3 between = mix(map[before].rgb, map[before + 1].rgb, x - float(before));
+    return share < -0.5 ? vec3(0.30) : between;
+}
+
 void main() {
     // Derivatives come first: they need the neighbouring fragments to run the same way.
     vec3 altitudes = altitudes_in_pixels();
     // Counter-clockwise where y points up is counter-clockwise in WebGPU as well.
     bool is_front = gl_FrontFacing != mirrored;
     vec3 albedo = is_front ? front : back;
-    if (is_coloured) {
-        albedo = is_front ? named : mix(0.5 * named, back, 0.25);
+    if (palette != 0) {
+        vec3 shown = palette == 1 ? map_color() : named;
+        albedo = is_front ? shown : mix(0.5 * shown, back, 0.25);
     }
     vec3 n = normalize(is_front ? normal : -normal);
     vec3 lit = light(albedo, n, normalize(-position));
     if (wire_width > 0.0) {
         lit = mix(lit, wire.rgb, wire.a * wire_coverage(altitudes));
     }
+#ifdef CUT
+    if (dot(plane, vec4(position, 1.0)) < 0.0) {
+        discard;
+    }
+    color = vec4(opacity * lit, opacity);
+#else
     color = vec4(lit, 1.0);
+#endif
 }
+#endif

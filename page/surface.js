@@ -84,8 +84,20 @@ class Surface {
         codesOf(this.nVertices, this.directions, this.normals);
     }
 
+    /** Of a vertex the knots on either side, and how far it is from the first to the second. */
+    wayOf(i) {
+        const { firstKnot, ranks, isovalues } = this.spectrum;
+        const v = this.vertices[i];
+        const a = knotAt(firstKnot, ranks, v, this.rank);
+        const b = Math.min(a + 1, firstKnot[v + 1] - 1);
+        const low = 0.5 * isovalues[ranks[a]];
+        const t = (0.5 * this.isovalue - low) / (0.5 * isovalues[ranks[b]] - low);
+        return [a, b, t > 0 && t < Infinity ? Math.min(t, 1) : 0];
+    }
+
     /** Moves the vertices to an isovalue. */
     placeAll(isovalue, rank) {
+        Object.assign(this, { isovalue, rank });
         this.positions = roomFor(this.positions, 3 * this.nVertices);
         for (let i = 0; i < this.nVertices; i++) this.place(i, isovalue, rank);
     }

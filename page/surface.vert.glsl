@@ -20,15 +20,19 @@ uniform usampler2D knots;
 /// The vertex whose corner this is, and the code of the normal of the mesh there.
 layout(location = 0) in uint vertex;
 layout(location = 1) in uint normal_code;
-/// The number of the component, and whether it is what the colour shows.
-layout(location = 2) in uint name;
-uniform bool is_coloured;
+/// What the colour of the triangle shows: shares of the map, or the number of the component.
+layout(location = 2) in uint measures;
+/// 0 plain, 1 a map, 2 names.
+uniform int palette;
 
+invariant gl_Position;
 out vec3 position;
 out vec3 normal;
 out vec3 barycentric;
 /// Linear colour of the triangle where it is not plain.
 flat out vec3 named;
+/// Share of the map; below 0 where there is none.
+out float share;
 
 ivec2 texel(uint index) {
     return ivec2(int(index & 2047u), int(index >> 11));
@@ -115,7 +119,9 @@ void main() {
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
     normal = normalize((eye_from_normal * vec4(decode(normal_code), 0.0)).xyz);
-    named = is_coloured ? name_color(name) : vec3(0.0);
+    named = palette == 2 ? name_color(measures) : vec3(0.0);
     int corner = gl_VertexID % 3;
+    uint code = (measures >> uint(10 * corner)) & 1023u;
+    share = palette != 1 ? 0.0 : code == 0u ? -1.0 : (float(code) - 1.0) / 1022.0;
     barycentric = vec3(float(corner == 0), float(corner == 1), float(corner == 2));
 }

@@ -13,7 +13,7 @@ const REST = 250;
 const MOST_LOST = 3;
 
 /** Linear colours behind the surface; those of src/render.rs. */
-const BACKGROUNDS = { light: [1, 1, 1], dark: [0.012, 0.013, 0.016] };
+const BACKGROUNDS = { white: [1, 1, 1], light: [0.82, 0.83, 0.85], dark: [0.012, 0.013, 0.016] };
 
 class Viewer {
     constructor(spectrum, about) {
@@ -29,7 +29,13 @@ class Viewer {
         this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
-        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes) };
+        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes), background: "auto", clip: null };
+        // Other isosurfaces beside that of the slider: { isovalue, front (six digits), opacity }.
+        this.opacity = 1;
+        this.extras = (about.also ?? []).map((extra) => ({ ...extra }));
+        // What the colours show, and how.
+        this.coloring = { color: "none", map: null, low: null, high: null, front: null, version: 0, ...about.color };
+        this.selection.isColoured = this.coloring.color === "component";
         this.firstView = { ...FIRST_VIEW, ...about.view };
         this.speed = 1;
         this.measuredPoints = [];
@@ -100,16 +106,36 @@ class Viewer {
         this.request();
     }
 
+    /** Changes what the colours show, and how. */
+    setColoring(changes) {
+        Object.assign(this.coloring, changes);
+        this.coloring.version++;
+        const isColoured = this.coloring.color === "component";
+        if (isColoured !== this.selection.isColoured) this.selection.set({ isColoured });
+        this.isListed = false;
+        this.request();
+    }
+
+    /** Whether there is what a colour shows. */
+    canShow(color) {
+        return Object.hasOwn(COLORS, color) && (color !== "field" || Boolean(this.about.field));
+    }
+
     /** Changes which components are shown. */
     select(changes) {
         this.selection.set(changes);
         this.request();
     }
 
+    /** The point of the surface under a point of the picture, voxel frame; null beside it. */
+    under(point) {
+        return meshPointUnder(this.query, this.projection(), point, this.looked().plane);
+    }
+
     /** Keeps the part under a point of the picture alone, or hides it; whether there is one. */
     pick(point, isHiding) {
         this.update();
-        const found = meshPointUnder(this.query, this.projection(), point);
+        const found = this.under(point);
         if (found) {
             this.selection.pick(found, isHiding);
             this.request();
@@ -120,7 +146,7 @@ class Viewer {
     /** Measures from point to point of the surface: the distance in the world once there are two, else null. */
     measure(point) {
         if (!point || this.measuredPoints.length === 2) this.measuredPoints = [];
-        const found = point && meshPointUnder(this.query, this.projection(), point);
+        const found = point && this.under(point);
         if (found) this.measuredPoints.push(found);
         this.request();
         const [a, b] = this.measuredPoints;
@@ -134,12 +160,12 @@ class Viewer {
         this.panel?.readOut(null);
         if (!this.pointed) return;
         this.telling = setTimeout(() => {
-            const found = this.pointed && meshPointUnder(this.query, this.projection(), this.pointed);
+            const found = this.pointed && this.under(this.pointed);
             if (!found) return;
             const mesh = { positions: Float64Array.from(found), normals: [], triangles: [] };
             const { positions } = placeInWorld(mesh, this.spectrum.info.volume.placement);
             const place = [...positions].map((x) => Number(x.toPrecision(5))).join(", ");
-            this.panel.readOut(`x, y, z: ${place}; value ${this.shownIsovalue()}`);
+            this.panel.readOut(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
     }
 
@@ -180,7 +206,7 @@ class Viewer {
     recentre(point) {
         this.update();
         const { volume } = this.spectrum.info;
-        const target = pointUnder(this.query, volume, this.projection(), point);
+        const target = pointUnder(this.under(point), volume);
         this.setView({ target: target ?? [0, 0, 0] });
     }
 
@@ -242,8 +268,14 @@ class Viewer {
         try {
             if (this.playing) this.tick(now);
             this.prepare();
-            this.renderer.draw(this.query, this.looked(), this.projection());
+            const [layers, look] = [this.layers(), this.looked()];
+            const preparing = this.renderer.prepare(layers, look);
+            if (preparing) await preparing;
+            // The device may be lost meanwhile.
+            if (!this.renderer) return;
+            this.renderer.draw(layers, look, this.projection());
             this.panel?.show();
+            this.legend?.show(this.shown, this.isDark());
             this.overlay?.draw(this, this.projection());
             this.onShown?.(this.isovalue);
             this.rest();
@@ -269,7 +301,7 @@ class Viewer {
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
         const { distance } = this.view;
-        const fitting = fitOf(volume, this.query.surface.box(), this.view, width, height);
+        const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.view, width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
     }
 
@@ -287,16 +319,83 @@ class Viewer {
     update() {
         const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
         const started = performance.now();
+        this.updateExtras();
         if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
+        this.colour();
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
     }
 
+    /** Shows other isosurfaces, too. */
+    setExtras(extras) {
+        this.extras = extras;
+        this.request();
+    }
+
+    /** Brings the other isosurfaces to what is wanted; they are there once all isovalues are. */
+    updateExtras() {
+        if (!this.isWhole) return;
+        const { largest, minVolume } = this.selection;
+        this.extras.forEach((extra, i) => {
+            if (extra.query?.spectrum !== this.spectrum) extra.query = new Query(this.spectrum, this.about.step);
+            extra.selection ??= new Selection();
+            if (extra.selection.largest !== largest || extra.selection.minVolume !== minVolume) {
+                extra.selection.set({ largest, minVolume });
+            }
+            const isSame = !extra.query.moveTo(extra.isovalue, this.look.open, extra.selection);
+            // Layers go by their place, which another may have had.
+            if (isSame && extra.place === i && extra.renderer === this.renderer) return;
+            this.renderer.list(extra.query.surface, i + 1);
+            Object.assign(extra, { place: i, renderer: this.renderer });
+        });
+    }
+
+    /** The isosurfaces of the picture, each with how it looks. */
+    layers() {
+        const sides = (front) => [1, 0.45].map((share) => [...linearOf(front).map((x) => share * x), 1]);
+        const { color, front } = this.coloring;
+        const [light, dark] = front ? sides(front) : [PLAIN_FRONT, PLAIN_BACK];
+        const layers = [{
+            query: this.query, front: light, backside: dark, opacity: this.opacity,
+            palette: color === "none" ? PLAIN : color === "component" ? NAMES : MAP,
+            stops: this.shown?.map && stopsOf(this.shown.map),
+        }];
+        for (const { query, front: own, opacity } of this.isWhole ? this.extras : []) {
+            const [front, backside] = sides(own);
+            layers.push({ query, front, backside, opacity, palette: PLAIN });
+        }
+        return layers;
+    }
+
+    /** Finds what the colours show of the surface. */
+    colour() {
+        const { color, map } = this.coloring;
+        const { surface } = this.query;
+        surface.codes = undefined;
+        this.shown = null;
+        if (color === "component") this.shown = { name: "component, the largest first" };
+        if (color === "component" || color === "none") return;
+        const numbers = numbersOf(color, surface, this.about, [this.low, this.high]);
+        const ends = scaleOf(numbers, this.coloring);
+        surface.codes = codesOfNumbers(numbers, ends, surface);
+        const { maps, field } = this.about;
+        const usual = color === "curvature" ? "vik" : color === "field" ? field.map : "viridis";
+        this.shown = { name: numbers.name, ends, map: maps[map ?? usual] };
+    }
+
+    /** Whether what lies behind the surface is dark. */
+    isDark() {
+        const { background } = this.look;
+        return background === "dark" || (background === "auto" && this.darkness.matches);
+    }
+
     looked() {
-        const background = BACKGROUNDS[this.darkness.matches ? "dark" : "light"];
-        const { isColoured } = this.selection;
-        return { ...this.look, background, isColoured, pixelRatio: this.pixelRatio ?? 1 };
+        const { background } = this.look;
+        const behind = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
+        const { clip } = this.look;
+        const plane = clip && planeOf(this.spectrum.info.volume, clip, this.projection());
+        return { ...this.look, background: behind, plane, pixelRatio: this.pixelRatio ?? 1 };
     }
 
     /** Soon after the last change: what takes longer than a picture. */
@@ -325,18 +424,20 @@ class Viewer {
         // Another isosurface than the first is not there yet.
         if (!this.isWhole) return;
         const [encode, type] = FORMATS[format];
-        const blob = new Blob([encode(this.worldMesh(this.look.open, true))], { type });
+        const { volume } = this.spectrum.info;
+        const mesh = { ...this.worldMesh(this.look.open, true), said: saidOfWorld(volume), placement: volume.placement };
+        const blob = new Blob([encode(mesh)], { type });
         save(blob, fileName(document.title, this.shownIsovalue(), format));
     }
 
     async screenshot() {
-        return pngOf(await this.pixels());
+        return pngOf(await this.pixels(), this.shown, this.isDark());
     }
 
     /** What the picture shows, four bytes per pixel. */
     pixels() {
         this.prepare();
-        return this.renderer.read(this.query, this.looked(), this.projection());
+        return this.renderer.read(this.layers(), this.looked(), this.projection());
     }
 
     async saveScreenshot() {
@@ -351,10 +452,12 @@ class Viewer {
     state() {
         const { isovalue, low, high, view, look, renderer, playing, nPictures, latency, meshTime } = this;
         return {
-            isovalue, low, high, view: { ...view }, ...look, playing, nPictures, latency, meshTime,
+            isovalue, low, high, view: { ...view }, ...look, color: this.coloring.color, ends: this.shown?.ends ?? null, playing, nPictures, latency, meshTime,
             renderer: renderer?.name ?? null,
             nTriangles: renderer?.nTriangles ?? 0,
             components: this.query.components ?? null,
+            opacity: this.opacity,
+            extras: this.extras.map(({ isovalue: c, front, opacity }) => ({ isovalue: c, front, opacity })),
             measuredPoints: this.measuredPoints,
             // Whether a picture is wanted or in work.
             isPending: Boolean(this.isRequested || this.isDrawing),

@@ -11,6 +11,13 @@ void main() {
     gl_Position = vec4(4.0 * corner - 1.0, 0.0, 1.0);
 }`;
 
+const CAP_VERTEX = `#version 300 es
+out vec2 place;
+void main() {
+    place = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;
+    gl_Position = vec4(place, 0.0, 1.0);
+}`;
+
 const COPY_FRAGMENT = `#version 300 es
 precision highp float;
 uniform highp sampler2D picture;
@@ -38,19 +45,16 @@ class WebGl2Renderer {
         this.name = "WebGL2";
         Object.assign(this, { gl, canvas });
         const text = (id) => document.getElementById(id).textContent.trimStart();
-        this.program = this.linked(text("vertex-glsl"), text("fragment-glsl"));
+        const variant = (name) => text("fragment-glsl").replace("\n", `\n#define ${name}\n`);
+        this.whole = this.linked(text("vertex-glsl"), text("fragment-glsl"));
+        // Others are compiled when they are wanted.
+        this.more = () => {
+            this.cut ??= this.linked(text("vertex-glsl"), variant("CUT"));
+            this.cap ??= this.linked(CAP_VERTEX, variant("CAP"));
+        };
         this.copy = this.linked(COPY_VERTEX, COPY_FRAGMENT);
         this.uniforms = new Map();
-        this.corners = gl.createBuffer();
-        this.vertexArray = gl.createVertexArray();
-        gl.bindVertexArray(this.vertexArray);
-        gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        // Each corner: its vertex, the code of the normal there, the number of its component.
-        for (const place of [0, 1, 2]) {
-            gl.enableVertexAttribArray(place);
-            gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 12, 4 * place);
-        }
-        this.list32 = new Uint32Array(4096);
+        this.layers = [];
         this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
     }
 
@@ -108,42 +112,71 @@ class WebGl2Renderer {
         });
     }
 
-    uniform(name) {
-        if (!this.uniforms.has(name)) {
-            this.uniforms.set(name, this.gl.getUniformLocation(this.program, name));
+    uniform(program, name) {
+        const key = `${this.programs.indexOf(program)}.${name}`;
+        if (!this.uniforms.has(key)) this.uniforms.set(key, this.gl.getUniformLocation(program, name));
+        return this.uniforms.get(key);
+    }
+
+    get programs() {
+        return [this.whole, this.cut, this.cap];
+    }
+
+    /** The buffers of a layer. */
+    layer(i) {
+        const { gl } = this;
+        while (this.layers.length <= i) {
+            const layer = { corners: gl.createBuffer(), vertexArray: gl.createVertexArray(), list32: new Uint32Array(4096), nTriangles: 0 };
+            gl.bindVertexArray(layer.vertexArray);
+            gl.bindBuffer(gl.ARRAY_BUFFER, layer.corners);
+            // Each corner: its vertex, the code of the normal there, what its triangle's colour shows.
+            for (const place of [0, 1, 2]) {
+                gl.enableVertexAttribArray(place);
+                gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 12, 4 * place);
+            }
+            this.layers.push(layer);
         }
-        return this.uniforms.get(name);
+        return this.layers[i];
+    }
+
+    /** Triangles of the first surface. */
+    get nTriangles() {
+        return this.layers[0]?.nTriangles ?? 0;
+    }
+
+    /** Gets ready for what plain pictures do not need. */
+    prepare(layers, { plane }) {
+        if (plane || layers.some(({ opacity }) => opacity < 1)) this.more();
+        return null;
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names }) {
+    list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
         const { gl } = this;
-        this.list32 = roomFor(this.list32, 9 * nTriangles);
-        for (let i = 0; i < 3 * nTriangles; i++) {
-            this.list32[3 * i] = vertices[corners[i]];
-            this.list32[3 * i + 1] = normals[corners[i]];
-            this.list32[3 * i + 2] = names[(i / 3) | 0];
+        const layer = this.layer(i);
+        const list32 = roomFor(layer.list32, 9 * nTriangles);
+        for (let at = 0; at < 3 * nTriangles; at++) {
+            list32[3 * at] = vertices[corners[at]];
+            list32[3 * at + 1] = normals[corners[at]];
+            list32[3 * at + 2] = codes[(at / 3) | 0];
         }
-        this.nTriangles = nTriangles;
-        gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-        gl.bufferData(gl.ARRAY_BUFFER, this.list32.subarray(0, 9 * nTriangles), gl.DYNAMIC_DRAW);
+        Object.assign(layer, { nTriangles, list32 });
+        gl.bindBuffer(gl.ARRAY_BUFFER, layer.corners);
+        gl.bufferData(gl.ARRAY_BUFFER, list32.subarray(0, 9 * nTriangles), gl.DYNAMIC_DRAW);
     }
 
     /** Draws into the canvas. */
-    draw(query, look, projection) {
+    draw(layers, look, projection) {
         const { gl } = this;
         const { width, height } = this.canvas;
         this.resize(width, height);
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
         gl.viewport(0, 0, width, height);
         gl.clearBufferfv(gl.COLOR, 0, [...look.background, 1]);
-        gl.clearBufferfv(gl.DEPTH, 0, [1]);
+        gl.clearBufferfi(gl.DEPTH_STENCIL, 0, 1, 0);
         gl.enable(gl.DEPTH_TEST);
         gl.depthFunc(gl.LESS);
-        gl.useProgram(this.program);
-        this.setUniforms(query, look, projection);
-        gl.bindVertexArray(this.vertexArray);
-        gl.drawArrays(gl.TRIANGLES, 0, 3 * this.nTriangles);
+        for (const i of inOrder(layers)) this.drawLayer(this.layer(i), layers[i], look, projection);
 
         gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.samples);
         gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.resolved);
@@ -159,23 +192,88 @@ class WebGl2Renderer {
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
-    setUniforms(query, look, projection) {
+    drawLayer({ vertexArray, nTriangles }, layer, look, projection) {
         const { gl } = this;
-        gl.uniformMatrix4fv(this.uniform("clip_from_voxel"), false, projection.clipFromVoxel);
-        gl.uniformMatrix4fv(this.uniform("eye_from_voxel"), false, projection.eyeFromVoxel);
-        gl.uniformMatrix4fv(this.uniform("eye_from_normal"), false, projection.eyeFromNormal);
-        gl.uniform2fv(this.uniform("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
-        gl.uniform1ui(this.uniform("rank"), Math.max(query.active.rank, 0));
-        gl.uniform3fv(this.uniform("front"), PLAIN_FRONT.slice(0, 3));
-        gl.uniform3fv(this.uniform("back"), PLAIN_BACK.slice(0, 3));
-        gl.uniform4fv(this.uniform("wire"), look.isColoured ? COLOURED_WIRE : PLAIN_WIRE);
-        gl.uniform1i(this.uniform("is_coloured"), look.isColoured ? 1 : 0);
-        gl.uniform1f(this.uniform("wire_width"), look.wireframe ? look.pixelRatio : 0);
-        gl.uniform1i(this.uniform("mirrored"), projection.mirrored ? 1 : 0);
+        const isCut = Boolean(look.plane) || layer.opacity < 1;
+        const program = isCut ? this.cut : this.whole;
+        const triangles = () => gl.drawArrays(gl.TRIANGLES, 0, 3 * nTriangles);
+        gl.bindVertexArray(vertexArray);
+        gl.useProgram(program);
+        this.setUniforms(program, layer, look, projection);
+        if (look.plane && !look.open) this.drawCap(layer, look, projection, triangles, program, vertexArray);
+        if (layer.opacity < 1) {
+            // The nearest alone is seen of it, whatever order its triangles are in.
+            gl.colorMask(false, false, false, false);
+            triangles();
+            gl.colorMask(true, true, true, true);
+            gl.enable(gl.BLEND);
+            gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+            gl.depthFunc(gl.LEQUAL);
+            gl.depthMask(false);
+        }
+        triangles();
+        gl.disable(gl.BLEND);
+        gl.depthMask(true);
+        gl.depthFunc(gl.LESS);
+    }
+
+    /** Counts sides behind the plane, and covers where it is inside. */
+    drawCap(layer, look, projection, triangles, program, vertexArray) {
+        const { gl } = this;
+        gl.enable(gl.STENCIL_TEST);
+        gl.colorMask(false, false, false, false);
+        gl.depthMask(false);
+        gl.depthFunc(gl.ALWAYS);
+        gl.stencilFunc(gl.ALWAYS, 0, 255);
+        gl.stencilOpSeparate(gl.FRONT, gl.KEEP, gl.KEEP, gl.DECR_WRAP);
+        gl.stencilOpSeparate(gl.BACK, gl.KEEP, gl.KEEP, gl.INCR_WRAP);
+        triangles();
+        gl.colorMask(true, true, true, true);
+        gl.depthMask(true);
+        gl.depthFunc(gl.LESS);
+        gl.stencilFunc(gl.NOTEQUAL, 0, 255);
+        gl.stencilOp(gl.KEEP, gl.ZERO, gl.ZERO);
+        gl.enable(gl.BLEND);
+        gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+        gl.useProgram(this.cap);
+        gl.bindVertexArray(null);
+        this.setCut(this.cap, layer, look);
+        gl.uniform3fv(this.uniform(this.cap, "front"), layer.front.slice(0, 3));
+        gl.uniform2fv(this.uniform(this.cap, "depth"), projection.depth);
+        gl.uniform2fv(this.uniform(this.cap, "reach"), projection.reach);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        gl.disable(gl.BLEND);
+        gl.disable(gl.STENCIL_TEST);
+        gl.useProgram(program);
+        gl.bindVertexArray(vertexArray);
+    }
+
+    setCut(program, { opacity }, { plane }) {
+        this.gl.uniform4fv(this.uniform(program, "plane"), plane ?? [0, 0, 0, 1]);
+        this.gl.uniform1f(this.uniform(program, "opacity"), opacity);
+    }
+
+    setUniforms(program, layer, look, projection) {
+        const { gl } = this;
+        const { query, front, backside, palette, stops } = layer;
+        const at = (name) => this.uniform(program, name);
+        gl.uniformMatrix4fv(at("clip_from_voxel"), false, projection.clipFromVoxel);
+        gl.uniformMatrix4fv(at("eye_from_voxel"), false, projection.eyeFromVoxel);
+        gl.uniformMatrix4fv(at("eye_from_normal"), false, projection.eyeFromNormal);
+        gl.uniform2fv(at("isovalue"), scaledIsovalue(this.spectrum, query.isovalue));
+        gl.uniform1ui(at("rank"), Math.max(query.active.rank, 0));
+        gl.uniform3fv(at("front"), front.slice(0, 3));
+        gl.uniform3fv(at("back"), backside.slice(0, 3));
+        gl.uniform4fv(at("wire"), palette ? COLOURED_WIRE : PLAIN_WIRE);
+        gl.uniform1i(at("palette"), palette);
+        if (stops) gl.uniform4fv(at("map"), stops);
+        gl.uniform1f(at("wire_width"), look.wireframe ? look.pixelRatio : 0);
+        gl.uniform1i(at("mirrored"), projection.mirrored ? 1 : 0);
+        if (program === this.cut) this.setCut(program, layer, look);
         this.tables.forEach(([name, texture], unit) => {
             gl.activeTexture(gl.TEXTURE0 + unit);
             gl.bindTexture(gl.TEXTURE_2D, texture);
-            gl.uniform1i(this.uniform(name), unit);
+            gl.uniform1i(at(name), unit);
         });
     }
 
@@ -190,7 +288,7 @@ class WebGl2Renderer {
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
         this.buffers = [
             [gl.SRGB8_ALPHA8, gl.COLOR_ATTACHMENT0],
-            [gl.DEPTH_COMPONENT32F, gl.DEPTH_ATTACHMENT],
+            [gl.DEPTH24_STENCIL8, gl.DEPTH_STENCIL_ATTACHMENT],
         ].map(([format, attachment]) => {
             const buffer = gl.createRenderbuffer();
             gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
@@ -231,8 +329,9 @@ class WebGl2Renderer {
     }
 
     /** Draws and reads back a picture: rows from the top, four bytes per pixel. */
-    async read(query, look, projection) {
-        this.draw(query, look, projection);
+    async read(layers, look, projection) {
+        this.prepare(layers, look);
+        this.draw(layers, look, projection);
         const { gl } = this;
         const { width, height } = this.canvas;
         const rows = new Uint8Array(4 * width * height);

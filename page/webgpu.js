@@ -1,15 +1,15 @@
 // Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/surface.rs.
 
-const FRAME_BYTES = 272;
+const FRAME_BYTES = 272 + 16 * N_STOPS;
 /** Words of a knot and of a triangle in the shader's tables. */
 const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
+/** With a stencil, which counts where a plane is inside of a surface. */
+const DEPTH_FORMAT = "depth24plus-stencil8";
 const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
 const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
 const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
 const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
-/** The palette of the shader that gives each number a colour. */
-const NAMES = 3;
 
 /** A number as the sum of two of single precision. */
 function inTwo(x) {
@@ -41,20 +41,39 @@ function tablesOf(spectrum, step) {
     return { isovalues, firstKnot, knots };
 }
 
+/** Bytes of the shader's Cut. */
+const CUT_BYTES = 48;
+
+/** The numbers of the shader's Cut. */
+function cutOf({ opacity }, { plane }, projection) {
+    return new Float32Array([
+        ...(plane ?? [0, 0, 0, 1]), opacity, 0, ...projection.depth, ...projection.reach, 0, 0,
+    ]);
+}
+
+/** Layers in the order in which they are drawn: opaque ones, then those that one looks through; of each the inner first. */
+function inOrder(layers) {
+    return [...layers.keys()].sort((i, j) => {
+        const [a, b] = [layers[i], layers[j]];
+        return (a.opacity < 1) - (b.opacity < 1) || b.query.isovalue - a.query.isovalue || i - j;
+    });
+}
+
 /** The bytes of the shader's Frame. */
-function frameOf(spectrum, query, look, projection) {
+function frameOf(spectrum, { query, front, backside, palette, stops }, look, projection) {
     const frame = new ArrayBuffer(FRAME_BYTES);
     const numbers = new Float32Array(frame);
     numbers.set(projection.clipFromVoxel, 0);
     numbers.set(projection.eyeFromVoxel, 16);
     numbers.set(projection.eyeFromNormal, 32);
-    numbers.set(PLAIN_FRONT, 48);
-    numbers.set(PLAIN_BACK, 52);
-    numbers.set(look.isColoured ? COLOURED_WIRE : PLAIN_WIRE, 56);
+    numbers.set(front, 48);
+    numbers.set(backside, 52);
+    numbers.set(palette ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
     const words = new Uint32Array(frame);
     words[62] = Math.max(query.active.rank, 0);
-    words[63] = look.isColoured ? NAMES : 0;
+    words[63] = palette;
+    if (stops) numbers.set(stops, 68);
     numbers[64] = look.wireframe ? look.pixelRatio : 0;
     words[65] = projection.mirrored ? 1 : 0;
     return frame;
@@ -96,26 +115,56 @@ class WebGpuRenderer {
             usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.COPY_DST,
             alphaMode: "opaque",
         });
-        this.triangles = new Uint32Array(4096);
+        this.layers = [];
     }
 
     async compile() {
         const { device } = this;
-        const module = device.createShaderModule({
-            code: document.getElementById("wgsl").textContent,
+        const text = (id) => document.getElementById(id).textContent;
+        const module = device.createShaderModule({ code: text("wgsl") });
+        const cut = device.createShaderModule({ code: text("wgsl") + text("cut-wgsl") });
+        const [vertex, fragment, all] = [1, 2, 3];
+        const buffers = [[all, "uniform"], ...Array(4).fill([vertex, "read-only-storage"]), [fragment, "uniform"]];
+        this.layout = device.createBindGroupLayout({
+            entries: buffers.map(([visibility, type], binding) => ({ binding, visibility, buffer: { type } })),
         });
-        this.pipeline = await device.createRenderPipelineAsync({
-            layout: "auto",
-            vertex: { module, entryPoint: "surface_vertex" },
-            fragment: {
-                module,
-                entryPoint: "surface_fragment",
-                targets: [{ format: this.pictureFormat }],
-            },
+        const layout = device.createPipelineLayout({ bindGroupLayouts: [this.layout] });
+        const over = { srcFactor: "one", dstFactor: "one-minus-src-alpha" };
+        const pipeline = (code, vertexEntry, fragmentEntry, target, depthStencil) => device.createRenderPipelineAsync({
+            layout,
+            vertex: { module: code, entryPoint: vertexEntry },
+            fragment: { module: code, entryPoint: fragmentEntry, targets: [{ format: this.pictureFormat, ...target }] },
             primitive: { topology: "triangle-list" },
-            depthStencil: { format: "depth32float", depthWriteEnabled: true, depthCompare: "less" },
+            depthStencil: { format: DEPTH_FORMAT, depthWriteEnabled: true, depthCompare: "less", ...depthStencil },
             multisample: { count: 4 },
         });
+        this.whole = await pipeline(module, "surface_vertex", "surface_fragment", {}, {});
+        // The others wait until they are wanted: compiling takes as long as a picture.
+        const blended = { blend: { color: over, alpha: over } };
+        const surface = (...rest) => pipeline(cut, "surface_vertex", ...rest);
+        const reset = { compare: "not-equal", failOp: "keep", depthFailOp: "zero", passOp: "zero" };
+        const capping = { stencilFront: reset, stencilBack: reset };
+        this.compileMore = async () => {
+            const made = {
+                clipped: surface("cut_fragment", {}, {}),
+                bare: surface("bare_fragment", { writeMask: 0 }, {}),
+                clear: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
+                count: surface("bare_fragment", { writeMask: 0 }, {
+                    depthWriteEnabled: false, depthCompare: "always",
+                    stencilFront: { compare: "always", passOp: "decrement-wrap" },
+                    stencilBack: { compare: "always", passOp: "increment-wrap" },
+                }),
+                cap: pipeline(cut, "cap_vertex", "cap_fragment", blended, capping),
+            };
+            for (const [name, promise] of Object.entries(made)) made[name] = await promise;
+            this.more = made;
+        };
+    }
+
+    /** Gets ready for what plain pictures do not need. */
+    prepare(layers, { plane }) {
+        if (!plane && layers.every(({ opacity }) => opacity === 1)) return null;
+        return this.more ? null : (this.preparing ??= this.compileMore());
     }
 
     /** Takes over a spectrum; throws if the device refuses it. */
@@ -124,10 +173,6 @@ class WebGpuRenderer {
         this.spectrum = spectrum;
         const { isovalues, firstKnot, knots } = spectrum.tables ?? tablesOf(spectrum, step);
         for (const filter of ["out-of-memory", "validation"]) device.pushErrorScope(filter);
-        this.frame ??= device.createBuffer({
-            size: FRAME_BYTES,
-            usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST,
-        });
         // Those of the spectrum before.
         for (const table of this.tables ?? []) table.destroy();
         this.tables = [isovalues, firstKnot, knots].map((table) => {
@@ -135,8 +180,7 @@ class WebGpuRenderer {
             device.queue.writeBuffer(buffer, 0, table);
             return buffer;
         });
-        this.listed ??= this.storage(this.triangles.byteLength);
-        this.bind();
+        for (const layer of this.layers) this.bind(layer);
         const errors = await Promise.all([device.popErrorScope(), device.popErrorScope()]);
         for (const error of errors) if (error) throw new Error(error.message);
     }
@@ -148,26 +192,43 @@ class WebGpuRenderer {
         });
     }
 
-    bind() {
-        const entries = [this.frame, ...this.tables, this.listed]
+    bind(layer) {
+        const entries = [layer.frame, ...this.tables, layer.listed, layer.cut]
             .map((buffer, binding) => ({ binding, resource: { buffer } }));
-        this.group = this.device.createBindGroup({
-            layout: this.pipeline.getBindGroupLayout(0),
-            entries,
+        layer.group = this.device.createBindGroup({ layout: this.layout, entries });
+    }
+
+    /** The buffers of a layer. */
+    layer(i) {
+        const uniform = (size) => this.device.createBuffer({
+            size, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST,
         });
+        while (this.layers.length <= i) {
+            const triangles = new Uint32Array(4096);
+            const listed = this.storage(triangles.byteLength);
+            const layer = { frame: uniform(FRAME_BYTES), cut: uniform(CUT_BYTES), triangles, listed, nTriangles: 0 };
+            this.bind(layer);
+            this.layers.push(layer);
+        }
+        return this.layers[i];
+    }
+
+    /** Triangles of the first surface. */
+    get nTriangles() {
+        return this.layers[0]?.nTriangles ?? 0;
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names }) {
-        const before = this.triangles;
-        this.triangles = roomFor(before, TRIANGLE_WORDS * nTriangles);
-        if (this.triangles !== before) {
-            this.listed.destroy();
-            this.listed = this.storage(this.triangles.byteLength);
-            this.bind();
+    list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
+        const layer = this.layer(i);
+        const before = layer.triangles;
+        layer.triangles = roomFor(before, TRIANGLE_WORDS * nTriangles);
+        if (layer.triangles !== before) {
+            layer.listed.destroy();
+            layer.listed = this.storage(layer.triangles.byteLength);
+            this.bind(layer);
         }
-        const words = this.triangles;
-        const measures = new Float32Array(words.buffer);
+        const words = layer.triangles;
         for (let t = 0; t < nTriangles; t++) {
             const a = corners[3 * t];
             const b = corners[3 * t + 1];
@@ -176,19 +237,19 @@ class WebGpuRenderer {
             words[at] = vertices[a];
             words[at + 1] = vertices[b];
             words[at + 2] = vertices[c];
-            measures[at + 3] = names[t];
+            words[at + 3] = codes[t];
             words[at + 4] = normals[a];
             words[at + 5] = normals[b];
             words[at + 6] = normals[c];
         }
-        this.nTriangles = nTriangles;
-        this.device.queue.writeBuffer(this.listed, 0, words, 0, TRIANGLE_WORDS * nTriangles);
+        layer.nTriangles = nTriangles;
+        this.device.queue.writeBuffer(layer.listed, 0, words, 0, TRIANGLE_WORDS * nTriangles);
     }
 
     /** Draws into the canvas. */
-    draw(query, look, projection) {
+    draw(layers, look, projection) {
         const encoder = this.device.createCommandEncoder();
-        this.encode(encoder, query, look, projection);
+        this.encode(encoder, layers, look, projection);
         // Copied, not resolved into an sRGB view of the canvas: SwiftShader forgets to convert there.
         encoder.copyTextureToTexture(
             { texture: this.picture },
@@ -210,15 +271,14 @@ class WebGpuRenderer {
             usage: GPUTextureUsage.RENDER_ATTACHMENT | usage,
         });
         this.samples = texture(this.pictureFormat, 4, 0);
-        this.depth = texture("depth32float", 4, 0);
+        this.depth = texture(DEPTH_FORMAT, 4, 0);
         this.picture = texture(this.pictureFormat, 1, GPUTextureUsage.COPY_SRC);
     }
 
     /** Records the drawing of the picture. */
-    encode(encoder, query, look, projection) {
+    encode(encoder, layers, look, projection) {
         const { device } = this;
         this.resize();
-        device.queue.writeBuffer(this.frame, 0, frameOf(this.spectrum, query, look, projection));
         const pass = encoder.beginRenderPass({
             colorAttachments: [{
                 view: this.samples.createView(),
@@ -232,12 +292,31 @@ class WebGpuRenderer {
                 depthClearValue: 1,
                 depthLoadOp: "clear",
                 depthStoreOp: "discard",
+                stencilClearValue: 0,
+                stencilLoadOp: "clear",
+                stencilStoreOp: "discard",
             },
         });
-        if (this.nTriangles > 0) {
-            pass.setPipeline(this.pipeline);
-            pass.setBindGroup(0, this.group);
-            pass.draw(3 * this.nTriangles);
+        for (const i of inOrder(layers)) {
+            const { frame, cut, group, nTriangles } = this.layer(i);
+            const isCut = Boolean(look.plane) || layers[i].opacity < 1;
+            if (nTriangles === 0 || (isCut && !this.more)) continue;
+            device.queue.writeBuffer(frame, 0, frameOf(this.spectrum, layers[i], look, projection));
+            if (isCut) device.queue.writeBuffer(cut, 0, cutOf(layers[i], look, projection));
+            pass.setBindGroup(0, group);
+            const drawn = (pipeline, n = 3 * nTriangles) => {
+                pass.setPipeline(pipeline);
+                pass.draw(n);
+            };
+            if (look.plane && !look.open) {
+                drawn(this.more.count);
+                drawn(this.more.cap, 3);
+            }
+            if (layers[i].opacity < 1) {
+                // The nearest alone is seen of it, whatever order its triangles are in.
+                drawn(this.more.bare);
+                drawn(this.more.clear);
+            } else drawn(look.plane ? this.more.clipped : this.whole);
         }
         pass.end();
     }
@@ -248,7 +327,8 @@ class WebGpuRenderer {
     }
 
     /** Draws and reads back a picture: rows from the top, four bytes per pixel. */
-    async read(query, look, projection) {
+    async read(layers, look, projection) {
+        await this.prepare(layers, look);
         const { device } = this;
         const { width, height } = this.canvas;
         const bytesPerRow = Math.ceil((4 * width) / 256) * 256;
@@ -257,7 +337,7 @@ class WebGpuRenderer {
             usage: GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ,
         });
         const encoder = device.createCommandEncoder();
-        this.encode(encoder, query, look, projection);
+        this.encode(encoder, layers, look, projection);
         encoder.copyTextureToBuffer({ texture: this.picture }, { buffer, bytesPerRow }, [width, height]);
         device.queue.submit([encoder.finish()]);
         await buffer.mapAsync(GPUMapMode.READ);

@@ -1,5 +1,5 @@
-// A surface that a plane cuts off, or that one looks through. Joined after surface.wgsl.
-// Host side: src/render/painter.rs.
+// A surface that a plane cuts off, or that one looks through, and the cap over what the plane cuts open. Joined after
+// surface.wgsl. Host side: src/render/painter.rs, page/webgpu.js.
 
 /// What only some pictures need.
 struct Cut {
@@ -7,8 +7,13 @@ struct Cut {
     plane: vec4<f32>,
     /// How much of what lies behind the surface hides.
     opacity: f32,
-    /// Fill the structure.
+    /// Fills the structure.
     unused: f32,
+    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame.
+    depth: vec2<f32>,
+    /// Half width and half height of the picture at a distance of 1.
+    reach: vec2<f32>,
+    /// Fills the structure.
     unused_too: vec2<f32>,
 }
 
@@ -25,4 +30,45 @@ fn cut_fragment(
         discard;
     }
     return vec4(cut.opacity * color, cut.opacity);
+}
+
+/// What is left of the surface, without a colour: for depth and for counting.
+@fragment
+fn bare_fragment(in: Corner) {
+    if (dot(cut.plane, vec4(in.position, 1.0)) < 0.0) {
+        discard;
+    }
+}
+
+struct Cap {
+    @builtin(position) clip: vec4<f32>,
+    /// Right and up in the picture, -1 to 1.
+    @location(0) place: vec2<f32>,
+}
+
+/// One triangle over all of the picture.
+@vertex
+fn cap_vertex(@builtin(vertex_index) index: u32) -> Cap {
+    let place = vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0;
+    return Cap(vec4(place, 0.0, 1.0), place);
+}
+
+struct CapFragment {
+    @location(0) color: vec4<f32>,
+    @builtin(frag_depth) depth: f32,
+}
+
+/// Where the plane is inside of the surface, which the stencil tells: as many sides turned away from the eye lie behind it
+/// as sides turned to it, and one more.
+@fragment
+fn cap_fragment(in: Cap) -> CapFragment {
+    let way = vec3(in.place * cut.reach, -1.0);
+    let distance = -cut.plane.w / dot(cut.plane.xyz, way);
+    let normal = -normalize(cut.plane.xyz);
+    // Paler than the surface, so that a section is told from it.
+    let color = light(mix(frame.front.rgb, vec3(0.75), 0.35), normal, normalize(-way));
+    return CapFragment(
+        vec4(cut.opacity * color, cut.opacity),
+        saturate((cut.depth.y - cut.depth.x * distance) / distance),
+    );
 }

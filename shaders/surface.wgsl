@@ -27,6 +27,8 @@ struct Frame {
     mirrored: u32,
     /// Fills the structure.
     unused: vec2<f32>,
+    /// Linear colours of the map, evenly spaced.
+    map: array<vec4<f32>, 33>,
 }
 
 /// One knot of a trajectory.
@@ -43,8 +45,9 @@ struct Knot {
 struct ActiveTriangle {
     /// Its vertices.
     vertices: array<u32, 3>,
-    /// What its colour shows: in [0, 1] for a ramp, [-1, 1] for a balance, a number from 0 for names.
-    measure: f32,
+    /// What its colour shows: of each corner the share of the map, 1 to 1023 for 0 to 1, 0 for none, 10 bits each; for
+    /// names a number.
+    measures: u32,
     /// Unit normals of the mesh at its corners, towards lower values: octahedral, two signed normalised 16-bit
     /// numbers each. Of the mesh that is drawn: no trajectory has any.
     normals: array<u32, 3>,
@@ -63,13 +66,15 @@ struct ActiveTriangle {
 
 // Palettes: the same numbers as on the host side.
 const PLAIN: u32 = 0u;
-const RAMP: u32 = 1u;
-const BALANCE: u32 = 2u;
-const NAMES: u32 = 3u;
-const NORMALS: u32 = 4u;
+const MAP: u32 = 1u;
+const NAMES: u32 = 2u;
+const NORMALS: u32 = 3u;
+
+/// Linear colour of what has no number; that of src/color.rs.
+const NO_VALUE = vec3(0.30, 0.30, 0.30);
 
 struct Corner {
-    @builtin(position) clip: vec4<f32>,
+    @invariant @builtin(position) clip: vec4<f32>,
     /// Position, eye frame.
     @location(0) position: vec3<f32>,
     /// Normal towards lower values, eye frame.
@@ -78,12 +83,14 @@ struct Corner {
     @location(2) barycentric: vec3<f32>,
     /// Linear colour of the triangle.
     @location(3) @interpolate(flat) color: vec3<f32>,
+    /// Share of the map; below 0 where there is none.
+    @location(4) share: f32,
 }
 
 @vertex
 fn surface_vertex(@builtin(vertex_index) index: u32) -> Corner {
     let corner = index % 3u;
-    let measure = triangles[index / 3u].measure;
+    let measures = triangles[index / 3u].measures;
     let vertex = triangles[index / 3u].vertices[corner];
 
     // The last knot not above the isovalue, by bisection of [low, end).
@@ -118,7 +125,14 @@ fn surface_vertex(@builtin(vertex_index) index: u32) -> Corner {
     out.position = (frame.eye_from_voxel * vec4(position, 1.0)).xyz;
     out.normal = normalize((frame.eye_from_normal * vec4(normal, 0.0)).xyz);
     out.barycentric = vec3(f32(corner == 0u), f32(corner == 1u), f32(corner == 2u));
-    out.color = color_of(measure);
+    out.color = frame.front.rgb;
+    out.share = 0.0;
+    if (frame.palette == NAMES) {
+        out.color = name_color(measures);
+    } else if (frame.palette == MAP) {
+        let code = (measures >> (10u * corner)) & 1023u;
+        out.share = select((f32(code) - 1.0) / 1022.0, -1.0, code == 0u);
+    }
     return out;
 }
 
@@ -138,29 +152,13 @@ fn decode(code: u32) -> vec3<f32> {
     return normalize(n);
 }
 
-/// The linear colour that stands for an measure.
-fn color_of(measure: f32) -> vec3<f32> {
-    switch frame.palette {
-        case RAMP: {
-            // Lightness rises evenly while the hue goes from violet over teal to yellow: order is
-            // seen with any colour vision, and in grey.
-            let t = clamp(measure, 0.0, 1.0);
-            let chroma = 0.145 + t * (-0.20 + 0.22 * t);
-            return from_oklch(0.32 + 0.58 * t, chroma, radians(300.0 - 195.0 * t));
-        }
-        case BALANCE: {
-            // Blue below, orange above, light grey at zero: told apart with any colour vision.
-            let t = clamp(measure, -1.0, 1.0);
-            let hue = radians(select(250.0, 50.0, t > 0.0));
-            return from_oklch(0.88 - 0.36 * pow(abs(t), 1.2), 0.135 * abs(t), hue);
-        }
-        case NAMES: {
-            return name_color(u32(measure));
-        }
-        default: {
-            return frame.front.rgb;
-        }
-    }
+/// The linear colour at a share of the map.
+fn map_color(share: f32) -> vec3<f32> {
+    let x = clamp(share, 0.0, 1.0) * 32.0;
+    let before = min(u32(x), 31u);
+    let color = mix(frame.map[before].rgb, frame.map[before + 1u].rgb, x - f32(before));
+    // Half-way to a corner without a number.
+    return select(color, NO_VALUE, share < -0.5);
 }
 
 /// Eight colours that are told apart with any colour vision, in turn; neighbours of one round and
@@ -216,7 +214,9 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     let front = counter_clockwise != (frame.mirrored == 1u);
 
     var color = in.color;
-    if (frame.palette == NORMALS) {
+    if (frame.palette == MAP) {
+        color = map_color(in.share);
+    } else if (frame.palette == NORMALS) {
         color = normal_color(in.normal);
     }
     var albedo = color;

@@ -7,6 +7,8 @@
 mod analyze;
 mod backend_arguments;
 mod budget;
+mod clip_argument;
+mod color_arguments;
 mod completions;
 mod components;
 mod compute;

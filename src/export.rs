@@ -9,6 +9,8 @@
 //! | PLY | 32-bit floats; 64-bit where those lose more than a spectrum does | comments `SPACE=` and `unit` |
 //! | OBJ | text of the same | comments `SPACE=` and `unit` |
 //! | STL | 32-bit floats; a warning where they lose | `SPACE=` in the head |
+//! | VTP | 32-bit floats; 64-bit where those lose more than a spectrum does | a comment |
+//! | 3MF | text, in millimetres where the unit is known | `millimeter` |
 //! | GLB | 32-bit floats around the origin, which is the node's translation | `extras` of the node |
 //!
 //! `SPACE=` is read by 3D Slicer, which takes millimetres: those that a volume of a patient's space is in.
@@ -18,6 +20,8 @@ mod obj;
 mod ply;
 mod ply_read;
 mod stl;
+mod three_mf;
+mod vtp;
 mod weld;
 
 use std::io::{self, Write};
@@ -25,6 +29,7 @@ use std::path::Path;
 
 pub use ply_read::{PlyMesh, parse_ply, read_ply};
 
+use crate::color::{Attribute, Map, Per, to_srgb};
 use crate::error::{Error, Result};
 use crate::file::write_beside;
 use crate::spectrum::{QUANTUM, SurfaceMesh};
@@ -41,14 +46,26 @@ pub enum Format {
     Obj,
     /// Binary glTF 2.0.
     Glb,
+    /// VTK's polygons, XML with raw numbers behind it.
+    Vtp,
+    /// 3MF for printing, in millimetres.
+    ThreeMf,
 }
 
+/// What is said where colours are asked of a format that has none.
+pub const NO_COLORS: &str = "STL and 3MF have no colours here; .ply, .obj, .glb and .vtp do";
+
 impl Format {
+    /// Whether files of the format can hold colours.
+    pub fn has_colors(self) -> bool {
+        !matches!(self, Format::Stl | Format::ThreeMf)
+    }
+
     /// The format of a path by its extension, in either case.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] if the extension is none of `.ply`, `.stl`, `.obj`, `.glb`.
+    /// [`Error::Usage`] if the extension is none of `.ply`, `.stl`, `.obj`, `.glb`, `.vtp`, `.3mf`.
     pub fn of_path(path: &Path) -> Result<Format> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         match extension.to_ascii_lowercase().as_str() {
@@ -56,8 +73,10 @@ impl Format {
             "stl" => Ok(Format::Stl),
             "obj" => Ok(Format::Obj),
             "glb" => Ok(Format::Glb),
+            "vtp" => Ok(Format::Vtp),
+            "3mf" => Ok(Format::ThreeMf),
             _ => Err(Error::Usage(format!(
-                "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj or .glb",
+                "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj, .glb, .vtp or .3mf",
                 path.display()
             ))),
         }
@@ -90,7 +109,7 @@ pub fn write(
     let path = path.as_ref();
     let format = Format::of_path(path)?;
     let mesh = prepared(mesh, placement, border, format)?;
-    write_beside(path, |writer| encode(mesh, format, writer))
+    write_beside(path, |writer| encode(mesh, None, format, writer))
 }
 
 /// As [`write()`], to any writer: the program's standard output for one.
@@ -107,7 +126,76 @@ pub fn write_to(
     writer: &mut dyn Write,
 ) -> Result<()> {
     let mesh = prepared(mesh, placement, border, format)?;
-    encode(mesh, format, writer).and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
+    encode(mesh, None, format, writer).and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
+}
+
+/// Numbers of a mesh and the map that shows them.
+#[derive(Clone, Copy, Debug)]
+pub struct Colors<'a> {
+    /// Of the vertices or triangles of the mesh that is written.
+    pub attribute: &'a Attribute,
+    /// The map.
+    pub map: Map,
+}
+
+/// As [`write_to`], with colours and the numbers that they show: PLY has both per vertex, and the numbers of triangles by
+/// triangle; VTP and GLB likewise, GLB per vertex alone; OBJ has colours.
+///
+/// # Errors
+///
+/// As [`write_to`]; [`Error::Usage`] for STL, which has no colours, and for numbers of another mesh.
+pub fn write_colored_to(
+    mesh: &SurfaceMesh,
+    placement: &Placement,
+    colors: Colors<'_>,
+    format: Format,
+    writer: &mut dyn Write,
+) -> Result<()> {
+    if !format.has_colors() {
+        return Err(Error::Usage(NO_COLORS.to_owned()));
+    }
+    let Attribute { per, values, .. } = colors.attribute;
+    let expected = if *per == Per::Vertex { mesh.positions.len() } else { mesh.triangles.len() };
+    if values.len() != expected {
+        return Err(Error::Usage(format!(
+            "{} numbers to colour by, expected {expected}",
+            values.len()
+        )));
+    }
+    let painted = Painted::new(colors, mesh);
+    let mesh = prepared(mesh, placement, Border::Closed, format)?;
+    encode(mesh, Some(painted), format, writer)
+        .and_then(|()| writer.flush())
+        .map_err(|e| Error::io("-", e))
+}
+
+/// Numbers and colours as formats hold them.
+struct Painted {
+    /// The name as files spell it.
+    name: String,
+    /// By vertex.
+    numbers: Vec<f32>,
+    /// By triangle, where they belong to triangles.
+    of_triangles: Option<Vec<f32>>,
+    /// Linear red, green and blue, by vertex.
+    linear: Vec<[f32; 3]>,
+}
+
+impl Painted {
+    fn new(Colors { attribute, map }: Colors<'_>, mesh: &SurfaceMesh) -> Self {
+        let numbers = attribute.by_vertex(mesh);
+        Painted {
+            name: attribute.identifier(),
+            linear: numbers.iter().map(|&x| attribute.color_of(x, map)).collect(),
+            of_triangles: (attribute.per == Per::Triangle).then(|| attribute.values.clone()),
+            numbers,
+        }
+    }
+
+    /// As they are seen, by vertex.
+    fn srgb(&self) -> impl Iterator<Item = [u8; 3]> + '_ {
+        self.linear.iter().map(|color| color.map(to_srgb))
+    }
 }
 
 /// A mesh as it leaves: its triangles and normals are those of the world, its positions are asked for.
@@ -161,10 +249,11 @@ fn prepared(
     };
     let largest = match format {
         // Vertex indices are 32-bit signed in PLY as most programs read it.
-        Format::Ply => i32::MAX as usize,
+        // So in 3MF, by its rules.
+        Format::Ply | Format::Vtp | Format::ThreeMf => i32::MAX as usize,
         Format::Stl | Format::Obj => u32::MAX as usize,
-        // The length of a GLB file is 32 bits; a vertex takes 24 bytes, a triangle 12.
-        Format::Glb => (u32::MAX as usize - (1 << 16)) / 36,
+        // The length of a GLB file is 32 bits; a vertex takes 36 bytes, a triangle 12.
+        Format::Glb => (u32::MAX as usize - (1 << 16)) / 48,
     };
     if mesh.positions.len().max(mesh.triangles.len()) > largest {
         return Err(Error::input(format!(
@@ -188,12 +277,20 @@ fn prepared(
     Ok(placed)
 }
 
-fn encode(placed: Placed, format: Format, writer: &mut dyn Write) -> io::Result<()> {
+fn encode(
+    placed: Placed,
+    painted: Option<Painted>,
+    format: Format,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    let painted = painted.as_ref();
     match format {
-        Format::Ply => ply::write(&placed, writer),
+        Format::Ply => ply::write(&placed, painted, writer),
         Format::Stl => stl::write(placed, writer),
-        Format::Obj => obj::write(&placed, writer),
-        Format::Glb => glb::write(placed, writer),
+        Format::Obj => obj::write(&placed, painted, writer),
+        Format::Glb => glb::write(placed, painted, writer),
+        Format::Vtp => vtp::write(&placed, painted, writer),
+        Format::ThreeMf => three_mf::write(&placed, writer),
     }
 }
 

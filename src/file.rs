@@ -123,7 +123,8 @@ fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
-    let (spectrum, [info, isovalues, ranks, triangles, positions]) = parts(spectrum, Units::FILE)?;
+    let (spectrum, [info, isovalues, ranks, triangles, positions], _) =
+        parts(spectrum, Units::FILE)?;
     if info.len() > LONGEST_INFO {
         return Err(Error::input(format!(
             "the description of the spectrum takes {} bytes, expected at most {LONGEST_INFO}",

@@ -20,6 +20,7 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+pub mod color;
 mod disjoint_sets;
 // Tests in `src` and in `tests` share files that name the library.
 #[cfg(test)]
@@ -37,6 +38,7 @@ pub mod mesh;
 pub mod page;
 mod random;
 pub mod render;
+pub mod sources;
 pub mod spectrum;
 pub mod sweep;
 pub mod topology;

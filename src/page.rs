@@ -17,6 +17,7 @@
 
 mod curves;
 mod data;
+mod field;
 mod first;
 mod knots;
 mod letters;
@@ -26,17 +27,20 @@ mod template;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
+use crate::color::{Color, End, Ends, Map, Sources};
 use crate::error::{Error, Result};
 use crate::render::{Camera, Image, Memory};
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
+
+use field::Field;
 
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 22] = [
+const SCRIPTS: [&str; 23] = [
     include_str!("../page/letters.js"),
     include_str!("../page/file.js"),
     include_str!("../page/connectivity.js"),
@@ -48,6 +52,7 @@ const SCRIPTS: [&str; 22] = [
     include_str!("../page/mesh.js"),
     include_str!("../page/components.js"),
     include_str!("../page/camera.js"),
+    include_str!("../page/colors.js"),
     include_str!("../page/webgpu.js"),
     include_str!("../page/webgl2.js"),
     include_str!("../page/plot.js"),
@@ -82,6 +87,14 @@ pub struct Page<'a> {
     pub open: bool,
     /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits.
     pub camera: Camera,
+    /// What the colours show at first; none of [`Color::Distance`] and [`Color::Normal`].
+    pub color: Color,
+    /// The map that shows it; without it the usual one.
+    pub map: Option<Map>,
+    /// What is told of the ends of its scale.
+    pub ends: Ends,
+    /// A second field that colours can show.
+    pub field: Option<&'a Sources>,
     /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
     pub axes: bool,
     /// Which components are shown at first, sizes and places in the voxel frame.
@@ -126,8 +139,13 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     page.keep.check()?;
     page.camera.check()?;
     let Camera { azimuth, elevation, distance } = page.camera;
-    let data = data::compressed(spectrum, page.step)?;
-    let first = first::compressed(spectrum, page.isovalue, page.step)?;
+    if matches!(page.color, Color::Distance | Color::Normal) {
+        let name = page.color.name();
+        return Err(Error::Usage(format!("a page cannot show the color {name}")));
+    }
+    let field = page.field.and_then(|sources| Field::of(sources, page.ends));
+    let data = data::compressed(spectrum, page.step, field.as_ref().map(|field| &field.codes[..]))?;
+    let first = first::compressed(spectrum, page.isovalue, page.step, field.as_ref())?;
     // Not where it would make the page much larger.
     let first = first.filter(|first| first.len() <= data.len() / LARGEST_FIRST).unwrap_or_default();
     let still = match page.still {
@@ -139,6 +157,16 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         None => Vec::new(),
     };
     let curves = curves::curves(spectrum)?;
+    let at = |end: Option<End>| match end {
+        Some(End::At(x)) => Some(x),
+        _ => None,
+    };
+    let color = serde_json::json!({
+        "color": page.color.name(),
+        "map": page.map.map(Map::name),
+        "low": at(page.ends.low),
+        "high": at(page.ends.high),
+    });
     let about = serde_json::json!({
         "step": page.step,
         "along": data::ALONG,
@@ -146,6 +174,9 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "isovalue": page.isovalue,
         "keep": page.keep,
         "axes": page.axes,
+        "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
+        "field": field.as_ref().map(Field::about),
+        "color": color,
         "view": { "azimuth": azimuth, "elevation": elevation, "distance": distance },
         "knots": spectrum.knots.len(),
         "most_triangles": Memory::of(spectrum).most_triangles,
@@ -174,20 +205,63 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     Ok((text, sizes))
 }
 
-/// All scripts as one, which leaves no name behind; without the lines that are comments, which who
-/// reads the page has no use for.
+/// All scripts as one, which leaves no name behind; without comments on lines of their own, without indentation, and
+/// without ends of lines inside of brackets and spaces after commas, which who reads the page has no use for.
 pub fn script() -> String {
     let mut script = String::from("(() => {\n\"use strict\";\n");
     let mut is_comment = false;
+    let mut before = "";
     for line in SCRIPTS.iter().flat_map(|script| script.lines()) {
-        let text = line.trim_start();
+        let text = line.trim();
         is_comment |= text.starts_with("/**");
         if !(is_comment || text.starts_with("//") || text.is_empty()) {
-            script.push_str(line);
+            // Behind an opening bracket or a comma, and before a closing one, a statement goes on; but nothing is to come
+            // into a comment at the end of a line.
+            let goes_on =
+                before.ends_with(['{', '(', '[', ',']) || text.starts_with(['}', ')', ']']);
+            if goes_on && !before.contains("//") && !before.is_empty() {
+                script.pop();
+            }
+            script.push_str(&without_spaces_after_commas(text));
             script.push('\n');
+            before = text;
         }
         is_comment &= !text.ends_with("*/");
     }
     script.push_str("})();\n");
     script
+}
+
+/// A line of a script as it is, but for spaces after commas that stand in no text.
+fn without_spaces_after_commas(line: &str) -> String {
+    let has_text = line.contains(['"', '\'']);
+    // Where a text may go over several lines, or a regular expression hold a quote, all stays.
+    if line.contains('`') || has_text && line.contains('/') {
+        return line.to_owned();
+    }
+    let mut shorter = String::with_capacity(line.len());
+    let mut quote = None;
+    for c in line.chars() {
+        match quote {
+            None if c == ' ' && shorter.ends_with(',') => continue,
+            None if c == '"' || c == '\'' => quote = Some(c),
+            Some(open) if c == open => quote = None,
+            _ => {}
+        }
+        shorter.push(c);
+    }
+    shorter
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spaces_stay_in_texts() {
+        let of = without_spaces_after_commas;
+        assert_eq!(of("f(a, b, \"c, d\", ['e, f', g])"), "f(a,b,\"c, d\",['e, f',g])");
+        assert_eq!(of("x = `${a}, b`, c"), "x = `${a}, b`, c");
+        assert_eq!(of("/[\"',] /.test(a), b"), "/[\"',] /.test(a), b");
+    }
 }

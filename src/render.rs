@@ -22,7 +22,7 @@
 //! # }
 //! ```
 
-mod attribute;
+mod annotate;
 mod camera;
 mod image;
 mod layer;
@@ -34,7 +34,7 @@ mod table;
 mod tables;
 mod target;
 
-pub use attribute::Color;
+pub use crate::color::{Color, Ends, Map, linear};
 pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
 pub use painter::Painter;
@@ -42,7 +42,6 @@ pub use surface::{RESIDENT_BYTES, Renderer};
 pub use tables::Memory;
 #[cfg(feature = "viewer")]
 pub(crate) use target::SHOWN_FORMAT;
-pub use target::linear;
 
 use crate::error::{Error, Result};
 use crate::spectrum::{Keep, VolumeInfo};
@@ -60,9 +59,11 @@ pub struct View {
     pub height: u32,
     /// What the colour of a triangle shows.
     pub color: Color,
-    /// The largest mean curvature the colours tell apart, 1/voxel; without it the one that 95 % of
-    /// the triangles stay below. Give it to compare pictures of several isovalues.
-    pub largest_curvature: Option<f64>,
+    /// The colour map; without it the usual one of the colour.
+    pub map: Option<Map>,
+    /// What the ends of the map stand for; what is not told follows from the numbers that are shown. Give them to compare
+    /// pictures of several isovalues.
+    pub ends: Ends,
     /// Width of the triangles' edges, pixels; without it they are not drawn.
     pub wireframe: Option<f32>,
     /// What lies behind the surface.
@@ -73,6 +74,12 @@ pub struct View {
     pub keep: Keep,
     /// A plane beyond which nothing is drawn.
     pub clip: Option<Clip>,
+    /// Whether a legend tells what the colours show, where they show something.
+    pub legend: bool,
+    /// Whether a bar tells how long things are.
+    pub scale_bar: bool,
+    /// Words at the top.
+    pub label: Option<String>,
     /// How much of what lies behind the surface hides, 0 to 1. Below 1 the triangles are sorted by
     /// depth for every picture.
     pub opacity: f32,
@@ -126,12 +133,16 @@ impl Default for View {
             width: 1280,
             height: 960,
             color: Color::None,
-            largest_curvature: None,
+            map: None,
+            ends: Ends::default(),
             wireframe: None,
             background: Background::White,
             open: false,
             keep: Keep::default(),
             clip: None,
+            legend: true,
+            scale_bar: false,
+            label: None,
             opacity: 1.0,
         }
     }
@@ -169,13 +180,6 @@ impl View {
                 "wireframe {pixels} pixels wide, expected a positive number"
             )));
         }
-        if let Some(largest) = self.largest_curvature
-            && !(largest > 0.0 && largest.is_finite())
-        {
-            return Err(Error::Usage(format!(
-                "largest curvature {largest}, expected a positive number"
-            )));
-        }
         if !(0.0..=1.0).contains(&self.opacity) {
             return Err(Error::Usage(format!("opacity {}, expected 0 to 1", self.opacity)));
         }
@@ -183,7 +187,8 @@ impl View {
             .look_at
             .into_iter()
             .flatten()
-            .chain(self.clip.into_iter().flat_map(|c| c.normal.into_iter().chain([c.offset])));
+            .chain(self.clip.into_iter().flat_map(|c| c.normal.into_iter().chain([c.offset])))
+            .chain(self.ends.numbers());
         if let Some(wrong) = numbers.into_iter().find(|x| !x.is_finite()) {
             return Err(Error::Usage(format!("view with {wrong}, expected finite numbers")));
         }

@@ -43,6 +43,17 @@ use isovalues::{event_isovalues, random_isovalues};
 use measure::Geometry;
 use triangle_grid::TriangleGrid;
 
+/// The distance in voxels from a point of the voxel frame to the isosurface of an isovalue, along a unit normal there,
+/// along the slope, or where descent leads, whichever is shortest; not a number where none of these comes to it within 4
+/// voxels, as beyond the border of the volume.
+pub fn distance(volume: &Volume, isovalue: f64, point: [f32; 3], normal: [f32; 3]) -> f64 {
+    let [point, normal] = [point, normal].map(|v| v.map(f64::from));
+    match ray::distance_near(volume, isovalue, point, Some(normal), measure::REACH) {
+        ray::Hit::At(distance) => distance,
+        ray::Hit::Nothing | ray::Hit::Border => f64::NAN,
+    }
+}
+
 /// What to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {

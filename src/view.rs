@@ -49,6 +49,8 @@ pub struct Opening {
     pub content: Content,
     /// The volume of the spectrum: its samples are shown behind the curves, and `p99` can be typed.
     pub volume: Option<Volume>,
+    /// A second field that colours can show.
+    pub field: Option<Volume>,
     /// The first isovalue; without it [`Spectrum::shown_first`].
     pub isovalue: Option<f64>,
     /// How the surface looks; the width and height are those of the window, points.

@@ -14,6 +14,7 @@
 mod cube;
 mod decode;
 mod dicom;
+mod elsewhere;
 mod histogram;
 mod isovalue;
 mod metaimage;

@@ -10,6 +10,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use isospectrum::Error;
+use isospectrum::color::{Color, Ends};
 use isospectrum::export::read_ply;
 use isospectrum::file;
 use isospectrum::gpu::Gpu;
@@ -57,6 +58,10 @@ fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
         step,
         open: false,
         camera: Camera::default(),
+        color: Color::None,
+        map: None,
+        ends: Ends::default(),
+        field: None,
         axes: false,
         keep: Keep::default(),
         samples: None,
@@ -307,6 +312,24 @@ fn write_native_pictures(folder: &Folder, spectrum: &Spectrum, isovalues: &[f64]
     }
 }
 
+/// A page that is coloured by a second field, x + y^2, and what the program draws in each colour.
+fn write_colors(folder: &Folder, isovalue: f64) {
+    let value = |i: usize| (i % 24) as f32 + (i / 24 % 24).pow(2) as f32;
+    let samples: Vec<u8> = (0..24usize.pow(3)).flat_map(|i| value(i).to_le_bytes()).collect();
+    folder.write("field_24x24x24_float32.raw", &samples);
+    let by = ["--color-by", "field_24x24x24_float32.raw"];
+    folder.run(&[&["html", "s.isp", "-o", "field.html"][..], &by].concat());
+    let isovalue = isovalue.to_string();
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    for color in ["quality", "lifetime", "curvature", "field"] {
+        let picture = format!("color-{color}.png");
+        let base = ["render", "s.isp", "-c", &isovalue, "-o", &picture, "--size", &size];
+        let look = ["--fit", "volume", "--no-legend"];
+        let shown = if color == "field" { by } else { ["--color", color] };
+        folder.run(&[&base[..], &look, &shown].concat());
+    }
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();
@@ -351,6 +374,7 @@ fn folder_for_the_browser() -> Folder {
     let spacing = spectrum.volume.placement.spacing;
     let statistics = Statistics::of(&volume);
     let shaded = shaded_pages(&folder);
+    write_colors(&folder, isovalues[1]);
     let events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
     let expected = serde_json::json!({
         "range": [low, high],
@@ -362,6 +386,7 @@ fn folder_for_the_browser() -> Folder {
         "step": DEFAULT_STEP,
         "shaded": shaded,
         "components": components_of_noise(&folder),
+        "colors": isovalues[1],
         "events": events,
         "unit": spacing.into_iter().fold(f64::INFINITY, f64::min),
         "p90": Histogram::of(&volume).percentile(90.0),

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
+use isospectrum::color::Sources;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
-use isospectrum::volume::{
-    Histogram, Preparation, ReadOptions, Statistics, Volume, files_of, read_volume,
-};
+use isospectrum::volume::{Histogram, Statistics, Volume, files_of};
 use isospectrum::{Error, Result};
 
+use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::keep_arguments::KeepArguments;
@@ -66,6 +66,8 @@ pub(super) struct Html {
     /// Where it is seen from at first: azimuth and elevation in degrees, and the distance (1 just shows the surface)
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
     camera: Option<Camera>,
+    #[command(flatten)]
+    color: ColorArguments,
     /// Draw the box of the volume, the axes of the world and a scale bar
     #[arg(long)]
     axes: bool,
@@ -106,6 +108,7 @@ impl Html {
         }
         let mut inputs = vec![self.spectrum.clone()];
         inputs.extend(self.volume.iter().flat_map(|path| files_of(path)));
+        inputs.extend(self.color.files());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
@@ -124,11 +127,12 @@ impl Html {
             })
             .collect::<Result<Vec<_>>>()?;
         let samples = volume.as_ref().map(Histogram::of);
+        let sources = self.color.sources(&spectrum, None)?;
         let isovalue = told.unwrap_or_else(|| spectrum.shown_first());
         empty::warn(&spectrum, isovalue, self.open);
         let bar = Bar::new(quiet);
         bar.report(0.1, "drawing the still picture");
-        let still = self.still(&spectrum, isovalue)?;
+        let still = self.still(&spectrum, isovalue, &sources)?;
         let page = Page {
             title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
             caption: self.caption.as_deref(),
@@ -137,6 +141,10 @@ impl Html {
             step: self.step,
             open: self.open,
             camera: self.camera.unwrap_or_default(),
+            color: self.color.shown(),
+            map: self.color.color_map,
+            ends: self.color.ends(),
+            field: Some(&sources),
             axes: self.axes,
             keep: self.keep.of(&spectrum),
             samples: samples.as_ref(),
@@ -171,21 +179,16 @@ impl Html {
 
     /// The volume, if it is given.
     fn volume_of(&self, spectrum: &Spectrum) -> Result<Option<Volume>> {
-        let Some(path) = &self.volume else { return Ok(None) };
-        let volume = read_volume(path, &ReadOptions::default())?;
-        let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
-        let (found, expected) = (volume.dims(), spectrum.volume.dims);
-        if found != expected {
-            return Err(Error::Input(format!(
-                "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
-                path.display()
-            )));
-        }
-        Ok(Some(volume))
+        self.volume.as_ref().map(|path| volume_of(path, spectrum)).transpose()
     }
 
     /// The picture for those who can see no other, if there is an adapter to draw it.
-    fn still(&self, spectrum: &Spectrum, isovalue: f64) -> Result<Option<Image>> {
+    fn still(
+        &self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        sources: &Sources,
+    ) -> Result<Option<Image>> {
         let gpu = match Gpu::new(self.adapter.as_deref()) {
             Ok(gpu) => gpu,
             Err(Error::Gpu(why)) => {
@@ -202,9 +205,13 @@ impl Html {
             camera: self.camera.unwrap_or_default(),
             // It lies on a page that may be light or dark.
             background: Background::Transparent,
+            color: self.color.shown(),
+            map: self.color.color_map,
+            ends: self.color.ends(),
             ..View::default()
         };
         let mut renderer = Renderer::new(&gpu, spectrum)?;
+        renderer.set_sources(sources.clone());
         if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
             view.fit(&spectrum.volume, bounds);
         }

@@ -59,6 +59,14 @@ impl Output {
         }))
     }
 
+    /// The name to show.
+    pub(super) fn name(&self) -> String {
+        match self {
+            Output::File(path) => path.display().to_string(),
+            Output::Stdout => "-".to_owned(),
+        }
+    }
+
     /// Whether this is stdout, so that no report can go there.
     pub(super) fn is_stdout(&self) -> bool {
         matches!(self, Output::Stdout)

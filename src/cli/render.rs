@@ -6,12 +6,15 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use isospectrum::gpu::Gpu;
-use isospectrum::render::{Background, Camera, Color, Renderer, Surface, View};
+use isospectrum::render::{Background, Camera, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::files_of;
 use isospectrum::{Error, Result};
 
 use isospectrum::sweep::Progress as _;
 
+use super::clip_argument::ClipArgument;
+use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::share;
 use super::frames::{Pattern, Sweep};
 use super::keep_arguments::KeepArguments;
@@ -55,15 +58,30 @@ pub(super) struct Render {
     /// What lies behind the surface: white, light, dark or transparent
     #[arg(long, value_name = "WHAT", default_value = "white")]
     background: Background,
+    /// Cut along a plane across an axis of the volume, at a share of its length or a length from the first sample, and cover
+    /// the cut: x:50%, z:12.5, or -x:50% for the other side
+    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
+    clip: Option<ClipArgument>,
     /// How much of what lies behind the surface hides, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     opacity: f64,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
-    /// What the colours show: none, quality, lifetime, curvature, component or normal
-    #[arg(long, value_name = "WHAT", default_value = "none")]
-    color: Color,
+    #[command(flatten)]
+    color: ColorArguments,
+    /// The volume of the spectrum, for --color distance
+    #[arg(long, value_name = "VOLUME")]
+    volume: Option<PathBuf>,
+    /// Leave out the legend of the colours
+    #[arg(long)]
+    no_legend: bool,
+    /// A bar that tells how long things are, in the unit of the volume
+    #[arg(long)]
+    scale_bar: bool,
+    /// Words at the top of the picture; {isovalue} stands for the isovalue
+    #[arg(long, value_name = "TEXT")]
+    label: Option<String>,
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
@@ -88,7 +106,9 @@ impl Render {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")).into());
         }
-        let output = Output::open(&self.output, &[&self.spectrum])?;
+        let inputs = self.inputs();
+        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+        let output = Output::open(&self.output, &inputs)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let surfaces: Vec<Surface> =
             self.isovalue.iter().map(|c| c.in_spectrum(&spectrum)).collect::<Result<_>>()?;
@@ -97,8 +117,9 @@ impl Render {
             spectrum.check_isovalue(isovalue)?;
             empty::warn(&spectrum, isovalue, self.open);
         }
-        let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
-        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
+        let mut pictures = self.pictures(&spectrum)?;
+        let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
+        view.label = self.label(&isovalues);
         pictures.write(&surfaces, &view, output)?;
         empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
         let Size { width, height } = self.size;
@@ -113,15 +134,18 @@ impl Render {
         let pattern = Pattern::of(&self.output)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalues = sweep.in_spectrum(&spectrum)?;
-        let mut pictures = Pictures::open(&spectrum, self.adapter.as_deref())?;
-        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
-        let outputs = pattern.open(sweep.n_frames(), &[&self.spectrum])?;
+        let mut pictures = self.pictures(&spectrum)?;
+        let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
+        let inputs = self.inputs();
+        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+        let outputs = pattern.open(sweep.n_frames(), &inputs)?;
         let bar = Bar::new(quiet);
         for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
             if bar.cancelled() {
                 return Err(Error::Interrupted.into());
             }
             bar.report(frame as f64 / isovalues.len() as f64, "rendering");
+            view.label = self.label(&[isovalue]);
             pictures.write(&[isovalue.into()], &view, output)?;
         }
         drop(bar);
@@ -141,6 +165,28 @@ impl Render {
         Ok(())
     }
 
+    /// Every file that is read.
+    fn inputs(&self) -> Vec<PathBuf> {
+        let volume = self.volume.iter().flat_map(|path| files_of(path));
+        let all = [self.spectrum.clone()].into_iter().chain(volume);
+        all.chain(self.color.files()).collect()
+    }
+
+    /// The words at the top of a picture of isovalues.
+    fn label(&self, isovalues: &[f64]) -> Option<String> {
+        let shown: Vec<String> = isovalues.iter().map(|&c| report::number(c)).collect();
+        self.label.as_ref().map(|label| label.replace("{isovalue}", &shown.join(", ")))
+    }
+
+    /// What draws the pictures of a spectrum.
+    fn pictures<'a>(&self, spectrum: &'a Spectrum) -> Result<Pictures<'a>> {
+        let volume = self.volume.as_ref().map(|path| volume_of(path, spectrum)).transpose()?;
+        let sources = self.color.sources(spectrum, volume)?;
+        let mut pictures = Pictures::open(spectrum, self.adapter.as_deref())?;
+        pictures.0.set_sources(sources);
+        Ok(pictures)
+    }
+
     fn view(&self, spectrum: &Spectrum) -> View {
         let Size { width, height } = self.size;
         View {
@@ -148,7 +194,12 @@ impl Render {
             height,
             camera: self.camera.unwrap_or_default(),
             wireframe: self.wireframe.then_some(1.0),
-            color: self.color,
+            color: self.color.shown(),
+            map: self.color.color_map,
+            ends: self.color.ends(),
+            clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
+            legend: !self.no_legend,
+            scale_bar: self.scale_bar,
             open: self.open,
             keep: self.keep.of(spectrum),
             background: self.background,

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isospectrum::render::{Background, Camera, Color, View as Look};
+use isospectrum::render::{Background, Camera, View as Look};
 use isospectrum::spectrum::Keep;
 use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
+use super::color_arguments::ColorArguments;
 use super::compute::positive;
 use super::isovalue::Isovalue;
 use super::keep_arguments::KeepArguments;
@@ -39,9 +40,8 @@ pub(super) struct View {
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
-    /// What the colours show: none, quality, lifetime, curvature, component or normal
-    #[arg(long, value_name = "WHAT", default_value = "none")]
-    color: Color,
+    #[command(flatten)]
+    color: ColorArguments,
     /// Leave out the triangles that close the mesh at the border of the volume
     #[arg(long)]
     open: bool,
@@ -85,13 +85,16 @@ impl View {
         run(Opening {
             content,
             volume,
+            field: self.color.color_by.as_deref().map(read).transpose()?,
             isovalue,
             view: Look {
                 width: self.size.width,
                 height: self.size.height,
                 camera: self.camera.unwrap_or_default(),
                 wireframe: self.wireframe.then_some(1.0),
-                color: self.color,
+                color: self.color.shown(),
+                map: self.color.color_map,
+                ends: self.color.ends(),
                 open: self.open,
                 keep,
                 background: if self.dark { Background::Dark } else { Background::White },

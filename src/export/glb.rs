@@ -7,12 +7,15 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::Placed;
+use super::{Painted, Placed};
 use crate::spectrum::SurfaceMesh;
 use crate::volume::{Placement, Space, Unit};
 
 /// glTF's number for 32-bit floating point components.
 const FLOAT: u32 = 5126;
+
+/// glTF's number for 16-bit unsigned components.
+const UNSIGNED_SHORT: u32 = 5123;
 
 /// glTF's number for 32-bit unsigned components.
 const UNSIGNED_INT: u32 = 5125;
@@ -21,13 +24,23 @@ const UNSIGNED_INT: u32 = 5125;
 ///
 /// glTF calls +y up and metres the unit; a molecule of 1e-9 is nothing to most viewers, so coordinates are those of the
 /// world, and unit and space stand beside them.
-pub(super) fn write(placed: Placed, writer: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(
+    placed: Placed,
+    painted: Option<&Painted>,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
     let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
     let positions = placed.mesh.positions.iter().map(around).collect();
     let mesh = &SurfaceMesh { positions, ..placed.mesh };
-    let mut json = description(mesh, &placed.placement).to_string().into_bytes();
+    let painted = painted.filter(|_| !mesh.triangles.is_empty());
+    let mut json = description(mesh, &placed.placement);
+    if let Some(painted) = painted {
+        describe_colors(&mut json, mesh, painted);
+    }
+    let mut json = json.to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
-    let binary_length = 24 * mesh.positions.len() + 12 * mesh.triangles.len();
+    let per_vertex = if painted.is_some() { 24 + COLOR_BYTES } else { 24 };
+    let binary_length = per_vertex * mesh.positions.len() + 12 * mesh.triangles.len();
     let has_binary = binary_length > 0;
     let total = 12 + 8 + json.len() + if has_binary { 8 + binary_length } else { 0 };
 
@@ -46,8 +59,49 @@ pub(super) fn write(placed: Placed, writer: &mut dyn Write) -> io::Result<()> {
         for v in mesh.triangles.iter().flatten() {
             writer.write_all(&v.to_le_bytes())?;
         }
+        if let Some(painted) = painted {
+            for [r, g, b] in &painted.linear {
+                for share in [*r, *g, *b, 1.0] {
+                    writer.write_all(&((share * 65535.0).round() as u16).to_le_bytes())?;
+                }
+            }
+            for x in &painted.numbers {
+                // A number that is none is no JSON and no glTF either.
+                writer.write_all(&(if x.is_finite() { *x } else { 0.0 }).to_le_bytes())?;
+            }
+        }
     }
     Ok(())
+}
+
+/// Bytes of the colour of a vertex and of the number that it shows.
+const COLOR_BYTES: usize = 12;
+
+/// Adds colours (linear, as glTF has them) and the numbers that they show, in an attribute of the application's own,
+/// behind what there is.
+fn describe_colors(json: &mut Value, mesh: &SurfaceMesh, painted: &Painted) {
+    let (n, m) = (mesh.positions.len(), mesh.triangles.len());
+    let start = 24 * n + 12 * m;
+    let name = format!("_{}", painted.name.to_ascii_uppercase());
+    let add = |list: &mut Value, more: Value| list.as_array_mut().map(|list| list.push(more));
+    for (offset, length, stride) in [(start, 8 * n, 8), (start + 8 * n, 4 * n, 4)] {
+        add(
+            &mut json["bufferViews"],
+            json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "byteStride": stride, "target": 34962 }),
+        );
+    }
+    add(
+        &mut json["accessors"],
+        json!({ "bufferView": 3, "componentType": UNSIGNED_SHORT, "normalized": true, "count": n, "type": "VEC4" }),
+    );
+    add(
+        &mut json["accessors"],
+        json!({ "bufferView": 4, "componentType": FLOAT, "count": n, "type": "SCALAR" }),
+    );
+    let attributes = &mut json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["COLOR_0"] = json!(3);
+    attributes[name] = json!(4);
+    json["buffers"][0]["byteLength"] = json!(start + COLOR_BYTES * n);
 }
 
 fn description(mesh: &SurfaceMesh, placement: &Placement) -> Value {

@@ -7,17 +7,21 @@ use super::{info, tables, triangles};
 use crate::error::Result;
 use crate::spectrum::Spectrum;
 
+/// The spectrum in the order of a file, the contents, and of each of its vertices which it was.
+type Parts = (Spectrum, [Vec<u8>; 5], Vec<u32>);
+
 /// The spectrum in the order of a file, and the contents of `INFO`, `ISOV`, `VERT`, `TRIA` and `POSN` as
 /// FORMAT.md describes them, but with positions in other units, as [`Units::rounded`] leaves them.
+/// And of each vertex there, which it was in `spectrum`.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Input`] if the spectrum does not pass [`Spectrum::check`], or its triangles are no meshes: so many
 /// meet at vertices of so many knots that a reader would not look at all of them.
-pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec<u8>; 5])> {
+pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<Parts> {
     spectrum.check()?;
     let info = info(spectrum)?;
-    let (spectrum, walk) = triangles::arranged(spectrum);
+    let (spectrum, walk, order) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
     let sections = [
         info,
@@ -26,5 +30,5 @@ pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<(Spectrum, [Vec
         triangles::write_triangles(&walk, &spectrum.triangles, &ranks),
         write_geometry(&spectrum, &ranks, units)?,
     ];
-    Ok((spectrum, sections))
+    Ok((spectrum, sections, order))
 }

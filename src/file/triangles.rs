@@ -18,8 +18,8 @@ use crate::spectrum::{Collapse, Spectrum, Triangle};
 const WITH_A_VERTEX: u64 = 0;
 const AS_BEFORE: u64 = 1;
 
-/// The spectrum in the order of the file, and the walk that tells its triangles.
-pub(super) fn arranged(spectrum: &Spectrum) -> (Spectrum, Walk) {
+/// The spectrum in the order of the file, the walk that tells its triangles, and of each vertex which it was.
+pub(super) fn arranged(spectrum: &Spectrum) -> (Spectrum, Walk, Vec<u32>) {
     let (order, walk) =
         arrange(&spectrum.triangles, spectrum.n_vertices(), spectrum.isovalues.len());
     let mut number = vec![0; spectrum.n_vertices()];
@@ -50,7 +50,7 @@ pub(super) fn arranged(spectrum: &Spectrum) -> (Spectrum, Walk) {
         triangles: triangles.collect(),
         collapses: collapses.collect(),
     };
-    (arranged, walk)
+    (arranged, walk, order.vertices)
 }
 
 /// Writes section `TRIA`: a walk, and the deaths and caps of the triangles it tells, in its order.

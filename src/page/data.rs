@@ -10,6 +10,7 @@ use std::io::Write as _;
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 
+use super::field;
 use crate::error::Result;
 use crate::file::{Units, parts};
 use crate::spectrum::Spectrum;
@@ -23,11 +24,21 @@ pub const DEFAULT_STEP: f64 = 1.0 / 40.0;
 pub(super) const ALONG: i64 = 4;
 
 /// The raw deflate stream of a spectrum whose positions count steps of `step` voxels.
-pub(super) fn compressed(spectrum: &Spectrum, step: f64) -> Result<Vec<u8>> {
+///
+/// Behind the sections of the spectrum comes that of a second field (`field.rs`), of which `codes` has one for each knot.
+pub(super) fn compressed(spectrum: &Spectrum, step: f64, codes: Option<&[u8]>) -> Result<Vec<u8>> {
     let units = Units { per_voxel: 1.0 / step, along: ALONG };
-    let (_, sections) = parts(&units.rounded(spectrum)?, units)?;
+    let (arranged, sections, order) = parts(&units.rounded(spectrum)?, units)?;
     let mut bytes = Vec::new();
     sections.iter().for_each(|section| append(&mut bytes, section));
+    if let Some(codes) = codes {
+        let of = |&v: &u32| {
+            let [start, end] = [v, v + 1].map(|v| spectrum.first_knot[v as usize] as usize);
+            &codes[start..end]
+        };
+        let codes: Vec<u8> = order.iter().flat_map(of).copied().collect();
+        append(&mut bytes, &field::section(&arranged, &codes));
+    }
     let mut encoder = DeflateEncoder::new(Vec::new(), Compression::best());
     let done = encoder.write_all(&bytes);
     Ok(done.and_then(|()| encoder.finish()).expect("memory takes every byte"))

@@ -4,12 +4,20 @@
 //! needs no second reader; each vertex has two knots at one place, and the second takes next to nothing.
 
 use super::data;
+use super::field::Field;
 use crate::error::Result;
 use crate::spectrum::{Knot, Query, Spectrum, Triangle};
 
 /// The raw deflate stream of the isosurface of `isovalue`; none where nothing is to be seen.
-pub(super) fn compressed(spectrum: &Spectrum, isovalue: f64, step: f64) -> Result<Option<Vec<u8>>> {
-    let mesh = Query::new(spectrum).mesh_at(isovalue)?;
+pub(super) fn compressed(
+    spectrum: &Spectrum,
+    isovalue: f64,
+    step: f64,
+    field: Option<&Field>,
+) -> Result<Option<Vec<u8>>> {
+    let mut query = Query::new(spectrum);
+    let mesh = query.mesh_at(isovalue)?;
+    let codes = field.map(|field| field.at(spectrum, query.parts().0, isovalue));
     let after = isovalue.next_up();
     if mesh.triangles.is_empty() || !after.is_finite() {
         return Ok(None);
@@ -31,5 +39,5 @@ pub(super) fn compressed(spectrum: &Spectrum, isovalue: f64, step: f64) -> Resul
             .collect(),
         collapses: Vec::new(),
     };
-    data::compressed(&first, step).map(Some)
+    data::compressed(&first, step, codes.as_deref()).map(Some)
 }

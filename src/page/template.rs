@@ -5,6 +5,7 @@ use super::Page;
 const TEMPLATE: &str = include_str!("../../page/page.html");
 const STYLE: &str = include_str!("../../page/page.css");
 const WGSL: &str = include_str!("../../shaders/surface.wgsl");
+const CUT: &str = include_str!("../../shaders/cut.wgsl");
 const VERTEX_GLSL: &str = include_str!("../../page/surface.vert.glsl");
 const FRAGMENT_GLSL: &str = include_str!("../../page/surface.frag.glsl");
 
@@ -46,6 +47,7 @@ pub(super) fn filled(parts: &Parts) -> String {
         "still" => still.clone(),
         "style" => STYLE.into(),
         "wgsl" => WGSL.into(),
+        "cut" => CUT.into(),
         "vertex" => VERTEX_GLSL.into(),
         "fragment" => FRAGMENT_GLSL.into(),
         // In JSON a '<' stands in strings only, where it has another spelling that ends no script.
@@ -123,6 +125,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::{Color, Ends};
     use crate::render::Camera;
     use crate::spectrum::Keep;
 
@@ -136,6 +139,10 @@ mod tests {
             step: 1.0,
             open: false,
             camera: Camera::default(),
+            color: Color::None,
+            map: None,
+            ends: Ends::default(),
+            field: None,
             axes: false,
             keep: Keep::default(),
             samples: None,
@@ -177,7 +184,7 @@ mod tests {
 
     #[test]
     fn nothing_that_is_put_into_a_script_element_ends_it() {
-        for text in [WGSL, VERTEX_GLSL, FRAGMENT_GLSL, &super::super::script()] {
+        for text in [WGSL, CUT, VERTEX_GLSL, FRAGMENT_GLSL, &super::super::script()] {
             let text = text.to_ascii_lowercase();
             assert!(!text.contains("</script") && !text.contains("<!--"));
         }

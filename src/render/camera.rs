@@ -168,6 +168,8 @@ impl Camera {
             eye_from_normal: DMat3::from_mat4(eye_from_voxel).inverse().transpose(),
             mirrored: world.determinant() < 0.0,
             distance,
+            depth: [clip_from_eye.z_axis.z, clip_from_eye.w_axis.z],
+            reach: [clip_from_eye.x_axis.x.recip(), clip_from_eye.y_axis.y.recip()],
         }
     }
 }
@@ -213,8 +215,11 @@ pub(crate) struct Projection {
     /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
     pub(crate) mirrored: bool,
     /// From the eye to the middle of the picture, voxels.
-    #[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "only a hand moves by it"))]
     pub(crate) distance: f64,
+    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame.
+    pub(crate) depth: [f64; 2],
+    /// Half width and half height of the picture at a distance of 1.
+    pub(crate) reach: [f64; 2],
 }
 
 #[cfg(test)]

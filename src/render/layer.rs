@@ -4,9 +4,10 @@ use glam::{DMat4, Vec3};
 use rayon::prelude::*;
 
 use super::View;
-use super::attribute::{Attributes, Color, attributes};
-use super::layout::{ActiveTriangle, Cut, Frame, normal_code};
+use super::layout::{ActiveTriangle, Cut, Frame, normal_code, shares_code};
 use super::table::Table;
+use crate::color::{Attribute, Color, Ends, Parts, Per, Sources};
+use crate::error::Result;
 use crate::spectrum::{ActiveSet, Assembly, Keep, Spectrum, SurfaceMesh};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
@@ -26,10 +27,10 @@ pub(super) struct Layer {
 /// The active triangles of the last picture, and what they depend on.
 #[derive(Debug, Default)]
 pub(super) struct Listed {
-    key: Option<(u64, Color, Option<u64>, bool, Keep)>,
+    key: Option<(u64, Color, Ends, bool, Keep)>,
     pub(super) triangles: Vec<ActiveTriangle>,
-    /// What the two ends of the colours stand for.
-    pub(super) color_ends: Option<(f64, f64)>,
+    /// What the colours show, of the whole mesh.
+    pub(super) attribute: Option<Attribute>,
     /// Where the device has them, all in one piece: what its tables call the rank.
     pub(super) uploaded: Option<u32>,
     /// Of the triangles, which of the mesh's they are.
@@ -63,18 +64,29 @@ impl Layer {
 
     /// Lists the active triangles with their attributes and normals, in the order of their indices, unless the last
     /// picture had the same.
-    pub(super) fn list(&mut self, spectrum: &Spectrum, isovalue: f64, view: &View) {
-        let largest_curvature = view.largest_curvature.map(f64::to_bits);
-        let key = (isovalue.to_bits(), view.color, largest_curvature, view.open, view.keep);
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`](crate::Error::Usage) where the colour needs a source that is not there.
+    pub(super) fn list(
+        &mut self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+        view: &View,
+        sources: &Sources,
+    ) -> Result<()> {
+        let key = (isovalue.to_bits(), view.color, view.ends, view.open, view.keep);
         if self.listed.key == Some(key) {
-            return;
+            return Ok(());
         }
         self.mesh_at(spectrum, isovalue);
-        let Layer { alive, mesh, .. } = self;
+        let Layer { alive, mesh, assembly, .. } = self;
         let active = spectrum.rank_at(isovalue).map_or(&[][..], |rank| alive.move_to(rank));
         // Caps are left out last, so that they do not change what the others show.
-        let Attributes { values, ends } =
-            attributes(spectrum, (active, mesh), view.color, view.largest_curvature);
+        let parts =
+            Parts { spectrum, isovalue, mesh, vertices: assembly.vertices(), triangles: active };
+        let attribute = parts.attribute(view.color, sources, view.ends)?;
+        let measures = |t: usize| attribute.as_ref().map_or(0, |a| measures_of(a, mesh, t));
         let normals: Vec<u32> = mesh.normals.par_iter().map(|&n| normal_code(n)).collect();
         let is_kept = mesh.kept_triangles(&view.keep);
         let Listed { mut triangles, mut numbers, .. } = std::mem::take(&mut self.listed);
@@ -88,18 +100,19 @@ impl Layer {
             let i = i as usize;
             ActiveTriangle {
                 vertices: spectrum.triangles[active[i] as usize].vertices,
-                measure: values[i],
+                measures: measures(i),
                 normals: mesh.triangles[i].map(|v| normals[v as usize]),
             }
         }));
         self.listed = Listed {
             key: Some(key),
             triangles,
-            color_ends: ends,
+            attribute,
             uploaded: None,
             numbers,
             middles: Vec::new(),
         };
+        Ok(())
     }
 
     /// The mesh of an isovalue, as meshes are saved.
@@ -139,5 +152,18 @@ impl Layer {
         *middles = order.iter().map(|&(_, i)| middles[i as usize]).collect();
         *numbers = order.iter().map(|&(_, i)| numbers[i as usize]).collect();
         *uploaded = None;
+    }
+}
+
+/// What the shader reads of an attribute of a triangle.
+fn measures_of(attribute: &Attribute, mesh: &SurfaceMesh, t: usize) -> u32 {
+    let Attribute { per, values, scale, .. } = attribute;
+    match (scale, per) {
+        (None, _) => values[t] as u32,
+        (Some(scale), Per::Triangle) => shares_code([scale.share(f64::from(values[t])); 3]),
+        (Some(scale), Per::Vertex) => {
+            let share = |v: u32| scale.share(f64::from(values[v as usize]));
+            shares_code(mesh.triangles[t].map(share))
+        }
     }
 }

@@ -4,8 +4,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::color::N_STOPS;
+
 /// What is the same for every corner of a picture; fields as in the shader.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Frame {
     pub(super) clip_from_voxel: [[f32; 4]; 4],
@@ -20,6 +22,7 @@ pub(super) struct Frame {
     pub(super) wire_width: f32,
     pub(super) mirrored: u32,
     pub(super) unused: [f32; 2],
+    pub(super) map: [[f32; 4]; N_STOPS],
 }
 
 /// One knot of a trajectory; fields as in the shader.
@@ -44,8 +47,16 @@ impl From<&crate::spectrum::Knot> for Knot {
 #[repr(C)]
 pub(super) struct ActiveTriangle {
     pub(super) vertices: [u32; 3],
-    pub(super) measure: f32,
+    pub(super) measures: u32,
     pub(super) normals: [u32; 3],
+}
+
+/// Three shares of a colour map as the shader decodes them: 10 bits each, more than there are colours in a map; 0
+/// stands for none.
+pub(super) fn shares_code(shares: [Option<f32>; 3]) -> u32 {
+    let code = |share: Option<f32>| share.map_or(0, |t| 1 + (1022.0 * t).round() as u32);
+    let [a, b, c] = shares.map(code);
+    a | b << 10 | c << 20
 }
 
 /// A unit normal as the shader decodes it.
@@ -66,6 +77,8 @@ pub(super) struct Cut {
     pub(super) plane: [f32; 4],
     pub(super) opacity: f32,
     pub(super) unused: f32,
+    pub(super) depth: [f32; 2],
+    pub(super) reach: [f32; 2],
     pub(super) unused_too: [f32; 2],
 }
 
@@ -75,14 +88,12 @@ pub(super) struct Cut {
 pub(super) enum Palette {
     /// The frame's own colours.
     Plain = 0,
-    /// An ordered ramp over [0, 1].
-    Ramp = 1,
-    /// A ramp over [-1, 1] with a neutral middle.
-    Balance = 2,
+    /// A colour map.
+    Map = 1,
     /// Colours without an order for numbers from 0.
-    Names = 3,
+    Names = 2,
     /// The normal's own direction.
-    Normals = 4,
+    Normals = 3,
 }
 
 /// A number as the sum of two of single precision: 48 bits.
@@ -142,28 +153,36 @@ mod tests {
         assert_eq!(
             fields(&module, "Frame"),
             layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
-                rank palette wire_width mirrored unused)
+                rank palette wire_width mirrored unused map)
         );
         assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z));
         assert_eq!(
             fields(&module, "ActiveTriangle"),
-            layout!(ActiveTriangle: vertices measure normals)
+            layout!(ActiveTriangle: vertices measures normals)
         );
-        assert_eq!(fields(&module, "Cut"), layout!(Cut: plane opacity unused unused_too));
+        assert_eq!(
+            fields(&module, "Cut"),
+            layout!(Cut: plane opacity unused depth reach unused_too)
+        );
     }
 
     #[test]
     fn palettes_have_the_same_numbers_on_both_sides() {
         for (name, palette) in [
             ("PLAIN", Palette::Plain),
-            ("RAMP", Palette::Ramp),
-            ("BALANCE", Palette::Balance),
+            ("MAP", Palette::Map),
             ("NAMES", Palette::Names),
             ("NORMALS", Palette::Normals),
         ] {
             let line = format!("const {name}: u32 = {}u;", palette as u32);
             assert!(SHADER.contains(&line), "the shader lacks '{line}'");
         }
+    }
+
+    #[test]
+    fn shares_are_1_to_1023_and_0_is_none() {
+        assert_eq!(shares_code([Some(0.0), Some(1.0), None]), 1 | 1023 << 10);
+        assert_eq!(shares_code([None, None, Some(0.5)]), 512 << 20);
     }
 
     #[test]

@@ -10,11 +10,12 @@
 
 use super::layer::{Layer, Listed};
 use super::layout::{ActiveTriangle, Cut, Frame, Palette, normal_of_code};
-use super::pipeline::{Pipelines, caught, samples_of};
+use super::pipeline::{Pipelines, Step, caught, samples_of};
 use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::Target;
 use super::{Background, Image, Surface, View};
+use crate::color::{Attribute, Color, Map, Sources};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
@@ -36,6 +37,7 @@ pub struct Painter {
     /// Most triangles drawn at once.
     triangles_per_pass: usize,
     layers: Vec<Layer>,
+    sources: Sources,
     target: Option<Target>,
 }
 
@@ -62,6 +64,7 @@ impl Painter {
                 resident: tables::largest_table(spectrum) <= bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
                 layers: vec![Layer::new(&device, spectrum)],
+                sources: Sources::default(),
                 target: None,
                 device,
                 queue,
@@ -102,7 +105,7 @@ impl Painter {
             self.layers.push(layer);
         }
         for (layer, surface) in self.layers.iter_mut().zip(surfaces) {
-            layer.list(spectrum, surface.isovalue, view);
+            layer.list(spectrum, surface.isovalue, view, &self.sources)?;
             if surface.opacity_in(view) < 1.0 {
                 layer.sort_by_depth(projection.eye_from_voxel);
             }
@@ -113,8 +116,9 @@ impl Painter {
             Some(target) => target,
             None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
         };
+        let map = self.map(view);
         let frames: Vec<Frame> = (surfaces.iter().enumerate())
-            .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection))
+            .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection, map))
             .collect();
         let opacities: Vec<f32> = surfaces.iter().map(|s| s.opacity_in(view)).collect();
         let mut order: Vec<usize> = (0..surfaces.len()).collect();
@@ -185,10 +189,25 @@ impl Painter {
         self.target.as_ref().map(Target::texture)
     }
 
-    /// What the two ends of the colours of the last picture stand for, in the unit of its
-    /// [`Color`](super::Color); none where the colours have no scale.
-    pub fn color_ends(&self) -> Option<(f64, f64)> {
-        self.layers[0].listed.color_ends
+    /// What the colours of the first surface of the last picture show; none where they show nothing.
+    pub fn attribute(&self) -> Option<&Attribute> {
+        self.layers[0].listed.attribute.as_ref()
+    }
+
+    /// The map that shows the colours of a view.
+    pub fn map(&self, view: &View) -> Map {
+        view.map.unwrap_or_else(|| view.color.usual_map(&self.sources))
+    }
+
+    /// What colours are to be had from, from the next picture on.
+    pub fn set_sources(&mut self, sources: Sources) {
+        self.sources = sources;
+        self.forget();
+    }
+
+    /// What colours are to be had from.
+    pub fn sources(&self) -> &Sources {
+        &self.sources
     }
 
     /// Number of triangles of each surface in the last picture.
@@ -231,7 +250,16 @@ impl Painter {
             let rank = frame.rank;
             let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
             let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
-            for pass in 0..n_passes {
+            // The cap comes first: the surface behind it is not seen.
+            let steps: &[Step] = match view.clip.is_some() && !view.open {
+                true => &[Step::Count, Step::Cap, Step::Surface],
+                false => &[Step::Surface],
+            };
+            let passes = steps.iter().flat_map(|&step| {
+                let n = if step == Step::Cap { 1 } else { n_passes };
+                (0..n).map(move |pass| (step, pass))
+            });
+            for (step, pass) in passes {
                 let first = pass * self.triangles_per_pass;
                 let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
                 frame.rank = match self.layers[i].listed.uploaded {
@@ -246,12 +274,16 @@ impl Painter {
                 if let Some(cut) = &cut {
                     self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
                 }
-                self.pass(target, (i, opacity), piece.len(), clear.take(), view);
+                let n_corners = match step {
+                    Step::Cap => 3,
+                    _ => 3 * piece.len(),
+                };
+                self.pass(target, (i, opacity, step), n_corners, clear.take(), view);
             }
             self.layers[i].listed.triangles = triangles;
         }
         if looks.is_empty() {
-            self.pass(target, (0, 1.0), 0, clear, view);
+            self.pass(target, (0, 1.0, Step::Surface), 0, clear, view);
         }
     }
 
@@ -260,20 +292,24 @@ impl Painter {
     fn pass(
         &self,
         target: &Target,
-        (layer, opacity): (usize, f32),
-        n_triangles: usize,
+        (layer, opacity, step): (usize, f32, Step),
+        n_corners: usize,
         clear: Option<Background>,
         view: &View,
     ) {
         let mut encoder = self
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("surface") });
-        let (color, depth) = match clear {
+        let (color, depth, stencil) = match clear {
             Some(background) => {
                 let [r, g, b, a] = background.linear();
-                (wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }), wgpu::LoadOp::Clear(1.0))
+                (
+                    wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                    wgpu::LoadOp::Clear(1.0),
+                    wgpu::LoadOp::Clear(0),
+                )
             }
-            None => (wgpu::LoadOp::Load, wgpu::LoadOp::Load),
+            None => (wgpu::LoadOp::Load, wgpu::LoadOp::Load, wgpu::LoadOp::Load),
         };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("surface"),
@@ -286,16 +322,16 @@ impl Painter {
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &target.depth,
                 depth_ops: Some(wgpu::Operations { load: depth, store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
+                stencil_ops: Some(wgpu::Operations { load: stencil, store: wgpu::StoreOp::Store }),
             }),
             ..Default::default()
         });
-        if n_triangles > 0 {
-            let pipeline = self.pipelines.of(view, opacity);
+        if n_corners > 0 {
+            let pipeline = self.pipelines.of(step, view, opacity);
             let is_cut = is_cut(view, opacity);
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.bind_group(pipeline, layer, is_cut), &[]);
-            pass.draw(0..3 * n_triangles as u32, 0..1);
+            pass.set_bind_group(0, &self.bind_group(pipeline, layer, (step, is_cut)), &[]);
+            pass.draw(0..n_corners as u32, 0..1);
         }
         drop(pass);
         self.queue.submit([encoder.finish()]);
@@ -306,7 +342,7 @@ impl Painter {
         &self,
         pipeline: &wgpu::RenderPipeline,
         layer: usize,
-        is_cut: bool,
+        (step, is_cut): (Step, bool),
     ) -> wgpu::BindGroup {
         let layer = &self.layers[layer];
         let mut buffers = vec![
@@ -321,6 +357,8 @@ impl Painter {
         }
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(buffers)
+            // A cap knows nothing of triangles.
+            .filter(|(binding, _)| step != Step::Cap || [0, 5].contains(binding))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -372,12 +410,18 @@ fn frame(
     layer: usize,
     view: &View,
     projection: &Projection,
+    map: Map,
 ) -> Frame {
     let sides = match color {
         Some([r, g, b]) => [[r, g, b, 1.0], [DARK_SIDE * r, DARK_SIDE * g, DARK_SIDE * b, 1.0]],
         None => [SIDES[layer % 2], SIDES[(layer + 1) % 2]],
     };
-    let palette = view.color.palette();
+    let palette = match view.color {
+        Color::None => Palette::Plain,
+        Color::Component => Palette::Names,
+        Color::Normal => Palette::Normals,
+        _ => Palette::Map,
+    };
     // The lines of a coloured mesh are darker, to be seen on every colour.
     let wire = if palette == Palette::Plain {
         [0.010, 0.022, 0.045, 0.80]
@@ -398,6 +442,7 @@ fn frame(
         wire_width: view.wireframe.unwrap_or(0.0),
         mirrored: u32::from(projection.mirrored),
         unused: [0.0; 2],
+        map: map.linear_stops().map(|[r, g, b]| [r, g, b, 1.0]),
     }
 }
 
@@ -418,6 +463,8 @@ fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
     is_cut(view, opacity).then(|| Cut {
         plane: plane.as_vec4().to_array(),
         opacity,
+        depth: projection.depth.map(|x| x as f32),
+        reach: projection.reach.map(|x| x as f32),
         ..Cut::default()
     })
 }

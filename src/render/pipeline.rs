@@ -27,6 +27,19 @@ pub(super) struct Pipelines {
     whole: wgpu::RenderPipeline,
     clipped: wgpu::RenderPipeline,
     translucent: wgpu::RenderPipeline,
+    count: wgpu::RenderPipeline,
+    cap: wgpu::RenderPipeline,
+}
+
+/// What a pass over a surface does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// Counts the sides that lie behind the plane: those turned away from the eye less those turned to it.
+    Count,
+    /// Covers the plane where there is one side more that is turned away: there it is inside.
+    Cap,
+    /// Draws the surface.
+    Surface,
 }
 
 impl Pipelines {
@@ -40,30 +53,97 @@ impl Pipelines {
         };
         let whole = module("surface", SHADER);
         let cut = module("cut", CUT);
+        let make = |module, recipe| pipeline(device, n_samples, module, recipe);
+        let surface = Recipe {
+            entries: ["surface_vertex", "surface_fragment"],
+            blend: None,
+            writes: wgpu::ColorWrites::ALL,
+            writes_depth: true,
+            depth: wgpu::CompareFunction::Less,
+            stencil: wgpu::StencilState::default(),
+        };
+        let over = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+        let clipped = Recipe { entries: ["surface_vertex", "cut_fragment"], ..surface.clone() };
+        let translucent = Recipe { blend: over, writes_depth: false, ..clipped.clone() };
+        let count = Recipe {
+            entries: ["surface_vertex", "bare_fragment"],
+            writes: wgpu::ColorWrites::empty(),
+            writes_depth: false,
+            depth: wgpu::CompareFunction::Always,
+            stencil: counting(),
+            ..surface.clone()
+        };
+        let cap = Recipe {
+            entries: ["cap_vertex", "cap_fragment"],
+            blend: over,
+            stencil: covering(),
+            ..surface.clone()
+        };
         Pipelines {
-            whole: pipeline(device, n_samples, &whole, "surface_fragment", false),
-            clipped: pipeline(device, n_samples, &cut, "cut_fragment", false),
-            translucent: pipeline(device, n_samples, &cut, "cut_fragment", true),
+            whole: make(&whole, surface),
+            clipped: make(&cut, clipped),
+            translucent: make(&cut, translucent),
+            count: make(&cut, count),
+            cap: make(&cut, cap),
         }
     }
 
     /// The one that draws a surface of a view, with this opacity.
-    pub(super) fn of(&self, view: &View, opacity: f32) -> &wgpu::RenderPipeline {
-        match (view.clip.is_some(), opacity < 1.0) {
-            (false, false) => &self.whole,
-            (true, false) => &self.clipped,
-            (_, true) => &self.translucent,
+    pub(super) fn of(&self, step: Step, view: &View, opacity: f32) -> &wgpu::RenderPipeline {
+        match (step, view.clip.is_some(), opacity < 1.0) {
+            (Step::Count, ..) => &self.count,
+            (Step::Cap, ..) => &self.cap,
+            (Step::Surface, false, false) => &self.whole,
+            (Step::Surface, true, false) => &self.clipped,
+            (Step::Surface, _, true) => &self.translucent,
         }
     }
 }
 
-/// A pipeline of a shader; one that is `translucent` blends and leaves the depth as it is.
+fn counting() -> wgpu::StencilState {
+    let side = |pass_op| wgpu::StencilFaceState {
+        compare: wgpu::CompareFunction::Always,
+        fail_op: wgpu::StencilOperation::Keep,
+        depth_fail_op: wgpu::StencilOperation::Keep,
+        pass_op,
+    };
+    wgpu::StencilState {
+        front: side(wgpu::StencilOperation::DecrementWrap),
+        back: side(wgpu::StencilOperation::IncrementWrap),
+        read_mask: 0xff,
+        write_mask: 0xff,
+    }
+}
+
+/// Where something was counted; there it is zero again afterwards.
+fn covering() -> wgpu::StencilState {
+    let side = wgpu::StencilFaceState {
+        compare: wgpu::CompareFunction::NotEqual,
+        fail_op: wgpu::StencilOperation::Keep,
+        depth_fail_op: wgpu::StencilOperation::Zero,
+        pass_op: wgpu::StencilOperation::Zero,
+    };
+    wgpu::StencilState { front: side, back: side, read_mask: 0xff, write_mask: 0xff }
+}
+
+/// How pipelines differ.
+#[derive(Clone)]
+struct Recipe {
+    /// Of the vertex and the fragment stage.
+    entries: [&'static str; 2],
+    blend: Option<wgpu::BlendState>,
+    writes: wgpu::ColorWrites,
+    writes_depth: bool,
+    depth: wgpu::CompareFunction,
+    stencil: wgpu::StencilState,
+}
+
+/// A pipeline of a shader.
 fn pipeline(
     device: &wgpu::Device,
     n_samples: u32,
     module: &wgpu::ShaderModule,
-    fragment: &str,
-    translucent: bool,
+    recipe: Recipe,
 ) -> wgpu::RenderPipeline {
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("surface"),
@@ -71,26 +151,27 @@ fn pipeline(
         layout: None,
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some("surface_vertex"),
+            entry_point: Some(recipe.entries[0]),
             compilation_options: Default::default(),
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
-            depth_write_enabled: Some(!translucent),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
+            depth_write_enabled: Some(recipe.writes_depth),
+            depth_compare: Some(recipe.depth),
+            stencil: recipe.stencil,
             bias: Default::default(),
         }),
         multisample: wgpu::MultisampleState { count: n_samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module,
-            entry_point: Some(fragment),
+            entry_point: Some(recipe.entries[1]),
             compilation_options: Default::default(),
             targets: &[Some(wgpu::ColorTargetState {
-                blend: translucent.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-                ..COLOR_FORMAT.into()
+                format: COLOR_FORMAT,
+                blend: recipe.blend,
+                write_mask: recipe.writes,
             })],
         }),
         multiview_mask: None,

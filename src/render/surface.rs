@@ -1,8 +1,10 @@
 //! The renderer of one spectrum: a [`Painter`] and what it paints, picture by picture.
 
+use super::annotate::Sheet;
 use super::painter::Painter;
 use super::target::unmultiply;
 use super::{Background, Image, Surface, View};
+use crate::color::{Attribute, Sources};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::spectrum::{Keep, Spectrum, VolumeInfo};
@@ -61,6 +63,11 @@ impl<'a> Renderer<'a> {
         if view.background == Background::Transparent {
             unmultiply(&mut image);
         }
+        let View { camera, look_at, width, height, .. } = *view;
+        let volume = &self.spectrum.volume;
+        let projection = camera.projection(volume, look_at, width, height);
+        let shown = self.painter.attribute().map(|attribute| (attribute, self.painter.map(view)));
+        Sheet::new(&mut image, view.background).write(view, &volume.placement, &projection, shown);
         Ok(image)
     }
 
@@ -89,10 +96,14 @@ impl<'a> Renderer<'a> {
         Ok(bounds)
     }
 
-    /// What the two ends of the colours of the last picture stand for, in the unit of its
-    /// [`Color`](super::Color); none where the colours have no scale.
-    pub fn color_ends(&self) -> Option<(f64, f64)> {
-        self.painter.color_ends()
+    /// What the colours of the first surface of the last picture show; none where they show nothing.
+    pub fn attribute(&self) -> Option<&Attribute> {
+        self.painter.attribute()
+    }
+
+    /// What colours are to be had from, from the next picture on.
+    pub fn set_sources(&mut self, sources: Sources) {
+        self.painter.set_sources(sources);
     }
 
     /// The triangles of the last picture: their vertices and the unit normals, voxel frame, that their corners are

@@ -4,14 +4,15 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use super::image::Image;
+use crate::color::{to_linear, to_srgb};
 use crate::error::{Error, Result};
 
 /// Colours are stored in sRGB; the device converts, and averages samples in linear light.
 pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// The bytes of the colours without conversion.
 pub(crate) const SHOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Depth.
-pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Depth, and a stencil, which counts where a plane is inside of a surface.
+pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
 
 /// How long a picture may take before the device counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -137,34 +138,9 @@ pub(super) fn unmultiply(image: &mut Image) {
     }
 }
 
-/// Linear intensity of an sRGB byte (IEC 61966-2-1).
-fn to_linear(byte: u8) -> f32 {
-    let s = f32::from(byte) / 255.0;
-    if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Linear red, green and blue of a colour as it is seen, 0xrrggbb in sRGB.
-pub fn linear(color: u32) -> [f32; 3] {
-    [16, 8, 0].map(|bits| to_linear((color >> bits & 0xff) as u8))
-}
-
-/// The sRGB byte of a linear intensity.
-fn to_srgb(linear: f32) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
-    let s = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * s).round() as u8
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn srgb_bytes_come_back() {
-        for byte in 0..=255 {
-            assert_eq!(to_srgb(to_linear(byte)), byte);
-        }
-    }
 
     #[test]
     fn half_covered_white_stays_white() {

@@ -42,6 +42,11 @@ impl ActiveSet {
         }
     }
 
+    /// The indices of the triangles alive at the last rank, increasing.
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
     /// Moves to `rank` and returns the indices of the triangles alive there, increasing.
     pub fn move_to(&mut self, rank: u32) -> &[u32] {
         if self.rank == Some(rank) {

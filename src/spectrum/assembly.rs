@@ -36,6 +36,11 @@ impl Assembly {
         }
     }
 
+    /// The vertices of the last mesh, by their index in it: which of the spectrum's they are.
+    pub(crate) fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
     /// Writes triangles, each with whether it is a cap, to `mesh`: its vertices are theirs by number, where `place`
     /// puts them.
     pub(crate) fn assemble(

@@ -197,6 +197,18 @@ impl SurfaceMesh {
         }
     }
 
+    /// The mesh of the components that are kept alone, without caps where `open`; with which of the vertices and triangles
+    /// of the whole it has.
+    pub fn kept(&self, keep: &Keep, open: bool) -> (SurfaceMesh, [Vec<u32>; 2]) {
+        let is_kept = self.kept_triangles(keep);
+        if is_kept.is_none() && !open {
+            let all = |n: usize| (0..n as u32).collect();
+            return (self.clone(), [all(self.positions.len()), all(self.triangles.len())]);
+        }
+        let is_kept = |t: usize| is_kept.as_ref().is_none_or(|kept| kept[t]);
+        self.part(|t| is_kept(t) && !(open && self.caps[t]))
+    }
+
     /// Of each triangle whether its component is kept; none where all are.
     pub(crate) fn kept_triangles(&self, keep: &Keep) -> Option<Vec<bool>> {
         if keep.is_all() {
@@ -209,7 +221,13 @@ impl SurfaceMesh {
 
     /// The mesh of some triangles alone and of the vertices that they use, in the order in which they are used.
     pub(crate) fn with_triangles(&self, is_kept: impl Fn(usize) -> bool) -> SurfaceMesh {
+        self.part(is_kept).0
+    }
+
+    /// As `with_triangles`, with which of the vertices and triangles of the whole those of the part are.
+    pub(crate) fn part(&self, is_kept: impl Fn(usize) -> bool) -> (SurfaceMesh, [Vec<u32>; 2]) {
         let mut part = SurfaceMesh::default();
+        let [mut vertices, mut triangles] = [Vec::new(), Vec::new()];
         let mut index = vec![u32::MAX; self.positions.len()];
         for t in (0..self.triangles.len()).filter(|&t| is_kept(t)) {
             part.triangles.push(self.triangles[t].map(|v| {
@@ -218,12 +236,14 @@ impl SurfaceMesh {
                     index[v] = part.positions.len() as u32;
                     part.positions.push(self.positions[v]);
                     part.normals.push(self.normals[v]);
+                    vertices.push(v as u32);
                 }
                 index[v]
             }));
             part.caps.push(self.caps[t]);
+            triangles.push(t as u32);
         }
-        part
+        (part, [vertices, triangles])
     }
 }
 

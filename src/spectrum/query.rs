@@ -83,6 +83,13 @@ impl<'a> Query<'a> {
     }
 }
 
+impl Query<'_> {
+    /// Of the vertices and the triangles of the last mesh, which of the spectrum's they are.
+    pub fn parts(&self) -> (&[u32], &[u32]) {
+        (self.assembly.vertices(), self.active.triangles())
+    }
+}
+
 impl Trajectories {
     /// As [`Spectrum::vertex_at`].
     #[inline]
@@ -100,7 +107,11 @@ impl Trajectories {
         if before.isovalue == after.isovalue || before.isovalue == isovalue {
             return before.position;
         }
-        between(before, after, fraction(isovalue, before.isovalue, after.isovalue))
+        between(
+            before.position,
+            after.position,
+            fraction(isovalue, before.isovalue, after.isovalue),
+        )
     }
 }
 
@@ -145,14 +156,17 @@ impl Spectrum {
     ///
     /// If the vertex has no knots.
     pub fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
-        let [before, after] = self.knots_around(v, rank).map(|i| self.knots[i]);
-        if before.rank == after.rank
-            || before.rank == rank && self.isovalues[rank as usize] == isovalue
-        {
-            return before.position;
-        }
-        let [before, after] = [before, after].map(|k| TimedKnot::new(&k, &self.isovalues));
-        between(&before, &after, fraction(isovalue, before.isovalue, after.isovalue))
+        let ([before, after], t) = self.way_between_knots(v, rank, isovalue);
+        let [before, after] = [before, after].map(|i| &self.knots[i]);
+        if t == 0.0 { before.position } else { between(before.position, after.position, t) }
+    }
+
+    /// The knots on either side of vertex `v` at `isovalue`, whose rank is `rank`, as indices among all knots, and how
+    /// far it is from the first to the second: 0 where it is at the first, or there is one side only.
+    pub(crate) fn way_between_knots(&self, v: u32, rank: u32, isovalue: f64) -> ([usize; 2], f64) {
+        let around = self.knots_around(v, rank);
+        let [low, high] = around.map(|i| self.isovalues[self.knots[i].rank as usize]);
+        (around, if low < high { fraction(isovalue, low, high) } else { 0.0 })
     }
 
     /// The last knot of vertex `v` not above `rank` and the first one above, as indices among all knots;
@@ -174,8 +188,7 @@ pub(super) fn fraction(isovalue: f64, low: f64, high: f64) -> f64 {
 
 /// The position at the fraction `t` of the way between two knots.
 #[inline]
-fn between(before: &TimedKnot, after: &TimedKnot, t: f64) -> [f32; 3] {
+fn between(p: [f32; 3], q: [f32; 3], t: f64) -> [f32; 3] {
     // In double precision: a coordinate of a large volume has no bits to spare.
-    let (p, q) = (before.position, after.position);
     std::array::from_fn(|i| ((1.0 - t) * f64::from(p[i]) + t * f64::from(q[i])) as f32)
 }

@@ -23,6 +23,8 @@ pub(super) struct Loaded {
     pub(super) spectrum: Spectrum,
     pub(super) samples: Option<Histogram>,
     pub(super) statistics: Option<Statistics>,
+    /// The volume, for colours that need it.
+    pub(super) volume: Option<Arc<Volume>>,
     /// The isovalue shown first.
     pub(super) isovalue: f64,
 }
@@ -30,11 +32,11 @@ pub(super) struct Loaded {
 impl Loaded {
     /// Chooses the isovalue, which takes as long as some thirty meshes. Without the volume the spectrum may tell what
     /// isovalues are written by.
-    pub(super) fn new(name: String, spectrum: Spectrum, volume: Option<&Volume>) -> Loaded {
+    pub(super) fn new(name: String, spectrum: Spectrum, volume: Option<Arc<Volume>>) -> Loaded {
         let isovalue = spectrum.shown_first();
-        let samples = volume.map(Histogram::of);
-        let statistics = volume.map(Statistics::of).or_else(|| spectrum.statistics());
-        Loaded { name, spectrum, samples, statistics, isovalue }
+        let samples = volume.as_deref().map(Histogram::of);
+        let statistics = volume.as_deref().map(Statistics::of).or_else(|| spectrum.statistics());
+        Loaded { name, spectrum, samples, statistics, volume, isovalue }
     }
 }
 
@@ -130,7 +132,7 @@ fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Load
     let volume = Arc::new(volume);
     let backend = Backend::choose(Choice::Auto, None)?;
     let spectrum = sweep::compute(&volume, parameters, &backend, report)?;
-    Ok(Loaded::new(name, spectrum, Some(&volume)))
+    Ok(Loaded::new(name, spectrum, Some(volume)))
 }
 
 /// The spectrum in a file; none if its name is not that of a spectrum.

@@ -1,10 +1,11 @@
 //! The panel beside the picture: how the surface looks, and what can be saved.
 
-use eframe::egui::{ComboBox, DragValue, RichText, Slider, Ui};
+use eframe::egui::{Color32, ComboBox, DragValue, Rect, RichText, Sense, Slider, Ui, vec2};
 use glam::DVec3;
 
 use super::scene::Scene;
 use super::typed;
+use crate::color::{Map, Scale, to_srgb};
 use crate::render::{Background, Clip, Color, View};
 
 /// What a button asks for.
@@ -42,7 +43,7 @@ pub(super) fn show(
     view: &mut View,
     options: &mut Options,
 ) -> Option<Command> {
-    looks(ui, view);
+    looks(ui, scene, view);
     ui.separator();
     plane(ui, scene, view, options);
     ui.separator();
@@ -56,12 +57,14 @@ pub(super) fn show(
     command
 }
 
-fn looks(ui: &mut Ui, view: &mut View) {
+fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
+    let sources = scene.painter.sources();
     ComboBox::from_label("colour").selected_text(label(view.color)).show_ui(ui, |ui| {
-        for color in Color::ALL {
+        for color in Color::ALL.into_iter().filter(|&color| sources.have(color)) {
             ui.selectable_value(&mut view.color, color, label(color));
         }
     });
+    legend(ui, scene, view);
     let mut wireframe = view.wireframe.is_some();
     if ui.checkbox(&mut wireframe, "edges (W)").changed() {
         view.wireframe = wireframe.then_some(1.0);
@@ -76,6 +79,35 @@ fn looks(ui: &mut Ui, view: &mut View) {
         view.background = if is_dark { Background::Dark } else { Background::White };
     }
 }
+
+/// The map with what its ends stand for, and the choice of another.
+fn legend(ui: &mut Ui, scene: &Scene, view: &mut View) {
+    let Some(shown) = scene.painter.attribute().filter(|_| view.color != Color::None) else {
+        return;
+    };
+    let Some(Scale { low, high }) = shown.scale else { return };
+    let map = scene.painter.map(view);
+    ComboBox::from_label("map").selected_text(map.name()).show_ui(ui, |ui| {
+        for map in Map::ALL {
+            ui.selectable_value(&mut view.map, Some(map), map.name());
+        }
+    });
+    ui.label(RichText::new(&shown.name).small());
+    let size = vec2(ui.available_width().min(LEGEND[0]), LEGEND[1]);
+    let (bar, _) = ui.allocate_exact_size(size, Sense::hover());
+    let n = bar.width().max(1.0) as u32;
+    for column in 0..n {
+        let [r, g, b] = map.at((column as f32 + 0.5) / n as f32).map(to_srgb);
+        let left = bar.min + vec2(column as f32, 0.0);
+        let column = Rect::from_min_size(left, vec2(1.0, bar.height()));
+        ui.painter().rect_filled(column, 0.0, Color32::from_rgb(r, g, b));
+    }
+    let ends = format!("{} to {}", typed::shown(low), typed::shown(high));
+    ui.label(RichText::new(ends).small());
+}
+
+/// Width and height of the legend, points.
+const LEGEND: [f32; 2] = [200.0, 10.0];
 
 fn label(color: Color) -> &'static str {
     match color {
@@ -176,11 +208,5 @@ fn facts(ui: &mut Ui, scene: &Scene) {
         format!("{} events at {} isovalues", scene.spectrum.events.len(), scene.events.len()),
     ] {
         ui.label(RichText::new(line).small());
-    }
-    if let Some((low, high)) = scene.painter.color_ends() {
-        ui.label(
-            RichText::new(format!("colours {} to {}", typed::shown(low), typed::shown(high)))
-                .small(),
-        );
     }
 }

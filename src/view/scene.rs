@@ -11,12 +11,14 @@ use super::curves::Curves;
 use super::hand;
 use super::loading::Loaded;
 use super::typed;
+use crate::color::Sources;
 use crate::error::{Error, Result};
 use crate::export::place_in_world;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, SHOWN_FORMAT, Surface, View};
+use crate::sources;
 use crate::spectrum::{Measures, Spectrum};
-use crate::volume::{Histogram, Statistics};
+use crate::volume::{Histogram, Statistics, Volume};
 
 /// A spectrum on the screen.
 pub(super) struct Scene {
@@ -48,10 +50,21 @@ struct Shown {
 
 impl Scene {
     /// Uploads a spectrum.
-    pub(super) fn new(gpu: &Gpu, loaded: Loaded, window: &egui::Context) -> Result<Self> {
-        let Loaded { name, spectrum, samples, statistics, isovalue } = loaded;
+    pub(super) fn new(
+        gpu: &Gpu,
+        loaded: Loaded,
+        field: Option<&Volume>,
+        window: &egui::Context,
+    ) -> Result<Self> {
+        let Loaded { name, spectrum, samples, statistics, volume, isovalue } = loaded;
+        let mut sources = Sources::default();
+        if let Some(field) = field {
+            sources = sources.with_field(sources::field(&spectrum, field)?);
+        }
+        sources.distance = volume.map(sources::distance);
         let spectrum = Arc::new(spectrum);
-        let painter = Painter::new(gpu, &spectrum, u64::MAX)?;
+        let mut painter = Painter::new(gpu, &spectrum, u64::MAX)?;
+        painter.set_sources(sources);
         let mut events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
         events.sort_by(f64::total_cmp);
         events.dedup();

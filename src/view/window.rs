@@ -18,8 +18,9 @@ use super::scene::Scene;
 use super::{Content, Opening, hand, plot, typed};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::render::{Background, Camera, View};
+use crate::render::{Background, Camera, Color, View};
 use crate::sweep::Parameters;
+use crate::volume::Volume;
 
 /// Seconds in which a played sweep goes through the range.
 const SWEEP_SECONDS: f64 = 12.0;
@@ -31,6 +32,8 @@ const MESSAGE_TIME: Duration = Duration::from_secs(12);
 pub(super) struct Window {
     gpu: Arc<Gpu>,
     render_state: eframe::egui_wgpu::RenderState,
+    /// A second field that colours can show.
+    field: Option<Volume>,
     scene: Option<Scene>,
     loading: Option<Loading>,
     sweep: Option<Sweep>,
@@ -65,10 +68,11 @@ impl Window {
         let render_state =
             render_state.ok_or_else(|| Error::Gpu("the window has no device".into()))?;
         let context = &creation.egui_ctx;
-        let Opening { content, volume, isovalue, view, parameters, folder, .. } = opening;
+        let Opening { content, volume, field, isovalue, view, parameters, folder, .. } = opening;
         let mut window = Window {
             gpu,
             render_state,
+            field,
             scene: None,
             loading: None,
             sweep: None,
@@ -89,7 +93,7 @@ impl Window {
         match content {
             Content::Nothing => {}
             Content::Spectrum(name, spectrum) => {
-                let loaded = Loaded::new(name, *spectrum, volume.as_ref());
+                let loaded = Loaded::new(name, *spectrum, volume.map(Arc::new));
                 window.show_scene(loaded, context)?;
                 if let (Some(scene), Some(isovalue)) = (&mut window.scene, isovalue) {
                     scene.spectrum.check_isovalue(isovalue)?;
@@ -106,7 +110,11 @@ impl Window {
     }
 
     fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
-        let scene = Scene::new(&self.gpu, loaded, context)?;
+        let scene = Scene::new(&self.gpu, loaded, self.field.as_ref(), context)?;
+        // Another spectrum may not have what the colours showed.
+        if !scene.painter.sources().have(self.view.color) {
+            self.view.color = Color::None;
+        }
         if let Some(mut old) = self.scene.replace(scene) {
             old.close(&self.render_state);
         }

@@ -12,7 +12,8 @@ use std::f64::consts::PI;
 
 use drawing::*;
 use isospectrum::Error;
-use isospectrum::render::{Background, Color, Renderer, Surface, View};
+use isospectrum::color::{Ends, Scale};
+use isospectrum::render::{Background, Clip, Color, Renderer, Surface, View};
 use isospectrum::spectrum::Keep;
 use isospectrum::volume::Placement;
 
@@ -155,24 +156,29 @@ fn colors_follow_quality() {
     assert!(b > g && g > r, "slivers are blue, not {r} {g} {b}");
 }
 
+/// The scale of the colours of the last picture.
+fn scale(renderer: &Renderer<'_>) -> Scale {
+    renderer.attribute().and_then(|shown| shown.scale).expect("a scale")
+}
+
 #[test]
 fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
     let view = View { color: Color::Curvature, ..small("35,22") };
     let spectrum = growing_sphere(4);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     renderer.draw(0.5, &view).expect("a picture");
-    let (low, high) = renderer.color_ends().expect("a scale");
+    let Scale { low, high } = scale(&renderer);
     let curvature = 1.0 / radius_at(0.5);
     // Area-weighted normals lean towards the larger triangles: by a sixth of the curvature here, where the
     // sphere's triangles differ in size, however fine it is.
     assert!((high - curvature).abs() < curvature / 6.0, "{high}, not {curvature}");
     assert_eq!(low, -high);
-    let fixed = View { largest_curvature: Some(0.5), ..view.clone() };
+    let fixed = View { ends: Ends::between(-0.5, 0.5), ..view.clone() };
     renderer.draw(0.5, &fixed).expect("a picture");
-    assert_eq!(renderer.color_ends(), Some((-0.5, 0.5)));
+    assert_eq!(scale(&renderer), Scale { low: -0.5, high: 0.5 });
     let lifetime = View { color: Color::Lifetime, ..view.clone() };
     renderer.draw(0.5, &lifetime).expect("a picture");
-    assert_eq!(renderer.color_ends(), Some((0.0, 1.0)));
+    assert_eq!(scale(&renderer), Scale { low: 0.0, high: 1.0 });
 
     let mut two = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
     for (y, n) in [(4.0, 3), (16.0, 2)] {
@@ -310,7 +316,7 @@ fn isovalues_and_views_that_make_no_sense_are_errors() {
         View { width: 0, ..view.clone() },
         View { height: 1 << 20, ..view.clone() },
         View { wireframe: Some(-1.0), ..view.clone() },
-        View { largest_curvature: Some(0.0), ..view.clone() },
+        View { ends: Ends { center: Some(f64::NAN), ..Ends::default() }, ..view.clone() },
         View { camera: far, ..view.clone() },
     ] {
         let error = renderer.draw(0.5, &wrong).expect_err("no such view");
@@ -377,4 +383,37 @@ fn what_is_tiny_is_shown_with_its_surroundings() {
     wider.fit(&spectrum.volume, [MIDDLE.map(|x| x - 0.5), MIDDLE.map(|x| x + 0.5)]);
     assert_eq!(view, wider);
     assert!(view.camera.distance > 0.0);
+}
+
+#[test]
+fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
+    // Seen along x, from the side that is left out: a ball of 8 voxels around (10, 10, 10), cut in its middle, and one of
+    // 3 voxels that is a hole in it.
+    let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
+    add(&mut spectrum, &sphere(4), &[(0, 8.0, MIDDLE), (1, 8.0, MIDDLE)]);
+    let (positions, mut faces) = sphere(4);
+    faces.iter_mut().for_each(|face| face.swap(1, 2));
+    add(&mut spectrum, &(positions, faces), &[(0, 3.0, MIDDLE), (1, 3.0, MIDDLE)]);
+    let clip = Some(Clip { normal: [1.0, 0.0, 0.0], offset: 10.0 });
+    let view = View { clip, ..small("0,0") };
+    let image = draw(&spectrum, 0.5, &view);
+    let pixel = |y: f64, z: f64| {
+        let ([x, y], _) = project(&spectrum.volume, &view, [10.0, y, z]);
+        image.pixel(x as u32, y as u32)
+    };
+    // Flat: the same colour wherever the plane is inside, which no curved side has.
+    let cap = pixel(15.5, 10.0);
+    for (y, z) in [(4.5, 10.0), (10.0, 15.5), (10.0, 4.5), (14.0, 14.0)] {
+        let other = pixel(y, z);
+        // Light comes a little from the side.
+        let off = (0..3).map(|i| cap[i].abs_diff(other[i])).max();
+        assert!(off < Some(12), "({y}, {z}): {other:?}, not {cap:?}");
+    }
+    assert!(pixel(10.0, 10.0)[0].abs_diff(cap[0]) > 20, "one looks into the hole");
+    let beside = pixel(10.0, 19.0);
+    assert_eq!(beside, image.pixel(2, 2), "nothing beside the ball");
+    // Without caps one looks into it.
+    let open = draw(&spectrum, 0.5, &View { open: true, ..view.clone() });
+    let ([x, y], _) = project(&spectrum.volume, &view, [10.0, 15.5, 10.0]);
+    assert!(open.pixel(x as u32, y as u32)[2].abs_diff(cap[2]) > 10);
 }

@@ -1,0 +1,155 @@
+// What the colours of the surface show, the scale and the map; the twin of src/color/*.rs.
+
+/** Palettes of the shaders. */
+const [PLAIN, MAP, NAMES] = [0, 1, 2];
+const N_STOPS = 33;
+/** What can be shown, and what it is called. */
+const COLORS = {
+    none: "plain", component: "component", field: "", quality: "radius ratio",
+    lifetime: "lifetime, share of the range", curvature: "mean curvature, 1/voxel",
+};
+/** The share of curvatures that the scale covers. */
+const MOST = 0.95;
+
+/** Red, green and blue of 0 to 1 for an sRGB code of six digits, in linear light. */
+function linearOf(code) {
+    return [0, 2, 4].map((at) => {
+        const s = parseInt(code.slice(at, at + 2), 16) / 255;
+        return s <= 0.04045 ? s / 12.92 : ((s + 0.055) / 1.055) ** 2.4;
+    });
+}
+
+/** The colours of a map's stops, four numbers each. */
+function stopsOf(map) {
+    return Float32Array.from(map.flatMap((code) => [...linearOf(code), 1]));
+}
+
+/** The numbers of a surface: their name, one per triangle or vertex, and the usual ends of their scale. */
+function numbersOf(color, surface, { field }, [low, high]) {
+    const { nTriangles, nVertices, spectrum } = surface;
+    const values = new Float32Array(color === "field" ? nVertices : nTriangles);
+    if (color === "field") {
+        const length = field.high - field.low;
+        for (let i = 0; i < nVertices; i++) {
+            const [a, b, t] = surface.wayOf(i);
+            // One without a number has none between it and another either.
+            const [p, q] = [spectrum.values[a], spectrum.values[b]];
+            values[i] = p && q ? field.low + ((1 - t) * (p - 1) + t * (q - 1)) * (length / 254) : NaN;
+        }
+        return { name: field.name, perVertex: true, values, low: field.low, high: field.high };
+    }
+    if (color === "lifetime") {
+        const { births, deaths, isovalues } = spectrum;
+        const at = (rank) => Math.min(Math.max(isovalues[rank], low), high);
+        for (let i = 0; i < nTriangles; i++) {
+            const t = surface.triangles[i];
+            const share = (at(deaths[t]) - at(births[t])) / (high - low);
+            values[i] = Number.isFinite(share) ? share : 1;
+        }
+    } else {
+        const of = color === "quality" ? radiusRatio : meanCurvature;
+        for (let i = 0; i < nTriangles; i++) values[i] = of(surface, i);
+    }
+    if (color !== "curvature") return { name: COLORS[color], values, low: 0, high: 1 };
+    const inner = values.filter((_, i) => !spectrum.caps[surface.triangles[i]]).map(Math.abs).sort();
+    const most = inner[Math.round(MOST * (inner.length - 1))] || 1;
+    return { name: COLORS.curvature, values, low: -most, high: most };
+}
+
+/** The corners of a triangle, and the vectors from the first to the others. */
+function sidesOf({ corners, positions: p }, t) {
+    const [a, b, c] = [3 * corners[3 * t], 3 * corners[3 * t + 1], 3 * corners[3 * t + 2]];
+    const from = (at) => [p[at] - p[a], p[at + 1] - p[a + 1], p[at + 2] - p[a + 2]];
+    return [a, b, c, from(b), from(c)];
+}
+
+/** Twice the inradius over the circumradius. */
+function radiusRatio(surface, t) {
+    const [, , , u, v] = sidesOf(surface, t);
+    const [x, y, z] = [Math.hypot(...u), Math.hypot(...v), Math.hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2])];
+    const product = x * y * z;
+    return product > 0 ? Math.max((y + z - x) * (z + x - y) * (x + y - z), 0) / product : 0;
+}
+
+/** Half the divergence of the normals over a triangle, 1/voxel. */
+function meanCurvature(surface, t) {
+    const [a, b, c, u, v] = sidesOf(surface, t);
+    const across = cross(u, v);
+    const squared = dot(across, across);
+    if (!(squared > 0)) return 0;
+    const opposite = [[v[0] - u[0], v[1] - u[1], v[2] - u[2]], v.map((x) => -x), u];
+    return [a, b, c].reduce((sum, at, i) => {
+        const n = surface.directions.subarray(at, at + 3);
+        return sum + (0.5 * dot(cross(across, opposite[i]), n)) / (Math.hypot(n[0], n[1], n[2]) * squared);
+    }, 0);
+}
+
+/** Ends of the scale of numbers, with what the reader wants of them. */
+function scaleOf({ low, high }, { low: wantedLow = null, high: wantedHigh = null }) {
+    const ends = [wantedLow ?? low, wantedHigh ?? high];
+    return ends[0] < ends[1] ? ends : [low, high];
+}
+
+/** What the shaders read of the numbers, per triangle: of each corner 1 to 1023 along the scale, 0 for none. */
+function codesOfNumbers({ perVertex, values }, [low, high], { nTriangles, corners }) {
+    const codes = new Uint32Array(nTriangles);
+    const code = (x) => (x === x ? 1 + Math.round(1022 * Math.min(Math.max((x - low) / (high - low), 0), 1)) : 0);
+    for (let t = 0; t < nTriangles; t++) {
+        if (perVertex) {
+            for (let k = 0; k < 3; k++) codes[t] |= code(values[corners[3 * t + k]]) << (10 * k);
+        } else codes[t] = code(values[t]) * 0x100401;
+    }
+    return codes;
+}
+
+/** The legend beside the picture. */
+class Legend {
+    constructor(element) {
+        this.element = element;
+        [this.name, this.bar, ...this.ends] = element.querySelectorAll("[data-part]");
+    }
+
+    /** Shows what colours mean: a scale with a map, or the first components. */
+    show(shown, isDark) {
+        this.element.hidden = !shown;
+        this.element.className = isDark ? "on-dark" : "on-light";
+        if (!shown) return;
+        setText(this.name, shown.name);
+        const { ends, map } = shown;
+        const texts = ends ? [ends[0], (ends[0] + ends[1]) / 2, ends[1]] : ["1", "2, 3, …", ""];
+        this.ends.forEach((end, i) => setText(end, ends ? String(Number(texts[i].toPrecision(3))) : texts[i]));
+        const colors = map?.map((code) => `#${code}`) ?? NAME_COLORS.flatMap((color, i) =>
+            [0, 1].map((end) => `${color} ${(100 * (i + end)) / NAME_COLORS.length}%`));
+        const background = `linear-gradient(90deg, ${colors.join(", ")})`;
+        if (this.background !== background) this.bar.style.background = background;
+        this.background = background;
+    }
+}
+
+/** The colours of the first components; those of name_color in shaders/surface.wgsl. */
+const NAME_COLORS = [
+    [0.58, 245], [0.74, 60], [0.66, 165], [0.64, 350], [0.87, 95], [0.8, 220], [0.58, 35], [0.48, 310],
+].map(([lightness, hue]) => `oklch(${lightness} 0.125 ${hue})`);
+
+/** Writes a legend on a picture that is saved: the same bar, with its ends, at the bottom on the left. */
+function drawLegend(context, { name, ends, map }, isDark) {
+    const { height, width } = context.canvas;
+    const letters = Math.max(0.026 * height, 12);
+    const [x, y, length, thick] = [letters, height - 3 * letters, 0.32 * width, 0.6 * letters];
+    const colors = map?.map((code) => `#${code}`) ?? NAME_COLORS;
+    const gradient = context.createLinearGradient(x, 0, x + length, 0);
+    colors.forEach((color, i) => {
+        if (map) gradient.addColorStop(i / (colors.length - 1), color);
+        else for (const end of [0, 1]) gradient.addColorStop((i + end) / colors.length, color);
+    });
+    context.fillStyle = gradient;
+    context.fillRect(x, y, length, thick);
+    context.fillStyle = isDark ? "#e6e8ec" : "#181c22";
+    context.font = `${letters}px system-ui, sans-serif`;
+    context.fillText(name, x, y - 0.4 * letters);
+    const texts = ends ? [ends[0], (ends[0] + ends[1]) / 2, ends[1]].map((x) => String(Number(x.toPrecision(3)))) : ["1"];
+    texts.forEach((text, i) => {
+        context.textAlign = ["left", "center", "right"][i];
+        context.fillText(text, x + (i * length) / 2, y + thick + letters);
+    });
+}

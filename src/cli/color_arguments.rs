@@ -1,0 +1,90 @@
+//! `--color`, `--color-by`, `--color-map`, `--color-range`, `--color-center`: what colours show, and how.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use isospectrum::color::{Color, Ends, Map, Sources};
+use isospectrum::sources;
+use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::{Preparation, ReadOptions, Volume, files_of, read_volume};
+use isospectrum::{Error, Result};
+
+/// What colours show, and how.
+#[derive(Args, Clone, Debug, Default)]
+pub(super) struct ColorArguments {
+    /// What the colours show: none, quality, lifetime, curvature, distance to the isosurface (with --volume), component or
+    /// normal
+    #[arg(long, value_name = "WHAT", default_value = "none")]
+    pub(super) color: Color,
+    /// Colour by another volume, e.g. a density by its potential; it lies in the same world, or has as many samples
+    #[arg(long, value_name = "VOLUME", conflicts_with = "color")]
+    pub(super) color_by: Option<PathBuf>,
+    /// Colour map: viridis, cividis, magma, inferno, plasma, or vik with a neutral middle; else one that suits
+    #[arg(long, value_name = "MAP")]
+    pub(super) color_map: Option<Map>,
+    /// Numbers of the first and the last colour, each a number or a percentile of those that are shown: 0:5, p5:p95, 0:
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    color_range: Option<Ends>,
+    /// Number of the middle colour
+    #[arg(long, value_name = "C", allow_hyphen_values = true)]
+    color_center: Option<f64>,
+}
+
+impl ColorArguments {
+    /// What is shown.
+    pub(super) fn shown(&self) -> Color {
+        if self.color_by.is_some() { Color::Field } else { self.color }
+    }
+
+    /// What is told of the ends of the scale.
+    pub(super) fn ends(&self) -> Ends {
+        let ends = self.color_range.unwrap_or_default();
+        Ends { center: self.color_center.or(ends.center), ..ends }
+    }
+
+    /// The files that are read for it.
+    pub(super) fn files(&self) -> Vec<PathBuf> {
+        self.color_by.iter().flat_map(|path| files_of(path)).collect()
+    }
+
+    /// What the colours are had from; the distance from the volume of the spectrum.
+    ///
+    /// # Errors
+    ///
+    /// What reading a volume meets, and [`Error::Input`] for one that lies elsewhere.
+    pub(super) fn sources(&self, spectrum: &Spectrum, volume: Option<Volume>) -> Result<Sources> {
+        let mut found = Sources::default();
+        if let Some(path) = &self.color_by {
+            let field = read_volume(path, &ReadOptions::default())?;
+            found = found.with_field(sources::field(spectrum, &field)?);
+        }
+        if self.color == Color::Distance {
+            let volume = volume.ok_or_else(|| {
+                Error::Usage(
+                    "--color distance needs the volume of the spectrum: --volume VOLUME".into(),
+                )
+            })?;
+            found.distance = Some(sources::distance(Arc::new(volume)));
+        }
+        Ok(found)
+    }
+}
+
+/// The volume of a spectrum, prepared as it was for the sweep.
+///
+/// # Errors
+///
+/// What reading it meets, and [`Error::Input`] for one of other dimensions.
+pub(super) fn volume_of(path: &std::path::Path, spectrum: &Spectrum) -> Result<Volume> {
+    let volume = read_volume(path, &ReadOptions::default())?;
+    let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
+    let (found, expected) = (volume.dims(), spectrum.volume.dims);
+    if found == expected {
+        return Ok(volume);
+    }
+    Err(Error::Input(format!(
+        "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
+        path.display()
+    )))
+}

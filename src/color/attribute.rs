@@ -1,0 +1,388 @@
+//! The numbers that a surface is coloured by.
+//!
+//! # Theory
+//!
+//! The *radius ratio* is 2r/R, inradius over circumradius ([`radius_ratio`]).
+//!
+//! The *mean curvature* is half the divergence of the unit normal field. Over a triangle the
+//! normals are interpolated linearly, so it is half the sum over the corners of the gradient of
+//! the corner's barycentric coordinate times the corner's normal. Normals point to lower values:
+//! a ball of high values with radius r has mean curvature 1/r, a saddle about 0.
+
+use std::fmt;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Ends, KnotValues, Map, Scale, name_color};
+use crate::color::NO_VALUE;
+use crate::error::{Error, Result};
+use crate::mesh::radius_ratio;
+use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
+
+/// What the colour of a surface shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Color {
+    /// Nothing: one colour for each side.
+    #[default]
+    None,
+    /// Radius ratio 2r/R, 0 to 1.
+    Quality,
+    /// Length of the triangle's lifetime as a share of the spectrum's range, 0 to 1.
+    Lifetime,
+    /// Mean curvature, 1/voxel, positive where the surface bulges towards lower values; by the mesh's normals,
+    /// which lean towards larger triangles (by a sixth of it on a sphere of triangles that differ in size).
+    Curvature,
+    /// Distance from each vertex to the isosurface, voxels; needs the volume ([`Sources::distance`]).
+    Distance,
+    /// A second field ([`Sources::field`]).
+    Field,
+    /// Connected component of the closed mesh, in the order of [`Components`]: the largest first.
+    Component,
+    /// Direction of the normal along the volume's axes: x red, y green, z blue, lighter towards
+    /// larger coordinates.
+    Normal,
+}
+
+impl Color {
+    /// Every colour, in the order of the documentation.
+    pub const ALL: [Color; 8] = [
+        Color::None,
+        Color::Quality,
+        Color::Lifetime,
+        Color::Curvature,
+        Color::Distance,
+        Color::Field,
+        Color::Component,
+        Color::Normal,
+    ];
+
+    /// The name as flags spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Color::None => "none",
+            Color::Quality => "quality",
+            Color::Lifetime => "lifetime",
+            Color::Curvature => "curvature",
+            Color::Distance => "distance",
+            Color::Field => "field",
+            Color::Component => "component",
+            Color::Normal => "normal",
+        }
+    }
+
+    /// The map that shows it unless another is told: one with a middle where numbers lie around one.
+    pub fn usual_map(self, sources: &Sources) -> Map {
+        match self {
+            Color::Curvature => Map::Vik,
+            Color::Field if sources.field_ends().center.is_some() => Map::Vik,
+            _ => Map::Viridis,
+        }
+    }
+}
+
+impl std::str::FromStr for Color {
+    type Err = Error;
+
+    /// Reads the name as flags spell it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for any other text.
+    fn from_str(text: &str) -> Result<Self> {
+        Color::ALL.into_iter().find(|color| color.name() == text).ok_or_else(|| {
+            let names = Color::ALL.map(Color::name).join(", ");
+            Error::Usage(format!("color '{text}', expected one of {names}"))
+        })
+    }
+}
+
+/// The distance from a point (voxel frame) with a unit normal to the isosurface of an isovalue, voxels; not a number
+/// where that is not known.
+type Distance = dyn Fn(f64, [f32; 3], [f32; 3]) -> f64 + Send + Sync;
+
+/// What tells the distance to the isosurface.
+#[derive(Clone)]
+pub struct DistanceTo(Arc<Distance>);
+
+impl DistanceTo {
+    /// By a function of the isovalue, a point of the voxel frame and the unit normal there, in voxels.
+    pub fn new(distance: impl Fn(f64, [f32; 3], [f32; 3]) -> f64 + Send + Sync + 'static) -> Self {
+        DistanceTo(Arc::new(distance))
+    }
+}
+
+impl fmt::Debug for DistanceTo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("DistanceTo")
+    }
+}
+
+/// What some colours need beside the spectrum.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    /// Of [`Color::Field`].
+    pub field: Option<Arc<KnotValues>>,
+    /// The usual ends of the field's scale, the same at all isovalues.
+    field_ends: Ends,
+    /// Of [`Color::Distance`].
+    pub distance: Option<DistanceTo>,
+}
+
+impl Sources {
+    /// With a second field.
+    pub fn with_field(mut self, field: KnotValues) -> Self {
+        let values = || field.values.iter().map(|&x| f64::from(x));
+        let most = FIELD_PERCENT.parse().expect("ends");
+        let Scale { low, high } = Scale::of(values(), most, Ends::default());
+        let center = (low < 0.0 && high > 0.0).then_some(0.0);
+        self.field_ends = Ends { center, ..Ends::between(low, high) };
+        self.field = Some(Arc::new(field));
+        self
+    }
+
+    /// Whether there is what a colour needs.
+    pub fn have(&self, color: Color) -> bool {
+        match color {
+            Color::Field => self.field.is_some(),
+            Color::Distance => self.distance.is_some(),
+            _ => true,
+        }
+    }
+
+    /// The ends of the field's scale unless others are told: those of nearly all its knots; around zero where it has
+    /// both signs.
+    pub fn field_ends(&self) -> Ends {
+        self.field_ends
+    }
+}
+
+/// Percentiles of a field that its scale covers: a few outliers do not wash out the rest.
+const FIELD_PERCENT: &str = "p1:p99";
+
+/// Percentage of curvatures and distances that the scale covers, for the same reason.
+const MOST: f64 = 95.0;
+
+/// What numbers belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Per {
+    /// Each vertex of a mesh; between them over a triangle.
+    Vertex,
+    /// Each triangle.
+    Triangle,
+}
+
+/// Numbers of the vertices or triangles of a mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// What they are, with the unit.
+    pub name: String,
+    /// What has one.
+    pub per: Per,
+    /// The numbers; not a number where there is none.
+    pub values: Vec<f32>,
+    /// Where they lie on the map; none where they are names of components.
+    pub scale: Option<Scale>,
+}
+
+/// A mesh of a spectrum, caps and all, with what its parts are there.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts<'a> {
+    /// Where it comes from.
+    pub spectrum: &'a Spectrum,
+    /// Its isovalue.
+    pub isovalue: f64,
+    /// The mesh.
+    pub mesh: &'a SurfaceMesh,
+    /// Of each of its vertices, which of the spectrum's it is.
+    pub vertices: &'a [u32],
+    /// The same of its triangles.
+    pub triangles: &'a [u32],
+}
+
+impl Parts<'_> {
+    /// The numbers that a colour shows, and their scale by what is told of its ends; none where it shows none.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] where the colour needs a source that is not there.
+    pub fn attribute(
+        &self,
+        color: Color,
+        sources: &Sources,
+        told: Ends,
+    ) -> Result<Option<Attribute>> {
+        let Parts { spectrum, mesh, .. } = *self;
+        let corners = |corners: &[u32; 3]| corners.map(|v| vector(mesh.positions[v as usize]));
+        let (name, per, values, ends) = match color {
+            Color::None | Color::Normal => return Ok(None),
+            Color::Quality => {
+                let ratio = |t: &[u32; 3]| radius_ratio(corners(t)) as f32;
+                let values = mesh.triangles.par_iter().map(ratio).collect();
+                ("radius ratio", Per::Triangle, values, Ends::between(0.0, 1.0))
+            }
+            Color::Lifetime => {
+                let share =
+                    |&i: &u32| lifetime_share(spectrum, &spectrum.triangles[i as usize]) as f32;
+                let values = self.triangles.iter().map(share).collect();
+                ("lifetime, share of the range", Per::Triangle, values, Ends::between(0.0, 1.0))
+            }
+            Color::Curvature => {
+                let curvature = |t: &[u32; 3]| {
+                    let n = t.map(|v| vector(mesh.normals[v as usize]));
+                    mean_curvature(corners(t), n) as f32
+                };
+                let values: Vec<f32> = mesh.triangles.par_iter().map(curvature).collect();
+                let inner = values.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
+                let sizes = inner.map(|(h, _)| f64::from(h.abs()));
+                let ends = Scale::of(sizes, Ends::default(), Ends { high: most(), ..at_zero() });
+                let ends = Ends { center: Some(0.0), ..Ends::between(-ends.high, ends.high) };
+                ("mean curvature, 1/voxel", Per::Triangle, values, ends)
+            }
+            Color::Distance => {
+                let needed =
+                    || Error::Usage("the distance to the isosurface needs the volume".into());
+                let DistanceTo(distance) = sources.distance.as_ref().ok_or_else(needed)?;
+                let places = mesh.positions.par_iter().zip(&mesh.normals);
+                let values = places.map(|(&p, &n)| distance(self.isovalue, p, n) as f32).collect();
+                (
+                    "distance to the isosurface, voxel",
+                    Per::Vertex,
+                    values,
+                    Ends { high: most(), ..at_zero() },
+                )
+            }
+            Color::Field => {
+                let needed = || Error::Usage("there is no second field to colour by".into());
+                let field = sources.field.as_ref().ok_or_else(needed)?;
+                let rank = spectrum.rank_at(self.isovalue).unwrap_or(0);
+                let at = |&v: &u32| field.at(spectrum, v, rank, self.isovalue);
+                let values = self.vertices.par_iter().map(at).collect();
+                (field.name.as_str(), Per::Vertex, values, sources.field_ends)
+            }
+            Color::Component => {
+                let numbers = Components::of(mesh).of_triangle.into_iter();
+                let values = numbers.map(|c| c as f32).collect();
+                let name = "component, the largest first".to_owned();
+                return Ok(Some(Attribute { name, per: Per::Triangle, values, scale: None }));
+            }
+        };
+        let scale = Scale::of(values.iter().map(|&x| f64::from(x)), told, ends);
+        Ok(Some(Attribute { name: name.to_owned(), per, values, scale: Some(scale) }))
+    }
+}
+
+fn at_zero() -> Ends {
+    Ends { low: Some(super::End::At(0.0)), ..Ends::default() }
+}
+
+fn most() -> Option<super::End> {
+    Some(super::End::Percentile(MOST))
+}
+
+impl Attribute {
+    /// The numbers of a part of the mesh, by which of the vertices and triangles of the whole are in it.
+    pub fn of_part(&self, [vertices, triangles]: &[Vec<u32>; 2]) -> Attribute {
+        let kept = if self.per == Per::Vertex { vertices } else { triangles };
+        let values = kept.iter().map(|&i| self.values[i as usize]).collect();
+        Attribute { values, ..self.clone() }
+    }
+
+    /// The numbers by vertex: of triangles their mean over those around the vertex, by area. Components have theirs.
+    pub(crate) fn by_vertex(&self, mesh: &SurfaceMesh) -> Vec<f32> {
+        if self.per == Per::Vertex {
+            return self.values.clone();
+        }
+        let mut sums = vec![(0.0f64, 0.0f64); mesh.positions.len()];
+        for (corners, &value) in mesh.triangles.iter().zip(&self.values) {
+            let [a, b, c] = corners.map(|v| vector(mesh.positions[v as usize]));
+            // A triangle without area counts where there are no others.
+            let area = (b - a).cross(c - a).length().max(f64::from(f32::MIN_POSITIVE));
+            for &v in corners {
+                let (sum, areas) = &mut sums[v as usize];
+                *sum += area * f64::from(value);
+                *areas += area;
+            }
+        }
+        let mean = |(sum, areas): (f64, f64)| (sum / areas) as f32;
+        match self.scale {
+            Some(_) => sums.into_iter().map(mean).collect(),
+            None => sums.into_iter().map(|sum| mean(sum).round()).collect(),
+        }
+    }
+
+    /// The name as files spell it: letters, digits and `_`.
+    pub(crate) fn identifier(&self) -> String {
+        let name = self.name.split(',').next().unwrap_or_default();
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        name.trim().chars().map(plain).collect()
+    }
+    /// Linear red, green and blue of a number.
+    pub fn color_of(&self, value: f32, map: Map) -> [f32; 3] {
+        match self.scale {
+            Some(scale) => scale.share(f64::from(value)).map_or(NO_VALUE, |share| map.at(share)),
+            None => name_color(value as u32),
+        }
+    }
+}
+
+fn vector(p: [f32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
+}
+
+/// How much of the spectrum's range a triangle lives through.
+fn lifetime_share(spectrum: &Spectrum, triangle: &Triangle) -> f64 {
+    let (low, high) = spectrum.range;
+    let at = |rank: u32| spectrum.isovalues[rank as usize].clamp(low, high);
+    let share = (0.5 * at(triangle.death) - 0.5 * at(triangle.birth)) / (0.5 * high - 0.5 * low);
+    // A range of one isovalue has no length: every triangle lives through all of it.
+    if share.is_finite() { share } else { 1.0 }
+}
+
+/// Mean curvature of the triangle with corners `p` and unit normals `n`; 0 if it has no area.
+fn mean_curvature(p: [DVec3; 3], n: [DVec3; 3]) -> f64 {
+    let doubled_area = (p[1] - p[0]).cross(p[2] - p[0]);
+    let squared = doubled_area.length_squared();
+    if squared <= 0.0 {
+        return 0.0;
+    }
+    // The gradient of corner i's coordinate lies in the triangle, at right angles to the opposite
+    // edge, with length 1 / altitude.
+    let divergence: f64 = (0..3)
+        .map(|i| doubled_area.cross(p[(i + 2) % 3] - p[(i + 1) % 3]).dot(n[i]) / squared)
+        .sum();
+    0.5 * divergence
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mean_curvature_of_a_sphere_a_cylinder_and_a_saddle() {
+        // Right-angled triangle with legs h in the tangent plane, normals exact at its corners: the
+        // normal's slope is exact up to O(h).
+        let h = 1e-4;
+        let tangent = [DVec3::ZERO, h * DVec3::X, h * DVec3::Y];
+        let bend =
+            |kx: f64, ky: f64| tangent.map(|p| DVec3::new(kx * p.x, ky * p.y, 1.0).normalize());
+        for (kx, ky) in [(0.25, 0.25), (0.5, 0.0), (0.3, -0.3), (-1.0, -0.5)] {
+            let found = mean_curvature(tangent, bend(kx, ky));
+            assert!((found - 0.5 * (kx + ky)).abs() < 1e-4, "{kx} {ky}: {found}");
+        }
+        // On a sphere of radius r, n = p / r, exactly 1/r whatever the triangle.
+        let p = [DVec3::new(3.0, 0.0, 0.0), DVec3::new(0.0, 3.0, 0.0), DVec3::new(0.0, 0.0, 3.0)];
+        assert!((mean_curvature(p, p.map(|p| p / 3.0)) - 1.0 / 3.0).abs() < 1e-14);
+        assert_eq!(mean_curvature([DVec3::X; 3], [DVec3::Z; 3]), 0.0);
+    }
+
+    #[test]
+    fn colors_are_read_by_name() {
+        for color in Color::ALL {
+            assert_eq!(color.name().parse::<Color>().expect("a color"), color);
+        }
+        let error = "colour".parse::<Color>().expect_err("no such color");
+        assert_eq!(error.exit_code(), 2);
+    }
+}
