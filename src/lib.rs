@@ -35,6 +35,7 @@ pub mod input;
 pub mod kernels;
 pub mod mesh;
 pub mod page;
+pub mod prepared;
 mod random;
 pub mod render;
 pub mod spectrum;
@@ -46,3 +47,8 @@ pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use prepared::Prepared;
+pub use spectrum::{Keep, Query, Spectrum, SurfaceMesh as Mesh};
+pub use sweep::{Counts, Parameters, Progress, Silent, compute};
+pub use verify::{Report, verify};
+pub use volume::{Isovalue, Placement, Preparation, Samples, Volume};
