@@ -40,7 +40,7 @@ pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::told_by_name;
-pub use read::{ReadOptions, files_of, is_volume_name, read_volume};
+pub use read::{ReadOptions, files_of, is_volume_name, read_volume, replace_not_finite};
 pub use statistics::Statistics;
 
 use num_traits::AsPrimitive;
