@@ -128,7 +128,9 @@ impl Spectrum {
             };
             let start = start.map(|c| resolve(c, range.unwrap_or(volume_range))).transpose()?;
             let parameters = Parameters { range, start, ..parameters };
-            prepared.compute(&parameters, &backend, progress)
+            let spectrum = prepared.compute(&parameters, &backend, progress)?;
+            // As a file gives it back, so that its meshes are the same before it is saved and after.
+            file::arranged(&spectrum.quantised())
         };
         let spectrum = watched(py, progress, move |watched| match threads {
             None => work(watched),
