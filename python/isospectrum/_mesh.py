@@ -93,7 +93,7 @@ class Mesh:
         return trimesh.Trimesh(
             vertices=np.array(self._points(), dtype=np.float64),
             faces=self.triangles.astype(np.int64),
-            vertex_normals=np.array(self.normals, dtype=np.float64),
+            vertex_normals=np.array(self.normals, dtype=np.float64) if self.n_vertices else None,
             face_attributes={"cap": np.array(self.caps)},
             metadata={"isovalue": self.isovalue},
             process=False,

@@ -19,7 +19,7 @@ pub(crate) fn raised(error: isospectrum::Error) -> PyErr {
     let text = error.to_string();
     match error {
         // As Python has it: errno, what the system says, the file.
-        Error::Io { path, source } => match source.raw_os_error() {
+        Error::Io { path, source } => match code_of(&source) {
             Some(code) => {
                 let said = source.to_string();
                 let said = said.split(" (os error").next().unwrap_or_default().to_owned();
@@ -35,6 +35,20 @@ pub(crate) fn raised(error: isospectrum::Error) -> PyErr {
         Error::Verification(_) => family::VerificationError::new_err(text),
         _ => family::InternalError::new_err(text),
     }
+}
+
+/// The system's number for what is wrong with a file; by its kind, where the error has been given a path and lost it.
+fn code_of(error: &std::io::Error) -> Option<i32> {
+    use std::io::ErrorKind;
+    error.raw_os_error().or(match error.kind() {
+        ErrorKind::NotFound => Some(2),
+        ErrorKind::PermissionDenied => Some(13),
+        ErrorKind::NotADirectory => Some(20),
+        ErrorKind::IsADirectory => Some(21),
+        ErrorKind::StorageFull => Some(28),
+        ErrorKind::ReadOnlyFilesystem => Some(30),
+        _ => None,
+    })
 }
 
 /// The exception for arguments that make no sense.

@@ -386,6 +386,14 @@ impl Spectrum {
         watched(py, None, move |_| {
             let mut spectrum = (*spectrum).clone();
             let volume = volume.map(|volume| Prepared::again(volume, &spectrum)).transpose()?;
+            if let Some(volume) = volume.as_ref().filter(|v| v.dims() != spectrum.volume.dims) {
+                return Err(Error::input(format!(
+                    "{}: {:?} samples, expected {:?} as the spectrum's volume has",
+                    volume.name(),
+                    volume.dims(),
+                    spectrum.volume.dims
+                )));
+            }
             if let Some(range) = range {
                 spectrum = page::part(&spectrum, range)?;
             }
