@@ -100,12 +100,10 @@ def test_meshes_lie_where_those_of_others_do(spectrum_of, name, peer):
     vertices, triangles = peer(field(), c)
     # Marching cubes has its vertices on the isosurface, at crossings of lattice edges: from there to our mesh.
     there = distances(vertices, m.vertices, m.triangles)
-    print(name, np.percentile(there, [50,75,90,95,99,100]))
     assert np.percentile(there, 75) < TOLERANCE
     assert np.percentile(there, 99) < PROMISED
     # And back: no part of ours is where they have none. Their flat triangles cut the isosurface's curves inside a cell.
     back = distances(m.vertices, vertices, triangles)
-    print(name, np.percentile(back, [50,75,90,95,99,100]))
     assert np.percentile(back, 99) < PROMISED
 
 
@@ -143,12 +141,17 @@ def test_where_others_are_wrong_ours_is_right():
 
 
 def test_a_volume_of_the_world():
-    """The fuel's samples, which are not in the repository: against VTK at three isovalues."""
+    """The fuel's samples, which are not in the repository: against VTK over a part of its range."""
     a = np.fromfile(data("fuel_64x64x64_uint8.raw"), np.uint8).reshape(64, 64, 64)
     s = isospectrum.compute(a, range=(60, 120), backend="cpu", progress=False)
-    for c in (70.5, 90.25, 110.5):
-        m = s.mesh(c)
-        vertices, triangles = of_vtk(a, c)
-        there = distances(vertices, m.vertices, m.triangles)
-        assert np.percentile(there, 75) < TOLERANCE and np.percentile(there, 99) < PROMISED
-        assert abs(topology(m.triangles, m.n_vertices)[0] - topology(triangles, len(vertices))[0]) <= 1
+    # A layer around it closes VTK's meshes at the border as ours are.
+    padded = np.pad(a, 1)
+    there = []
+    for m in s.sweep(12, 62.3, 118.7):
+        vertices, triangles = of_vtk(padded, m.isovalue)
+        assert topology(m.triangles, m.n_vertices) == topology(triangles, len(vertices)), m.isovalue
+        vertices, triangles = of_vtk(a, m.isovalue)
+        there.append(distances(vertices, m.vertices, m.triangles))
+    # As promised of all isovalues together: 75 of 100 points within the tolerance, 99 of 100 within half a voxel.
+    assert np.percentile(np.concatenate(there), 75) < TOLERANCE
+    assert np.percentile(np.concatenate(there), 99) < 0.5
