@@ -16,6 +16,21 @@ use crate::topology::simplify::{Simplification, simplified, simplify};
 use crate::volume::{Preparation, Statistics, Volume};
 
 /// A volume after all that is done to it before the sweep.
+///
+/// ```
+/// use isospectrum::kernels::{Backend, Choice};
+/// use isospectrum::{Counts, Isovalue, Parameters, Preparation, Prepared, Silent, volume::phantom};
+///
+/// let halved = Preparation { downsample: Some(2), ..Preparation::default() };
+/// let prepared = Prepared::new(phantom("sphere:16")?, halved, Some(0.01))?;
+/// let backend = Backend::choose(Choice::Cpu, None)?;
+/// let spectrum = prepared.compute(&Parameters::default(), &backend, &Silent)?;
+/// // Isovalues may be written by what the spectrum knows of the samples.
+/// let isovalue = "p90".parse::<Isovalue>()?.resolve(spectrum.range, spectrum.statistics().as_ref())?;
+/// println!("{} triangles", spectrum.mesh_at(isovalue)?.triangles.len());
+/// assert!(Counts::of(&spectrum).is_some_and(|counts| counts.steps > 0));
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Prepared {
     volume: Arc<Volume>,
