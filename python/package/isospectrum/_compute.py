@@ -230,11 +230,11 @@ def _region(crop: Any, whole: _native.Volume) -> list[tuple[int, int]]:
     region = []
     for part, n, spacing in zip(parts, whole.dims, whole.spacing):
         if isinstance(part, str):
-            first, _, end = part.strip().partition(":")
+            low_text, _, high_text = part.strip().partition(":")
             # `10:60mm` is 10 mm to 60 mm.
-            if first and end and not _split(first, "crop")[1]:
-                first += _split(end, "crop")[1]
-            part = (first or None, end or None)
+            if low_text and high_text and not _split(low_text, "crop")[1]:
+                low_text += _split(high_text, "crop")[1]
+            part = (low_text or None, high_text or None)
         elif isinstance(part, slice):
             if part.step not in (None, 1):
                 raise UsageError(expected)

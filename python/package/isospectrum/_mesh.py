@@ -79,7 +79,7 @@ class Mesh:
         """As :class:`pyvista.PolyData`, with the point array ``Normals`` and the cell array ``cap``; copies."""
         import pyvista
 
-        mesh = pyvista.PolyData.from_regular_faces(np.array(self._points()), self.triangles.astype(np.int64))
+        mesh = pyvista.PolyData.from_regular_faces(np.array(self._points()), self.triangles.astype(int))
         mesh.point_data.active_normals = np.array(self.normals)
         mesh.cell_data["cap"] = self.caps.astype(np.uint8)
         mesh.field_data["isovalue"] = [self.isovalue]
@@ -92,7 +92,7 @@ class Mesh:
 
         return trimesh.Trimesh(
             vertices=np.array(self._points(), dtype=np.float64),
-            faces=self.triangles.astype(np.int64),
+            faces=self.triangles.astype(int),
             vertex_normals=np.array(self.normals, dtype=np.float64) if self.n_vertices else None,
             face_attributes={"cap": np.array(self.caps)},
             metadata={"isovalue": self.isovalue},

@@ -2,10 +2,12 @@
 
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
+
+__all__ = ["Picture", "Spectrum", "Volume", "unit_in_mm", "write_file"]
 
 _Kept = tuple[int | None, float, float, tuple[float, float, float] | None]
 _Told = Callable[[float, str], object] | None
@@ -17,6 +19,7 @@ def unit_in_mm(name: str) -> float | None:
 def write_file(path: str | os.PathLike[str], bytes: bytes) -> None:
     """Writes a file beside its place, and moves it there when it is complete."""
 
+@final
 class Volume:
     """A scalar field on a regular grid."""
 
@@ -42,6 +45,7 @@ class Volume:
     @property
     def range(self) -> tuple[float, float]: ...
 
+@final
 class Picture:
     """A picture: red, green, blue, alpha; one byte each."""
 
@@ -51,6 +55,7 @@ class Picture:
     def png(self) -> bytes: ...
     def save(self, path: str) -> None: ...
 
+@final
 class Spectrum:
     """A spectrum, with what answers queries on it once that was asked for."""
 

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from . import _native
+    from . import _native as native_part
 
 
 class Picture(np.ndarray):
     """A picture: an array (rows, columns, 4) of uint8, red, green, blue and alpha (sRGB, alpha not multiplied in)."""
 
-    _native: _native.Picture | None
+    _native: native_part.Picture | None
 
     @staticmethod
-    def of(native: _native.Picture) -> Picture:
+    def of(native: native_part.Picture) -> Picture:
         """What was drawn."""
         picture = native.pixels().reshape((*native.shape, 4)).view(Picture)
         picture.flags.writeable = False

@@ -201,7 +201,7 @@ def of_xarray(array: Any) -> tuple[np.ndarray, Frame]:
     if not isinstance(unit, str) or _native.unit_in_mm(unit) is None:
         unit = ""
     return of_array(array.data if hasattr(array.data, "__array__") else array), Frame(
-        tuple(origin), tuple(spacing), tuple(axes), unit=unit
+        triple(origin, "origin"), triple(spacing, "spacing"), tuple(axes), unit=unit
     )
 
 

@@ -316,10 +316,11 @@ class Spectrum:
             raise UsageError(f"fit {fit!r}, expected surface or volume")
         if isinstance(c, dict):
             surfaces = [(self.isovalue(one), *_look(look)) for one, look in c.items()]
-        elif c is None or isinstance(c, str) or np.ndim(c) == 0:
-            surfaces = [(self.isovalue(c), None, None)]
         else:
-            surfaces = [(self.isovalue(one), None, None) for one in c]
+            several = c if isinstance(c, Sequence) and not isinstance(c, str) else [c]
+            if isinstance(c, np.ndarray):
+                several = np.atleast_1d(c).tolist()
+            surfaces = [(self.isovalue(one), None, None) for one in several]
         width, height = (int(n) for n in size)
         native = self._native.render(
             surfaces,
@@ -393,8 +394,8 @@ def _kept(keep: int | str | None, min_volume: float, min_area: float, at: Any) -
 
 def _camera(camera: Sequence[float]) -> tuple[float, float, float]:
     try:
-        azimuth, elevation, *distance = (float(x) for x in camera)
-        (distance,) = distance or [1.0]
+        azimuth, elevation, *rest = (float(x) for x in camera)
+        (distance,) = rest or [1.0]
     except (TypeError, ValueError):
         raise UsageError(f"camera {camera!r}, expected azimuth, elevation and maybe a distance") from None
     return (azimuth, elevation, distance)
