@@ -138,7 +138,8 @@ mod tests {
     #[test]
     fn a_spectrum_of_a_prepared_volume_is_verified_against_the_volume_as_it_was() {
         let volume = phantom("gyroid:12").expect("a phantom");
-        let preparation = Preparation { crop: Some([[0, 9], [1, 11], [0, 12]]), ..Default::default() };
+        let preparation =
+            Preparation { crop: Some([[0, 9], [1, 11], [0, 12]]), ..Default::default() };
         let prepared = Prepared::new(volume.clone(), preparation, Some(0.2)).expect("prepared");
         assert_eq!(prepared.volume().dims(), [9, 10, 12]);
         let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");

@@ -22,7 +22,11 @@ pub(crate) struct Curves {
 
 impl Curves {
     /// Those at `n` isovalues, both ends of the range among them.
-    pub(crate) fn of(spectrum: &Spectrum, query: &mut Query<std::sync::Arc<Spectrum>>, n: usize) -> Result<Self> {
+    pub(crate) fn of(
+        spectrum: &Spectrum,
+        query: &mut Query<std::sync::Arc<Spectrum>>,
+        n: usize,
+    ) -> Result<Self> {
         let (low, high) = spectrum.range;
         let mut curves = Curves::default();
         for i in 0..n {

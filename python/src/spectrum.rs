@@ -13,7 +13,7 @@ use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Statistics};
 use isospectrum::{
-    Error, Isovalue, Keep, Mesh, Parameters, Prepared, Preparation, Progress, Query, Result, file,
+    Error, Isovalue, Keep, Mesh, Parameters, Preparation, Prepared, Progress, Query, Result, file,
 };
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
@@ -252,9 +252,8 @@ impl Spectrum {
     /// Columns of what isosurfaces measure at `n` isovalues.
     fn curves<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyDict>> {
         let (spectrum, query) = (self.spectrum.clone(), self.query.clone());
-        let curves = watched(py, None, move |_| {
-            Curves::of(&spectrum, &mut locked(&query, &spectrum), n)
-        })?;
+        let curves =
+            watched(py, None, move |_| Curves::of(&spectrum, &mut locked(&query, &spectrum), n))?;
         curves.columns(py)
     }
 
@@ -406,7 +405,8 @@ impl Spectrum {
                 spectrum.check_isovalue(isovalue)?;
             }
             let samples = volume.as_ref().map(Histogram::of);
-            let still = if has_still { still(&spectrum, isovalue, open, camera, keep)? } else { None };
+            let still =
+                if has_still { still(&spectrum, isovalue, open, camera, keep)? } else { None };
             let page = Page {
                 title: title.as_deref().unwrap_or(&spectrum.volume.name),
                 caption: caption.as_deref(),
@@ -477,7 +477,8 @@ fn still(
         Err(error) => return Err(error),
     };
     let background = Background::Transparent;
-    let mut view = View { width: 640, height: 480, open, keep, camera, background, ..View::default() };
+    let mut view =
+        View { width: 640, height: 480, open, keep, camera, background, ..View::default() };
     let mut renderer = Renderer::new(&gpu, spectrum)?;
     if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
         view.fit(&spectrum.volume, bounds);

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use isospectrum::volume::{Placement, ReadOptions, Space, Unit, read_volume, replace_not_finite};
 use isospectrum::Samples;
+use isospectrum::volume::{Placement, ReadOptions, Space, Unit, read_volume, replace_not_finite};
 use numpy::ndarray::ArrayViewD;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -99,8 +99,9 @@ fn placed(
 ) -> PyResult<Placement> {
     let unit = match unit {
         "" => Unit::Unknown,
-        name => Unit::from_name(name)
-            .ok_or_else(|| usage(format!("unit '{name}', expected m, cm, mm, um, nm or angstrom")))?,
+        name => Unit::from_name(name).ok_or_else(|| {
+            usage(format!("unit '{name}', expected m, cm, mm, um, nm or angstrom"))
+        })?,
     };
     let placement = Placement { origin, spacing, direction, unit, space: Space::Unknown };
     match space.to_ascii_uppercase().as_str() {
