@@ -8,10 +8,9 @@ import shutil
 import subprocess
 import warnings
 
+import isospectrum
 import numpy as np
 import pytest
-
-import isospectrum
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import subprocess
 
+import isospectrum
 import numpy as np
 import pytest
-
-import isospectrum
 
 from .conftest import blobs
 

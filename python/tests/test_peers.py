@@ -6,16 +6,16 @@ What is right is known of each field beforehand: of balls, a torus and a gyroid 
 from __future__ import annotations
 
 import functools
+import importlib
 
+import isospectrum
 import numpy as np
 import pytest
 
-import isospectrum
-
 from .conftest import blobs, data, grid, topology
 
-skimage_measure = pytest.importorskip("skimage.measure")
-pv = pytest.importorskip("pyvista")
+skimage_measure = importlib.import_module("skimage.measure")
+pv = importlib.import_module("pyvista")
 
 TOLERANCE = 0.1
 

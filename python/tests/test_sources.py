@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-
-import numpy as np
-import pytest
+import importlib
 
 import isospectrum
+import numpy as np
+import pytest
 from isospectrum import _sources
 
 from .conftest import blobs, topology
@@ -210,7 +210,7 @@ def test_a_patients_space_is_in_millimetres(array):
 
 
 def test_simpleitk_images_have_their_frame(array):
-    sitk = pytest.importorskip("SimpleITK")
+    sitk = importlib.import_module("SimpleITK")
     image = sitk.GetImageFromArray(array)
     image.SetSpacing((0.5, 1.0, 2.0))
     image.SetOrigin((10.0, -20.0, 5.0))
@@ -230,7 +230,7 @@ def test_simpleitk_images_have_their_frame(array):
 
 
 def test_nibabel_images_have_their_affine(array, tmp_path):
-    nib = pytest.importorskip("nibabel")
+    nib = importlib.import_module("nibabel")
     affine = np.array([[-2.0, 0, 0, 90], [0, 0, 1.5, -70], [0, 1.0, 0, 30], [0, 0, 0, 1]])
     image = nib.Nifti1Image(array.T, affine)
     s = compute(image)
@@ -247,7 +247,7 @@ def test_nibabel_images_have_their_affine(array, tmp_path):
 
 
 def test_xarrays_have_their_coordinates(array):
-    xr = pytest.importorskip("xarray")
+    xr = importlib.import_module("xarray")
     mm = {"units": "mm"}
     coords = {
         "z": ("z", 5.0 + 2.0 * np.arange(9), mm),
@@ -275,12 +275,12 @@ def test_xarrays_have_their_coordinates(array):
 
 def test_dask_zarr_and_h5py_are_arrays(array, tmp_path):
     expected = bytes_of(array)
-    da = pytest.importorskip("dask.array")
+    da = importlib.import_module("dask.array")
     assert bytes_of(da.from_array(array, chunks=5)) == expected
-    zarr = pytest.importorskip("zarr")
+    zarr = importlib.import_module("zarr")
     z = zarr.create_array(store=str(tmp_path / "z.zarr"), data=array, chunks=(5, 5, 5))
     assert bytes_of(z) == expected
-    h5py = pytest.importorskip("h5py")
+    h5py = importlib.import_module("h5py")
     with h5py.File(tmp_path / "h.h5", "w") as file:
         file["scan/density"] = array
         assert bytes_of(file["scan/density"]) == expected
@@ -290,7 +290,7 @@ def test_dask_zarr_and_h5py_are_arrays(array, tmp_path):
 
 
 def test_pyvista_images_have_their_frame(array):
-    pv = pytest.importorskip("pyvista")
+    pv = importlib.import_module("pyvista")
     image = pv.ImageData(dimensions=(12, 10, 9), spacing=(0.5, 1, 2), origin=(10, -20, 5))
     image.direction_matrix = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     image["density"] = array.ravel()

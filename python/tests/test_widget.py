@@ -5,6 +5,7 @@ The last two need Chromium (apt-get install chromium, or $CHROMIUM); they fail w
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import pathlib
@@ -17,15 +18,14 @@ import textwrap
 import time
 import urllib.request
 
+import isospectrum
 import nbformat
 import numpy as np
 import pytest
 
-import isospectrum
-
 from .conftest import blobs, chromium
 
-pytest.importorskip("anywidget")
+importlib.import_module("anywidget")
 
 #: WebGL2 on SwiftShader, which needs no graphics card; nothing that asks the network.
 FLAGS = [
