@@ -9,6 +9,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 ///
 /// Messages are one line, lower case, without a full stop: what, where, and what was expected.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A file cannot be opened, read or written.
     #[error("{}: {source}", path.display())]

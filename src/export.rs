@@ -308,8 +308,9 @@ pub fn place_in_world(mut mesh: SurfaceMesh, placement: &Placement) -> SurfaceMe
 
 /// Turns normals, and triangles around where the axes are left-handed.
 fn to_world_sides(mesh: &mut SurfaceMesh, placement: &Placement) {
+    let turned = placement.normals();
     for n in &mut mesh.normals {
-        *n = placement.normal(*n);
+        *n = turned(*n);
     }
     if placement.span() < 0.0 {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));

@@ -3,19 +3,30 @@
 //! Data flows one way: [`volume`] → [`topology`] → [`extract`] → [`sweep`] (with [`kernels`] and
 //! [`mesh`]) → [`spectrum`] → [`mod@file`] → [`render`].
 //!
+//! What most need stands here at the root: a [`Volume`] is computed ([`compute`], or [`Prepared`] with all that the program
+//! does) into a [`Spectrum`], of which a [`Query`] gives the [`Mesh`] at any isovalue; [`verify()`](verify::verify) says
+//! whether it is right. Modules hold the rest.
+//!
 //! ```
 //! use isospectrum::kernels::{Backend, Choice};
-//! use isospectrum::spectrum::Query;
-//! use isospectrum::sweep::{Parameters, Silent, compute};
-//! use isospectrum::volume::phantom;
+//! use isospectrum::{Mesh, Parameters, Placement, Query, Samples, Silent, Volume, compute};
 //!
-//! let volume = std::sync::Arc::new(phantom("sphere:8")?);
+//! // A ball: samples x fastest, then y, then z.
+//! let square = |i: usize| (i as f32 - 4.5).powi(2);
+//! let sample = |i: usize| -(square(i % 10) + square(i / 10 % 10) + square(i / 100));
+//! let samples: Vec<f32> = (0..1000).map(sample).collect();
+//! let volume = Volume::new("ball", [10; 3], Samples::from(samples), Placement::default())?;
+//!
 //! let backend = Backend::choose(Choice::Cpu, None)?;
-//! let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+//! let parameters = Parameters { error: 0.2, ..Parameters::default() };
+//! let spectrum = compute(&volume.into(), &parameters, &backend, &Silent)?;
+//!
+//! // Successive isovalues cost what changes between them.
 //! let mut query = Query::new(&spectrum);
-//! for isovalue in [0.3, 0.5, 0.7] {
-//!     let mesh = query.mesh_at(isovalue)?;
-//!     println!("{isovalue}: {} triangles", mesh.triangles.len());
+//! for isovalue in [-12.0, -9.0, -4.0] {
+//!     let mesh: Mesh = query.mesh_at(isovalue)?;
+//!     // A closed surface without handles.
+//!     assert_eq!(mesh.triangles.len(), 2 * mesh.positions.len() - 4);
 //! }
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
@@ -36,6 +47,7 @@ pub mod input;
 pub mod kernels;
 pub mod mesh;
 pub mod page;
+pub mod prepared;
 mod random;
 pub mod render;
 pub mod sources;
@@ -48,3 +60,8 @@ pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use prepared::Prepared;
+pub use spectrum::{Keep, Query, Spectrum, SurfaceMesh as Mesh};
+pub use sweep::{Counts, Parameters, Progress, Silent, compute};
+pub use verify::{Report, verify};
+pub use volume::{Isovalue, Placement, Preparation, Samples, Volume};

@@ -45,7 +45,7 @@ pub use parameters::{Parameters, Progress, Silent};
 use std::sync::Arc as Shared;
 use std::sync::Mutex;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::extract::extract;
@@ -68,8 +68,10 @@ pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
 
-/// What happened during a sweep, counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct Counts {
     /// Arcs of the contour tree that show inside the range, tracked or not.
     pub arcs: u64,
@@ -94,7 +96,9 @@ pub struct Counts {
 }
 
 /// Sampling steps that failed a check, by the first check they failed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
 pub struct Refused {
     /// A vertex did not reach the isosurface within the rules of projection.
     pub not_reached: u64,
@@ -122,6 +126,16 @@ impl Refused {
 }
 
 impl Counts {
+    /// Under this name the parameters of a spectrum tell them.
+    const NAME: &str = "counts";
+
+    /// Those of the sweep that a spectrum comes from; none of a spectrum that another program wrote. What an older
+    /// version did not count is 0.
+    pub fn of(spectrum: &Spectrum) -> Option<Counts> {
+        let told = spectrum.parameters.get(Counts::NAME)?;
+        Counts::deserialize(told).ok()
+    }
+
     fn add(&mut self, o: &Counts) {
         self.arcs += o.arcs;
         self.steps += o.steps;
@@ -226,7 +240,7 @@ fn finished(sweep: &Sweep, builder: SpectrumBuilder, counts: &Counts) -> Result<
     let parameters = serde_json::json!({
         "flags": sweep.parameters,
         "backend": sweep.backend.name(),
-        "counts": counts,
+        Counts::NAME: counts,
     });
     let info = VolumeInfo {
         name: volume.name().to_string(),

@@ -76,6 +76,20 @@ impl Default for Sampling {
 ///
 /// `progress` is told the share done and returns whether to go on.
 ///
+/// ```
+/// use isospectrum::verify::{Limits, Sampling, verify};
+/// use isospectrum::kernels::{Backend, Choice};
+/// use isospectrum::{Parameters, Silent, compute, volume::phantom};
+///
+/// let volume = std::sync::Arc::new(phantom("sphere:8")?);
+/// let backend = Backend::choose(Choice::Cpu, None)?;
+/// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+/// let sampling = Sampling { n_random: 8, ..Sampling::default() };
+/// let report = verify(&spectrum, &volume, sampling, Limits::default(), &mut |_done| true)?;
+/// assert!(report.passed, "{:?}", report.failures);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
+///
 /// # Errors
 ///
 /// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` says
@@ -137,6 +151,7 @@ pub fn verify(
 
 /// What a look at a spectrum tells, where a verification would take too long.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Glance {
     /// Isovalues looked at, in the middle of equal parts of the range.
     pub n_isovalues: usize,

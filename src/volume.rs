@@ -41,7 +41,7 @@ pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::told_by_name;
-pub use read::{ReadOptions, files_of, is_volume_name, read_volume};
+pub use read::{ReadOptions, files_of, is_volume_name, read_volume, replace_not_finite};
 pub use statistics::Statistics;
 
 use num_traits::AsPrimitive;
@@ -200,6 +200,16 @@ pub struct Volume {
 
 impl Volume {
     /// A volume of `dims` samples (x, y, z), x fastest.
+    ///
+    /// ```
+    /// use isospectrum::{Placement, Samples, Volume};
+    ///
+    /// let samples: Vec<u16> = (0..4 * 3 * 2).collect();
+    /// let placement = Placement { spacing: [0.5, 0.5, 2.0], ..Placement::default() };
+    /// let volume = Volume::new("ramp", [4, 3, 2], Samples::from(samples), placement)?;
+    /// assert_eq!(volume.range(), (0.0, 23.0));
+    /// # Ok::<(), isospectrum::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

@@ -1,12 +1,12 @@
 //! `compute`: the spectrum of a volume, the main job.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
 use isospectrum::forecast::Forecast;
-use isospectrum::sweep::{self, Parameters};
+use isospectrum::prepared::Prepared;
+use isospectrum::sweep::Parameters;
 use isospectrum::verify::{Glance, glance};
 use isospectrum::volume::{Statistics, Volume};
 use isospectrum::{Error, Result};
@@ -144,28 +144,19 @@ impl Compute {
         let started = Instant::now();
         let (volume, preparation) = self.preparation.apply(volume)?;
         let (volume, simplification) = self.simplify.apply(volume)?;
-        let volume = Arc::new(volume);
-        let samples = Statistics::of(&volume);
-        let parameters = self.parameters.resolve(&volume, &samples)?;
+        let prepared = Prepared::of(volume, preparation, simplification);
+        let volume = prepared.volume();
+        let parameters = self.parameters.resolve(volume, prepared.samples())?;
         let range = parameters.range.unwrap_or(volume.range());
-        let forecast = self.budget.check(&volume, range, parameters.error)?;
-        let mut spectrum = sweep::compute(&volume, &parameters, &backend, &Bar::new(quiet))?;
-        // Whoever reads the spectrum can make the volume that it is exact for.
-        if !preparation.is_none() {
-            spectrum.parameters["preparation"] = serde_json::json!(preparation);
-        }
-        if let Some(done) = simplification {
-            spectrum.parameters["simplification"] = serde_json::json!(done);
-        }
-        // Isovalues are written by them, and the volume is not there any more then.
-        spectrum.parameters[Statistics::NAME] = serde_json::json!(samples);
+        let forecast = self.budget.check(volume, range, parameters.error)?;
+        let spectrum = prepared.compute(&parameters, &backend, &Bar::new(quiet))?;
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         let seconds = started.elapsed().as_secs_f64();
         if quiet && !self.json {
             return Ok(());
         }
-        let measured = glance(&spectrum, &volume, GLANCES)?;
+        let measured = glance(&spectrum, volume, GLANCES)?;
         log::info!("{}: done in {seconds:.1} s", self.output.display());
         report::tell(&summary(&facts, &measured, spectrum.tolerance));
         if log::log_enabled!(log::Level::Debug) {

@@ -146,7 +146,7 @@ impl Extract {
     /// Writes the mesh of one isovalue.
     fn write(
         &self,
-        query: &mut Query<'_>,
+        query: &mut Query<&Spectrum>,
         (spectrum, sources): (&Spectrum, &Sources),
         isovalue: f64,
         format: Format,

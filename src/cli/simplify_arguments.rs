@@ -3,9 +3,9 @@
 use std::str::FromStr;
 
 use clap::Args;
-use isospectrum::topology::simplify::{Census, METHOD, Simplification, simplified, simplify};
-use isospectrum::volume::{Preparation, Volume};
-use isospectrum::{Error, Result};
+use isospectrum::Result;
+use isospectrum::topology::simplify::{Census, Simplification, simplify};
+use isospectrum::volume::Volume;
 
 use super::report::number;
 
@@ -27,19 +27,6 @@ impl SimplifyArguments {
         let (simplified, done) = simplify(&volume, persistence.of_range(volume.range()))?;
         log::info!("{}", sentence(&done));
         Ok((simplified, Some(done)))
-    }
-}
-
-/// The volume that a spectrum is exact for: prepared and simplified as its parameters say.
-pub(super) fn as_computed(volume: Volume, parameters: &serde_json::Value) -> Result<Volume> {
-    let volume = Preparation::of_parameters(parameters)?.apply(volume)?;
-    let method = parameters.pointer("/simplification/method").and_then(serde_json::Value::as_u64);
-    match parameters.pointer("/simplification/persistence").and_then(serde_json::Value::as_f64) {
-        Some(_) if method != Some(METHOD.into()) => Err(Error::input(
-            "the spectrum's noise was taken out in a way that this version does not know, expected one computed by this version",
-        )),
-        Some(persistence) => simplified(&volume, persistence),
-        None => Ok(volume),
     }
 }
 

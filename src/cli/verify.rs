@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use isospectrum::Error;
+use isospectrum::prepared::Prepared;
 use isospectrum::sweep::Progress as _;
 use isospectrum::verify::{Limits, Promise, Report, Sampling, Summary, verify};
 
@@ -12,7 +13,7 @@ use super::kind::{self, Kind};
 use super::progress::Bar;
 use super::report::{number, number_or_dash, percent, table};
 use super::volume_arguments::VolumeArguments;
-use super::{output, report, simplify_arguments, spectrum_file};
+use super::{output, report, spectrum_file};
 
 /// Verify a spectrum against its volume, at isovalues that nobody chose beforehand
 #[derive(Args, Debug)]
@@ -54,8 +55,7 @@ impl Verify {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         self.check_order()?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let volume = self.volume.read()?.with_outside(spectrum.volume.outside);
-        let volume = simplify_arguments::as_computed(volume, &spectrum.parameters)?;
+        let volume = Prepared::again(self.volume.read()?, &spectrum)?;
         let sampling = Sampling { n_random: self.n, n_events: self.events, seed: self.seed };
         let limits = Limits {
             topology_wrong: self.max_wrong,

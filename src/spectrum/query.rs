@@ -5,6 +5,8 @@
 //! interpolated. The cost is that of the active triangles: marks left by earlier queries are told
 //! apart by a stamp, so nothing of the spectrum's size is ever cleared.
 
+use std::ops::Deref;
+
 use super::active_set::ActiveSet;
 use super::assembly::Assembly;
 use super::{Knot, Spectrum, SurfaceMesh};
@@ -14,9 +16,22 @@ use crate::error::{Error, Result};
 const SHORT: usize = 4;
 
 /// Answers queries on one spectrum, fastest where successive isovalues are close.
+///
+/// `S` is how the spectrum is held: `&Spectrum`, or `Arc<Spectrum>` for a query that lives as long as it likes.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// # fn of(spectrum: isospectrum::Spectrum) -> isospectrum::Result<()> {
+/// let spectrum = Arc::new(spectrum);
+/// let mut query = isospectrum::Query::new(spectrum.clone());
+/// let mesh = query.mesh_at(spectrum.range.0)?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Debug)]
-pub struct Query<'a> {
-    spectrum: &'a Spectrum,
+pub struct Query<S> {
+    spectrum: S,
     active: ActiveSet,
     /// The vertices of each triangle, and whether it is a cap; closer together than in
     /// [`Spectrum::triangles`].
@@ -34,20 +49,20 @@ struct Trajectories {
     ranks: Vec<u32>,
 }
 
-impl<'a> Query<'a> {
+impl<S: Deref<Target = Spectrum>> Query<S> {
     /// Builds the search structures, in O(n log n) of the number of triangles. The spectrum must
     /// pass [`Spectrum::check`].
-    pub fn new(spectrum: &'a Spectrum) -> Self {
+    pub fn new(spectrum: S) -> Self {
         let knots = spectrum.knots.iter().map(|k| TimedKnot::new(k, &spectrum.isovalues));
         Query {
-            spectrum,
             active: ActiveSet::new(&spectrum.triangles),
             triangles: spectrum.triangles.iter().map(|t| (t.vertices, t.cap)).collect(),
             trajectories: Trajectories {
                 knots: knots.collect(),
                 ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
             },
-            assembly: Assembly::new(spectrum),
+            assembly: Assembly::new(&spectrum),
+            spectrum,
         }
     }
 
@@ -69,13 +84,14 @@ impl<'a> Query<'a> {
     ///
     /// [`Error::Range`] outside the closed [`Spectrum::range`]; the mesh then stays as it is.
     pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
-        let spectrum = self.spectrum;
+        let spectrum = &*self.spectrum;
         spectrum.check_isovalue(isovalue)?;
         let Some(rank) = spectrum.rank_at(isovalue) else {
             *mesh = SurfaceMesh::default();
             return Ok(());
         };
-        let Query { active, assembly, trajectories, triangles, .. } = self;
+        let (active, assembly) = (&mut self.active, &mut self.assembly);
+        let (trajectories, triangles) = (&self.trajectories, &self.triangles);
         let triangles = active.move_to(rank).iter().map(|&i| triangles[i as usize]);
         let place = |v| trajectories.vertex_at(spectrum, v, rank, isovalue);
         assembly.assemble(triangles, place, mesh);
@@ -83,7 +99,7 @@ impl<'a> Query<'a> {
     }
 }
 
-impl Query<'_> {
+impl<S> Query<S> {
     /// Of the vertices and the triangles of the last mesh, which of the spectrum's they are.
     pub fn parts(&self) -> (&[u32], &[u32]) {
         (self.assembly.vertices(), self.active.triangles())

@@ -9,6 +9,7 @@ use crate::spectrum::Spectrum;
 
 /// What was found at one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Row {
     /// The isovalue.
     pub isovalue: f64,
@@ -42,6 +43,7 @@ impl Row {
 
 /// How continuous the mesh is in the isovalue.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Continuity {
     /// Jumps across some events.
     pub at_events: Vec<Jump>,
@@ -59,6 +61,7 @@ pub struct Continuity {
 
 /// Sums over all isovalues; geometry over the random ones.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Totals {
     /// Isovalues looked at.
     pub isovalues: usize,
@@ -98,6 +101,7 @@ pub struct Totals {
 
 /// The result of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Report {
     /// Whether every promise is kept.
     pub passed: bool,

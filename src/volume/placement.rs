@@ -223,13 +223,20 @@ impl Placement {
     /// Unit normal, in the world, of a surface with a normal of the voxel frame. It turns as what is perpendicular to it
     /// requires, which is the inverse transpose of the directions. A normal of no length stays.
     pub fn normal(&self, n: [f32; 3]) -> [f32; 3] {
+        self.normals()(n)
+    }
+
+    /// As [`Placement::normal`], for many: what does not depend on the normal is found once.
+    pub fn normals(&self) -> impl Fn([f32; 3]) -> [f32; 3] {
         let [a, b, c] = self.direction;
         let side = self.span().signum();
         let inverse = [cross(b, c), cross(c, a), cross(a, b)];
-        let turned: [f64; 3] =
-            std::array::from_fn(|i| (0..3).map(|a| side * inverse[a][i] * f64::from(n[a])).sum());
-        let length = dot(turned, turned).sqrt();
-        if length > 0.0 { turned.map(|x| (x / length) as f32) } else { n }
+        move |n| {
+            let along = |i: usize, a: usize| side * inverse[a][i] * f64::from(n[a]);
+            let turned: [f64; 3] = std::array::from_fn(|i| (0..3).map(|a| along(i, a)).sum());
+            let length = dot(turned, turned).sqrt();
+            if length > 0.0 { turned.map(|x| (x / length) as f32) } else { n }
+        }
     }
 
     /// Volume that the directions span: 1 where they are perpendicular, below 0 where they are left-handed.

@@ -223,7 +223,11 @@ fn unknown(path: &Path) -> Error {
 }
 
 /// Puts `value` in place of NaN and infinities; integers have none.
-fn replace_not_finite(samples: &mut Samples, value: f64) -> Result<()> {
+///
+/// # Errors
+///
+/// [`Error::Usage`] if the value itself is not finite in the type of the samples.
+pub fn replace_not_finite(samples: &mut Samples, value: f64) -> Result<()> {
     let is_usable = match samples {
         Samples::F32(_) => (value as f32).is_finite(),
         _ => value.is_finite(),

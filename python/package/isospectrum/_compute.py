@@ -1,0 +1,257 @@
+"""From volumes and files to spectra."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from . import _native, _progress
+from ._errors import UsageError
+from ._sources import volume
+from ._spectrum import Isovalue, Spectrum, as_text
+
+#: A number of samples or voxels, or a length such as ``"1.5mm"``.
+Length = float | int | str
+
+
+def compute(
+    a: Any,
+    *,
+    spacing: Sequence[float] | float | None = None,
+    origin: Sequence[float] | None = None,
+    direction: Any = None,
+    space: str | None = None,
+    unit: str | None = None,
+    name: str | None = None,
+    nan_as: float | None = None,
+    error: float | None = None,
+    range: Sequence[Isovalue] | None = None,
+    persistence: float | str | None = None,
+    crop: Any = None,
+    median: int | None = None,
+    smooth: Length | None = None,
+    downsample: int | None = None,
+    start: Isovalue | None = None,
+    backend: str = "auto",
+    adapter: str | None = None,
+    threads: int | None = None,
+    progress: _progress.Progress = True,
+    **parameters: Any,
+) -> Spectrum:
+    """Compute the spectrum of a volume: every isosurface as one tracked mesh.
+
+    Other Python threads run meanwhile; Ctrl-C stops it.
+
+    Parameters
+    ----------
+    a
+        The samples, ``a[z, y, x]``: an array of numbers of any type and order in memory, or whatever is one for NumPy (dask,
+        zarr, h5py, torch on the CPU); an xarray, whose coordinates tell where it lies; a SimpleITK, nibabel or PyVista
+        image with its frame; or the path of a file that the program reads. The samples are copied once, into the volume; an
+        array of 64-bit whole numbers, of half floats or in foreign byte order is converted first.
+    spacing
+        Distance between samples along x, y, z. Replaces what the source tells, as do the next four.
+    origin
+        World position of the first sample, x, y, z.
+    direction
+        Matrix of 3 x 3 numbers whose columns are the unit vectors of the grid's x, y, z in the world.
+    space
+        ``"LPS"`` or ``"RAS"`` where the axes of the world are a patient's; the spectrum is then in millimetres.
+    unit
+        ``"m"``, ``"cm"``, ``"mm"``, ``"um"``, ``"nm"`` or ``"angstrom"``.
+    name
+        What the volume is called.
+    nan_as
+        Number in place of NaN and infinities, which are an error otherwise.
+    error
+        Tolerance: how far triangles should be from the isosurface at most, in voxels (the smallest spacing); 0.1.
+    range
+        Lowest and highest isovalue to cover; all of the volume's.
+    persistence
+        Take noise out first, by changing no sample by more than this: a value, or ``"2%"`` of the volume's range.
+    crop
+        Keep a region: three parts along x, y, z, each ``None``, a slice, or a pair (from, up to but not including) of samples
+        or of lengths such as ``"10mm"`` from the first sample. A text is read as on the command line.
+    median, smooth, downsample
+        Filters, after the crop and in this order: the median of the samples up to so many away, a Gaussian of this standard
+        deviation (voxels, or a length such as ``"1.5mm"``), means of blocks of so many samples along every axis.
+    start
+        Isovalue to start from.
+    backend, adapter, threads
+        Where it runs: ``"auto"``, ``"gpu"`` or ``"cpu"``; the adapter by a part of its name; threads on the CPU.
+    progress
+        ``True`` for a bar of tqdm where there is one, ``False`` for none, or a callable that is told the share done (0 to 1)
+        and what is being done, in the thread that called.
+    **parameters
+        The sweep's others, as flags of ``isospectrum compute`` with ``_`` for ``-``: ``step``, ``samples``, ``min_quality``,
+        ``min_area``, ``refine_area``, ``max_edge``, ``relax``, ``relax_force``, ``relax_iterations``, ``initial_mesh``.
+
+    Raises
+    ------
+    isospectrum.InputError
+        For a volume that is none: a sample that is not finite, fewer than two along an axis, all equal, complex numbers.
+    isospectrum.UsageError
+        For arguments that make no sense.
+    isospectrum.GpuError
+        Where ``backend="gpu"`` finds none.
+    """
+    if error is not None:
+        parameters["error"] = error
+    for key, value in parameters.items():
+        if key not in _KNOWN:
+            raise TypeError(f"compute() got an unexpected keyword argument {key!r}")
+        _check(key, value)
+    whole = volume(
+        a, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit, name=name, nan_as=nan_as
+    )
+    ends = None
+    if range is not None:
+        try:
+            low, high = range
+        except (TypeError, ValueError):
+            raise UsageError(f"range {range!r}, expected the lowest and the highest isovalue") from None
+        ends = (as_text(low), as_text(high))
+    with _progress.shown(progress, "computing") as told:
+        native = _native.Spectrum.compute(
+            whole,
+            parameters,
+            ends,
+            None if start is None else as_text(start),
+            None if crop is None else _region(crop, whole),
+            median,
+            None if smooth is None else _sigma(smooth, whole),
+            downsample,
+            None if persistence is None else _persistence(persistence, whole),
+            backend,
+            adapter,
+            threads,
+            told,
+        )
+    return Spectrum(native)
+
+
+def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
+    """Read a spectrum from a file (``.isp``, or ``.thesis``).
+
+    Raises
+    ------
+    isospectrum.FileError
+        Where it cannot be read.
+    isospectrum.InputError
+        If it is damaged, or no spectrum.
+    """
+    return Spectrum(_native.Spectrum.open(os.fspath(path)))
+
+
+#: The parameters of a sweep, each with what holds for it.
+_KNOWN = {
+    "error": ("a number above 0", lambda x: 0 < x < float("inf")),
+    "step": ("a number above 0", lambda x: 0 < x < float("inf")),
+    "samples": ("2 or more", lambda x: x >= 2),
+    "min_quality": ("a number from 0 to 1", lambda x: 0 <= x <= 1),
+    "min_area": ("0 or a number above", lambda x: 0 <= x < float("inf")),
+    "refine_area": ("0 or a number above", lambda x: 0 <= x < float("inf")),
+    "max_edge": ("a number above 0", lambda x: 0 < x < float("inf")),
+    "relax": ("a number from 0 to 1", lambda x: 0 <= x <= 1),
+    "relax_force": ("0 or a number above", lambda x: 0 <= x < float("inf")),
+    "relax_iterations": ("a whole number", lambda x: x >= 0),
+    "initial_mesh": ("the path of a PLY file", lambda x: isinstance(x, (str, os.PathLike))),
+}
+
+
+def _check(key: str, value: Any) -> None:
+    expected, holds = _KNOWN[key]
+    try:
+        if holds(value):
+            return
+    except TypeError:
+        pass
+    raise UsageError(f"{key} {value!r}, expected {expected}")
+
+
+def _split(length: Length, what: str) -> tuple[float, str]:
+    """A length's number and its unit, empty where it is a number of samples or voxels."""
+    text = str(length).strip()
+    match = re.fullmatch(r"([-+0-9.eE]+?)\s*([^\W\d_]*)", text)
+    try:
+        number = float(match[1]) if match else float("nan")
+    except ValueError:
+        number = float("nan")
+    if match and match[2] and _native.unit_in_mm(match[2]) is None:
+        raise UsageError(f"{what} {length!r}, expected a unit such as mm, um or angstrom")
+    if not 0 <= number < float("inf"):
+        raise UsageError(f"{what} {length!r}, expected a number such as 1.5 or 2mm")
+    return number, match[2] if match else ""
+
+
+def _steps(length: Length, step: float, whole: _native.Volume, what: str) -> tuple[float, bool]:
+    """How many steps of the volume's unit a length is, and whether it has a unit."""
+    number, unit = _split(length, what)
+    if not unit:
+        return number, False
+    own, mm = _native.unit_in_mm(whole.unit), _native.unit_in_mm(unit)
+    if own is None or mm is None:
+        raise UsageError(f"{what} in {unit}, but the volume tells no unit, expected a number without one")
+    return number * mm / (own * step), True
+
+
+def _sigma(smooth: Length, whole: _native.Volume) -> tuple[float, float, float]:
+    """Standard deviations along x, y, z in samples."""
+    voxel = min(whole.spacing)
+    voxels, _ = _steps(smooth, voxel, whole, "smooth")
+    x, y, z = (voxels * voxel / s for s in whole.spacing)
+    return (x, y, z)
+
+
+def _persistence(persistence: float | str, whole: _native.Volume) -> float:
+    text = str(persistence).strip()
+    share = text.endswith("%")
+    try:
+        value = float(text[:-1] if share else text)
+    except ValueError:
+        value = float("nan")
+    if not 0 < value < float("inf"):
+        raise UsageError(f"persistence {persistence!r}, expected a number above 0 or a percentage such as 5%")
+    low, high = whole.range
+    return (high - low) * (value / 100) if share else value
+
+
+def _region(crop: Any, whole: _native.Volume) -> list[tuple[int, int]]:
+    """First samples and those behind the last, along x, y, z."""
+    expected = f"crop {crop!r}, expected three parts such as (10, 60), None, ('5mm', '30mm')"
+    parts = crop.split(",") if isinstance(crop, str) else crop
+    try:
+        if len(parts) != 3:
+            raise UsageError(expected)
+    except TypeError:
+        raise UsageError(expected) from None
+    region = []
+    for part, n, spacing in zip(parts, whole.dims, whole.spacing):
+        if isinstance(part, str):
+            low_text, _, high_text = part.strip().partition(":")
+            # `10:60mm` is 10 mm to 60 mm.
+            if low_text and high_text and not _split(low_text, "crop")[1]:
+                low_text += _split(high_text, "crop")[1]
+            part = (low_text or None, high_text or None)
+        elif isinstance(part, slice):
+            if part.step not in (None, 1):
+                raise UsageError(expected)
+            part = part.indices(n)[:2]
+        try:
+            first, end = (None, None) if part is None else part
+        except (TypeError, ValueError):
+            raise UsageError(expected) from None
+        low, high = 0.0, float(n)
+        if first is not None:
+            low, is_length = _steps(first, spacing, whole, "crop")
+            # A sample at either end of a length is inside.
+            low = float(-(-low // 1)) if is_length else low
+        if end is not None:
+            high, is_length = _steps(end, spacing, whole, "crop")
+            high = min(high // 1 + 1, float(n)) if is_length else high
+        if low % 1 or high % 1:
+            raise UsageError(expected)
+        region.append((int(low), int(high)))
+    return region

@@ -1,0 +1,125 @@
+"""The compiled part: what of the library the package calls. Not for use from outside."""
+
+import os
+from collections.abc import Callable
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Picture", "Spectrum", "Volume", "unit_in_mm", "write_file"]
+
+_Kept = tuple[int | None, float, float, tuple[float, float, float] | None]
+_Told = Callable[[float, str], object] | None
+_Triple = tuple[float, float, float]
+
+def unit_in_mm(name: str) -> float | None:
+    """How long a unit is in millimetres, by its name or sign; none of what is no unit."""
+
+def write_file(path: str | os.PathLike[str], bytes: bytes) -> None:
+    """Writes a file beside its place, and moves it there when it is complete."""
+
+@final
+class Volume:
+    """A scalar field on a regular grid."""
+
+    def __new__(
+        cls,
+        array: npt.NDArray[Any],
+        name: str,
+        origin: _Triple,
+        spacing: _Triple,
+        direction: tuple[_Triple, ...],
+        space: str,
+        unit: str,
+        nan_as: float | None,
+    ) -> Volume: ...
+    @staticmethod
+    def read(path: str, spacing: _Triple | None, origin: _Triple | None, nan_as: float | None) -> Volume: ...
+    @property
+    def dims(self) -> tuple[int, int, int]: ...
+    @property
+    def spacing(self) -> _Triple: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def range(self) -> tuple[float, float]: ...
+
+@final
+class Picture:
+    """A picture: red, green, blue, alpha; one byte each."""
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+    def pixels(self) -> npt.NDArray[np.uint8]: ...
+    def png(self) -> bytes: ...
+    def save(self, path: str) -> None: ...
+
+@final
+class Spectrum:
+    """A spectrum, with what answers queries on it once that was asked for."""
+
+    @staticmethod
+    def compute(
+        volume: Volume,
+        parameters: dict[str, Any],
+        range: tuple[str, str] | None,
+        start: str | None,
+        crop: list[tuple[int, int]] | None,
+        median: int | None,
+        smooth: _Triple | None,
+        downsample: int | None,
+        persistence: float | None,
+        backend: str,
+        adapter: str | None,
+        threads: int | None,
+        progress: _Told,
+    ) -> Spectrum: ...
+    @staticmethod
+    def open(path: str) -> Spectrum: ...
+    @staticmethod
+    def from_bytes(bytes: bytes) -> Spectrum: ...
+    def to_bytes(self) -> bytes: ...
+    def save(self, path: str) -> None: ...
+    def about(self) -> str: ...
+    def isovalue(self, text: str) -> float: ...
+    def mesh(
+        self, isovalue: float, open: bool, keep: _Kept | None
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]: ...
+    def vertices_f64(self, isovalue: float, open: bool, keep: _Kept | None) -> npt.NDArray[np.float64]: ...
+    def save_mesh(self, isovalue: float, open: bool, keep: _Kept | None, path: str) -> None: ...
+    def curves(self, n: int) -> dict[str, Any]: ...
+    def events(self) -> dict[str, Any]: ...
+    def components(self, isovalue: float, keep: _Kept | None) -> dict[str, Any]: ...
+    def verify(self, volume: Volume, n: int, events: int, seed: int, progress: _Told) -> str: ...
+    def render(
+        self,
+        surfaces: list[tuple[float, int | None, float | None]],
+        size: tuple[int, int],
+        camera: _Triple | None,
+        color: str,
+        background: str,
+        wireframe: bool,
+        opacity: float,
+        open: bool,
+        keep: _Kept | None,
+        fit_volume: bool,
+        adapter: str | None,
+    ) -> Picture: ...
+    def html(
+        self,
+        isovalue: float | None,
+        title: str | None,
+        caption: str | None,
+        credit: str | None,
+        marks: list[tuple[float, str]],
+        range: tuple[float, float] | None,
+        tolerance: float,
+        step: float | None,
+        open: bool,
+        camera: _Triple | None,
+        axes: bool,
+        keep: _Kept | None,
+        volume: Volume | None,
+        has_still: bool,
+    ) -> str: ...

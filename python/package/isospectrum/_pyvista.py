@@ -1,0 +1,36 @@
+"""What PyVista (0.48 and later) finds by entry points: ``image.isospectrum.compute()`` and ``pyvista.read("x.isp")``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pyvista
+
+import isospectrum
+
+#: Under these names a mesh tells where it comes from.
+FIELD = "isovalue"
+
+
+@pyvista.register_dataset_accessor("isospectrum", pyvista.ImageData)
+class ImageAccessor:
+    """The spectrum of an image's scalars."""
+
+    def __init__(self, image: pyvista.ImageData) -> None:
+        self._image = image
+
+    def compute(self, scalars: str | None = None, **options: Any) -> isospectrum.Spectrum:
+        """Compute the spectrum of the active scalars, or those of a name; ``options`` are those of
+        :func:`isospectrum.compute`."""
+        image = self._image
+        if scalars is not None:
+            image = image.copy(deep=False)
+            image.set_active_scalars(scalars)
+        options.setdefault("name", image.active_scalars_name)
+        return isospectrum.compute(image, **options)
+
+
+def read(path: str, isovalue: isospectrum._spectrum.Isovalue | None = None, **options: Any) -> pyvista.PolyData:
+    """The mesh of a spectrum file at an isovalue, or the one at which a page opens; ``options`` are those of
+    :meth:`isospectrum.Spectrum.mesh`."""
+    return isospectrum.open(path).mesh(isovalue, **options).to_pyvista()

@@ -1,0 +1,60 @@
+"""What a verification found."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from ._errors import VerificationError
+
+
+class Report:
+    """A spectrum measured against its volume, at isovalues that nobody chose beforehand.
+
+    Attributes
+    ----------
+    passed : bool
+        Whether every promise is kept.
+    failures : list of str
+        A sentence for each that is not.
+    data : dict
+        All of it, as ``isospectrum verify --json`` prints it.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.data: dict[str, Any] = json.loads(text)
+        self.passed: bool = self.data["passed"]
+        self.failures: list[str] = self.data["failures"]
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    def __repr__(self) -> str:
+        said = "passed" if self.passed else "failed: " + "; ".join(self.failures)
+        return f"<isospectrum.Report of {self.data['volume']}: {said}>"
+
+    def check(self) -> None:
+        """Raise :class:`isospectrum.VerificationError` where a promise is not kept."""
+        if not self.passed:
+            raise VerificationError(f"{self.data['volume']}: verification failed: {'; '.join(self.failures)}")
+
+    @property
+    def totals(self) -> dict[str, Any]:
+        """Sums over all isovalues; distances in voxels."""
+        return self.data["totals"]
+
+    @property
+    def rows(self) -> np.ndarray:
+        """A structured array, one row for each isovalue: what was expected and what the mesh has."""
+        of = [
+            (row["isovalue"], row["at_event"], row["n_triangles"], row["expected_components"],
+             row["topology"]["components"], row["expected_euler"], row["topology"]["euler"])
+            for row in self.data["rows"]
+        ]  # fmt: skip
+        return np.array(
+            of,
+            dtype=[("isovalue", "f8"), ("at_event", "?"), ("triangles", "i8"), ("expected_components", "i8"),
+                   ("components", "i8"), ("expected_euler", "i8"), ("euler", "i8")],
+        )  # fmt: skip

@@ -1,0 +1,255 @@
+"""What can be a volume, and where its samples lie.
+
+Every source becomes an array ``a[z, y, x]`` of one of the eight types of samples and a :class:`Frame`. Packages are told
+apart by the protocols of their objects, and none is imported that its user has not imported already.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from ._errors import InputError, UsageError
+
+IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+#: Types of samples that a volume has; all others are converted, or refused where they do not fit.
+NATIVE = tuple(np.dtype(t) for t in ("u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"))
+
+#: How much steps between coordinates may differ and still be even, over their mean: what a 32-bit float loses.
+UNEVEN = 1e-4
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Where samples lie: sample (i, j, k) along x, y, z at ``origin + direction @ (spacing * (i, j, k))``.
+
+    ``axes`` are the columns of the direction matrix: the unit vectors along which x, y and z of the grid point in the world.
+    """
+
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    axes: tuple[tuple[float, float, float], ...] = IDENTITY
+    space: str = ""
+    unit: str = ""
+
+    @staticmethod
+    def of_matrix(origin: Any, direction: Any, **others: Any) -> Frame:
+        """With a direction matrix of 3 x 3 numbers, row by row."""
+        columns = np.asarray(direction, dtype=float).reshape(3, 3).T
+        return Frame(origin=triple(origin, "origin"), axes=tuple(map(tuple, columns.tolist())), **others)
+
+
+def triple(numbers: Any, name: str) -> tuple[float, float, float]:
+    """Three finite numbers; one stands for three equal ones."""
+    try:
+        if np.ndim(numbers) == 0:
+            numbers = (numbers,) * 3
+        x, y, z = (float(n) for n in numbers)
+    except (TypeError, ValueError):
+        raise UsageError(f"{name} {numbers!r}, expected three numbers: x, y, z") from None
+    return (x, y, z)
+
+
+def volume(
+    source: Any,
+    *,
+    spacing: Any = None,
+    origin: Any = None,
+    direction: Any = None,
+    space: str | None = None,
+    unit: str | None = None,
+    name: str | None = None,
+    nan_as: float | None = None,
+) -> _native.Volume:
+    """The volume that a source is; what is given replaces what the source tells of itself."""
+    if isinstance(source, _native.Volume):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        if direction is not None or space is not None or unit is not None:
+            raise UsageError("direction, space and unit are those of the file, expected none")
+        ends = [None if n is None else triple(n, what) for n, what in ((spacing, "spacing"), (origin, "origin"))]
+        return _native.Volume.read(os.fspath(source), ends[0], ends[1], nan_as)
+    array, frame = array_and_frame(source)
+    if spacing is not None:
+        frame = replace(frame, spacing=triple(spacing, "spacing"))
+    if origin is not None:
+        frame = replace(frame, origin=triple(origin, "origin"))
+    if direction is not None:
+        if np.size(direction) != 9:
+            raise UsageError(f"direction of {np.size(direction)} numbers, expected a matrix of 3 x 3")
+        frame = replace(frame, axes=Frame.of_matrix(0, direction).axes)
+    if space is not None:
+        frame = replace(frame, space=space)
+    if unit is not None:
+        frame = replace(frame, unit=unit)
+    samples = sample_array(array)
+    return _native.Volume(
+        samples, name or name_of(source), frame.origin, frame.spacing, frame.axes, frame.space, frame.unit, nan_as
+    )
+
+
+def name_of(source: Any) -> str:
+    """What a source is called: an xarray's or a data set's own name."""
+    name = getattr(source, "name", None)
+    return name.rsplit("/", 1)[-1] if isinstance(name, str) and name.strip("/") else "array"
+
+
+def array_and_frame(source: Any) -> tuple[np.ndarray, Frame]:
+    """The array of a source, z first, and where it lies."""
+    if hasattr(source, "GetDirection") and hasattr(source, "GetNumberOfComponentsPerPixel"):
+        return of_simple_itk(source)
+    if hasattr(source, "dataobj") and hasattr(source, "affine"):
+        return of_nibabel(source)
+    if hasattr(source, "direction_matrix") and hasattr(source, "active_scalars"):
+        return of_pyvista(source)
+    if hasattr(source, "dims") and hasattr(source, "coords") and hasattr(source, "values"):
+        return of_xarray(source)
+    return of_array(source), Frame()
+
+
+def of_array(source: Any) -> np.ndarray:
+    """Anything that is an array by NumPy's, the buffer's or DLPack's protocol."""
+    if isinstance(source, np.ma.MaskedArray) and np.ma.is_masked(source):
+        raise InputError("a masked array, expected one without masked samples: .filled(value) makes one")
+    if hasattr(source, "__array__") or hasattr(source, "__array_interface__"):
+        return np.asarray(source)
+    if hasattr(source, "__dlpack__"):
+        return np.from_dlpack(source)
+    return np.asarray(source)
+
+
+def of_simple_itk(image: Any) -> tuple[np.ndarray, Frame]:
+    """A SimpleITK image: its own memory, LPS, millimetres."""
+    import SimpleITK
+
+    if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
+        raise InputError(
+            f"an image of {image.GetDimension()} axes and {image.GetNumberOfComponentsPerPixel()} numbers a sample, "
+            "expected 3 and 1"
+        )
+    frame = Frame.of_matrix(
+        image.GetOrigin(), image.GetDirection(), spacing=tuple(image.GetSpacing()), space="LPS", unit="mm"
+    )
+    return SimpleITK.GetArrayViewFromImage(image), frame
+
+
+def of_nibabel(image: Any) -> tuple[np.ndarray, Frame]:
+    """A nibabel image ``[x, y, z]`` with its affine: RAS; scaled where its file says so."""
+    array = np.asanyarray(image.dataobj)
+    while array.ndim > 3 and array.shape[-1] == 1:
+        array = array[..., 0]
+    if array.ndim != 3:
+        raise InputError(f"an image of {array.ndim} axes, expected 3: .slicer[..., i] takes one volume of several")
+    affine = np.asarray(image.affine, dtype=float)
+    steps = affine[:3, :3]
+    spacing = np.linalg.norm(steps, axis=0)
+    if not (spacing > 0).all():
+        raise InputError(f"affine {affine.tolist()}, expected three axes")
+    unit = "mm"
+    if hasattr(image.header, "get_xyzt_units"):
+        unit = {"meter": "m", "micron": "um"}.get(image.header.get_xyzt_units()[0], "mm")
+    return array.T, Frame.of_matrix(
+        affine[:3, 3], steps / spacing, spacing=tuple(spacing.tolist()), space="RAS", unit=unit
+    )
+
+
+def of_pyvista(grid: Any) -> tuple[np.ndarray, Frame]:
+    """A PyVista (or VTK) image: its active scalars, of points or of cells, which lie in the middle of theirs."""
+    scalars = grid.active_scalars
+    if scalars is None:
+        raise InputError("an image without active scalars, expected some: set_active_scalars")
+    if scalars.ndim != 1:
+        raise InputError(f"scalars of {scalars.shape[-1]} numbers a sample, expected one")
+    dims = np.array(grid.dimensions)
+    origin = np.array(grid.origin, dtype=float)
+    matrix = np.asarray(grid.direction_matrix, dtype=float)
+    if len(scalars) != dims.prod():
+        dims = np.maximum(dims - 1, 1)
+        origin = origin + matrix @ (0.5 * np.array(grid.spacing))
+    # VTK's arrays may start elsewhere than at 0.
+    offset = np.array(getattr(grid, "offset", (0, 0, 0)))
+    if offset.any() and not hasattr(grid, "bounds_origin_includes_offset"):
+        origin = origin + matrix @ (np.array(grid.spacing) * offset)
+    return np.asarray(scalars).reshape(dims[::-1]), Frame.of_matrix(origin, matrix, spacing=tuple(grid.spacing))
+
+
+def of_xarray(array: Any) -> tuple[np.ndarray, Frame]:
+    """An xarray of three named axes. Axes named x, y and z are taken as these, in whatever order; others as z, y, x. Their
+    coordinates, which are evenly spaced, tell origin, spacing and direction, and the attribute ``units`` the unit."""
+    dims = list(array.dims)
+    if len(dims) != 3:
+        raise InputError(f"an array of the axes {', '.join(map(str, dims))}, expected 3: .sel or .isel take one")
+    named = {str(dim).lower(): dim for dim in dims}
+    order = [named[axis] for axis in "zyx"] if set(named) == set("xyz") else dims
+    array = array.transpose(*order)
+    origin, spacing, axes, units = [], [], [], []
+    for number, dim in enumerate(reversed(order)):
+        first, step = 0.0, 1.0
+        if dim in array.coords and len(array.coords[dim]) > 1:
+            along = array.coords[dim]
+            first, step = even(dim, np.asarray(along.values))
+            units.append(along.attrs.get("units"))
+        origin.append(first)
+        spacing.append(abs(step))
+        axes.append(tuple(np.sign(step) * np.eye(3)[number]))
+    unit = units[0] if len(units) == 3 and len(set(units)) == 1 and units[0] else ""
+    if not isinstance(unit, str) or _native.unit_in_mm(unit) is None:
+        unit = ""
+    return of_array(array.data if hasattr(array.data, "__array__") else array), Frame(
+        triple(origin, "origin"), triple(spacing, "spacing"), tuple(axes), unit=unit
+    )
+
+
+def even(name: Any, along: np.ndarray) -> tuple[float, float]:
+    """First of evenly spaced coordinates, and their step."""
+    if not np.issubdtype(along.dtype, np.number):
+        raise InputError(f"coordinates of axis {name} of type {along.dtype}, expected numbers")
+    along = along.astype(float)
+    steps = np.diff(along)
+    step = float((along[-1] - along[0]) / len(steps))
+    if not np.isfinite(along).all() or step == 0 or np.abs(steps - step).max() > UNEVEN * abs(step):
+        raise InputError(f"coordinates of axis {name}, expected evenly spaced ones")
+    return float(along[0]), step
+
+
+def sample_array(array: np.ndarray) -> np.ndarray:
+    """An array in one of the types of samples; the same one where it has such a type. Nothing is rounded but ``float128``,
+    and no whole number at all."""
+    array = np.asarray(array)
+    if array.ndim != 3:
+        raise UsageError(f"an array of {array.ndim} axes, expected 3: z, y, x")
+    dtype = array.dtype
+    if dtype in NATIVE and dtype.isnative:
+        return array if array.flags.aligned else array.copy()
+    kind, size = dtype.kind, dtype.itemsize
+    if kind == "b":
+        return array.view(np.uint8) if array.flags.aligned else array.astype(np.uint8)
+    if kind == "f" and size == 2:
+        return array.astype(np.float32)
+    if kind == "f" and size > 8:
+        return array.astype(np.float64)
+    if kind in "iu" and size == 8:
+        return narrowed(array)
+    native = dtype.newbyteorder("=")
+    if native in NATIVE:
+        return array.astype(native)
+    raise InputError(f"an array of {dtype}, expected numbers")
+
+
+def narrowed(array: np.ndarray) -> np.ndarray:
+    """64-bit whole numbers in 32 bits, or as 64-bit floats where these hold all of them."""
+    if array.size == 0:
+        return array.astype(np.int32)
+    low, high = int(array.min()), int(array.max())
+    for dtype in (np.int32, np.uint32):
+        limits = np.iinfo(dtype)
+        if limits.min <= low and high <= limits.max:
+            return array.astype(dtype)
+    if max(-low, high) <= 2**53:
+        return array.astype(np.float64)
+    raise InputError(f"whole numbers from {low} to {high}, expected at most 2^53, which 64-bit floats hold")

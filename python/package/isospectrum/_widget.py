@@ -1,0 +1,57 @@
+"""The page in a notebook: an anywidget that hosts it in a frame and talks to it by its messages."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+try:
+    import anywidget
+    import traitlets
+except ImportError as missing:
+    raise ImportError("the widget needs anywidget: pip install 'isospectrum[widget]'") from missing
+
+from ._errors import RangeError
+
+if TYPE_CHECKING:
+    from ._spectrum import Isovalue, Spectrum
+
+
+class Widget(anywidget.AnyWidget):
+    """A picture of a spectrum with a slider for the isovalue.
+
+    Attributes
+    ----------
+    isovalue : float
+        What is shown. It follows the slider, and the slider follows it; ``observe(f, names="isovalue")`` tells of changes.
+    height : int
+        Pixels.
+    range : (float, float)
+        Lowest and highest isovalue.
+    """
+
+    _esm = pathlib.Path(__file__).with_name("widget.js")
+    _page = traitlets.Unicode().tag(sync=True)
+    isovalue = traitlets.Float().tag(sync=True)
+    height = traitlets.Int(480, min=100).tag(sync=True)
+    range = traitlets.Tuple(traitlets.Float(), traitlets.Float(), read_only=True)
+
+    def __init__(self, spectrum: Spectrum, c: Isovalue | None = None, *, height: int = 480, **options: Any) -> None:
+        isovalue = spectrum.isovalue(c)
+        options.setdefault("still", False)
+        ends = spectrum.range
+        if options.get("range") is not None:
+            low, high = options["range"]
+            ends = (spectrum.isovalue(low), spectrum.isovalue(high))
+            if c is None:
+                isovalue = min(max(isovalue, ends[0]), ends[1])
+        page = spectrum.html(c=isovalue, **options)
+        self.set_trait("range", ends)
+        super().__init__(_page=page, isovalue=isovalue, height=height)
+
+    @traitlets.validate("isovalue")
+    def _inside(self, proposal: Any) -> float:
+        low, high = self.range
+        if not low <= proposal.value <= high:
+            raise RangeError(f"isovalue {proposal.value:g} lies outside the range {low:g} to {high:g}")
+        return proposal.value

@@ -1,0 +1,151 @@
+//! Volumes out of arrays and files.
+
+use std::path::PathBuf;
+
+use isospectrum::Samples;
+use isospectrum::volume::{Placement, ReadOptions, Space, Unit, read_volume, replace_not_finite};
+use numpy::ndarray::ArrayViewD;
+use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+
+use crate::errors::{raised, usage};
+use crate::watch::watched;
+
+/// A scalar field on a regular grid.
+#[pyclass(frozen, module = "isospectrum._native")]
+pub(crate) struct Volume(pub(crate) isospectrum::Volume);
+
+/// How long a unit is in millimetres, by its name or sign; none of what is no unit.
+#[pyfunction]
+pub(crate) fn unit_in_mm(name: &str) -> Option<f64> {
+    Unit::from_name(name).and_then(Unit::in_mm)
+}
+
+#[pymethods]
+impl Volume {
+    /// Of `array[z, y, x]`, an array of one of the eight types of samples. `direction` holds the unit vectors of x, y, z.
+    #[new]
+    #[pyo3(signature = (array, name, origin, spacing, direction, space, unit, nan_as))]
+    #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
+    fn new(
+        py: Python<'_>,
+        array: &Bound<'_, PyAny>,
+        name: String,
+        origin: [f64; 3],
+        spacing: [f64; 3],
+        direction: [[f64; 3]; 3],
+        space: &str,
+        unit: &str,
+        nan_as: Option<f64>,
+    ) -> PyResult<Self> {
+        let placement = placed(origin, spacing, direction, space, unit)?;
+        let (dims, mut samples) = samples_of(py, array)?;
+        py.detach(|| {
+            if let Some(value) = nan_as {
+                replace_not_finite(&mut samples, value)?;
+            }
+            isospectrum::Volume::new(name, dims, samples, placement)
+        })
+        .map(Volume)
+        .map_err(raised)
+    }
+
+    /// Of a file, or a folder of slices.
+    #[staticmethod]
+    #[pyo3(signature = (path, spacing, origin, nan_as))]
+    fn read(
+        py: Python<'_>,
+        path: PathBuf,
+        spacing: Option<[f64; 3]>,
+        origin: Option<[f64; 3]>,
+        nan_as: Option<f64>,
+    ) -> PyResult<Self> {
+        let options = ReadOptions { spacing, origin, nan_as, ..ReadOptions::default() };
+        watched(py, None, move |_| read_volume(&path, &options)).map(Volume)
+    }
+
+    /// Samples along x, y, z.
+    #[getter]
+    fn dims(&self) -> [usize; 3] {
+        self.0.dims()
+    }
+
+    /// Distances of samples along x, y, z.
+    #[getter]
+    fn spacing(&self) -> [f64; 3] {
+        self.0.placement().spacing
+    }
+
+    /// The unit's name.
+    #[getter]
+    fn unit(&self) -> String {
+        self.0.placement().unit.to_string()
+    }
+
+    /// Smallest and largest sample.
+    #[getter]
+    fn range(&self) -> (f64, f64) {
+        self.0.range()
+    }
+}
+
+/// Where samples lie. A patient's space is in millimetres: what is told in another unit is converted.
+fn placed(
+    origin: [f64; 3],
+    spacing: [f64; 3],
+    direction: [[f64; 3]; 3],
+    space: &str,
+    unit: &str,
+) -> PyResult<Placement> {
+    let unit = match unit {
+        "" => Unit::Unknown,
+        name => Unit::from_name(name).ok_or_else(|| {
+            usage(format!("unit '{name}', expected m, cm, mm, um, nm or angstrom"))
+        })?,
+    };
+    let placement = Placement { origin, spacing, direction, unit, space: Space::Unknown };
+    match space.to_ascii_uppercase().as_str() {
+        "" => Ok(placement),
+        "LPS" => Ok(placement.of_patient(Space::Lps)),
+        "RAS" => Ok(placement.of_patient(Space::Ras)),
+        _ => Err(usage(format!("space '{space}', expected LPS or RAS"))),
+    }
+}
+
+/// The samples of an array, x fastest, whatever its order in memory: one copy, which is the volume's own.
+fn samples_of(py: Python<'_>, array: &Bound<'_, PyAny>) -> PyResult<([usize; 3], Samples)> {
+    macro_rules! first_of {
+        ($($number:ty),*) => {
+            $(if let Ok(array) = array.cast::<PyArrayDyn<$number>>() {
+                return copied(py, &array.try_readonly().map_err(|_| usage("the array is being written to"))?);
+            })*
+        };
+    }
+    first_of!(u8, i8, u16, i16, u32, i32, f32, f64);
+    Err(usage("expected an array of numbers"))
+}
+
+fn copied<T: Element + Copy + Send + Sync>(
+    py: Python<'_>,
+    array: &PyReadonlyArrayDyn<'_, T>,
+) -> PyResult<([usize; 3], Samples)>
+where
+    Samples: From<Vec<T>>,
+{
+    let view: ArrayViewD<'_, T> = array.as_array();
+    let [nz, ny, nx] = *view.shape() else {
+        return Err(usage(format!("an array of {} axes, expected 3: z, y, x", view.ndim())));
+    };
+    let samples = py.detach(|| match view.as_slice() {
+        Some(slice) => slice.to_vec(),
+        // Rows are gathered side by side; `outer_iter` keeps each of them a view.
+        None => {
+            let mut all = Vec::with_capacity(nx * ny * nz);
+            for slice in view.outer_iter() {
+                all.extend(slice.iter().copied());
+            }
+            all
+        }
+    });
+    Ok(([nx, ny, nz], Samples::from(samples)))
+}

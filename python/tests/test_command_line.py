@@ -1,0 +1,171 @@
+"""The wheel and the program give the same: meshes, files, tables, pages, words."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+
+import isospectrum
+import numpy as np
+import pytest
+
+from .conftest import blobs
+
+TURNED = {
+    "spacing": (0.5, 1.0, 2.0),
+    "origin": (10.0, -20.0, 5.0),
+    "direction": [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+    "unit": "mm",
+}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, array, run):
+    """The array as a file, and the spectrum that the program makes of it."""
+    folder = tmp_path_factory.mktemp("program")
+    np.save(folder / "blobs.npy", array)
+    run("compute", folder / "blobs.npy", "-o", folder / "blobs.isp", "--backend", "cpu", "-q")
+    return folder
+
+
+def test_a_spectrum_is_that_of_the_program_byte_for_byte(files, array, tmp_path):
+    s = isospectrum.compute(array, name="blobs.npy", backend="cpu", progress=False)
+    s.save(tmp_path / "ours.isp")
+    assert (tmp_path / "ours.isp").read_bytes() == (files / "blobs.isp").read_bytes()
+    # The path of a file is a volume, too.
+    isospectrum.compute(files / "blobs.npy", backend="cpu", progress=False).save(tmp_path / "path.isp")
+    assert (tmp_path / "path.isp").read_bytes() == (files / "blobs.isp").read_bytes()
+
+
+@pytest.mark.parametrize("ending, flags, options", [
+    ("ply", [], {}), ("stl", ["--open"], {"open": True}), ("obj", ["--keep", "largest"], {"keep": "largest"}),
+    ("glb", ["--at", "12,10,7"], {"at": (12, 10, 7)}), ("ply", ["--min-volume", "30"], {"min_volume": 30}),
+])  # fmt: skip
+def test_a_mesh_is_that_of_the_program_byte_for_byte(files, run, tmp_path, ending, flags, options):
+    s = isospectrum.open(files / "blobs.isp")
+    for c in (0.2, "35%", "p99"):
+        run("extract", files / "blobs.isp", "-c", c, "-o", tmp_path / f"program.{ending}", *flags)
+        s.mesh(c, **options).save(tmp_path / f"ours.{ending}")
+        assert (tmp_path / f"ours.{ending}").read_bytes() == (tmp_path / f"program.{ending}").read_bytes()
+
+
+def ply(path):
+    """Vertices, normals and triangles of a binary PLY file, by its header alone."""
+    head, _, body = path.read_bytes().partition(b"end_header\n")
+    lines = head.decode().splitlines()
+    count = {line.split()[1]: int(line.split()[2]) for line in lines if line.startswith("element")}
+    vertex = np.dtype([(n, "<f4") for n in ("x", "y", "z", "nx", "ny", "nz")])
+    face = np.dtype([("n", "u1"), ("v", "<i4", 3)])
+    vertices = np.frombuffer(body, vertex, count["vertex"])
+    faces = np.frombuffer(body, face, count["face"], vertex.itemsize * count["vertex"])
+    columns = [np.stack([vertices[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz"))]
+    return (*columns, faces["v"])
+
+
+def test_arrays_are_what_the_program_writes(files, run, tmp_path):
+    run("extract", files / "blobs.isp", "-c", "0.3", "-o", tmp_path / "m.ply")
+    vertices, normals, triangles = ply(tmp_path / "m.ply")
+    m = isospectrum.open(files / "blobs.isp").mesh(0.3)
+    assert len(m.triangles) > 100
+    assert np.array_equal(m.vertices, vertices)
+    assert np.array_equal(m.normals, normals)
+    assert np.array_equal(m.triangles, triangles)
+
+
+def test_a_turned_world_is_that_of_the_program(run, tmp_path):
+    """A MetaImage tells the program what the arguments tell us."""
+    array = blobs((9, 10, 12))
+    columns = np.array(TURNED["direction"]).T
+    (tmp_path / "blobs.mha").write_bytes(
+        "\n".join([
+            "ObjectType = Image", "NDims = 3", "BinaryData = True", "BinaryDataByteOrderMSB = False",
+            "DimSize = 12 10 9", "ElementType = MET_FLOAT", "ElementSpacing = 0.5 1 2", "Offset = 10 -20 5",
+            "TransformMatrix = " + " ".join(f"{x:g}" for x in columns.ravel()), "ElementDataFile = LOCAL\n",
+        ]).encode() + array.tobytes()
+    )  # fmt: skip
+    run("compute", tmp_path / "blobs.mha", "-o", tmp_path / "p.isp", "--backend", "cpu", "-q", "--error", "0.4")
+    run("extract", tmp_path / "p.isp", "-c", "0.3", "-o", tmp_path / "p.ply")
+    vertices, normals, triangles = (part for part in ply(tmp_path / "p.ply"))
+    s = isospectrum.compute(array, **TURNED, space="LPS", error=0.4, backend="cpu", progress=False)
+    m = s.mesh(0.3)
+    assert np.array_equal(m.vertices, vertices)
+    assert np.array_equal(m.normals, normals)
+    assert np.array_equal(m.triangles, triangles)
+    assert s.volume["placement"]["unit"] == "mm"
+
+
+@pytest.mark.parametrize("flags, options", [
+    (["--crop", "2:16,:,1:13"], {"crop": ((2, 16), None, slice(1, 13))}),
+    (["--crop", "2:16,:,1:13"], {"crop": "2:16,:,1:13"}),
+    (["--median", "1", "--smooth", "0.8"], {"median": 1, "smooth": 0.8}),
+    (["--downsample", "2"], {"downsample": 2}),
+    (["--persistence", "5%"], {"persistence": "5%"}),
+    (["--persistence", "0.04", "--range", "20%:0.6"], {"persistence": 0.04, "range": ("20%", 0.6)}),
+    (["--max-edge", "2", "--start", "p90"], {"max_edge": 2, "start": "p90"}),
+])  # fmt: skip
+def test_parameters_mean_what_flags_mean(array, run, tmp_path, flags, options):
+    np.save(tmp_path / "blobs.npy", array)
+    run("compute", tmp_path / "blobs.npy", "-o", tmp_path / "p.isp", "--backend", "cpu", "-q", "--error", "0.4", *flags)
+    s = isospectrum.compute(array, name="blobs.npy", error=0.4, backend="cpu", progress=False, **options)
+    s.save(tmp_path / "ours.isp")
+    assert (tmp_path / "ours.isp").read_bytes() == (tmp_path / "p.isp").read_bytes()
+    # The volume as it was is all that is needed to verify it.
+    found = s.verify(array, n=6, events=1, progress=False)
+    assert found.totals["topology_right"] == found.totals["isovalues"] > 6
+
+
+def test_tables_are_those_of_the_program(files, run):
+    s = isospectrum.open(files / "blobs.isp")
+    told = json.loads(run("components", files / "blobs.isp", "-c", "0.55", "--json"))["components"]
+    ours = s.components(0.55)
+    assert len(ours) == len(told) == 2
+    for row, expected in zip(ours, told):
+        assert row["number"] == expected["number"]
+        assert [row[k] for k in ("volume", "area", "euler", "triangles")] == [
+            expected[k] for k in ("volume", "area", "euler", "n_triangles")
+        ]
+        for end in ("birth", "death"):
+            assert row[end] == expected[end] or np.isnan(row[end]) and expected[end] is None
+        assert row["splits_from"] == (expected["splits_from"] or 0)
+        assert [row[f"max_{a}"] for a in "xyz"] == expected["bounds"][1]
+    assert len(s.components(0.55, keep=1)) == 1
+    told = json.loads(run("info", files / "blobs.isp", "--json"))
+    assert s.events["isovalue"].tolist() == told["events"]
+    assert (s.n_triangles, s.n_vertices, s.n_knots) == (told["n_triangles"], told["n_vertices"], told["n_knots"])
+
+
+def test_a_page_is_that_of_the_program(files, run, tmp_path):
+    flags = ["--title", "Two balls", "--mark", "0.3=both", "--axes", "-c", "40%"]
+    run("html", files / "blobs.isp", "-o", tmp_path / "p.html", *flags, "-q")
+    s = isospectrum.open(files / "blobs.isp")
+    s.html(tmp_path / "ours.html", title="Two balls", marks={"both": 0.3}, axes=True, c="40%")
+    assert (tmp_path / "ours.html").read_bytes() == (tmp_path / "p.html").read_bytes()
+
+
+def test_a_picture_is_that_of_the_program(files, run, tmp_path):
+    run("render", files / "blobs.isp", "-c", "0.3=bone", "-c", "0.7=#ff0000@0.5", "-o", tmp_path / "p.png",
+        "--size", "320x240", "--camera", "40,10,1.2")  # fmt: skip
+    s = isospectrum.open(files / "blobs.isp")
+    s.render({0.3: "bone", 0.7: "#ff0000@0.5"}, size=(320, 240), camera=(40, 10, 1.2)).save(tmp_path / "ours.png")
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+
+
+@pytest.mark.parametrize("arguments, call", [
+    (["extract", "{s}", "-c", "99", "-o", "{o}.ply"], lambda s, o: s.mesh(99)),
+    (["extract", "{s}", "-c", "0.3", "-o", "{o}.xyz"], lambda s, o: s.mesh(0.3).save(f"{o}.xyz")),
+    (["info", "{o}.isp"], lambda s, o: isospectrum.open(f"{o}.isp")),
+    (["compute", "{o}.npy", "-o", "{o}.isp"], lambda s, o: isospectrum.compute(f"{o}.npy")),
+])  # fmt: skip
+def test_errors_have_the_words_of_the_program(files, program, tmp_path, arguments, call):
+    s = isospectrum.open(files / "blobs.isp")
+    told = [argument.format(s=files / "blobs.isp", o=tmp_path / "out") for argument in arguments]
+    done = subprocess.run([program, *told], capture_output=True, text=True, check=False)
+    assert done.returncode in (2, 3, 4)
+    with pytest.raises(isospectrum.Error) as raised:
+        call(s, tmp_path / "out")
+    said = str(raised.value)
+    if isinstance(raised.value, OSError):
+        # Python's own form of the same: what the system says, and the file.
+        assert raised.value.filename in done.stderr and raised.value.strerror in done.stderr
+    else:
+        assert said in done.stderr

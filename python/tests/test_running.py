@@ -1,0 +1,178 @@
+"""Running: progress, Ctrl-C, threads, memory."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import gc
+import importlib
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+
+import isospectrum
+import numpy as np
+import pytest
+
+from .conftest import blobs
+
+
+def noise(n: int, seed: int = 1) -> np.ndarray:
+    """Takes long: every grain of it is a component."""
+    return np.random.default_rng(seed).integers(0, 255, (n, n, n), dtype=np.uint8)
+
+
+def test_progress_is_told_in_the_thread_that_called():
+    told = []
+    isospectrum.compute(
+        blobs((16, 16, 16)), backend="cpu", progress=lambda done, what: told.append((threading.get_ident(), done, what))
+    )
+    assert {thread for thread, *_ in told} == {threading.get_ident()}
+    shares = [done for _, done, _ in told]
+    assert shares == sorted(shares) and 0 <= shares[0] and shares[-1] <= 1
+    assert "tracking" in {what for *_, what in told}
+
+
+def test_what_a_callable_raises_stops_the_work():
+    def stop(done: float, what: str) -> None:
+        raise RuntimeError("enough")
+
+    began = time.monotonic()
+    with pytest.raises(RuntimeError, match="enough"):
+        isospectrum.compute(noise(40), backend="cpu", progress=stop)
+    assert time.monotonic() - began < 20
+
+
+def test_tqdm_shows_a_bar_on_a_terminal():
+    importlib.import_module("tqdm")
+    code = """
+        import numpy as np, sys, isospectrum
+        sys.stderr.isatty = lambda: True
+        a = np.random.default_rng(1).random((12, 12, 12))
+        isospectrum.compute(a, backend="cpu")
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
+    assert "tracking" in done.stderr and "%|" in done.stderr
+    quiet = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code).replace("sys.stderr.isatty = lambda: True", "")],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert quiet.stderr == ""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
+@pytest.mark.parametrize("size", [24, 100])
+def test_ctrl_c_stops_a_computation(size):
+    """A small volume is stopped while it is swept, a large one while its topology is found, which looks at nothing."""
+    code = f"""
+        import isospectrum, numpy as np, time
+        a = np.random.default_rng(1).random(({size},) * 3)
+        print("begin", flush=True)
+        began = time.monotonic()
+        try:
+            isospectrum.compute(a, backend="cpu", progress=False)
+        except KeyboardInterrupt:
+            print("stopped", flush=True)
+            # Python goes on: what was stopped holds nothing up.
+            print(isospectrum.compute(a[:6, :6, :6], backend="cpu", progress=False).n_triangles > 0, flush=True)
+    """
+    child = subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert child.stdout.readline() == "begin\n"
+    time.sleep(0.5)
+    sent = time.monotonic()
+    child.send_signal(signal.SIGINT)
+    assert child.stdout.readline() == "stopped\n", child.stderr.read()
+    waited = time.monotonic() - sent
+    assert child.stdout.readline() == "True\n"
+    child.communicate(timeout=60)
+    assert child.returncode == 0
+    # Half a second of grace, and what a busy machine needs.
+    assert waited < 10
+
+
+def test_the_lock_is_free_while_computing():
+    """Another thread runs Python meanwhile."""
+    counted = [0]
+    ended = threading.Event()
+
+    def count() -> None:
+        while not ended.wait(0.005):
+            counted[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    began = time.monotonic()
+    isospectrum.compute(blobs((16, 16, 16)), backend="cpu", progress=False)
+    took = time.monotonic() - began
+    ended.set()
+    thread.join()
+    # A hundredth of what an idle machine would do.
+    assert counted[0] > max(3, took / 0.5)
+
+
+def test_twenty_threads_ask_one_spectrum(spectrum):
+    isovalues = np.linspace(0.05, 0.9, 40)
+    expected = {c: spectrum.mesh(c) for c in isovalues}
+
+    def ask(seed: int) -> int:
+        wrong = 0
+        for c in np.random.default_rng(seed).permutation(isovalues):
+            m = spectrum.mesh(c)
+            wrong += not np.array_equal(m.vertices, expected[c].vertices)
+            wrong += not np.array_equal(m.triangles, expected[c].triangles)
+            wrong += len(spectrum.components(c)) < 1
+        return wrong
+
+    with concurrent.futures.ThreadPoolExecutor(20) as pool:
+        assert list(pool.map(ask, range(20))) == [0] * 20
+
+
+def test_twenty_threads_compute_at_once():
+    a = blobs((7, 8, 9))
+    expected = isospectrum.compute(a, error=0.4, backend="cpu", progress=False)._native.to_bytes()
+
+    def compute(_: int) -> bool:
+        s = isospectrum.compute(a, error=0.4, backend="cpu", progress=False)
+        return s._native.to_bytes() == expected
+
+    with concurrent.futures.ThreadPoolExecutor(20) as pool:
+        assert all(pool.map(compute, range(20)))
+
+
+def test_a_thousand_meshes_leave_nothing_behind():
+    psutil = importlib.import_module("psutil")
+    process = psutil.Process()
+    waves = np.sin(np.indices((20, 20, 20), dtype=np.float32) * 0.9).sum(axis=0)
+    spectrum = isospectrum.compute(waves, range=(-0.5, 0.5), error=0.2, backend="cpu", progress=False)
+
+    def take(n: int) -> None:
+        for i in range(n):
+            m = spectrum.mesh(-0.5 + i * 0.618 % 1)
+            m.to_pyvista()
+            spectrum.components(0) if i % 50 == 0 else None
+
+    take(200)
+    gc.collect()
+    before = process.memory_info().rss
+    take(1000)
+    gc.collect()
+    grown = process.memory_info().rss - before
+    # Were the arrays of one in twenty kept, that would be more.
+    m = spectrum.mesh(0)
+    assert 1000 / 20 * (m.vertices.nbytes + m.triangles.nbytes + m.normals.nbytes) > 5 << 20
+    assert grown < 5 << 20, f"{grown} bytes more"
+
+
+def test_arrays_outlive_their_spectrum():
+    s = isospectrum.compute(blobs((9, 10, 11)), error=0.4, backend="cpu", progress=False)
+    m = s.mesh(0.3)
+    vertices, expected = m.vertices, m.vertices.copy()
+    del s, m
+    gc.collect()
+    np.random.default_rng(0).random(1_000_000)
+    assert np.array_equal(vertices, expected)

@@ -1,0 +1,149 @@
+"""What a spectrum tells, and what is made of it: tables, files, pages, pictures, verification."""
+
+from __future__ import annotations
+
+import copy
+import importlib
+import json
+import pathlib
+import pickle
+
+import isospectrum
+import numpy as np
+import pytest
+
+from .conftest import topology
+
+
+def test_it_tells_what_it_is_of(spectrum, array):
+    assert spectrum.range == (array.min(), array.max())
+    assert spectrum.tolerance == 0.1
+    assert spectrum.volume["dims"] == [18, 16, 14] and spectrum.volume["sample_type"] == "float32"
+    assert spectrum.counts["steps"] > 10 and spectrum.parameters["backend"] == "cpu"
+    assert spectrum.n_triangles > spectrum.mesh(0.3).n_triangles
+    assert repr(spectrum).startswith("<isospectrum.Spectrum of blobs: ")
+    assert isospectrum.__version__ == "0.1.0"
+
+
+def test_tables_are_data_frames(spectrum):
+    pd = importlib.import_module("pandas")
+    for table in (spectrum.curves, spectrum.events, spectrum.components(0.55)):
+        frame = pd.DataFrame(table)
+        assert list(frame.columns) == list(table.dtype.names) and len(frame) == len(table) > 1
+    assert pd.DataFrame(spectrum.components(spectrum.range[1])).empty
+
+
+def test_curves_are_what_meshes_measure(spectrum):
+    curves = spectrum.curves
+    assert len(curves) == 129 and (curves["isovalue"][[0, -1]] == spectrum.range).all()
+    for row in curves[[20, 64, 100]]:
+        m = spectrum.mesh(row["isovalue"])
+        assert (row["components"], row["euler"]) == topology(m.triangles, m.n_vertices)
+        assert row["triangles"] == m.n_triangles
+        p, q, r = (m.vertices[m.triangles[:, i]].astype(float) for i in range(3))
+        assert row["volume"] == pytest.approx(np.einsum("ij,ij->i", p, np.cross(q, r)).sum() / 6, rel=1e-4)
+        area = np.linalg.norm(np.cross(q - p, r - p), axis=1)[~m.caps].sum() / 2
+        assert row["area"] == pytest.approx(area, rel=1e-4)
+
+
+def test_events_are_where_topology_changes(spectrum, array):
+    events = spectrum.events
+    assert set(events["kind"]) <= {"emerge", "merge", "handle-open", "split", "handle-close", "vanish"}
+    assert (np.diff(events["isovalue"]) >= 0).all()
+    assert events[-1]["kind"] == "vanish" and events[-1]["isovalue"] == pytest.approx(array.max(), rel=1e-9)
+    # The two balls part where the one saddle between them is.
+    (split,) = events[events["kind"] == "split"]
+    assert 5.3 < split["x"] < 12.2
+    for side, n in ((-1, 1), (1, 2)):
+        assert len(spectrum.components(split["isovalue"] + side * 1e-4)) == n
+
+
+def test_files_are_written_whole_or_not_at_all(spectrum, tmp_path):
+    spectrum.save(tmp_path / "x.isp")
+    again = isospectrum.open(str(tmp_path / "x.isp"))
+    assert again._native.to_bytes() == (tmp_path / "x.isp").read_bytes()
+    spectrum.save(tmp_path / "x.thesis")
+    assert isospectrum.open(tmp_path / "x.thesis").n_triangles == spectrum.n_triangles
+    with pytest.raises(isospectrum.UsageError, match="expected a name that ends in .isp or .thesis"):
+        spectrum.save(tmp_path / "x.vtk")
+    with pytest.raises(isospectrum.FileError) as raised:
+        spectrum.save(tmp_path / "nowhere" / "x.isp")
+    assert isinstance(raised.value, OSError) and raised.value.errno == 2
+    assert raised.value.filename == str(tmp_path / "nowhere" / "x.isp")
+    with pytest.raises(isospectrum.FileError):
+        spectrum.html(tmp_path / "nowhere" / "x.html", still=False)
+    (tmp_path / "cut.isp").write_bytes((tmp_path / "x.isp").read_bytes()[:-100])
+    with pytest.raises(isospectrum.InputError, match="cut.isp") as raised:
+        isospectrum.open(tmp_path / "cut.isp")
+    assert "\n" not in str(raised.value)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cut.isp", "x.isp", "x.thesis"]
+
+
+def test_it_can_be_pickled_and_copied(spectrum):
+    for again in (pickle.loads(pickle.dumps(spectrum)), copy.deepcopy(spectrum)):
+        assert np.array_equal(again.mesh(0.3).vertices, spectrum.mesh(0.3).vertices)
+        assert again.parameters == spectrum.parameters
+
+
+def test_a_page_is_text_or_a_file(spectrum, array, tmp_path):
+    page = spectrum.html(title="<Two> balls", caption="c", volume=array, still=False, tolerance=0.02, range=("5%", 0.9))
+    assert page.startswith("<!DOCTYPE html>") and "&lt;Two&gt; balls" in page
+    assert spectrum.html(tmp_path / "x.html", still=False) is None
+    assert (tmp_path / "x.html").read_text() == spectrum.html(still=False)
+    about = page.split('id="about"', 1)[1].split(">", 1)[1].split("</script>", 1)[0]
+    assert sum(json.loads(about)["histogram"]) == ((array >= spectrum.isovalue("5%")) & (array <= 0.9)).sum()
+    for wrong in ({"c": 7}, {"marks": {"x": 7}}, {"step": 0}, {"camera": (1,)}, {"volume": array[1:]}):
+        with pytest.raises(isospectrum.Error):
+            spectrum.html(still=False, **wrong)
+
+
+def test_a_picture_is_an_array_that_notebooks_show(spectrum, tmp_path):
+    picture = spectrum.render(0.3, size=(160, 120))
+    assert picture.shape == (120, 160, 4) and picture.dtype == np.uint8
+    assert (picture[0, 0] == 255).all() and (picture[60, 80, :3] < 255).any()
+    assert picture._repr_png_().startswith(b"\x89PNG")
+    picture.save(tmp_path / "p.png")
+    assert (tmp_path / "p.png").read_bytes() == picture._repr_png_()
+    part = picture[:60]
+    assert part._repr_png_() is None
+    with pytest.raises(ValueError, match="a part of a picture"):
+        part.save(tmp_path / "part.png")
+    two = spectrum.render([0.3, 0.6], size=(160, 120), opacity=0.5, background="dark")
+    assert (two[0, 0, :3] < 60).all()
+    assert spectrum.render({0.3: "red", "60%": "@0.5"}, size=(32, 32)).shape == (32, 32, 4)
+    for wrong in ({"size": (0, 5)}, {"color": "rainbow"}, {"background": "pink"}, {"fit": "all"}, {"c": {0.3: "pinkish"}}):
+        with pytest.raises(isospectrum.UsageError):
+            spectrum.render(**{"c": 0.3, **wrong})
+    with pytest.raises(isospectrum.GpuError):
+        spectrum.render(0.3, adapter="no adapter is called so")
+
+
+def test_verification_tells_right_from_wrong(spectrum, array):
+    found = spectrum.verify(array, n=12, events=2, progress=False)
+    found.check()
+    assert found and found.passed and not found.failures
+    assert (found.rows["euler"] == found.rows["expected_euler"]).all() and len(found.rows) >= 12
+    assert found.totals["vertex_deviation"]["p99"] < 2.5 * spectrum.tolerance
+    # Another volume of the same range: it fails, and says why.
+    wrong = spectrum.verify(np.ascontiguousarray(array[:, :, ::-1]), n=4, events=0, progress=False)
+    assert not wrong and wrong.failures
+    with pytest.raises(isospectrum.VerificationError, match="verification failed"):
+        wrong.check()
+    with pytest.raises(isospectrum.InputError, match="samples"):
+        spectrum.verify(array[1:], progress=False)
+
+
+def test_spacing_is_known_where_an_array_is_verified(array):
+    s = isospectrum.compute(array, spacing=(1, 1, 2), error=0.3, backend="cpu", progress=False)
+    s.verify(array, n=6, events=1, progress=False).check()
+
+
+def test_stubs_and_docstrings_are_there():
+    folder = pathlib.Path(isospectrum.__file__).parent
+    assert (folder / "py.typed").exists() and (folder / "_native.pyi").exists()
+    for name in isospectrum.__all__:
+        thing = getattr(isospectrum, name)
+        assert thing.__doc__, name
+        for attribute, value in vars(thing).items() if isinstance(thing, type) else ():
+            if not attribute.startswith("_") and callable(value):
+                assert value.__doc__, f"{name}.{attribute}"
