@@ -75,7 +75,7 @@ impl Prepared {
     ///
     /// # Errors
     ///
-    /// [`Error::Input`](crate::Error::Input) if the spectrum says what this version does not know; those of
+    /// [`Error::Input`] if the spectrum says what this version does not know; those of
     /// [`Prepared::new`].
     pub fn again(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
         let volume = volume.with_outside(spectrum.volume.outside);
