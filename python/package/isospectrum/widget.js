@@ -25,7 +25,7 @@ function render({ model, el }) {
             isReady = true;
             shown = data.state.isovalue;
             send();
-        } else if (data?.isospectrum === "isovalueChanged" && Number.isFinite(data.isovalue)) {
+        } else if (data?.isospectrum === "isovalueChanged" && Number.isFinite(data.isovalue) && data.isovalue !== shown) {
             shown = data.isovalue;
             model.set("isovalue", data.isovalue);
             model.save_changes();
