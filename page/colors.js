@@ -102,6 +102,16 @@ function codesOfNumbers({ perVertex, values }, [low, high], { nTriangles, corner
     return codes;
 }
 
+/** What stands at the first, the middle and the last colour of a scale. */
+function textsOf([low, high]) {
+    return [low, (low + high) / 2, high].map((x) => String(Number(x.toPrecision(3))));
+}
+
+/** The colours of a map as style sheets spell them; none of no map. */
+function hexOf(map) {
+    return map?.map((code) => `#${code}`);
+}
+
 /** The legend beside the picture. */
 class Legend {
     constructor(element) {
@@ -116,9 +126,9 @@ class Legend {
         if (!shown) return;
         setText(this.name, shown.name);
         const { ends, map } = shown;
-        const texts = ends ? [ends[0], (ends[0] + ends[1]) / 2, ends[1]] : ["1", "2, 3, …", ""];
-        this.ends.forEach((end, i) => setText(end, ends ? String(Number(texts[i].toPrecision(3))) : texts[i]));
-        const colors = map?.map((code) => `#${code}`) ?? NAME_COLORS.flatMap((color, i) =>
+        const texts = ends ? textsOf(ends) : ["1", "2, 3, …", ""];
+        this.ends.forEach((end, i) => setText(end, texts[i]));
+        const colors = hexOf(map) ?? NAME_COLORS.flatMap((color, i) =>
             [0, 1].map((end) => `${color} ${(100 * (i + end)) / NAME_COLORS.length}%`));
         const background = `linear-gradient(90deg, ${colors.join(", ")})`;
         if (this.background !== background) this.bar.style.background = background;
@@ -136,7 +146,7 @@ function drawLegend(context, { name, ends, map }, isDark) {
     const { height, width } = context.canvas;
     const letters = Math.max(0.026 * height, 12);
     const [x, y, length, thick] = [letters, height - 3 * letters, 0.32 * width, 0.6 * letters];
-    const colors = map?.map((code) => `#${code}`) ?? NAME_COLORS;
+    const colors = hexOf(map) ?? NAME_COLORS;
     const gradient = context.createLinearGradient(x, 0, x + length, 0);
     colors.forEach((color, i) => {
         if (map) gradient.addColorStop(i / (colors.length - 1), color);
@@ -147,7 +157,7 @@ function drawLegend(context, { name, ends, map }, isDark) {
     context.fillStyle = isDark ? "#e6e8ec" : "#181c22";
     context.font = `${letters}px system-ui, sans-serif`;
     context.fillText(name, x, y - 0.4 * letters);
-    const texts = ends ? [ends[0], (ends[0] + ends[1]) / 2, ends[1]].map((x) => String(Number(x.toPrecision(3)))) : ["1"];
+    const texts = ends ? textsOf(ends) : ["1"];
     texts.forEach((text, i) => {
         context.textAlign = ["left", "center", "right"][i];
         context.fillText(text, x + (i * length) / 2, y + thick + letters);

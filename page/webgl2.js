@@ -113,13 +113,10 @@ class WebGl2Renderer {
     }
 
     uniform(program, name) {
-        const key = `${this.programs.indexOf(program)}.${name}`;
-        if (!this.uniforms.has(key)) this.uniforms.set(key, this.gl.getUniformLocation(program, name));
-        return this.uniforms.get(key);
-    }
-
-    get programs() {
-        return [this.whole, this.cut, this.cap];
+        if (!this.uniforms.has(program)) this.uniforms.set(program, new Map());
+        const known = this.uniforms.get(program);
+        if (!known.has(name)) known.set(name, this.gl.getUniformLocation(program, name));
+        return known.get(name);
     }
 
     /** The buffers of a layer. */

@@ -34,6 +34,12 @@ fn ply(folder: &Folder, name: &str) -> (String, Vec<u8>) {
     (String::from_utf8(file[..end].to_vec()).expect("text"), file[end..].to_vec())
 }
 
+/// How many vertices the header of a PLY tells.
+fn n_vertices(head: &str) -> usize {
+    let line = head.lines().find_map(|line| line.strip_prefix("element vertex ")).expect("a line");
+    line.parse().expect("a number")
+}
+
 fn float(bytes: &[u8], at: usize) -> f32 {
     f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
 }
@@ -52,11 +58,7 @@ fn a_linear_field_is_exact_at_every_vertex_between_knots_too() {
         "x_16x16x16_float32.raw",
     ]);
     let (head, body) = ply(&folder, "m.ply");
-    let n: usize = head
-        .lines()
-        .find_map(|line| line.strip_prefix("element vertex "))
-        .and_then(|n| n.parse().ok())
-        .expect("a number of vertices");
+    let n = n_vertices(&head);
     assert!(
         head.contains("property uchar blue\nproperty float x_16x16x16_float32_raw\nelement face"),
         "{head}"
@@ -206,19 +208,12 @@ fn the_distance_needs_the_volume_and_is_small() {
         "--volume",
         "sphere_16x16x16_float32.raw",
     ]);
-    let (_, body) = ply(&folder, "d.ply");
-    let n = vertices_of(&folder);
+    let (head, body) = ply(&folder, "d.ply");
+    let n = n_vertices(&head);
     let values: Vec<f32> = body[..31 * n].chunks_exact(31).map(|row| float(row, 27)).collect();
     let most = values.iter().copied().fold(0.0, f32::max);
     // The tolerance is 0.1 voxel; a sphere's vertices are nearer, and not all on it.
     assert!(values.iter().all(|x| x.is_finite()) && most < 0.1 && most > 1e-6, "{most}");
-}
-
-/// Vertices of `d.ply`.
-fn vertices_of(folder: &Folder) -> usize {
-    let (head, _) = ply(folder, "d.ply");
-    let line = head.lines().find_map(|line| line.strip_prefix("element vertex ")).expect("a line");
-    line.parse().expect("a number")
 }
 
 #[test]

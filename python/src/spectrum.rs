@@ -440,13 +440,7 @@ impl Spectrum {
     /// What is kept, in the voxel frame.
     fn keep(&self, keep: Option<Kept>) -> Keep {
         let Some((largest, min_volume, min_area, at)) = keep else { return Keep::default() };
-        let placement = &self.spectrum.volume.placement;
-        Keep {
-            largest,
-            min_volume: min_volume / placement.voxel_volume(),
-            min_area: min_area / placement.voxel().powi(2),
-            at: at.map(|point| placement.voxel_of_world(point)),
-        }
+        Keep { largest, min_volume, min_area, at }.in_voxels(&self.spectrum.volume.placement)
     }
 
     /// The mesh in the voxel frame.

@@ -1,6 +1,6 @@
 //! `--color`, `--color-by`, `--color-map`, `--color-range`, `--color-center`: what colours show, and how.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -43,9 +43,11 @@ impl ColorArguments {
         Ends { center: self.color_center.or(ends.center), ..ends }
     }
 
-    /// The files that are read for it.
-    pub(super) fn files(&self) -> Vec<PathBuf> {
-        self.color_by.iter().flat_map(|path| files_of(path)).collect()
+    /// Every file that a command reads: the spectrum, its volume where it is told, and what colours show.
+    pub(super) fn inputs(&self, spectrum: &Path, volume: Option<&PathBuf>) -> Vec<PathBuf> {
+        let volumes = volume.into_iter().chain(&self.color_by);
+        let files = volumes.flat_map(|path| files_of(path));
+        std::iter::once(spectrum.to_owned()).chain(files).collect()
     }
 
     /// What the colours are had from; the distance from the volume of the spectrum.
@@ -76,7 +78,7 @@ impl ColorArguments {
 /// # Errors
 ///
 /// What reading it meets, and [`Error::Input`] for one of other dimensions.
-pub(super) fn volume_of(path: &std::path::Path, spectrum: &Spectrum) -> Result<Volume> {
+pub(super) fn volume_of(path: &Path, spectrum: &Spectrum) -> Result<Volume> {
     let volume = read_volume(path, &ReadOptions::default())?;
     let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
     let (found, expected) = (volume.dims(), spectrum.volume.dims);

@@ -7,7 +7,6 @@ use isospectrum::Error;
 use isospectrum::color::{Color, Parts, Sources};
 use isospectrum::export::{Border, Colors, Format, NO_COLORS, write_colored_to, write_to};
 use isospectrum::spectrum::{Query, Spectrum};
-use isospectrum::volume::files_of;
 use serde::Serialize;
 
 use super::color_arguments::{ColorArguments, volume_of};
@@ -93,7 +92,7 @@ impl Extract {
         let series = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pvd"));
         let format = if series { Format::Vtp } else { self.format()? };
         let n_isovalues = self.sweep.map_or(self.isovalue.len(), |sweep| sweep.n_frames() as usize);
-        let inputs = self.inputs();
+        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let list = series.then(|| Output::open(&self.output, &inputs)).transpose()?;
         let pattern = match series {
@@ -181,13 +180,6 @@ impl Extract {
             report::bytes(bytes)
         );
         Ok(Extracted { isovalue, n_vertices, n_triangles, bytes })
-    }
-
-    /// Every file that is read.
-    fn inputs(&self) -> Vec<PathBuf> {
-        let volume = self.volume.iter().flat_map(|path| files_of(path));
-        let all = [self.spectrum.clone()].into_iter().chain(volume);
-        all.chain(self.color.files()).collect()
     }
 
     fn format(&self) -> isospectrum::Result<Format> {

@@ -10,7 +10,7 @@ use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
 use isospectrum::render::{Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
-use isospectrum::volume::{Histogram, Statistics, Volume, files_of};
+use isospectrum::volume::{Histogram, Statistics, Volume};
 use isospectrum::{Error, Result};
 
 use super::color_arguments::{ColorArguments, volume_of};
@@ -106,9 +106,7 @@ impl Html {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")).into());
         }
-        let mut inputs = vec![self.spectrum.clone()];
-        inputs.extend(self.volume.iter().flat_map(|path| files_of(path)));
-        inputs.extend(self.color.files());
+        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;

@@ -27,13 +27,13 @@ pub(super) struct KeepArguments {
 impl KeepArguments {
     /// What is kept of a spectrum's meshes, which are in the voxel frame.
     pub(super) fn of(&self, spectrum: &Spectrum) -> Keep {
-        let placement = &spectrum.volume.placement;
-        Keep {
+        let told = Keep {
             largest: self.keep.map(|keep| keep.0),
-            min_volume: self.min_volume.unwrap_or(0.0) / placement.voxel_volume(),
-            min_area: self.min_area.unwrap_or(0.0) / placement.voxel().powi(2),
-            at: self.at.map(|point| placement.voxel_of_world(point.0)),
-        }
+            min_volume: self.min_volume.unwrap_or(0.0),
+            min_area: self.min_area.unwrap_or(0.0),
+            at: self.at.map(|point| point.0),
+        };
+        told.in_voxels(&spectrum.volume.placement)
     }
 }
 

@@ -8,7 +8,6 @@ use clap::{Args, ValueEnum};
 use isospectrum::gpu::Gpu;
 use isospectrum::render::{Background, Camera, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::volume::files_of;
 use isospectrum::{Error, Result};
 
 use isospectrum::sweep::Progress as _;
@@ -106,7 +105,7 @@ impl Render {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")).into());
         }
-        let inputs = self.inputs();
+        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
@@ -136,7 +135,7 @@ impl Render {
         let isovalues = sweep.in_spectrum(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
         let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
-        let inputs = self.inputs();
+        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let outputs = pattern.open(sweep.n_frames(), &inputs)?;
         let bar = Bar::new(quiet);
@@ -163,13 +162,6 @@ impl Render {
             isovalues.len()
         );
         Ok(())
-    }
-
-    /// Every file that is read.
-    fn inputs(&self) -> Vec<PathBuf> {
-        let volume = self.volume.iter().flat_map(|path| files_of(path));
-        let all = [self.spectrum.clone()].into_iter().chain(volume);
-        all.chain(self.color.files()).collect()
     }
 
     /// The words at the top of a picture of isovalues.

@@ -318,6 +318,7 @@ impl Attribute {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         name.trim().chars().map(plain).collect()
     }
+
     /// Linear red, green and blue of a number.
     pub fn color_of(&self, value: f32, map: Map) -> [f32; 3] {
         match self.scale {

@@ -2,8 +2,8 @@
 
 use std::io::{self, Write};
 
+use super::ply::unit_of;
 use super::{Painted, Placed};
-use crate::volume::{Space, Unit};
 
 /// An array of the file: how it is described, and its bytes.
 struct Array {
@@ -64,7 +64,11 @@ pub(super) fn write(
          <PolyData>\n\
          <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
         env!("CARGO_PKG_VERSION"),
-        frame_of(placed),
+        unit_of(placed)
+            .into_iter()
+            .chain(placed.space())
+            .map(|said| format!(", {said}"))
+            .collect::<String>(),
         mesh.positions.len(),
         mesh.triangles.len()
     )?;
@@ -90,12 +94,4 @@ pub(super) fn write(
         writer.write_all(bytes)?;
     }
     writer.write_all(b"\n</AppendedData>\n</VTKFile>\n")
-}
-
-/// Unit and space, for people.
-fn frame_of(placed: &Placed) -> String {
-    let (unit, space) = (placed.placement.unit, placed.placement.space);
-    let unit = (unit != Unit::Unknown).then(|| format!(", unit {unit}"));
-    let space = (space != Space::Unknown).then(|| format!(", SPACE={space}"));
-    [unit, space].into_iter().flatten().collect()
 }

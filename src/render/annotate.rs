@@ -5,7 +5,7 @@
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 
 use super::{Background, FIELD_OF_VIEW, Image, View};
-use crate::color::{Attribute, Map, to_srgb};
+use crate::color::{Attribute, Map, Scale, to_srgb};
 use crate::render::camera::Projection;
 use crate::volume::{Placement, Unit};
 
@@ -58,7 +58,7 @@ impl<'a> Sheet<'a> {
         }
         if let Some((attribute, map)) = shown.filter(|_| view.legend) {
             match attribute.scale {
-                Some(_) => self.legend(attribute, map),
+                Some(scale) => self.legend(&attribute.name, scale, map),
                 None => self.names(attribute),
             }
         }
@@ -72,8 +72,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The map as a bar with its ends and its middle, at the bottom on the left, with the name above.
-    fn legend(&mut self, attribute: &Attribute, map: Map) {
-        let Some(scale) = attribute.scale else { return };
+    fn legend(&mut self, name: &str, scale: Scale, map: Map) {
         let length = (LEGEND * self.image.width as f32).round();
         let [x, below] = [self.margin().round(), self.image.height as f32 - 2.4 * self.letters];
         let thick = (0.6 * self.letters).round();
@@ -94,7 +93,7 @@ impl<'a> Sheet<'a> {
             let at = [tick, y + thick + 0.3 * self.letters];
             self.words(&shown_number(value, step), at, stand, 1.0);
         }
-        self.words(&attribute.name, [x, y - 1.35 * self.letters], Stand::Left, 1.0);
+        self.words(name, [x, y - 1.35 * self.letters], Stand::Left, 1.0);
     }
 
     /// The colours of the first components, by their numbers.

@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::SurfaceMesh;
 use crate::disjoint_sets::DisjointSets;
 use crate::mesh::nearest_on_triangle;
+use crate::volume::Placement;
 
 /// One component of a closed mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,6 +171,16 @@ pub struct Keep {
 }
 
 impl Keep {
+    /// What is told in the frame and the unit of the world, in the voxel frame of a volume.
+    pub fn in_voxels(self, placement: &Placement) -> Keep {
+        Keep {
+            largest: self.largest,
+            min_volume: self.min_volume / placement.voxel_volume(),
+            min_area: self.min_area / placement.voxel().powi(2),
+            at: self.at.map(|point| placement.voxel_of_world(point)),
+        }
+    }
+
     /// Whether nothing is left out.
     pub fn is_all(&self) -> bool {
         *self == Keep::default()

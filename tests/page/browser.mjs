@@ -86,3 +86,30 @@ export async function show(page, isovalue) {
     await page.evaluate((c) => window.isospectrum.setIsovalue(c), isovalue);
     await settled(page);
 }
+
+/** The picture that the page reads back. */
+export async function pixels(page) {
+    const { width, height, text } = await page.evaluate(async () => {
+        const picture = await window.isospectrum.pixels();
+        let letters = "";
+        for (const byte of picture.pixels) letters += String.fromCharCode(byte);
+        return { ...picture, pixels: null, text: btoa(letters) };
+    });
+    return { width, height, pixels: Buffer.from(text, "base64") };
+}
+
+/** Gives the page's picture the size of the native ones: whole pixels, so that the screen shows what was drawn. */
+export async function sizeAsNative(page) {
+    const { width, height } = expected;
+    const style = `position: fixed; left: 0; top: 0; width: ${width}px; height: ${height}px; z-index: 1`;
+    await page.locator("#stage").evaluate((stage, text) => { stage.style.cssText = text; }, style);
+}
+
+/** Opens the page anew at the address that it has by now. */
+export async function reopen(page) {
+    const url = page.url();
+    await page.goto("about:blank");
+    await page.goto(url);
+    await page.waitForFunction(() => document.documentElement.dataset.ready);
+    await settled(page);
+}

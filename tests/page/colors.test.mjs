@@ -3,11 +3,8 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { expected, folder, launch, open, settled, state, watched } from "./browser.mjs";
-import { decodePng, difference, readPng } from "./pixels.mjs";
-
-/** Pixels count as different where a channel is off by more than this. */
-const FAR = 25;
+import { expected, folder, launch, open, pixels, reopen, settled, sizeAsNative, state, watched } from "./browser.mjs";
+import { FAR, decodePng, difference, readPng } from "./pixels.mjs";
 
 /**
  * The page against native pictures. Positions are rounded by half a step of 1/40 voxel across the surface and ten times
@@ -17,16 +14,6 @@ const BOUNDS = {
     quality: { mean: 1, share: 0.012 }, lifetime: { mean: 0.2, share: 0.005 },
     curvature: { mean: 0.6, share: 0.006 }, field: { mean: 0.4, share: 0.005 },
 };
-
-async function drawn(page) {
-    const { width, height, text } = await page.evaluate(async () => {
-        const picture = await window.isospectrum.pixels();
-        let letters = "";
-        for (const byte of picture.pixels) letters += String.fromCharCode(byte);
-        return { ...picture, pixels: null, text: btoa(letters) };
-    });
-    return { width, height, pixels: Buffer.from(text, "base64") };
-}
 
 describe("colours", () => {
     let browser;
@@ -38,16 +25,14 @@ describe("colours", () => {
             const { page, close } = await watched(browser);
             await open(page, { renderer, view: expected.view, isovalue: String(expected.colors) }, "field.html");
             assert.equal((await state(page)).color, "field", "the author's choice");
-            const { width, height } = expected;
-            const style = `position: fixed; left: 0; top: 0; width: ${width}px; height: ${height}px; z-index: 1`;
-            await page.locator("#stage").evaluate((stage, text) => { stage.style.cssText = text; }, style);
+            await sizeAsNative(page);
             for (const [color, { mean, share }] of Object.entries(BOUNDS)) {
                 await page.locator("#color").evaluate((select, value) => {
                     select.value = value;
                     select.dispatchEvent(new Event("change"));
                 }, color);
                 await settled(page);
-                const found = difference(await drawn(page), readPng(join(folder, `color-${color}.png`)), FAR);
+                const found = difference(await pixels(page), readPng(join(folder, `color-${color}.png`)), FAR);
                 const said = `${color}: mean ${found.mean.toFixed(3)}, share ${found.share.toFixed(4)}`;
                 console.log(renderer, said);
                 assert.ok(found.mean <= mean && found.share <= share, said);
@@ -62,13 +47,13 @@ describe("colours", () => {
     test("map, scale, surface and background are chosen, and the address leads back to them", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
-        const plain = await drawn(page);
+        const plain = await pixels(page);
         assert.ok(await page.locator("#legend").isHidden());
         assert.equal(await page.locator("#color option[value=field]").count(), 0, "there is no field");
         await page.locator("summary").click();
         await page.locator("#front").fill("#c8503c");
         await settled(page);
-        assert.ok(difference(plain, await drawn(page), FAR).share > 0.05, "the surface has another colour");
+        assert.ok(difference(plain, await pixels(page), FAR).share > 0.05, "the surface has another colour");
         await page.selectOption("#color", "quality");
         await page.selectOption("#map", "magma");
         await page.locator("#scale").fill("0.5:0.9");
@@ -79,17 +64,13 @@ describe("colours", () => {
         await page.locator("#scale").press("Enter");
         assert.equal(await page.locator("#scale").getAttribute("aria-invalid"), "true");
         await page.waitForFunction(() => location.hash.includes("map=magma") && location.hash.includes("scale=0.5"));
-        const url = page.url();
-        await page.goto("about:blank");
-        await page.goto(url);
-        await page.waitForFunction(() => document.documentElement.dataset.ready);
-        await settled(page);
+        await reopen(page);
         assert.deepEqual((await state(page)).ends, [0.5, 0.9]);
         assert.equal(await page.locator("#map").inputValue(), "magma");
         await page.locator("summary").click();
         await page.selectOption("#background", "dark");
         await settled(page);
-        assert.ok((await drawn(page)).pixels[0] < 60, "the background is dark");
+        assert.ok((await pixels(page)).pixels[0] < 60, "the background is dark");
         await close();
     });
 
@@ -100,11 +81,11 @@ describe("colours", () => {
             const bytes = new Uint8Array(await (await window.isospectrum.screenshot()).arrayBuffer());
             return btoa(String.fromCharCode(...bytes));
         });
-        const { width, height, pixels } = decodePng(Buffer.from(saved, "base64"));
+        const { width, height, pixels: bytes } = decodePng(Buffer.from(saved, "base64"));
         // The bar begins with the first colour of viridis.
         const letters = Math.max(0.026 * height, 12);
         const at = 4 * (Math.round(height - 2.7 * letters) * width + Math.round(letters) + 2);
-        assert.ok(pixels[at] < 90 && pixels[at + 1] < 30 && pixels[at + 2] > 60, [...pixels.subarray(at, at + 3)].join(" "));
+        assert.ok(bytes[at] < 90 && bytes[at + 1] < 30 && bytes[at + 2] > 60, [...bytes.subarray(at, at + 3)].join(" "));
         await close();
     });
 });

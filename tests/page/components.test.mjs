@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { expected, folder, launch, open, settled, show, state, watched } from "./browser.mjs";
+import { expected, folder, launch, open, reopen, settled, show, state, watched } from "./browser.mjs";
 import { componentsOf, parsePly } from "./meshes.mjs";
 
 const { isovalue, keep, min_volume: minVolume, volumes } = expected.components;
@@ -39,11 +39,7 @@ describe("components", () => {
         // triangle; four digits are shown.
         assert.ok(Math.abs(volume - wanted) < nTriangles / 80, `${volume}, expected ${wanted}`);
         await page.waitForFunction(() => location.hash.includes("keep=3"));
-        const url = page.url();
-        await page.goto("about:blank");
-        await page.goto(url);
-        await page.waitForFunction(() => document.documentElement.dataset.ready);
-        await settled(page);
+        await reopen(page);
         assert.equal((await state(page)).nTriangles, nTriangles);
         assert.equal(await page.locator("#largest").inputValue(), "3");
         await page.locator("#show-all").click();

@@ -2,20 +2,8 @@
 
 import assert from "node:assert/strict";
 import { after, before, describe, test } from "node:test";
-import { expected, launch, open, settled, state, watched } from "./browser.mjs";
-import { difference } from "./pixels.mjs";
-
-const FAR = 25;
-
-async function drawn(page) {
-    const { width, height, text } = await page.evaluate(async () => {
-        const picture = await window.isospectrum.pixels();
-        let letters = "";
-        for (const byte of picture.pixels) letters += String.fromCharCode(byte);
-        return { ...picture, pixels: null, text: btoa(letters) };
-    });
-    return { width, height, pixels: Buffer.from(text, "base64") };
-}
+import { expected, launch, open, pixels, reopen, settled, state, watched } from "./browser.mjs";
+import { FAR, difference } from "./pixels.mjs";
 
 describe("layers", () => {
     let browser;
@@ -33,17 +21,17 @@ describe("layers", () => {
             const { clip, extras } = await state(page);
             assert.deepEqual(clip, { axis: 1, share: 0.5, turned: false });
             assert.equal(extras.length, 1);
-            pictures[renderer] = await drawn(page);
+            pictures[renderer] = await pixels(page);
             // Without caps one looks into what is cut.
             await page.getByLabel("Close at border").uncheck();
             await settled(page);
-            const open_ = await drawn(page);
+            const open_ = await pixels(page);
             assert.ok(difference(pictures[renderer], open_, FAR).share > 0.005, `${renderer}: the cap is seen`);
             await page.getByLabel("Close at border").check();
             await page.locator("summary").click();
             await page.selectOption("#clip", "");
             await settled(page);
-            assert.ok(difference(pictures[renderer], await drawn(page), FAR).share > 0.005, `${renderer}: the cut is seen`);
+            assert.ok(difference(pictures[renderer], await pixels(page), FAR).share > 0.005, `${renderer}: the cut is seen`);
             await close();
         }
         const found = difference(pictures.webgpu, pictures.webgl2, FAR);
@@ -59,11 +47,11 @@ describe("layers", () => {
             await open(page, { renderer, opacity: "0.5" });
             await settled(page);
             // One layer alone over white: no pixel is darker than half of the way from white to what is opaque.
-            const half = await drawn(page);
+            const half = await pixels(page);
             await page.locator("summary").click();
             await page.locator("#opacity").fill("1");
             await settled(page);
-            const full = await drawn(page);
+            const full = await pixels(page);
             assert.ok(difference(half, full, FAR).share > 0.01);
             const linear = (byte) => (byte / 255 <= 0.04045 ? byte / 255 / 12.92 : ((byte / 255 + 0.055) / 1.055) ** 2.4);
             let nFar = 0;
@@ -81,7 +69,7 @@ describe("layers", () => {
     test("isovalues are kept, moved, and taken away, and the address leads back to them", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
-        const alone = await drawn(page);
+        const alone = await pixels(page);
         await page.locator("summary").click();
         await page.getByRole("button", { name: "Keep this isovalue" }).click();
         const value = page.locator("#also input[type=text]");
@@ -91,16 +79,12 @@ describe("layers", () => {
         const [low, high] = expected.range;
         const [extra] = (await state(page)).extras;
         assert.ok(Math.abs(extra.isovalue - (0.7 * low + 0.3 * high)) < 1e-6 * (high - low), `${extra.isovalue}`);
-        assert.ok(difference(alone, await drawn(page), FAR).share > 0.005, "another surface is seen");
+        assert.ok(difference(alone, await pixels(page), FAR).share > 0.005, "another surface is seen");
         await value.fill("much");
         await value.press("Enter");
         assert.equal(await value.getAttribute("aria-invalid"), "true");
         await page.waitForFunction(() => location.hash.includes("also="));
-        const url = page.url();
-        await page.goto("about:blank");
-        await page.goto(url);
-        await page.waitForFunction(() => document.documentElement.dataset.ready);
-        await settled(page);
+        await reopen(page);
         assert.equal((await state(page)).extras.length, 1);
         await page.locator("summary").click();
         await page.locator("#also button").click();

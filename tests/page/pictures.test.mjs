@@ -3,11 +3,8 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { address, expected, folder, launch, open, settled, show, state, watched } from "./browser.mjs";
-import { coverage, decodePng, difference, readPng } from "./pixels.mjs";
-
-/** Pixels count as different where a channel is off by more than this: a tenth of the way to white. */
-const FAR = 25;
+import { address, expected, folder, launch, open, pixels, settled, show, sizeAsNative, state, watched } from "./browser.mjs";
+import { FAR, coverage, decodePng, difference, readPng } from "./pixels.mjs";
 
 /**
  * The page against native pictures. Positions in the page are rounded by half a step of 1/40 voxel
@@ -33,17 +30,6 @@ function assertAlike(a, b, bound, what) {
     assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
 }
 
-/** The picture the page reads back. */
-async function pixels(page) {
-    const { width, height, text } = await page.evaluate(async () => {
-        const picture = await window.isospectrum.pixels();
-        let letters = "";
-        for (const byte of picture.pixels) letters += String.fromCharCode(byte);
-        return { ...picture, pixels: null, text: btoa(letters) };
-    });
-    return { width, height, pixels: Buffer.from(text, "base64") };
-}
-
 describe("pictures", () => {
     let browser;
     before(async () => { browser = await launch(); });
@@ -55,10 +41,7 @@ describe("pictures", () => {
             const { page, close } = await watched(browser);
             await open(page, { renderer, view: expected.view });
             assert.equal((await state(page)).renderer.toLowerCase(), renderer);
-            // Whole pixels, so that the screen shows what was drawn.
-            const { width, height } = expected;
-            const style = `position: fixed; left: 0; top: 0; width: ${width}px; height: ${height}px; z-index: 1`;
-            await page.locator("#stage").evaluate((stage, text) => { stage.style.cssText = text; }, style);
+            await sizeAsNative(page);
             drawn[renderer] = [];
             for (const [i, isovalue] of expected.isovalues.entries()) {
                 await show(page, isovalue);

@@ -4,6 +4,9 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { inflateSync } from "node:zlib";
 
+/** Pixels count as different where a channel is off by more than this: a tenth of the way to white. */
+export const FAR = 25;
+
 /** The pixels of a PNG of 8-bit RGB or RGBA without interlace, always with alpha. */
 export function decodePng(bytes) {
     const chunks = [];

@@ -10,11 +10,10 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::exchange::Exchanged;
-use super::mend::{Shape, mend};
+use super::mend::mend_faults;
 use super::part::Part;
 use super::region::Region;
 use super::tracked::Tracked;
-use super::transport::{MOST_OFF_REFINED, faults};
 use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
 use crate::kernels::field::Field;
@@ -53,10 +52,6 @@ struct Fresh {
 }
 
 impl Improvement<'_> {
-    fn criteria(&self) -> Criteria<'_> {
-        Criteria::new(self.field, self.isovalue, self.parameters)
-    }
-
     /// The parts of the mesh around its new vertices, improved; no two have a vertex in common.
     pub(super) fn improved(
         &self,
@@ -73,7 +68,7 @@ impl Improvement<'_> {
 
     /// Remeshes what is not held.
     fn remesh(&self, all: &mut [Fresh], kernels: &mut dyn Kernels) -> Result<()> {
-        let criteria = self.criteria();
+        let criteria = Criteria::new(self.field, self.isovalue, self.parameters);
         all.iter_mut().for_each(|fresh| fresh.pin(true));
         for _ in 0..ROUNDS {
             all.par_iter_mut().for_each(|fresh| edit(&mut fresh.made.mesh, &criteria));
@@ -84,10 +79,7 @@ impl Improvement<'_> {
             let deviations = criteria.deviations(mesh);
             refine(mesh, &criteria, &deviations, &mut Vec::new());
             flip_edges(mesh, &criteria, 2, Flips::ALL);
-            let faults = faults(&fresh.made, &criteria, self.parameters);
-            let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-            let most = MOST_OFF_REFINED * self.parameters.error as f32;
-            mend(&mut fresh.made, self.region, &[Shape { criteria, most, place: &place }], &faults);
+            mend_faults(&mut fresh.made, self.region, &criteria, self.parameters);
             fresh.pin(false);
         });
         Ok(())

@@ -1,29 +1,27 @@
-//! One march over the sampling isovalues for the whole isosurface: plan, exchange, move, check, slide, remesh, record.
+//! One march over the sampling isovalues for the whole isosurface: plan, exchange (`march/exchanges.rs`), move, check,
+//! slide (`march/slide.rs`), remesh, record.
+
+mod exchanges;
+mod slide;
 
 use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::calendar::{Calendar, Passage};
-use super::check::{open_seam, unlike_parts};
-use super::clusters::{Cluster, clusters};
 use super::exact::Shown;
-use super::exchange::{Exchanged, Refused, exchange};
-use super::improve::Improvement;
-use super::mend::{Shape, mend};
-use super::part::join;
+use super::mend::{Shape, mend, mend_faults};
 use super::record::Recorder;
-use super::region::{Grid, Link, Region};
+use super::region::{Grid, Region};
 use super::remesh::remesh;
-use super::tracked::{Changes, Tracked, place_of, place_on};
+use super::tracked::{Tracked, place_on};
 use super::transport::{
     Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults, typical_slope,
 };
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Face, Mesh, Vertex, bounds};
+use crate::mesh::{Face, Vertex};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::{Parameters, Sweep};
 use crate::topology::critical::Place;
@@ -54,22 +52,6 @@ const MOST_MENDED: usize = 3;
 
 /// After so many rounds the blocks around those named become exact as well.
 const NAMED_ALONE: usize = 3;
-
-/// An exchange is tried so often before blocks that should be released there stay exact; before whole components of the
-/// mesh become exact; and before everything does.
-const MOST_RELEASES: usize = 3;
-const MOST_NEARBY: usize = 8;
-const MOST_EXCHANGES: usize = 24;
-
-/// More samples than these are no place: what was refused is too large to tell.
-const MOST_NAMED: usize = 64;
-
-/// An exchange changes faces this near to its blocks at most, voxels; as much farther in every further attempt.
-const NEAR: f32 = 1.0;
-const MOST_WIDER: usize = 4;
-
-/// Where an exchange is refused, so many blocks around the place are made exact at most.
-const MOST_NEAR: usize = 1000;
 
 /// What happened.
 #[derive(Clone, Copy, Debug, Default)]
@@ -295,259 +277,9 @@ impl<'s, 'a> March<'s, 'a> {
         busy
     }
 
-    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be. Returns the
-    /// vertices that have come or gone.
-    fn exchange(
-        &mut self,
-        state: &mut State,
-        mut target: Region,
-        passage: Passage,
-        kernels: &mut dyn Kernels,
-    ) -> Result<BTreeSet<Vertex>> {
-        if state.region.is_closed() {
-            let blocks = state.region.blocks().clone();
-            state.region = Region::open(self.grid);
-            for b in blocks {
-                state.region.add(b);
-            }
-        }
-        let mut new: BTreeSet<Vertex> = BTreeSet::new();
-        for attempt in 0usize.. {
-            if target.is_closed() {
-                self.drop_all(state, target);
-                break;
-            }
-            let regions = [&state.region, &target];
-            let near = NEAR * (1 + attempt).min(MOST_WIDER) as f32;
-            let clusters = clusters(&state.tracked, regions, self.exact(), near);
-            if clusters.is_empty() {
-                break;
-            }
-            let (before, at, exact) = (&state.tracked, state.at, self.exact());
-            let made: Vec<std::result::Result<Exchanged, Refused>> =
-                clusters.par_iter().map(|c| exchange(before, c, regions, exact, at)).collect();
-            self.tally.exchanges += clusters.len();
-            let refused = self.commit(state, &target, &clusters, made, &mut new);
-            self.tally.refused_exchanges += refused.len();
-            log::debug!(
-                "{} of {} clusters refused: {:?}",
-                refused.len(),
-                clusters.len(),
-                refused.iter().take(8).map(|r| (r.1.why, r.1.samples.len())).collect::<Vec<_>>()
-            );
-            if refused.is_empty() {
-                break;
-            }
-            self.widen(&mut target, state, &clusters, refused, passage, attempt);
-        }
-        let improved = self.improve(state, &new, kernels)?;
-        new.extend(improved);
-        Ok(new)
-    }
-
-    /// The blocks that faces meet.
-    fn blocks_of(&self, tracked: &Tracked, faces: &BTreeSet<Face>) -> BTreeSet<u32> {
-        let scale = self.field().inverse_cell_size();
-        let boxes = faces.iter().map(|&f| bounds(tracked.mesh.corners(f)));
-        boxes.flat_map(|(low, high)| self.grid.blocks_in(low * scale, high * scale)).collect()
-    }
-
-    /// Makes everything exact.
-    fn drop_all(&mut self, state: &mut State, closed: Region) {
-        self.record.clear(state.at);
-        state.tracked = Tracked::default();
-        for &b in closed.blocks() {
-            state.since.entry(b).or_insert(state.at);
-        }
-        state.region = closed;
-    }
-
-    /// Puts what was made of clusters into the mesh; returns which were refused.
-    fn commit(
-        &mut self,
-        state: &mut State,
-        target: &Region,
-        clusters: &[Cluster],
-        made: Vec<std::result::Result<Exchanged, Refused>>,
-        new: &mut BTreeSet<Vertex>,
-    ) -> Vec<(usize, Refused)> {
-        let mut refused = Vec::new();
-        let mut good: Vec<(usize, Exchanged)> = Vec::new();
-        for (cluster, made) in made.into_iter().enumerate() {
-            match made {
-                Ok(made) => good.push((cluster, made)),
-                Err(why) => refused.push((cluster, why)),
-            }
-        }
-        let joined = loop {
-            if good.is_empty() {
-                return refused;
-            }
-            let parts: Vec<&Exchanged> = good.iter().map(|g| &g.1).collect();
-            match join(&state.tracked, &parts) {
-                Ok(joined) => break joined,
-                Err(place) => {
-                    let sample = self.sample_at(place);
-                    let block = self.grid.block_of_cell(sample);
-                    let near: BTreeSet<u32> =
-                        block.into_iter().flat_map(|b| self.grid.blocks_around(b)).collect();
-                    let is_it = |c: &Cluster| c.blocks.iter().any(|b| near.contains(b));
-                    let i = good.iter().position(|g| is_it(&clusters[g.0])).unwrap_or(0);
-                    let (cluster, _) = good.remove(i);
-                    refused.push((cluster, Refused { why: "not joined", samples: vec![sample] }));
-                }
-            }
-        };
-        self.record.exchanged(&joined, state.at);
-        new.extend(&joined.vertices);
-        state.tracked = joined.tracked;
-        for (cluster, _) in good {
-            let cluster = &clusters[cluster];
-            for &b in &cluster.blocks {
-                if target.holds(b) {
-                    state.since.insert(b, state.at);
-                } else if let Some(since) = state.since.remove(&b) {
-                    self.show(b, since, state.at);
-                }
-            }
-            state.region.follow(target, &cluster.blocks);
-        }
-        refused
-    }
-
-    /// Changes what is asked for where that was refused.
-    fn widen(
-        &mut self,
-        target: &mut Region,
-        State { region, tracked, .. }: &State,
-        clusters: &[Cluster],
-        refused: Vec<(usize, Refused)>,
-        passage: Passage,
-        attempt: usize,
-    ) {
-        let mut added: Vec<u32> = Vec::new();
-        let mut around: Vec<Vec<u32>> = Vec::new();
-        for (i, Refused { samples, .. }) in refused {
-            let blocks = &clusters[i].blocks;
-            let is_released = |b: &u32| region.holds(*b) && !target.holds(*b);
-            let is_stubborn = attempt >= MOST_RELEASES || samples.len() > MOST_NAMED;
-            if is_stubborn && blocks.iter().any(is_released) {
-                added.extend(blocks.iter().copied().filter(is_released));
-            } else if attempt > MOST_NEARBY {
-                let whole = components(tracked, &clusters[i].faces);
-                added.extend(self.blocks_of(tracked, &whole));
-            } else if !samples.is_empty() {
-                around.push(samples);
-            } else if attempt > MOST_WIDER {
-                // What names no sample asks for more of the mesh, of which there is no more after a while.
-                around.push(blocks.iter().flat_map(|&b| self.grid.samples_around(b)).collect());
-            }
-        }
-        added.retain(|&b| target.add(b));
-        self.calendar.close_around(target, passage, &added);
-        if !around.is_empty() || attempt >= MOST_EXCHANGES {
-            self.grow(target, &around, passage, attempt);
-        }
-    }
-
-    /// Makes more blocks exact around samples at which exchanges were refused, or everything.
-    fn grow(
-        &mut self,
-        target: &mut Region,
-        refused: &[Vec<u32>],
-        passage: Passage,
-        attempt: usize,
-    ) {
-        let before = target.blocks().clone();
-        for samples in refused {
-            let samples: Vec<u32> =
-                samples.iter().copied().filter(|&s| self.is_sample(s)).collect();
-            let mut grown = false;
-            for &s in &samples {
-                grown |= target.add_around(s);
-            }
-            if !grown {
-                for &s in &samples {
-                    let block = self.grid.block_of_cell(self.grid.octant(s, 0));
-                    self.add_ring(target, block);
-                }
-            }
-        }
-        let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
-        if added.is_empty() || attempt >= MOST_EXCHANGES {
-            log::debug!("given up");
-            self.tally.given_up += 1;
-            *target = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
-        } else {
-            self.calendar.close_around(target, passage, &added);
-        }
-    }
-
-    /// Better triangles where the mesh is new. Returns the vertices that have come or gone.
-    fn improve(
-        &mut self,
-        state: &mut State,
-        new: &BTreeSet<Vertex>,
-        kernels: &mut dyn Kernels,
-    ) -> Result<Vec<Vertex>> {
-        let improvement = Improvement {
-            field: self.field(),
-            region: &state.region,
-            parameters: self.parameters(),
-            isovalue: state.at,
-        };
-        let record = &self.record;
-        let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
-        let made = improvement.improved(&state.tracked, &is_new, kernels)?;
-        let made: Vec<&Exchanged> = made.iter().collect();
-        let Ok(joined) = join(&state.tracked, &made) else { return Ok(Vec::new()) };
-        self.record.exchanged(&joined, state.at);
-        state.tracked = joined.tracked;
-        let mesh = &state.tracked.mesh;
-        for &v in new.iter().chain(&joined.vertices) {
-            if mesh.has_vertex(v) && self.record.begins(v, state.at) {
-                self.record.begins_at(v, mesh.position(v), mesh.vertex_normal(v));
-            }
-        }
-        Ok(joined.vertices)
-    }
-
-    /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
-    fn unlike(&self, State { tracked, region, .. }: &State, isovalue: f64) -> Vec<u32> {
-        let open = open_seam(tracked, region, self.exact(), isovalue);
-        if !open.is_empty() {
-            log::debug!(
-                "{isovalue}: open at {} samples: {:?}",
-                open.len(),
-                open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>()
-            );
-            return open.into_iter().collect();
-        }
-        let places = unlike_parts(tracked, region, self.exact(), isovalue);
-        if !places.is_empty() {
-            log::debug!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
-        }
-        places.into_iter().map(|p| self.sample_at(p)).collect()
-    }
-
     /// The lowest sample of the cell around a place of the voxel frame.
     fn sample_at(&self, p: Vec3) -> u32 {
         self.grid.cell_at(p * self.field().inverse_cell_size())
-    }
-
-    /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
-    fn add_ring(&self, region: &mut Region, block: Option<u32>) -> bool {
-        let mut near: BTreeSet<u32> = block.into_iter().collect();
-        while near.len() < MOST_NEAR {
-            let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
-            let wider: BTreeSet<u32> = around.collect();
-            let grown = wider.iter().fold(false, |any, &b| region.add(b) | any);
-            if grown || wider.len() == near.len() {
-                return grown;
-            }
-            near = wider;
-        }
-        false
     }
 
     fn is_sample(&self, v: u32) -> bool {
@@ -603,9 +335,8 @@ impl<'s, 'a> March<'s, 'a> {
         }
         state.at = step.next;
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
-        self.mend_faults(state, &criteria);
-        remesh(&mut state.tracked.mesh, &criteria);
-        let faults = self.mend_faults(state, &criteria);
+        self.mend_and_remesh(state, &criteria);
+        let faults = faults(&state.tracked, &criteria, self.parameters());
         self.record.changed_all(&state.tracked, state.at);
         if log::log_enabled!(log::Level::Debug) {
             let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
@@ -723,19 +454,11 @@ impl<'s, 'a> March<'s, 'a> {
         Some(self.beside(places.into_iter().filter_map(|p| self.block_at(p))))
     }
 
-    /// Mends faces that cannot stay as they are at the present isovalue; returns those that could not be.
-    fn mend_faults(&self, state: &mut State, criteria: &Criteria) -> Vec<Face> {
-        let bad = faults(&state.tracked, criteria, self.parameters());
-        if bad.is_empty() {
-            return bad;
-        }
-        let most = MOST_OFF_REFINED * self.parameters().error as f32;
-        let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-        let shapes = [Shape { criteria: *criteria, most, place: &place }];
-        let n = mend(&mut state.tracked, &state.region, &shapes, &bad);
-        let left = faults(&state.tracked, criteria, self.parameters());
-        log::debug!("{n} edits for {} faults leave {}", bad.len(), left.len());
-        left
+    /// Better triangles at the end of a step: what fails is mended before remeshing, which would not, and after it.
+    fn mend_and_remesh(&self, State { tracked, region, .. }: &mut State, criteria: &Criteria) {
+        mend_faults(tracked, region, criteria, self.parameters());
+        remesh(&mut tracked.mesh, criteria);
+        mend_faults(tracked, region, criteria, self.parameters());
     }
 
     /// A block could not be tracked: it stays exact for a while, which doubles where it was tracked again in vain.
@@ -758,103 +481,6 @@ impl<'s, 'a> March<'s, 'a> {
     fn block_at(&self, p: Vec3) -> Option<u32> {
         self.grid.block_at(p * self.field().inverse_cell_size())
     }
-
-    /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
-    fn slide(
-        &mut self,
-        state: &mut State,
-        step: Step,
-        passage: Passage,
-        moved: &Moved,
-    ) -> std::result::Result<(), Vec<u32>> {
-        let exact = self.exact();
-        let before = state.tracked.clone();
-        let mark = self.record.mark();
-        let mut ends: HashMap<Vertex, Vec3> =
-            moved.vertices.iter().copied().zip(moved.positions.iter().map(|&p| p.into())).collect();
-        let mut samples: Vec<u32> = self.calendar.samples(passage).to_vec();
-        if step.next < step.at {
-            samples.reverse();
-        }
-        let criteria = Criteria::new(self.field(), step.next, self.parameters());
-        for sample in samples {
-            if !matches!(state.region.link(sample), Link::Cycle(..)) {
-                continue;
-            }
-            let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
-            let share = ((value - step.at) / (step.next - step.at)) as f32;
-            let at = |mesh: &Mesh, v: Vertex| {
-                let p = mesh.position(v);
-                ends.get(&v).map_or(p, |&q| p.lerp(q, share))
-            };
-            let mut changes = Changes::default();
-            let place = place_of(exact, sample);
-            let passed = state.tracked.pass(&state.region, sample, place, &at, &mut changes);
-            if let Err(stuck) = passed {
-                state.tracked = before;
-                self.record.roll_back(mark);
-                return Err(vec![stuck.0]);
-            }
-            self.tally.passed += 1;
-            self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
-            for (v, between) in changes.born {
-                let [p, q] = between.map(|v| {
-                    let own = ends.get(&v).copied();
-                    own.unwrap_or_else(|| state.tracked.mesh.position(v))
-                });
-                let n = state.tracked.mesh.vertex_normal(v);
-                let middle = 0.5 * (p + q);
-                let reach = 0.5 * p.distance(q) + 0.1;
-                let end = crate::kernels::project::project_point(
-                    self.field(),
-                    middle,
-                    n,
-                    0,
-                    criteria.isovalue,
-                    reach,
-                );
-                // Its way so far is that of the edge's middle; so that it is there at the sample's value, its place
-                // at the start of the step is as if it had always moved evenly.
-                let now = state.tracked.mesh.position(v);
-                let end = end.unwrap_or(middle);
-                if share < 1.0 {
-                    state.tracked.mesh.set_position(v, (now - share * end) / (1.0 - share));
-                }
-                ends.insert(v, end);
-            }
-        }
-        let bad = self.unlike(state, step.next);
-        if !bad.is_empty() {
-            state.tracked = before;
-            self.record.roll_back(mark);
-            return Err(bad);
-        }
-        let normals: HashMap<Vertex, [f32; 3]> =
-            moved.vertices.iter().copied().zip(moved.normals.iter().copied()).collect();
-        let vertices: Vec<Vertex> = state.tracked.mesh.vertices().collect();
-        for v in vertices {
-            if let Some(e) = state.tracked.key(v) {
-                state.tracked.mesh.set_position(v, place_on(exact, e, step.next));
-            } else if let Some(&end) = ends.get(&v) {
-                state.tracked.mesh.set_position(v, end);
-                let n = normals.get(&v).map_or(Vec3::ZERO, |&n| n.into());
-                self.record.knot(v, step.next, end, n);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The faces of the components of the mesh to which some faces belong.
-fn components(tracked: &Tracked, faces: &[Face]) -> BTreeSet<Face> {
-    let mesh = &tracked.mesh;
-    let mut found: BTreeSet<Face> = faces.iter().copied().collect();
-    let mut open: Vec<Face> = found.iter().copied().collect();
-    while let Some(f) = open.pop() {
-        let beside = mesh.face_halfedges(f).map(|h| mesh.face(h.twin()));
-        open.extend(beside.into_iter().filter(|&g| !mesh.is_cap(g) && found.insert(g)));
-    }
-    found
 }
 
 /// The entries of a map by key.

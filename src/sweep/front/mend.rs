@@ -11,8 +11,9 @@ use glam::Vec3;
 
 use super::region::Region;
 use super::tracked::{Tracked, share_exact_cell};
-use super::transport::fault;
+use super::transport::{MOST_OFF_REFINED, fault, faults};
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
+use crate::sweep::Parameters;
 use crate::sweep::criteria::Criteria;
 
 /// How a mesh lies at an isovalue.
@@ -53,6 +54,22 @@ pub(super) fn mend(
         }
     }
     n
+}
+
+/// Mends the faces that cannot stay as they are, where the mesh is.
+pub(super) fn mend_faults(
+    tracked: &mut Tracked,
+    region: &Region,
+    criteria: &Criteria,
+    parameters: &Parameters,
+) {
+    let bad = faults(tracked, criteria, parameters);
+    let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
+    let most = MOST_OFF_REFINED * parameters.error as f32;
+    let n = mend(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
+    if n > 0 {
+        log::debug!("{n} edits for {} faults", bad.len());
+    }
 }
 
 /// The edit that leaves the fewest triangles that fail.

@@ -1,0 +1,280 @@
+//! The mesh of one region of exact cells becomes that of another: which exchanges are tried, and what is asked for where one is
+//! refused.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use super::{March, State};
+use crate::error::Result;
+use crate::kernels::Kernels;
+use crate::mesh::{Face, Vertex, bounds};
+use crate::sweep::front::calendar::Passage;
+use crate::sweep::front::clusters::{Cluster, clusters};
+use crate::sweep::front::exchange::{Exchanged, Refused, exchange};
+use crate::sweep::front::improve::Improvement;
+use crate::sweep::front::part::join;
+use crate::sweep::front::region::Region;
+use crate::sweep::front::tracked::Tracked;
+
+/// An exchange is tried so often before blocks that should be released there stay exact; before whole components of the
+/// mesh become exact; and before everything does.
+const MOST_RELEASES: usize = 3;
+const MOST_NEARBY: usize = 8;
+const MOST_EXCHANGES: usize = 24;
+
+/// More samples than these are no place: what was refused is too large to tell.
+const MOST_NAMED: usize = 64;
+
+/// An exchange changes faces this near to its blocks at most, voxels; as much farther in every further attempt.
+const NEAR: f32 = 1.0;
+const MOST_WIDER: usize = 4;
+
+/// Where an exchange is refused, so many blocks around the place are made exact at most.
+const MOST_NEAR: usize = 1000;
+
+impl March<'_, '_> {
+    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be. Returns the
+    /// vertices that have come or gone.
+    pub(super) fn exchange(
+        &mut self,
+        state: &mut State,
+        mut target: Region,
+        passage: Passage,
+        kernels: &mut dyn Kernels,
+    ) -> Result<BTreeSet<Vertex>> {
+        if state.region.is_closed() {
+            let blocks = state.region.blocks().clone();
+            state.region = Region::open(self.grid);
+            for b in blocks {
+                state.region.add(b);
+            }
+        }
+        let mut new: BTreeSet<Vertex> = BTreeSet::new();
+        for attempt in 0usize.. {
+            if target.is_closed() {
+                self.drop_all(state, target);
+                break;
+            }
+            let regions = [&state.region, &target];
+            let near = NEAR * (1 + attempt).min(MOST_WIDER) as f32;
+            let clusters = clusters(&state.tracked, regions, self.exact(), near);
+            if clusters.is_empty() {
+                break;
+            }
+            let (before, at, exact) = (&state.tracked, state.at, self.exact());
+            let made: Vec<std::result::Result<Exchanged, Refused>> =
+                clusters.par_iter().map(|c| exchange(before, c, regions, exact, at)).collect();
+            self.tally.exchanges += clusters.len();
+            let refused = self.commit(state, &target, &clusters, made, &mut new);
+            self.tally.refused_exchanges += refused.len();
+            log::debug!(
+                "{} of {} clusters refused: {:?}",
+                refused.len(),
+                clusters.len(),
+                refused.iter().take(8).map(|r| (r.1.why, r.1.samples.len())).collect::<Vec<_>>()
+            );
+            if refused.is_empty() {
+                break;
+            }
+            self.widen(&mut target, state, &clusters, refused, passage, attempt);
+        }
+        let improved = self.improve(state, &new, kernels)?;
+        new.extend(improved);
+        Ok(new)
+    }
+
+    /// The blocks that faces meet.
+    fn blocks_of(&self, tracked: &Tracked, faces: &BTreeSet<Face>) -> BTreeSet<u32> {
+        let scale = self.field().inverse_cell_size();
+        let boxes = faces.iter().map(|&f| bounds(tracked.mesh.corners(f)));
+        boxes.flat_map(|(low, high)| self.grid.blocks_in(low * scale, high * scale)).collect()
+    }
+
+    /// Makes everything exact.
+    fn drop_all(&mut self, state: &mut State, closed: Region) {
+        self.record.clear(state.at);
+        state.tracked = Tracked::default();
+        for &b in closed.blocks() {
+            state.since.entry(b).or_insert(state.at);
+        }
+        state.region = closed;
+    }
+
+    /// Puts what was made of clusters into the mesh; returns which were refused.
+    fn commit(
+        &mut self,
+        state: &mut State,
+        target: &Region,
+        clusters: &[Cluster],
+        made: Vec<std::result::Result<Exchanged, Refused>>,
+        new: &mut BTreeSet<Vertex>,
+    ) -> Vec<(usize, Refused)> {
+        let mut refused = Vec::new();
+        let mut good: Vec<(usize, Exchanged)> = Vec::new();
+        for (cluster, made) in made.into_iter().enumerate() {
+            match made {
+                Ok(made) => good.push((cluster, made)),
+                Err(why) => refused.push((cluster, why)),
+            }
+        }
+        let joined = loop {
+            if good.is_empty() {
+                return refused;
+            }
+            let parts: Vec<&Exchanged> = good.iter().map(|g| &g.1).collect();
+            match join(&state.tracked, &parts) {
+                Ok(joined) => break joined,
+                Err(place) => {
+                    let sample = self.sample_at(place);
+                    let block = self.grid.block_of_cell(sample);
+                    let near: BTreeSet<u32> =
+                        block.into_iter().flat_map(|b| self.grid.blocks_around(b)).collect();
+                    let is_it = |c: &Cluster| c.blocks.iter().any(|b| near.contains(b));
+                    let i = good.iter().position(|g| is_it(&clusters[g.0])).unwrap_or(0);
+                    let (cluster, _) = good.remove(i);
+                    refused.push((cluster, Refused { why: "not joined", samples: vec![sample] }));
+                }
+            }
+        };
+        self.record.exchanged(&joined, state.at);
+        new.extend(&joined.vertices);
+        state.tracked = joined.tracked;
+        for (cluster, _) in good {
+            let cluster = &clusters[cluster];
+            for &b in &cluster.blocks {
+                if target.holds(b) {
+                    state.since.insert(b, state.at);
+                } else if let Some(since) = state.since.remove(&b) {
+                    self.show(b, since, state.at);
+                }
+            }
+            state.region.follow(target, &cluster.blocks);
+        }
+        refused
+    }
+
+    /// Changes what is asked for where that was refused.
+    fn widen(
+        &mut self,
+        target: &mut Region,
+        State { region, tracked, .. }: &State,
+        clusters: &[Cluster],
+        refused: Vec<(usize, Refused)>,
+        passage: Passage,
+        attempt: usize,
+    ) {
+        let mut added: Vec<u32> = Vec::new();
+        let mut around: Vec<Vec<u32>> = Vec::new();
+        for (i, Refused { samples, .. }) in refused {
+            let blocks = &clusters[i].blocks;
+            let is_released = |b: &u32| region.holds(*b) && !target.holds(*b);
+            let is_stubborn = attempt >= MOST_RELEASES || samples.len() > MOST_NAMED;
+            if is_stubborn && blocks.iter().any(is_released) {
+                added.extend(blocks.iter().copied().filter(is_released));
+            } else if attempt > MOST_NEARBY {
+                let whole = components(tracked, &clusters[i].faces);
+                added.extend(self.blocks_of(tracked, &whole));
+            } else if !samples.is_empty() {
+                around.push(samples);
+            } else if attempt > MOST_WIDER {
+                // What names no sample asks for more of the mesh, of which there is no more after a while.
+                around.push(blocks.iter().flat_map(|&b| self.grid.samples_around(b)).collect());
+            }
+        }
+        added.retain(|&b| target.add(b));
+        self.calendar.close_around(target, passage, &added);
+        if !around.is_empty() || attempt >= MOST_EXCHANGES {
+            self.grow(target, &around, passage, attempt);
+        }
+    }
+
+    /// Makes more blocks exact around samples at which exchanges were refused, or everything.
+    fn grow(
+        &mut self,
+        target: &mut Region,
+        refused: &[Vec<u32>],
+        passage: Passage,
+        attempt: usize,
+    ) {
+        let before = target.blocks().clone();
+        for samples in refused {
+            let samples: Vec<u32> =
+                samples.iter().copied().filter(|&s| self.is_sample(s)).collect();
+            let mut grown = false;
+            for &s in &samples {
+                grown |= target.add_around(s);
+            }
+            if !grown {
+                for &s in &samples {
+                    let block = self.grid.block_of_cell(self.grid.octant(s, 0));
+                    self.add_ring(target, block);
+                }
+            }
+        }
+        let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
+        if added.is_empty() || attempt >= MOST_EXCHANGES {
+            log::debug!("given up");
+            self.tally.given_up += 1;
+            *target = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
+        } else {
+            self.calendar.close_around(target, passage, &added);
+        }
+    }
+
+    /// Better triangles where the mesh is new. Returns the vertices that have come or gone.
+    fn improve(
+        &mut self,
+        state: &mut State,
+        new: &BTreeSet<Vertex>,
+        kernels: &mut dyn Kernels,
+    ) -> Result<Vec<Vertex>> {
+        let improvement = Improvement {
+            field: self.field(),
+            region: &state.region,
+            parameters: self.parameters(),
+            isovalue: state.at,
+        };
+        let record = &self.record;
+        let is_new = |v: Vertex| new.contains(&v) && record.begins(v, state.at);
+        let made = improvement.improved(&state.tracked, &is_new, kernels)?;
+        let made: Vec<&Exchanged> = made.iter().collect();
+        let Ok(joined) = join(&state.tracked, &made) else { return Ok(Vec::new()) };
+        self.record.exchanged(&joined, state.at);
+        state.tracked = joined.tracked;
+        let mesh = &state.tracked.mesh;
+        for &v in new.iter().chain(&joined.vertices) {
+            if mesh.has_vertex(v) && self.record.begins(v, state.at) {
+                self.record.begins_at(v, mesh.position(v), mesh.vertex_normal(v));
+            }
+        }
+        Ok(joined.vertices)
+    }
+
+    /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
+    fn add_ring(&self, region: &mut Region, block: Option<u32>) -> bool {
+        let mut near: BTreeSet<u32> = block.into_iter().collect();
+        while near.len() < MOST_NEAR {
+            let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
+            let wider: BTreeSet<u32> = around.collect();
+            let grown = wider.iter().fold(false, |any, &b| region.add(b) | any);
+            if grown || wider.len() == near.len() {
+                return grown;
+            }
+            near = wider;
+        }
+        false
+    }
+}
+
+/// The faces of the components of the mesh to which some faces belong.
+fn components(tracked: &Tracked, faces: &[Face]) -> BTreeSet<Face> {
+    let mesh = &tracked.mesh;
+    let mut found: BTreeSet<Face> = faces.iter().copied().collect();
+    let mut open: Vec<Face> = found.iter().copied().collect();
+    while let Some(f) = open.pop() {
+        let beside = mesh.face_halfedges(f).map(|h| mesh.face(h.twin()));
+        open.extend(beside.into_iter().filter(|&g| !mesh.is_cap(g) && found.insert(g)));
+    }
+    found
+}

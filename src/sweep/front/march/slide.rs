@@ -1,0 +1,119 @@
+//! The seam and the mesh go to the end of a step, and are checked there.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::{March, State};
+use crate::mesh::{Mesh, Vertex};
+use crate::sweep::criteria::Criteria;
+use crate::sweep::front::calendar::Passage;
+use crate::sweep::front::check::{open_seam, unlike_parts};
+use crate::sweep::front::region::Link;
+use crate::sweep::front::tracked::{Changes, place_of, place_on};
+use crate::sweep::front::transport::{Moved, Step};
+
+impl March<'_, '_> {
+    /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
+    fn unlike(&self, State { tracked, region, .. }: &State, isovalue: f64) -> Vec<u32> {
+        let open = open_seam(tracked, region, self.exact(), isovalue);
+        if !open.is_empty() {
+            log::debug!(
+                "{isovalue}: open at {} samples: {:?}",
+                open.len(),
+                open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>()
+            );
+            return open.into_iter().collect();
+        }
+        let places = unlike_parts(tracked, region, self.exact(), isovalue);
+        if !places.is_empty() {
+            log::debug!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
+        }
+        places.into_iter().map(|p| self.sample_at(p)).collect()
+    }
+
+    /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
+    pub(super) fn slide(
+        &mut self,
+        state: &mut State,
+        step: Step,
+        passage: Passage,
+        moved: &Moved,
+    ) -> std::result::Result<(), Vec<u32>> {
+        let exact = self.exact();
+        let before = state.tracked.clone();
+        let mark = self.record.mark();
+        let mut ends: HashMap<Vertex, Vec3> =
+            moved.vertices.iter().copied().zip(moved.positions.iter().map(|&p| p.into())).collect();
+        let mut samples: Vec<u32> = self.calendar.samples(passage).to_vec();
+        if step.next < step.at {
+            samples.reverse();
+        }
+        let criteria = Criteria::new(self.field(), step.next, self.parameters());
+        for sample in samples {
+            if !matches!(state.region.link(sample), Link::Cycle(..)) {
+                continue;
+            }
+            let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
+            let share = ((value - step.at) / (step.next - step.at)) as f32;
+            let at = |mesh: &Mesh, v: Vertex| {
+                let p = mesh.position(v);
+                ends.get(&v).map_or(p, |&q| p.lerp(q, share))
+            };
+            let mut changes = Changes::default();
+            let place = place_of(exact, sample);
+            let passed = state.tracked.pass(&state.region, sample, place, &at, &mut changes);
+            if let Err(stuck) = passed {
+                state.tracked = before;
+                self.record.roll_back(mark);
+                return Err(vec![stuck.0]);
+            }
+            self.tally.passed += 1;
+            self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
+            for (v, between) in changes.born {
+                let [p, q] = between.map(|v| {
+                    let own = ends.get(&v).copied();
+                    own.unwrap_or_else(|| state.tracked.mesh.position(v))
+                });
+                let n = state.tracked.mesh.vertex_normal(v);
+                let middle = 0.5 * (p + q);
+                let reach = 0.5 * p.distance(q) + 0.1;
+                let end = crate::kernels::project::project_point(
+                    self.field(),
+                    middle,
+                    n,
+                    0,
+                    criteria.isovalue,
+                    reach,
+                );
+                // Its way so far is that of the edge's middle; so that it is there at the sample's value, its place
+                // at the start of the step is as if it had always moved evenly.
+                let now = state.tracked.mesh.position(v);
+                let end = end.unwrap_or(middle);
+                if share < 1.0 {
+                    state.tracked.mesh.set_position(v, (now - share * end) / (1.0 - share));
+                }
+                ends.insert(v, end);
+            }
+        }
+        let bad = self.unlike(state, step.next);
+        if !bad.is_empty() {
+            state.tracked = before;
+            self.record.roll_back(mark);
+            return Err(bad);
+        }
+        let normals: HashMap<Vertex, [f32; 3]> =
+            moved.vertices.iter().copied().zip(moved.normals.iter().copied()).collect();
+        let vertices: Vec<Vertex> = state.tracked.mesh.vertices().collect();
+        for v in vertices {
+            if let Some(e) = state.tracked.key(v) {
+                state.tracked.mesh.set_position(v, place_on(exact, e, step.next));
+            } else if let Some(&end) = ends.get(&v) {
+                state.tracked.mesh.set_position(v, end);
+                let n = normals.get(&v).map_or(Vec3::ZERO, |&n| n.into());
+                self.record.knot(v, step.next, end, n);
+            }
+        }
+        Ok(())
+    }
+}
