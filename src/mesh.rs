@@ -223,9 +223,9 @@ impl Mesh {
         self.face_halfedge.len()
     }
 
-    /// Whether the vertex exists.
+    /// Whether the vertex exists; one past all slots does not.
     pub fn has_vertex(&self, v: Vertex) -> bool {
-        self.vertex_halfedge[v.0 as usize] != NONE
+        self.vertex_halfedge.get(v.0 as usize).is_some_and(|&h| h != NONE)
     }
 
     /// Whether the edge exists.

@@ -1,6 +1,7 @@
 //! When a triangle is good: the criteria that simplification, refinement and flips share.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::kernels::deviation::face_deviation;
 use crate::kernels::field::Field;
@@ -155,9 +156,10 @@ impl<'a> Criteria<'a> {
     /// Deviation of every face by slot; zero where the slot is empty, all of the face is pinned, or it
     /// is a cap, which nothing has to follow.
     pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
-        let faces = (0..mesh.face_slots() as u32).map(Face);
+        let faces = (0..mesh.face_slots() as u32).into_par_iter().map(Face);
         let moves = |f| mesh.face_vertices(f).iter().any(|&v| !mesh.is_pinned(v));
         faces
+            .with_min_len(256)
             .map(|f| {
                 let is_free = mesh.has_face(f) && !mesh.is_cap(f) && moves(f);
                 if is_free { self.deviation(mesh.corners(f)) } else { 0.0 }
@@ -207,11 +209,12 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
         )
         .collect();
     let is_proper = |v: Vertex| mesh.border(v) != 0 || !mesh.is_cap(mesh.face(mesh.outgoing(v)));
-    for v in mesh.vertices().filter(|&v| !mesh.is_pinned(v) && is_proper(v)) {
-        let gap = criteria.gap(mesh, v);
-        let l = &mut length[v.0 as usize];
-        *l = l.min((EDGES_PER_GAP * gap).max(MIN_GAP_EDGE));
-    }
+    length.par_iter_mut().with_min_len(256).enumerate().for_each(|(slot, l)| {
+        let v = Vertex(slot as u32);
+        if mesh.has_vertex(v) && !mesh.is_pinned(v) && is_proper(v) {
+            *l = l.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE));
+        }
+    });
     // Beside exact cells, whose hull turns at every cell, longer triangles would reach across its corners.
     for v in mesh.vertices().filter(|&v| mesh.is_fixed(v)) {
         let l = &mut length[v.0 as usize];

@@ -1,6 +1,7 @@
 //! Edge flips towards better triangles, and towards ones that follow the isosurface.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::caps::follows_border;
 use super::criteria::Criteria;
@@ -49,6 +50,8 @@ pub(crate) fn flip_edges(
     for _ in 0..passes {
         let mut touched: Vec<Edge> = Vec::new();
         let mut n = 0;
+        let is_better = |e: &Edge| flip_is_better(mesh, criteria, *e, flips);
+        edges = edges.into_par_iter().with_min_len(256).filter(is_better).collect();
         for &e in &edges {
             if flip_is_better(mesh, criteria, e, flips) && mesh.can_flip(e) {
                 let faces = mesh.flip(e).faces;

@@ -309,7 +309,7 @@ impl<'s, 'a> March<'s, 'a> {
             if mended < MOST_MENDED {
                 mended += 1;
                 if let Some(near) = self.mend_folded(state, step, &moved) {
-                    again = Some(Again { before: moved, fresh: BTreeSet::new(), near });
+                    again = Some(self.again(moved, BTreeSet::new(), near));
                     continue;
                 }
             }
@@ -382,7 +382,9 @@ impl<'s, 'a> March<'s, 'a> {
     /// Whether too much of the mesh cannot follow a step.
     fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
         let (low, high) = self.sweep.range;
-        let is_short = (step.next - step.at).abs() < SHORTEST * (high - low);
+        // Between two grey levels nothing is passed, but the surface comes near the samples of either.
+        let levels: f64 = if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 };
+        let is_short = (step.next - step.at).abs() <= levels.max(SHORTEST * (high - low));
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
         !is_short && moved.places.len() as f64 > most.max(20.0)
     }
@@ -425,13 +427,13 @@ impl<'s, 'a> March<'s, 'a> {
         let added: Vec<u32> = region.blocks().difference(&old).copied().collect();
         self.calendar.close_around(&mut region, passage, &added);
         let fresh = self.exchange(state, region, passage, kernels)?;
-        let near = self.beside(old.symmetric_difference(state.region.blocks()).copied());
-        Ok(Again { before, fresh, near })
+        let near = old.symmetric_difference(state.region.blocks()).copied().collect();
+        Ok(self.again(before, fresh, near))
     }
 
-    /// Mends faces that fold on the way, most of them where the seam runs into the mesh. Returns the blocks near changes,
-    /// if there are any.
-    fn mend_folded(&mut self, state: &mut State, step: Step, moved: &Moved) -> Option<Vec<bool>> {
+    /// Mends faces that fold on the way, most of them where the seam runs into the mesh. Returns the blocks of what changes,
+    /// if anything does.
+    fn mend_folded(&mut self, state: &mut State, step: Step, moved: &Moved) -> Option<Vec<u32>> {
         let (exact, error) = (self.exact(), self.parameters().error as f32);
         let start = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
         let end = |tracked: &Tracked, v: Vertex| {
@@ -451,7 +453,7 @@ impl<'s, 'a> March<'s, 'a> {
             return None;
         }
         self.record.changed_all(&state.tracked, state.at);
-        Some(self.beside(places.into_iter().filter_map(|p| self.block_at(p))))
+        Some(places.into_iter().filter_map(|p| self.block_at(p)).collect())
     }
 
     /// Better triangles at the end of a step: what fails is mended before remeshing, which would not, and after it.
@@ -472,9 +474,13 @@ impl<'s, 'a> March<'s, 'a> {
         reason.until = self.step + reason.held;
     }
 
-    /// By block, whether it is one of some or beside one.
-    fn beside(&self, blocks: impl Iterator<Item = u32>) -> Vec<bool> {
-        self.grid.marked(blocks.flat_map(|b| self.grid.blocks_around(b)))
+    /// To take a step again after some blocks have changed.
+    fn again(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: Vec<u32>) -> Again {
+        let grid = self.grid;
+        let marked =
+            |rings| grid.marked(changed.iter().flat_map(|&b| grid.blocks_within(b, rings)));
+        let [near, wide] = [1, 2].map(marked);
+        Again { before, fresh, near, wide }
     }
 
     /// The block around a place of the voxel frame.

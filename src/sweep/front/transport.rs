@@ -84,6 +84,8 @@ pub(super) struct Again {
     pub(super) fresh: BTreeSet<Vertex>,
     /// By block: whether something has changed in it or beside it.
     pub(super) near: Vec<bool>,
+    /// By block: whether it is one of those or beside one.
+    pub(super) wide: Vec<bool>,
 }
 
 /// A step from one isovalue to the next.
@@ -109,15 +111,16 @@ impl Transport<'_> {
     /// Moves free vertices to the next isovalue, relaxes them there, and looks where that went wrong.
     pub(super) fn moved(&self, kernels: &mut dyn Kernels) -> Result<Moved> {
         let mesh = &self.tracked.mesh;
-        let near = |v: Vertex| self.is_near(mesh.position(v), 0);
         let moves: Vec<bool> = (0..mesh.vertex_slots() as u32)
             .into_par_iter()
             .map(Vertex)
             .map(|v| {
-                let again = |a: &Again| a.fresh.contains(&v) || a.before.end(v).is_none();
-                mesh.has_vertex(v)
-                    && !mesh.is_pinned(v)
-                    && self.again.is_none_or(|a| near(v) || again(a))
+                let again = |a: &Again| {
+                    self.is_in(&a.near, mesh.position(v))
+                        || a.fresh.contains(&v)
+                        || a.before.end(v).is_none()
+                };
+                mesh.has_vertex(v) && !mesh.is_pinned(v) && self.again.is_none_or(again)
             })
             .collect();
         let moves = |v: Vertex| moves.get(v.0 as usize).copied().unwrap_or(false);
@@ -136,12 +139,10 @@ impl Transport<'_> {
         Ok(moved)
     }
 
-    /// Whether a place is in a block near which something has changed, or in one of `rings` around those.
-    fn is_near(&self, p: Vec3, rings: usize) -> bool {
-        let Some(again) = self.again else { return true };
-        let grid = self.region.grid;
-        let Some(block) = grid.block_at(p * self.field.inverse_cell_size()) else { return false };
-        grid.blocks_within(block, rings).any(|b| again.near[b as usize])
+    /// Whether a place is in one of some blocks.
+    fn is_in(&self, blocks: &[bool], p: Vec3) -> bool {
+        let block = self.region.grid.block_at(p * self.field.inverse_cell_size());
+        block.is_some_and(|b| blocks[b as usize])
     }
 
     /// Where a vertex that does not move freely is at the end of the step: the seam where it will be, the rest of the mesh
@@ -222,7 +223,7 @@ impl Transport<'_> {
                 if !self.stays(slot) || area(a) < LEAST_AREA {
                     return None;
                 }
-                let is_off = || (off(&midway, m) > most).then_some(3);
+                let is_off = || is_off(&midway, m, most).then_some(3);
                 let check = fault(&ends, a, most).or_else(is_off)?;
                 Some((check, barycentre, slot))
             })
@@ -244,11 +245,11 @@ impl Transport<'_> {
         let (slots, mut faces): (Vec<Face>, Vec<[u32; 3]>) =
             all.filter(|f| self.stays(*f.0)).map(|(f, t)| (*f, *t)).unzip();
         let own = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
-        if self.again.is_some() {
+        if let Some(again) = self.again {
             let is_beside = |f: &Face| {
                 !mesh.is_cap(*f)
                     && compacted.faces.binary_search(f).is_err()
-                    && mesh.corners(*f).into_iter().any(|p| self.is_near(p, 1))
+                    && mesh.corners(*f).into_iter().any(|p| self.is_in(&again.wide, p))
                     && self.stays(*f)
             };
             let all: Vec<Face> = mesh.faces().collect();
@@ -289,10 +290,7 @@ impl Transport<'_> {
         let (region, exact) = (self.region, self.exact);
         let grid = region.grid;
         let strides = exact.strides();
-        let is_near = |b: u32| {
-            let near = |a: &Again| grid.blocks_around(b).any(|b| a.near[b as usize]);
-            self.again.is_none_or(near)
-        };
+        let is_near = |b: u32| self.again.is_none_or(|a| a.wide[b as usize]);
         let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
         let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
         for cell in blocks.flat_map(|b| grid.cells_of(b)) {
@@ -328,7 +326,7 @@ pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usiz
     if normal(t).dot(criteria.field.gradient(barycentre)) > 0.0 {
         return Some(1);
     }
-    (off(criteria, t) > most).then_some(2)
+    is_off(criteria, t, most).then_some(2)
 }
 
 /// The faces that cannot stay as they are.
@@ -343,14 +341,14 @@ pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parame
         .collect()
 }
 
-/// How far a face's barycentre is from the isosurface, along its normal or by the field's slope there: the normal of a
-/// sliver may lead anywhere.
-fn off(criteria: &Criteria, t: [Vec3; 3]) -> f32 {
+/// Whether a face's barycentre is farther than that from the isosurface, both by the field's slope there and along its
+/// normal: that of a sliver may lead anywhere.
+fn is_off(criteria: &Criteria, t: [Vec3; 3], most: f32) -> bool {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
     let field = criteria.field;
     let slope = field.gradient(barycentre).length();
     let by_slope = (field.value(barycentre) - criteria.isovalue).abs() / slope.max(1e-12);
-    by_slope.min(criteria.deviation(t))
+    by_slope > most && criteria.deviation(t) > most
 }
 
 /// How far most vertices will move, from the field's gradient, voxels.

@@ -54,6 +54,7 @@ impl March<'_, '_> {
         for attempt in 0usize.. {
             if target.is_closed() {
                 self.drop_all(state, target);
+                new.clear();
                 break;
             }
             let regions = [&state.region, &target];
