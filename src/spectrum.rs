@@ -24,6 +24,7 @@ mod numbers;
 mod quantise;
 mod query;
 mod shown_first;
+mod uncounted;
 
 pub use active_set::ActiveSet;
 pub(crate) use assembly::Assembly;
