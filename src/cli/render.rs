@@ -12,8 +12,8 @@ use isospectrum::{Error, Result};
 
 use isospectrum::sweep::Progress as _;
 
-use super::clip_argument::ClipArgument;
 use super::border_arguments::BorderArguments;
+use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::share;
 use super::frames::{Pattern, Sweep};

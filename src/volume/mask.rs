@@ -4,13 +4,17 @@
 //!
 //! A mask that is laid over a volume by making everything else low puts a wall of that height around what is inside, and
 //! the wall is an isosurface like any other. Here the samples beside the mask, those of the cells that it ends in, stay what
-//! they are: around its end the isosurface is the volume's own, and goes on for a cell. Only then all samples are the
-//! lowest there is (or the highest, as the layer around the volume), which closes the surface. So what lies nearer to a
-//! sample outside the mask than to one inside can be told, and left out as caps are ([`Volume::is_masked_out`]).
+//! they are: around its end the isosurface is the volume's own, and goes on for a cell. Only then samples fall, with the
+//! distance, to the lowest there is (or the highest, as the layer around the volume), which closes the surface. So what lies
+//! nearer to a sample outside the mask than to one inside can be told, and left out as caps are ([`Volume::is_masked_out`]).
+//!
+//! They fall over some voxels because a wall of stairs cannot be tracked: of nucleon, cut by a slanting plane, 22 % of the
+//! area was tracked with a wall of one cell.
 //!
 //! # Invariants
 //!
-//! The samples inside are not changed, and no other is beyond their range: it is the volume's range.
+//! The samples inside are not changed, and no other is beyond their range: it is the volume's range. Memory: 2 bytes per
+//! sample.
 
 use std::io::{Read as _, Write as _};
 
@@ -19,15 +23,22 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use flate2::Compression;
 use flate2::bufread::ZlibDecoder;
 use flate2::write::ZlibEncoder;
+use num_traits::AsPrimitive;
 use serde::{Deserialize, Serialize};
 
 use super::stream::DEFLATE_RATIO;
-use super::{Samples, Space, Unit, Volume};
+use super::{Outside, Samples, Space, Unit, Volume};
 use crate::error::{Error, Result};
 use crate::with_samples;
 
 /// Most letters that a mask may take in a spectrum, whose description has room for a MiB.
 const MOST_LETTERS: usize = 768 << 10;
+
+/// Samples of cells that a mask ends in lie so near to one inside: the diagonal of a cell.
+const BESIDE: f64 = 1.7321;
+
+/// So far from the mask all samples are those of the layer's side, in samples.
+const FAR: usize = 6;
 
 /// Farthest that a corner of a mask may lie from that of its volume, where both say where they are, voxels.
 const NEAR: f64 = 0.5;
@@ -161,18 +172,29 @@ impl Mask {
         Mask { name: self.name.clone(), dims, inside }
     }
 
-    /// The samples that are inside, and those that share a cell with one.
-    fn grown(&self) -> Vec<bool> {
-        let mut inside = self.inside.clone();
+    /// Of each sample the square of the distance to the nearest one inside, in samples; [`FAR`]^2 where it is farther away.
+    fn squared_distances(&self) -> Vec<u8> {
+        let far = (FAR * FAR) as u8;
+        let mut squares: Vec<u8> = self.inside.iter().map(|&i| if i { 0 } else { far }).collect();
         let strides = [1, self.dims[0], self.dims[0] * self.dims[1]];
+        // The square of a distance is the sum of those along the axes.
         for (stride, n) in strides.into_iter().zip(self.dims) {
-            let before = inside.clone();
-            for (i, inside) in inside.iter_mut().enumerate() {
+            let before = squares.clone();
+            for (i, square) in squares.iter_mut().enumerate().filter(|(_, square)| **square > 0) {
                 let at = i / stride % n;
-                *inside |= at > 0 && before[i - stride] || at + 1 < n && before[i + stride];
+                for d in 1..FAR {
+                    let along = (d * d) as u8;
+                    if along >= *square {
+                        break;
+                    }
+                    let down = (at >= d).then(|| before[i - d * stride]);
+                    let up = (at + d < n).then(|| before[i + d * stride]);
+                    let nearest = down.into_iter().chain(up).min().unwrap_or(far);
+                    *square = (*square).min(along.saturating_add(nearest));
+                }
             }
         }
-        inside
+        squares
     }
 
     /// The volume with the mask laid over it: see the module.
@@ -185,27 +207,44 @@ impl Mask {
             let (mask, volume) = (&self.name, volume.name());
             return Err(Error::input(format!("{mask}: no sample of {volume} is inside the mask")));
         }
-        let grown = self.grown();
-        let is_low = volume.outside() == super::Outside::Low;
+        let squares = self.squared_distances();
+        let is_low = volume.outside() == Outside::Low;
+        let share = |square: u8| match f64::from(square).sqrt() {
+            d if d <= BESIDE => 1.0,
+            d => ((FAR as f64 - d) / (FAR as f64 - BESIDE)).max(0.0),
+        };
+        let shares: Vec<f64> = (0..=(FAR * FAR) as u8).map(share).collect();
         let samples = with_samples!(volume.samples(), all => {
-            let mut inside = all.iter().zip(&self.inside).filter(|(_, inside)| **inside).map(|(&v, _)| v);
-            let first = inside.next().unwrap_or(all[0]);
-            let (mut low, mut high) = (first, first);
-            for v in inside {
-                low = if v < low { v } else { low };
-                high = if v > high { v } else { high };
-            }
-            let masked = all.iter().zip(&grown).map(|(&v, &stays)| match stays {
-                true if v < low => low,
-                true if v > high => high,
-                true => v,
-                false if is_low => low,
-                false => high,
+            let inside = all.iter().zip(&self.inside).filter(|(_, inside)| **inside);
+            let (low, high) = range_of(inside.map(|(&v, _)| v)).unwrap_or((all[0], all[0]));
+            let masked = all.iter().zip(&squares).map(|(&v, &square)| {
+                let v = if v < low { low } else if v > high { high } else { v };
+                fallen(v, if is_low { low } else { high }, shares[usize::from(square)])
             });
             Samples::from(masked.collect::<Vec<_>>())
         });
         Ok(volume.with_samples(samples)?.with_mask(self))
     }
+}
+
+/// Smallest and largest of some numbers.
+fn range_of<T: Copy + PartialOrd>(mut values: impl Iterator<Item = T>) -> Option<(T, T)> {
+    let first = values.next()?;
+    Some(values.fold((first, first), |(low, high), v| {
+        (if v < low { v } else { low }, if v > high { v } else { high })
+    }))
+}
+
+/// The sample that has a share of the way from an end of the range.
+fn fallen<T: Copy + AsPrimitive<f64>>(sample: T, end: T, share: f64) -> T
+where
+    f64: AsPrimitive<T>,
+{
+    if share == 1.0 {
+        return sample;
+    }
+    let (from, to): (f64, f64) = (end.as_(), sample.as_());
+    (from + share * (to - from)).as_()
 }
 
 impl MaskRecord {
@@ -294,20 +333,36 @@ mod tests {
     }
 
     #[test]
-    fn samples_beside_the_mask_stay_within_the_range_of_those_inside() {
-        let dims = [9, 3, 3];
-        let given = volume(dims, (0..81).map(|i| (10 * (i % 9)) as u8).collect());
-        let mut inside = vec![0; 81];
-        (0..81).filter(|i| (3..6).contains(&(i % 9))).for_each(|i| inside[i] = 1);
+    fn samples_beside_the_mask_stay_within_the_range_of_those_inside_and_fall_off_farther_out() {
+        let dims = [16, 3, 3];
+        let given = volume(dims, (0..144).map(|i| (10 * (i % 16)) as u8).collect());
+        let inside = (0..144).map(|i| u8::from((3..6).contains(&(i % 16)))).collect();
         let mask = Mask::of(&volume(dims, inside));
         let row = |outside| {
             let given = given.clone().with_outside(outside);
             let laid = mask.clone().laid_over(&given).expect("a volume");
             assert_eq!(laid.range(), (30.0, 50.0));
-            (0..9).map(|x| laid.sample(x, 1, 1)).collect::<Vec<_>>()
+            assert!(laid.is_masked_out([2.4, 1.0, 1.0]) && !laid.is_masked_out([2.6, 1.0, 1.0]));
+            (0..16).map(|x| laid.sample(x, 1, 1)).collect::<Vec<_>>()
         };
-        assert_eq!(row(Outside::Low), [30.0, 30.0, 30.0, 30.0, 40.0, 50.0, 50.0, 30.0, 30.0]);
-        assert_eq!(row(Outside::High), [50.0, 50.0, 30.0, 30.0, 40.0, 50.0, 50.0, 50.0, 50.0]);
+        let low = row(Outside::Low);
+        assert_eq!(low[..7], [30.0, 30.0, 30.0, 30.0, 40.0, 50.0, 50.0]);
+        assert!(low[6..12].windows(2).all(|w| w[0] > w[1]), "{low:?}");
+        assert_eq!(low[11..], [30.0; 5]);
+        let high = row(Outside::High);
+        assert_eq!((high[2], high[3], high[4], high[15]), (30.0, 30.0, 40.0, 50.0));
+        assert!(high[..3].windows(2).all(|w| w[0] > w[1]), "{high:?}");
+    }
+
+    #[test]
+    fn distances_are_those_to_the_nearest_sample_inside() {
+        let dims = [9, 8, 7];
+        let mask = one_inside(dims, 2 + 9 * (3 + 8 * 5));
+        for (i, square) in mask.squared_distances().into_iter().enumerate() {
+            let [x, y, z] = [i % 9, i / 9 % 8, i / 72].map(|x| x as i64);
+            let expected = (x - 2).pow(2) + (y - 3).pow(2) + (z - 5).pow(2);
+            assert_eq!(i64::from(square), expected.min(36), "{x}, {y}, {z}");
+        }
     }
 
     #[test]
