@@ -22,6 +22,7 @@ mod metaimage;
 mod mrc;
 mod nifti;
 mod npy;
+mod npz;
 mod nrrd;
 pub mod phantom;
 mod placement;

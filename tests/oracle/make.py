@@ -8,6 +8,7 @@ reads: dimensions, a checksum of all samples (CRC-32 of them as 64-bit floats, x
 positions of the eight corners. With a folder of real volumes, `real.json` as well.
 """
 
+import gzip
 import json
 import sys
 import tempfile
@@ -388,6 +389,36 @@ def cube():
     return [cube_entry("cube_sheared.cube"), orbital]
 
 
+# NumPy: arrays of a volume are [z, y, x]
+
+
+def archives():
+    one, other = pattern("i2").transpose(2, 1, 0), pattern("f4", 3).transpose(2, 1, 0)
+    np.savez_compressed(HERE / "npz_packed.npz", density=one, potential=np.asfortranarray(other))
+    np.savez(HERE / "npz_one.npz", other.astype("u2"))
+    entries = []
+    for file, name, array in [("npz_packed.npz", "density", "density"), ("npz_packed.npz", "potential", "potential"), ("npz_one.npz", "arr_0", None)]:
+        read = np.load(HERE / file)[name]
+        options = {"array": array} if array else {}
+        entries.append(entry(file, f"NumPy {np.__version__}", read.transpose(2, 1, 0), lambda i: i, "UNKNOWN", "unknown", **options))
+    return entries
+
+
+# NRRD in several files: headers by hand, ITK reads them
+
+
+def nrrd_parts():
+    samples = pattern("u2").transpose(2, 1, 0)
+    geometry = "type: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 5 4 3\nspace directions: (0.5,0,0) (0,0.75,0) (0,0.25,2)\nspace origin: (1,-2,3)\nspace units: \"mm\" \"mm\" \"mm\"\nendian: little\n"
+    for i, part in enumerate(samples):
+        (HERE / f"nrrd_part{i + 8:02}.raw").write_bytes(part.tobytes())
+        (HERE / f"nrrd_part{i + 8:02}.gz").write_bytes(gzip.compress(part.tobytes(), mtime=0))
+    names = "\n".join(f"nrrd_part{i + 8:02}.gz" for i in range(3))
+    (HERE / "nrrd_list.nhdr").write_text(f"NRRD0004\n{geometry}encoding: gzip\ndata file: LIST\n{names}\n")
+    (HERE / "nrrd_pattern.nhdr").write_text(f"NRRD0004\n{geometry}encoding: raw\ndata file: nrrd_part%02d.raw 8 10 1 2\n")
+    return [itk_entry(name) for name in ["nrrd_list.nhdr", "nrrd_pattern.nhdr"]]
+
+
 # TIFF: tifffile; folders of slices: tifffile and Pillow
 
 
@@ -682,7 +713,7 @@ def write(name, entries):
 
 
 if __name__ == "__main__":
-    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + tiff() + dicom())
+    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + archives() + nrrd_parts() + tiff() + dicom())
     (HERE / "filters.json").write_text(json.dumps(filters()) + "\n")
     if len(sys.argv) > 1:
         write("real.json", real(sys.argv[1]))
