@@ -14,7 +14,8 @@ use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Mask, Statistics};
 use isospectrum::{
-    Error, Isovalue, Keep, Mesh, Noise, Parameters, Preparation, Prepared, Progress, Query, Result, file,
+    Error, Isovalue, Keep, Mesh, Noise, Parameters, Preparation, Prepared, Progress, Query, Result,
+    file,
 };
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;

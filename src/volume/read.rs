@@ -138,7 +138,8 @@ impl Kind {
                 "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
             )));
         }
-        let has_frames = matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc | Kind::Tiff);
+        let has_frames =
+            matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc | Kind::Tiff | Kind::Dicom);
         let has_channels =
             !matches!(self, Kind::Raw | Kind::Nrrd | Kind::Npy | Kind::Npz | Kind::Mrc);
         let has_arrays = matches!(self, Kind::Vti | Kind::Vtk | Kind::Npz);
