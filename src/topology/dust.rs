@@ -22,6 +22,7 @@ use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
+use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
 use crate::volume::{Outside, Samples, Volume};
 use crate::with_samples;
@@ -29,8 +30,8 @@ use crate::with_samples;
 /// Which way dust is taken out: spectra name it, so that none is taken for what another way gives.
 pub const DUST_METHOD: u32 = 1;
 
-/// Marks what is not there.
-const NONE: u32 = u32::MAX;
+/// The size of what is one with the layer around the volume.
+const ENDLESS: u32 = u32::MAX;
 
 /// What [`without_dust`] did to a volume.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -88,9 +89,8 @@ struct Parts<'a, T> {
     order: Vec<u32>,
     /// Whether those at the border belong to the layer around the volume.
     is_joined_by_layer: bool,
-    /// Towards the sample that stands for the part; [`NONE`] for those that have not joined.
-    parent: Vec<u32>,
-    /// Of the sample that stands for a part: how many it has.
+    sets: DisjointSets,
+    /// Of the sample that stands for a part: how many it has, [`ENDLESS`] with the layer. Of samples that have not joined: 0.
     size: Vec<u32>,
     /// The next sample of the same part, in a ring.
     next: Vec<u32>,
@@ -124,8 +124,8 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
             dims,
             order,
             is_joined_by_layer,
-            parent: vec![NONE; n as usize],
-            size: vec![1; n as usize],
+            sets: DisjointSets::new(n as usize),
+            size: vec![0; n as usize],
             next: (0..n).collect(),
         }
     }
@@ -140,8 +140,8 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
             touched.clear();
             for &at in level {
                 for n in neighbours(self.dims, at).0.into_iter().flatten() {
-                    if self.parent[n as usize] != NONE {
-                        let root = self.root(n);
+                    if self.size[n as usize] > 0 {
+                        let root = self.sets.find(n);
                         touched.push(Touched { whole: at, size: self.size[root as usize], root });
                     }
                 }
@@ -149,26 +149,24 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
             joined.clear();
             for &at in level {
                 let (around, is_at_border) = neighbours(self.dims, at);
-                self.parent[at as usize] = at;
-                if is_at_border && self.is_joined_by_layer {
-                    self.size[at as usize] = NONE;
-                }
+                let is_outside = is_at_border && self.is_joined_by_layer;
+                self.size[at as usize] = if is_outside { ENDLESS } else { 1 };
                 for n in around.into_iter().flatten() {
-                    if self.parent[n as usize] != NONE {
+                    if self.size[n as usize] > 0 {
                         joined.extend(self.unite(n, at));
                     }
                 }
             }
             for one in &mut touched {
-                one.whole = self.root(one.whole);
+                one.whole = self.sets.find(one.whole);
             }
             touched.sort_unstable();
             touched.dedup();
             for met in touched.chunk_by(|a, b| a.whole == b.whole) {
                 // The last is the largest, and goes on, unless the layer is among what it meets.
-                let is_layer = self.size[met[0].whole as usize] == NONE;
+                let is_layer = self.size[met[0].whole as usize] == ENDLESS;
                 let n_ending =
-                    met.len() - usize::from(!is_layer || met[met.len() - 1].size == NONE);
+                    met.len() - usize::from(!is_layer || met[met.len() - 1].size == ENDLESS);
                 for ending in met[..n_ending].iter().filter(|part| part.size < least) {
                     self.fill(ending.root, values[level[0] as usize], samples);
                 }
@@ -193,26 +191,16 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
 
     /// Makes the parts of two samples one, but for their rings; what stood for them, where they were two.
     fn unite(&mut self, a: u32, b: u32) -> Option<(u32, u32)> {
-        let (a, b) = (self.root(a), self.root(b));
+        let (a, b) = (self.sets.find(a), self.sets.find(b));
         if a == b {
             return None;
         }
         // The larger stands for both, so ways to it stay short.
         let [n_a, n_b] = [a, b].map(|r| self.size[r as usize]);
         let (stands, other) = if n_a >= n_b { (a, b) } else { (b, a) };
-        self.parent[other as usize] = stands;
+        self.sets.absorb(stands, other);
         self.size[stands as usize] = n_a.saturating_add(n_b);
         Some((a, b))
-    }
-
-    fn root(&mut self, sample: u32) -> u32 {
-        let mut at = sample;
-        while self.parent[at as usize] != at {
-            let above = self.parent[at as usize];
-            self.parent[at as usize] = self.parent[above as usize];
-            at = above;
-        }
-        at
     }
 }
 
