@@ -42,7 +42,11 @@ fn masked() -> Folder {
         "--backend",
         "cpu",
     ]);
-    assert!(stderr(&said).contains("mask ball_16x16x16_uint8.raw, 11.841 % of"), "{}", stderr(&said));
+    assert!(
+        stderr(&said).contains("mask ball_16x16x16_uint8.raw, 11.841 % of"),
+        "{}",
+        stderr(&said)
+    );
     folder
 }
 
