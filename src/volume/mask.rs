@@ -366,6 +366,27 @@ mod tests {
     }
 
     #[test]
+    fn a_mask_that_lies_elsewhere_is_refused_where_both_say_where() {
+        let at = |origin, space| {
+            let placement = Placement { origin, space, unit: Unit::Mm, ..Placement::default() };
+            let samples = Samples::U8((0..8).collect());
+            Volume::new("v", [2; 3], samples, placement).expect("a volume")
+        };
+        let given = at([5.0, 6.0, 7.0], Space::Lps);
+        assert!(Mask::check(&at([5.0, 6.3, 7.0], Space::Lps), &given).is_ok());
+        assert!(Mask::check(&at([5.0, 6.6, 7.0], Space::Lps), &given).is_err());
+        assert!(Mask::check(&at([0.0; 3], Space::Unknown), &given).is_ok());
+        // RAS: x and y the other way round, and so are the axes of this one.
+        let mut turned = *at([-5.0, -6.0, 7.0], Space::Ras).placement();
+        turned.direction[0][0] = -1.0;
+        turned.direction[1][1] = -1.0;
+        let samples = Samples::U8((0..8).collect());
+        let turned = Volume::new("v", [2; 3], samples, turned).expect("a volume");
+        assert!(Mask::check(&turned, &given).is_ok());
+        assert!(Mask::check(&at([-5.0, -6.0, 7.0], Space::Ras), &given).is_err());
+    }
+
+    #[test]
     fn regions_and_blocks_of_a_mask() {
         let mask = one_inside([6, 4, 4], 1 + 6 * (2 + 4 * 3));
         let part = mask.cropped([[1, 6], [2, 4], [2, 4]]);

@@ -651,6 +651,12 @@ def dicom():
          encode=j2k, decode=imagecodecs.jpeg2k_decode)
     save("dicom_jpeg2000_colours", "1.2.3.4.14", colours, [0, 0, 2], kind=COLOUR, syntax=pydicom.uid.JPEG2000Lossless,
          encode=j2k, decode=imagecodecs.jpeg2k_decode, channel=2)
+    # Decoders round by one in different ways: all samples are told.
+    lossy = codecs("jpeg8_encode", level=90)
+    save("dicom_lossy", "1.2.3.4.16", values.astype("u1"), [0, 0, 2], syntax=pydicom.uid.JPEGBaseline8Bit, encode=lossy, decode=imagecodecs.jpeg8_decode)
+    entries.pop()
+    decoded = [imagecodecs.jpeg8_decode(lossy(np.ascontiguousarray(plane))) for plane in values.astype("u1")]
+    (HERE / "lossy.json").write_text(json.dumps(np.stack(decoded).ravel().tolist()) + "\n")
     save_times(values, entries)
     save("dicom_two", "1.2.3.4.9", values.astype("u1"), [0, 0, 1], series="1.2.3.4.9")
     save("dicom_two", "1.2.3.4.8", values.astype("u1")[:3] + 1, [0, 0, 1.5], series="0")

@@ -39,7 +39,10 @@ pub(super) struct Shape {
 /// Most bytes of samples that a byte of a file with packed frames may stand for.
 pub(super) const RATIO: u64 = 512;
 
-/// Byte of a codestream of JPEG 2000 that tells precision and sign of the first component.
+/// How a codestream of JPEG 2000 begins; at which of its bytes it tells how many components there are, and precision and
+/// sign of the first one.
+const CODESTREAM: [u8; 4] = [0xff, 0x4f, 0xff, 0x51];
+const N_COMPONENTS: usize = 40;
 const PRECISION: usize = 42;
 
 impl Codec {
@@ -117,10 +120,14 @@ fn jpeg_2000(bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
     let image = hayro_jpeg2000::Image::new(bytes, &settings).map_err(damaged)?;
     let (width, height) = (image.width() as usize, image.height() as usize);
     let n_bits = usize::from(image.original_bit_depth());
-    // How many there are is known once they are unpacked: three at most are as many as a colour has.
-    shape.check(width, height, shape.n_channels, n_bits)?;
+    let start = bytes.windows(4).position(|w| w == CODESTREAM);
+    let Some(head) = start.and_then(|start| bytes.get(start..start + PRECISION + 1)) else {
+        return Err(invalid("JPEG 2000 without a codestream"));
+    };
+    let n_components = u16::from_be_bytes([head[N_COMPONENTS], head[N_COMPONENTS + 1]]);
+    shape.check(width, height, usize::from(n_components), n_bits)?;
     // The decoder takes signed numbers for unsigned ones, half of their range higher.
-    let is_signed = bytes.get(PRECISION).is_some_and(|precision| precision & 0x80 != 0);
+    let is_signed = head[PRECISION] & 0x80 != 0;
     let shift = if is_signed { 1i64 << (n_bits.max(1) - 1) } else { 0 };
     let mut context = DecoderContext::default();
     let decoded = image.decode(&mut context).map_err(damaged)?;
