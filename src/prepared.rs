@@ -59,21 +59,25 @@ pub struct Cleaned {
 }
 
 impl Noise {
-    /// The volume without the noise, and what went: first by persistence, then by size, so that nothing that is too small
-    /// is left.
+    /// The volume without the noise, and what went: first by size, then by persistence, which smooths what dust was
+    /// flattened to, and of which nothing is left then. What that made too small again is counted.
     ///
     /// # Errors
     ///
     /// Those of [`simplify`] and [`without_dust`].
     pub fn take_out(self, volume: Volume) -> Result<(Volume, Cleaned)> {
         let (mut volume, mut cleaned) = (volume, Cleaned::default());
-        if let Some(persistence) = self.persistence {
-            let (simplified, done) = simplify(&volume, persistence)?;
-            (volume, cleaned.simplification) = (simplified, Some(done));
-        }
         if let Some(voxels) = self.min_component {
             let (left, done) = without_dust(&volume, voxels)?;
             (volume, cleaned.dust) = (left, Some(done));
+        }
+        if let Some(persistence) = self.persistence {
+            let (simplified, done) = simplify(&volume, persistence)?;
+            (volume, cleaned.simplification) = (simplified, Some(done));
+            if let Some(dust) = &mut cleaned.dust {
+                let again = without_dust(&volume, dust.voxels)?.1;
+                dust.left = again.parts + again.cavities;
+            }
         }
         Ok((volume, cleaned))
     }
@@ -117,12 +121,12 @@ impl Prepared {
         };
         has_method("simplification", METHOD)?;
         has_method("dust", DUST_METHOD)?;
-        let volume = match number("/simplification/persistence") {
-            Some(persistence) => simplified(&volume, persistence)?,
+        let volume = match number("/dust/voxels") {
+            Some(voxels) => without_dust(&volume, voxels as u32)?.0,
             None => volume,
         };
-        match number("/dust/voxels") {
-            Some(voxels) => Ok(without_dust(&volume, voxels as u32)?.0),
+        match number("/simplification/persistence") {
+            Some(persistence) => simplified(&volume, persistence),
             None => Ok(volume),
         }
     }

@@ -48,6 +48,8 @@ pub struct Dust {
     pub samples: usize,
     /// The largest change of a sample.
     pub largest_change: f64,
+    /// Parts and cavities that are too small again, once noise has been taken out by persistence afterwards.
+    pub left: usize,
 }
 
 /// The volume without the parts, and without the cavities, that never have `voxels` samples before they meet a larger one.
