@@ -6,6 +6,7 @@
 
 mod analyze;
 mod backend_arguments;
+mod border_arguments;
 mod budget;
 mod clip_argument;
 mod color_arguments;

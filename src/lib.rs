@@ -60,7 +60,7 @@ pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};
-pub use prepared::Prepared;
+pub use prepared::{Noise, Prepared};
 pub use spectrum::{Keep, Query, Spectrum, SurfaceMesh as Mesh};
 pub use sweep::{Counts, Parameters, Progress, Silent, compute};
 pub use verify::{Report, verify};

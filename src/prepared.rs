@@ -3,8 +3,8 @@
 //!
 //! # Invariants
 //!
-//! What is done to a volume stands in the parameters of its spectrum (`preparation`, `simplification`, and what is known of
-//! the samples), so whoever has the volume can do it again ([`Prepared::again`]) and verify the spectrum against the result.
+//! What is done to a volume stands in the parameters of its spectrum (`preparation`, `simplification`, `dust`, and what is
+//! known of the samples), so whoever has the volume can do it again ([`Prepared::again`]) and verify the spectrum against the result.
 
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::kernels::Backend;
 use crate::spectrum::Spectrum;
 use crate::sweep::{Parameters, Progress, compute};
+use crate::topology::dust::{DUST_METHOD, Dust, without_dust};
 use crate::topology::simplify::{METHOD, Simplification, simplified, simplify};
 use crate::volume::{Preparation, Statistics, Volume};
 
@@ -19,10 +20,10 @@ use crate::volume::{Preparation, Statistics, Volume};
 ///
 /// ```
 /// use isospectrum::kernels::{Backend, Choice};
-/// use isospectrum::{Counts, Isovalue, Parameters, Preparation, Prepared, Silent, volume::phantom};
+/// use isospectrum::{Counts, Isovalue, Noise, Parameters, Preparation, Prepared, Silent, volume::phantom};
 ///
 /// let halved = Preparation { downsample: Some(2), ..Preparation::default() };
-/// let prepared = Prepared::new(phantom("sphere:16")?, halved, Some(0.01))?;
+/// let prepared = Prepared::new(phantom("sphere:16")?, halved, Noise { persistence: Some(0.01), ..Noise::default() })?;
 /// let backend = Backend::choose(Choice::Cpu, None)?;
 /// let spectrum = prepared.compute(&Parameters::default(), &backend, &Silent)?;
 /// // Isovalues may be written by what the spectrum knows of the samples.
@@ -35,40 +36,68 @@ use crate::volume::{Preparation, Statistics, Volume};
 pub struct Prepared {
     volume: Arc<Volume>,
     preparation: Preparation,
-    simplification: Option<Simplification>,
+    cleaned: Cleaned,
     samples: Statistics,
 }
 
-impl Prepared {
-    /// Prepares a volume, and takes noise out of it where `persistence` (a difference of samples) says so.
+/// Which noise is taken out of a volume once it is prepared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Noise {
+    /// No extremum is left that is closer than this to the saddle that ends it, a difference of samples: see [`simplify`].
+    pub persistence: Option<f64>,
+    /// Parts and cavities go that never have so many samples before they meet a larger one: see [`without_dust`].
+    pub min_component: Option<u32>,
+}
+
+/// What was taken out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cleaned {
+    /// By persistence, where that was wanted.
+    pub simplification: Option<Simplification>,
+    /// By size, where that was wanted.
+    pub dust: Option<Dust>,
+}
+
+impl Noise {
+    /// The volume without the noise, and what went: first by size, then by persistence, which smooths what dust was
+    /// flattened to, and of which nothing is left then. What that made too small again is counted.
     ///
     /// # Errors
     ///
-    /// Those of [`Preparation::apply`] and [`simplify`].
-    pub fn new(
-        volume: Volume,
-        preparation: Preparation,
-        persistence: Option<f64>,
-    ) -> Result<Prepared> {
-        let volume = preparation.apply(volume)?;
-        let (volume, simplification) = match persistence {
-            Some(persistence) => {
-                let (volume, done) = simplify(&volume, persistence)?;
-                (volume, Some(done))
+    /// Those of [`simplify`] and [`without_dust`].
+    pub fn take_out(self, volume: Volume) -> Result<(Volume, Cleaned)> {
+        let (mut volume, mut cleaned) = (volume, Cleaned::default());
+        if let Some(voxels) = self.min_component {
+            let (left, done) = without_dust(&volume, voxels)?;
+            (volume, cleaned.dust) = (left, Some(done));
+        }
+        if let Some(persistence) = self.persistence {
+            let (simplified, done) = simplify(&volume, persistence)?;
+            (volume, cleaned.simplification) = (simplified, Some(done));
+            if let Some(dust) = &mut cleaned.dust {
+                let again = without_dust(&volume, dust.voxels)?.1;
+                dust.left = again.parts + again.cavities;
             }
-            None => (volume, None),
-        };
-        Ok(Prepared::of(volume, preparation, simplification))
+        }
+        Ok((volume, cleaned))
+    }
+}
+
+impl Prepared {
+    /// Prepares a volume, and takes noise out of it.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Preparation::apply`] and [`Noise::take_out`].
+    pub fn new(volume: Volume, preparation: Preparation, noise: Noise) -> Result<Prepared> {
+        let (volume, cleaned) = noise.take_out(preparation.apply(volume)?)?;
+        Ok(Prepared::of(volume, preparation, cleaned))
     }
 
     /// What is ready already, with what was done to it.
-    pub fn of(
-        volume: Volume,
-        preparation: Preparation,
-        simplification: Option<Simplification>,
-    ) -> Prepared {
+    pub fn of(volume: Volume, preparation: Preparation, cleaned: Cleaned) -> Prepared {
         let samples = Statistics::of(&volume);
-        Prepared { volume: Arc::new(volume), preparation, simplification, samples }
+        Prepared { volume: Arc::new(volume), preparation, cleaned, samples }
     }
 
     /// The volume that a spectrum is exact for, made anew of the one it was computed from.
@@ -81,12 +110,22 @@ impl Prepared {
         let volume = volume.with_outside(spectrum.volume.outside);
         let parameters = &spectrum.parameters;
         let volume = Preparation::of_parameters(parameters)?.apply(volume)?;
-        let said = |name: &str| parameters.pointer(&format!("/simplification/{name}"));
-        let method = said("method").and_then(serde_json::Value::as_u64);
-        match said("persistence").and_then(serde_json::Value::as_f64) {
-            Some(_) if method != Some(METHOD.into()) => Err(Error::input(
+        let said = |name: &str| parameters.pointer(name);
+        let number = |name: &str| said(name).and_then(serde_json::Value::as_f64);
+        let has_method = |of: &str, known: u32| {
+            let method = said(&format!("/{of}/method")).and_then(serde_json::Value::as_u64);
+            let is_known = said(&format!("/{of}")).is_none() || method == Some(known.into());
+            is_known.then_some(()).ok_or_else(|| Error::input(
                 "the spectrum's noise was taken out in a way that this version does not know, expected one computed by this version",
-            )),
+            ))
+        };
+        has_method("simplification", METHOD)?;
+        has_method("dust", DUST_METHOD)?;
+        let volume = match number("/dust/voxels") {
+            Some(voxels) => without_dust(&volume, voxels as u32)?.0,
+            None => volume,
+        };
+        match number("/simplification/persistence") {
             Some(persistence) => simplified(&volume, persistence),
             None => Ok(volume),
         }
@@ -102,9 +141,9 @@ impl Prepared {
         &self.samples
     }
 
-    /// What was simplified, where that was wanted.
-    pub fn simplification(&self) -> Option<&Simplification> {
-        self.simplification.as_ref()
+    /// Which noise was taken out.
+    pub fn cleaned(&self) -> &Cleaned {
+        &self.cleaned
     }
 
     /// The spectrum of the volume, which tells what was done to it.
@@ -122,8 +161,14 @@ impl Prepared {
         if !self.preparation.is_none() {
             spectrum.parameters["preparation"] = serde_json::json!(self.preparation);
         }
-        if let Some(done) = &self.simplification {
+        if let Some(done) = &self.cleaned.simplification {
             spectrum.parameters["simplification"] = serde_json::json!(done);
+        }
+        if let Some(done) = &self.cleaned.dust {
+            spectrum.parameters["dust"] = serde_json::json!(done);
+        }
+        if self.volume.mask().is_some() {
+            spectrum.cap_where(|p| self.volume.is_masked_out(p));
         }
         // Isovalues are written by them, and the volume is not there any more then.
         spectrum.parameters[Statistics::NAME] = serde_json::json!(self.samples);
@@ -137,14 +182,21 @@ mod tests {
     use crate::kernels::Choice;
     use crate::sweep::Silent;
     use crate::verify::{Limits, Sampling, verify};
-    use crate::volume::phantom;
+    use crate::volume::{Mask, Placement, Samples, phantom};
 
     #[test]
     fn a_spectrum_of_a_prepared_volume_is_verified_against_the_volume_as_it_was() {
         let volume = phantom("gyroid:12").expect("a phantom");
-        let preparation =
-            Preparation { crop: Some([[0, 9], [1, 11], [0, 12]]), ..Default::default() };
-        let prepared = Prepared::new(volume.clone(), preparation, Some(0.2)).expect("prepared");
+        // A ball that is not in the middle.
+        let from = |i: usize, middle: i64| (i as i64 - middle).pow(2);
+        let is_in = |i: usize| from(i % 12, 4) + from(i / 12 % 12, 6) + from(i / 144, 5) < 20;
+        let inside = (0..1728).map(|i| u8::from(is_in(i))).collect();
+        let mask = Volume::new("mask", [12; 3], Samples::U8(inside), Placement::default());
+        let mask = Mask::of(&mask.expect("a mask")).record().expect("small");
+        let crop = Some([[0, 9], [1, 11], [0, 12]]);
+        let preparation = Preparation { crop, mask: Some(mask), ..Default::default() };
+        let noise = Noise { persistence: Some(0.2), min_component: Some(10) };
+        let prepared = Prepared::new(volume.clone(), preparation, noise).expect("prepared");
         assert_eq!(prepared.volume().dims(), [9, 10, 12]);
         let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
         let spectrum =

@@ -24,6 +24,7 @@ mod numbers;
 mod quantise;
 mod query;
 mod shown_first;
+mod uncounted;
 
 pub use active_set::ActiveSet;
 pub(crate) use assembly::Assembly;
@@ -110,7 +111,7 @@ pub struct Triangle {
     pub birth: u32,
     /// Rank of the isovalue from which it no longer is; `birth < death`.
     pub death: u32,
-    /// Whether the triangle only closes the mesh at the border of the volume.
+    /// Whether the triangle only closes the mesh at the border of the volume, or lies beyond its mask.
     pub cap: bool,
 }
 

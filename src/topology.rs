@@ -26,6 +26,7 @@ mod contour_tree;
 pub mod critical;
 mod crossing;
 pub mod curves;
+pub mod dust;
 pub mod exact;
 mod merge;
 mod net;

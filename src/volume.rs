@@ -17,10 +17,12 @@ mod dicom;
 mod elsewhere;
 mod histogram;
 mod isovalue;
+mod mask;
 mod metaimage;
 mod mrc;
 mod nifti;
 mod npy;
+mod npz;
 mod nrrd;
 pub mod phantom;
 mod placement;
@@ -37,12 +39,15 @@ mod vtk;
 
 pub use histogram::Histogram;
 pub use isovalue::Isovalue;
+pub use mask::{Mask, MaskRecord};
 pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::told_by_name;
 pub use read::{ReadOptions, files_of, is_volume_name, read_volume, replace_not_finite};
 pub use statistics::Statistics;
+
+use std::sync::Arc;
 
 use num_traits::AsPrimitive;
 
@@ -196,6 +201,7 @@ pub struct Volume {
     placement: Placement,
     outside: Outside,
     range: (f64, f64),
+    mask: Option<Arc<Mask>>,
 }
 
 impl Volume {
@@ -269,13 +275,58 @@ impl Volume {
                 dims[a], spacing[a]
             )));
         }
-        Ok(Volume { name, dims, samples, placement, outside: Outside::default(), range })
+        Ok(Volume {
+            name,
+            dims,
+            samples,
+            placement,
+            outside: Outside::default(),
+            range,
+            mask: None,
+        })
     }
 
     /// The same volume with the layer around it on the given side.
     pub fn with_outside(mut self, outside: Outside) -> Self {
         self.outside = outside;
         self
+    }
+
+    /// The same volume with other samples, in the same places.
+    ///
+    /// # Errors
+    ///
+    /// As [`Volume::new`].
+    pub(crate) fn with_samples(&self, samples: Samples) -> Result<Self> {
+        let (outside, mask) = (self.outside, self.mask.clone());
+        let volume = Volume::new(self.name(), self.dims, samples, self.placement)?;
+        Ok(Volume { outside, mask, ..volume })
+    }
+
+    /// The same volume, of which only what is inside a mask of as many samples counts.
+    fn with_mask(mut self, mask: Mask) -> Self {
+        self.mask = Some(Arc::new(mask));
+        self
+    }
+
+    /// The mask that was laid over the volume, where one was.
+    pub fn mask(&self) -> Option<&Mask> {
+        self.mask.as_deref()
+    }
+
+    /// Whether a point of the voxel frame is nearer to a sample outside the mask than to one inside.
+    pub fn is_masked_out(&self, p: [f64; 3]) -> bool {
+        let Some(mask) = &self.mask else { return false };
+        let size = self.voxel_size();
+        let nearest = |a: usize| (p[a] / size[a]).round().clamp(0.0, self.dims[a] as f64 - 1.0);
+        let [x, y, z] = [0, 1, 2].map(|a| nearest(a) as usize);
+        !mask.is_inside(x + self.dims[0] * (y + self.dims[1] * z))
+    }
+
+    /// The values of the samples, of those inside the mask where there is one.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        let counts = |i: &usize| self.mask.as_ref().is_none_or(|mask| mask.is_inside(*i));
+        (0..self.samples.len()).filter(counts).map(|i| self.samples.get(i))
     }
 
     /// What the volume is called: the file's name without folders, or the phantom's.

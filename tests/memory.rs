@@ -251,6 +251,17 @@ fn volumes_take_memory_for_the_samples_that_arrive() {
     volume(folder.path(), "claim.npy", &npy("False", 1000), "1000000 bytes", 1);
     volume(folder.path(), "c.npy", &npy("False", 100), "", 1);
     volume(folder.path(), "fortran.npy", &npy("True", 100), "", 2);
+    // Text is read as it comes: of a CUBE file no more is kept than its samples, eight bytes for each number.
+    let cube = |side: usize, n: usize| {
+        let axes =
+            [format!("{side} 1 0 0\n"), format!("{side} 0 1 0\n"), format!("{side} 0 0 1\n")];
+        let numbers: String = (0..n).map(|i| format!(" {:.5E}\n", i as f64)).collect();
+        format!("a\nb\n0 0 0 0\n{}{numbers}", axes.concat()).into_bytes()
+    };
+    volume(folder.path(), "whole.cube", &cube(40, 64_000), "", 1);
+    volume(folder.path(), "claim.cube", &cube(1000, 64_000), "too few", 1);
+    let line = [&b"a\nb\n"[..], &b"1 "[..].repeat(1 << 19)].concat();
+    volume(folder.path(), "line.cube", &line, "a line of more than", 1);
     volume(folder.path(), "claim_1000x1000x1000_uint8.raw", &million, "1048576 bytes", 1);
     volume(folder.path(), "a_100x100x100_uint8.raw", &million[..1_000_000], "", 1);
     volume(folder.path(), "half_50x100x100_float16.raw", &half_ones(), "every sample", 2);

@@ -170,8 +170,8 @@ pub fn npy(input: &[u8]) {
 
 /// A volume of another program: the first byte tells of which.
 pub fn volumes(input: &[u8]) {
-    const ENDINGS: [&str; 10] =
-        ["nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif", "dcm"];
+    const ENDINGS: [&str; 11] =
+        ["nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif", "dcm", "npz"];
     let Some((&kind, rest)) = input.split_first() else { return };
     volume(&format!("fuzz.{}", ENDINGS[usize::from(kind) % ENDINGS.len()]), rest);
 }

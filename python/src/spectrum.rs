@@ -12,9 +12,10 @@ use isospectrum::page::{self, Page};
 use isospectrum::render::{Background, Camera, Image, Renderer, Surface, View, linear};
 use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
-use isospectrum::volume::{Histogram, Statistics};
+use isospectrum::volume::{Histogram, Mask, Statistics};
 use isospectrum::{
-    Error, Isovalue, Keep, Mesh, Parameters, Preparation, Prepared, Progress, Query, Result, file,
+    Error, Isovalue, Keep, Mesh, Noise, Parameters, Preparation, Prepared, Progress, Query, Result,
+    file,
 };
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
@@ -77,9 +78,9 @@ impl Picture {
 #[pymethods]
 impl Spectrum {
     /// Computes the spectrum of a volume. `parameters` are those of [`Parameters`] that are numbers, by name; `range` and
-    /// `start` are written isovalues.
+    /// `start` are written isovalues; `persistence` is a difference of samples, or a share of their range.
     #[staticmethod]
-    #[pyo3(signature = (volume, parameters, range, start, crop, median, smooth, downsample, persistence, backend, adapter, threads, progress))]
+    #[pyo3(signature = (volume, parameters, range, start, crop, median, smooth, downsample, mask, persistence, min_component, backend, adapter, threads, progress))]
     #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
     fn compute(
         py: Python<'_>,
@@ -91,7 +92,9 @@ impl Spectrum {
         median: Option<usize>,
         smooth: Option<[f64; 3]>,
         downsample: Option<usize>,
-        persistence: Option<f64>,
+        mask: Option<&Bound<'_, Volume>>,
+        persistence: Option<(f64, bool)>,
+        min_component: Option<u32>,
         backend: &str,
         adapter: Option<String>,
         threads: Option<usize>,
@@ -106,12 +109,19 @@ impl Spectrum {
         };
         let range = range.map(|(low, high)| Ok::<_, PyErr>((written(&low)?, written(&high)?)));
         let (range, start) = (range.transpose()?, start.map(|c| written(&c)).transpose()?);
-        let preparation = Preparation { crop, median, smooth, downsample };
-        let volume = volume.get().0.clone();
+        let (volume, mask) = (volume.get().0.clone(), mask.map(|mask| mask.get().0.clone()));
         let work = move |progress: &dyn Progress| {
             let backend = Backend::choose(choice, adapter.as_deref())?;
             progress.report(0.0, "preparing");
-            let prepared = Prepared::new(volume, preparation, persistence)?;
+            let mask = mask.map(|mask| Mask::check(&mask, &volume).map(|()| Mask::of(&mask)));
+            let mask = mask.transpose()?.map(|mask| mask.record()).transpose()?;
+            let preparation = Preparation { crop, median, smooth, downsample, mask };
+            let volume = preparation.apply(volume)?;
+            let (low, high) = volume.range();
+            let value = |(value, is_share)| if is_share { (high - low) * value } else { value };
+            let noise = Noise { persistence: persistence.map(value), min_component };
+            let (volume, cleaned) = noise.take_out(volume)?;
+            let prepared = Prepared::of(volume, preparation, cleaned);
             let volume_range = prepared.volume().range();
             let resolve = |c: Isovalue, range| c.resolve(range, Some(prepared.samples()));
             let range = match range {

@@ -101,6 +101,7 @@ def test_a_turned_world_is_that_of_the_program(run, tmp_path):
     (["--downsample", "2"], {"downsample": 2}),
     (["--persistence", "5%"], {"persistence": "5%"}),
     (["--persistence", "0.04", "--range", "20%:0.6"], {"persistence": 0.04, "range": ("20%", 0.6)}),
+    (["--min-component", "40"], {"min_component": 40}),
     (["--max-edge", "2", "--start", "p90"], {"max_edge": 2, "start": "p90"}),
 ])  # fmt: skip
 def test_parameters_mean_what_flags_mean(array, run, tmp_path, flags, options):
@@ -112,6 +113,27 @@ def test_parameters_mean_what_flags_mean(array, run, tmp_path, flags, options):
     # The volume as it was is all that is needed to verify it.
     found = s.verify(array, n=6, events=1, progress=False)
     assert found.totals["topology_right"] == found.totals["isovalues"] > 6
+
+
+def test_a_mask_means_what_the_flag_means(array, run, tmp_path):
+    z, y, x = np.indices(array.shape)
+    inside = (x - 7) ** 2 + (y - 7) ** 2 + (z - 6) ** 2 < 30
+    np.save(tmp_path / "blobs.npy", array)
+    np.save(tmp_path / "mask.npy", inside)
+    flags = ["--backend", "cpu", "-q", "--error", "0.4", "--mask", tmp_path / "mask.npy", "--persistence", "2%"]
+    run("compute", tmp_path / "blobs.npy", "-o", tmp_path / "p.isp", *flags)
+    options = {"name": "blobs.npy", "error": 0.4, "backend": "cpu", "progress": False, "persistence": "2%"}
+    s = isospectrum.compute(array, mask=tmp_path / "mask.npy", **options)
+    s.save(tmp_path / "ours.isp")
+    assert (tmp_path / "ours.isp").read_bytes() == (tmp_path / "p.isp").read_bytes()
+    # An array is a mask, too; meshes are open by themselves.
+    of_array = isospectrum.compute(array, mask=inside, **options).mesh("60%")
+    assert np.array_equal(of_array.vertices, s.mesh("60%", open=True).vertices)
+    assert len(of_array.triangles) < len(s.mesh("60%", open=False).triangles)
+    middles = np.rint(of_array.vertices[of_array.triangles].mean(axis=1)).astype(int)
+    assert inside[middles[:, 2], middles[:, 1], middles[:, 0]].all()
+    with pytest.raises(isospectrum.InputError, match="a mask of"):
+        isospectrum.compute(array, mask=inside[:5], **options)
 
 
 def test_tables_are_those_of_the_program(files, run):

@@ -19,6 +19,7 @@ use isospectrum::file::place_of;
 use isospectrum::spectrum::{Event, EventKind};
 use isospectrum::sweep::Progress as _;
 use isospectrum::topology::critical::Place;
+use isospectrum::topology::dust::Dust;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::topology::simplify::Simplification;
 use isospectrum::topology::{Topology, TopologyEvent};
@@ -48,7 +49,7 @@ pub(super) struct Analyze {
     #[command(flatten)]
     simplify: SimplifyArguments,
     /// Write the volume with the noise taken out, as RAW of its own sample type
-    #[arg(long, value_name = "FILE.raw", requires = "persistence")]
+    #[arg(long, value_name = "FILE.raw", requires = "noise")]
     simplified: Option<PathBuf>,
     /// Isovalues to look at, e.g. 10:200 or 5%:95% [default: all of the volume's]
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
@@ -74,7 +75,7 @@ impl Analyze {
             return Err(Error::Usage(message.to_owned()).into());
         }
         let (volume, _) = self.preparation.apply(self.volume.read()?)?;
-        let (volume, simplification) = self.simplify.apply(volume)?;
+        let (volume, cleaned) = self.simplify.apply(volume)?;
         if let Some(simplified) = simplified {
             self.check_told(&volume)?;
             simplified.write_bytes(&volume.samples().to_le_bytes())?;
@@ -97,7 +98,8 @@ impl Analyze {
         )?;
         drop(bar);
         let analysis = Analysis {
-            simplification: simplification.as_ref(),
+            simplification: cleaned.simplification.as_ref(),
+            dust: cleaned.dust.as_ref(),
             ..Analysis::of(&volume, range, &topology, &curves)
         };
         if let Some(plot) = plot {
@@ -115,8 +117,8 @@ impl Analyze {
 impl Analyze {
     /// The plot and the simplified volume, where they are asked for.
     fn open_outputs(&self) -> Result<[Option<Output>; 2]> {
-        let volume = self.volume.files();
-        let inputs: Vec<&Path> = volume.iter().map(PathBuf::as_path).collect();
+        let (volume, mask) = (self.volume.files(), self.preparation.files());
+        let inputs: Vec<&Path> = volume.iter().chain(&mask).map(PathBuf::as_path).collect();
         let open = |path: &Path| Output::open(path, &inputs);
         let plot = self.plot.as_deref().map(open).transpose()?;
         let simplified = self.simplified.as_deref().map(open).transpose()?;
@@ -164,6 +166,8 @@ struct Analysis<'a> {
     /// What was done to the volume first.
     #[serde(skip_serializing_if = "Option::is_none")]
     simplification: Option<&'a Simplification>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dust: Option<&'a Dust>,
     n_events: usize,
     /// How many isovalues they share.
     n_event_isovalues: usize,
@@ -219,6 +223,7 @@ impl<'a> Analysis<'a> {
             dims: volume.dims(),
             range: (low, high),
             simplification: None,
+            dust: None,
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&events),
             kinds: KINDS.map(|kind| (kind, count(kind))).to_vec(),

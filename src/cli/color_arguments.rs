@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use clap::Args;
 use isospectrum::color::{Color, Ends, Map, Sources};
+use isospectrum::prepared::Prepared;
 use isospectrum::sources;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::volume::{Preparation, ReadOptions, Volume, files_of, read_volume};
+use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
 use isospectrum::{Error, Result};
 
 /// What colours show, and how.
@@ -73,14 +74,13 @@ impl ColorArguments {
     }
 }
 
-/// The volume of a spectrum, prepared as it was for the sweep.
+/// The volume of a spectrum, as it was for the sweep.
 ///
 /// # Errors
 ///
 /// What reading it meets, and [`Error::Input`] for one of other dimensions.
 pub(super) fn volume_of(path: &Path, spectrum: &Spectrum) -> Result<Volume> {
-    let volume = read_volume(path, &ReadOptions::default())?;
-    let volume = Preparation::of_parameters(&spectrum.parameters)?.apply(volume)?;
+    let volume = Prepared::again(read_volume(path, &ReadOptions::default())?, spectrum)?;
     let (found, expected) = (volume.dims(), spectrum.volume.dims);
     if found == expected {
         return Ok(volume);

@@ -143,8 +143,8 @@ impl Compute {
         let volume = self.volume.read()?;
         let started = Instant::now();
         let (volume, preparation) = self.preparation.apply(volume)?;
-        let (volume, simplification) = self.simplify.apply(volume)?;
-        let prepared = Prepared::of(volume, preparation, simplification);
+        let (volume, cleaned) = self.simplify.apply(volume)?;
+        let prepared = Prepared::of(volume, preparation, cleaned);
         let volume = prepared.volume();
         let parameters = self.parameters.resolve(volume, prepared.samples())?;
         let range = parameters.range.unwrap_or(volume.range());
@@ -181,7 +181,9 @@ impl Compute {
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .isp")));
         }
         let volume = self.volume.files();
-        let inputs = volume.iter().chain(&self.parameters.initial_mesh).map(PathBuf::as_path);
+        let mask = self.preparation.files();
+        let inputs = volume.iter().chain(&mask).chain(&self.parameters.initial_mesh);
+        let inputs = inputs.map(PathBuf::as_path);
         Output::open(path, &inputs.collect::<Vec<_>>())
     }
 }

@@ -9,6 +9,7 @@ use isospectrum::export::{Border, Colors, Format, NO_COLORS, write_colored_to, w
 use isospectrum::spectrum::{Query, Spectrum};
 use serde::Serialize;
 
+use super::border_arguments::BorderArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::frames::{Pattern, Sweep};
 use super::isovalue::{Isovalue, in_spectrum};
@@ -41,9 +42,8 @@ pub(super) struct Extract {
     /// Format, where the name does not tell: ply, stl, obj, glb, vtp or 3mf
     #[arg(long, value_name = "FORMAT")]
     format: Option<String>,
-    /// Leave out the triangles that close the mesh at the border of the volume
-    #[arg(long)]
-    open: bool,
+    #[command(flatten)]
+    border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
     #[command(flatten)]
@@ -157,9 +157,9 @@ impl Extract {
         let (vertices, triangles) = query.parts();
         let parts = Parts { spectrum, isovalue, mesh: &whole, vertices, triangles };
         let attribute = parts.attribute(self.color.shown(), sources, self.color.ends())?;
-        let (mesh, kept) = whole.kept(&keep, self.open);
+        let (mesh, kept) = whole.kept(&keep, self.border.is_open(spectrum));
         let attribute = attribute.map(|attribute| attribute.of_part(&kept));
-        empty::warn(spectrum, isovalue, self.open);
+        empty::warn(spectrum, isovalue, self.border.is_open(spectrum));
         empty::warn_of_components(mesh.triangles.len(), &keep);
         let placement = &spectrum.volume.placement;
         let map = self.color.color_map;

@@ -13,6 +13,7 @@ use isospectrum::sweep::Progress as _;
 use isospectrum::volume::{Histogram, Statistics, Volume};
 use isospectrum::{Error, Result};
 
+use super::border_arguments::BorderArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
@@ -60,9 +61,8 @@ pub(super) struct Html {
     /// Round positions to whole multiples of this across the surface, and of four times this along it, voxels
     #[arg(long, value_name = "VOXELS", default_value_t = DEFAULT_STEP, value_parser = positive)]
     step: f64,
-    /// Leave out the triangles that close the mesh at the border of the volume, until asked for
-    #[arg(long)]
-    open: bool,
+    #[command(flatten)]
+    border: BorderArguments,
     /// Where it is seen from at first: azimuth and elevation in degrees, and the distance (1 just shows the surface)
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
     camera: Option<Camera>,
@@ -127,7 +127,7 @@ impl Html {
         let samples = volume.as_ref().map(Histogram::of);
         let sources = self.color.sources(&spectrum, None)?;
         let isovalue = told.unwrap_or_else(|| spectrum.shown_first());
-        empty::warn(&spectrum, isovalue, self.open);
+        empty::warn(&spectrum, isovalue, self.border.is_open(&spectrum));
         let bar = Bar::new(quiet);
         bar.report(0.1, "drawing the still picture");
         let still = self.still(&spectrum, isovalue, &sources)?;
@@ -137,7 +137,7 @@ impl Html {
             credit: self.credit.as_deref(),
             isovalue,
             step: self.step,
-            open: self.open,
+            open: self.border.is_open(&spectrum),
             camera: self.camera.unwrap_or_default(),
             color: self.color.shown(),
             map: self.color.color_map,
@@ -198,7 +198,7 @@ impl Html {
         let mut view = View {
             width: 640,
             height: 480,
-            open: self.open,
+            open: self.border.is_open(spectrum),
             keep: self.keep.of(spectrum),
             camera: self.camera.unwrap_or_default(),
             // It lies on a page that may be light or dark.

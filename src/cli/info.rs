@@ -6,11 +6,12 @@ use clap::Args;
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
 use isospectrum::sweep::TRACKED_AREA_SHARE;
+use isospectrum::topology::dust::Dust;
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
-use serde::Serialize;
+use serde::{Deserialize as _, Serialize};
 
 use super::analyze::{events_line, n_isovalues};
-use super::{output, preparation_arguments, report, spectrum_file, terminal};
+use super::{output, preparation_arguments, report, simplify_arguments, spectrum_file, terminal};
 
 /// Tell what a spectrum file holds
 #[derive(Args, Debug)]
@@ -119,6 +120,9 @@ impl<'a> Facts<'a> {
             && !done.is_none()
         {
             rows.insert(1, ("prepared", preparation_arguments::sentence(&done)));
+        }
+        if let Some(done) = self.parameters.get("dust").and_then(|d| Dust::deserialize(d).ok()) {
+            rows.insert(rows.len().min(2), ("dust", simplify_arguments::dust_sentence(&done)));
         }
         if log::log_enabled!(log::Level::Debug) {
             let counts = self.counts.map_or_else(|| "-".to_owned(), report::counts);

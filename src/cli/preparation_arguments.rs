@@ -1,12 +1,16 @@
 //! What is done to a volume before anything else, as said on the command line.
 
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
-use isospectrum::volume::{Placement, Preparation, Volume};
+use isospectrum::volume::{
+    Mask, MaskRecord, Placement, Preparation, ReadOptions, Volume, files_of, read_volume,
+};
 use isospectrum::{Error, Result};
 
-use super::report::number;
+use super::report::{number, percent};
+use super::terminal;
 
 /// The arguments wherever a volume can be prepared.
 #[derive(Args, Debug)]
@@ -24,6 +28,10 @@ pub(super) struct PreparationArguments {
     /// Replace blocks of N samples along every axis by their mean
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..))]
     downsample: Option<u16>,
+    /// End surfaces where this mask does: a volume of as many samples, of which those that are not zero are inside;
+    /// filters see all samples
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
 }
 
 impl PreparationArguments {
@@ -40,6 +48,7 @@ impl PreparationArguments {
             median: self.median.map(usize::from),
             smooth: self.smooth.map(sigma).transpose()?,
             downsample: self.downsample.map(usize::from),
+            mask: self.mask.as_ref().map(|path| mask_of(path, &volume)).transpose()?,
         };
         if preparation.is_none() {
             return Ok((volume, preparation));
@@ -50,6 +59,20 @@ impl PreparationArguments {
         log::info!("prepared: {}; {a}x{b}x{c} -> {x}x{y}x{z}", sentence(&preparation));
         Ok((volume, preparation))
     }
+}
+
+impl PreparationArguments {
+    /// The files that are read: none of them may be written to.
+    pub(super) fn files(&self) -> Vec<PathBuf> {
+        self.mask.as_deref().map_or_else(Vec::new, files_of)
+    }
+}
+
+/// A mask for a volume, as a spectrum records it.
+fn mask_of(path: &Path, volume: &Volume) -> Result<MaskRecord> {
+    let mask = read_volume(path, &ReadOptions::default())?;
+    Mask::check(&mask, volume)?;
+    Mask::of(&mask).record()
 }
 
 /// What was done, for people.
@@ -68,6 +91,11 @@ pub(super) fn sentence(done: &Preparation) -> String {
     }
     if let Some(n) = done.downsample {
         steps.push(format!("means of {n}x{n}x{n} samples"));
+    }
+    if let Some(mask) = &done.mask {
+        let share = mask.inside as f64 / mask.dims.iter().product::<usize>() as f64;
+        let (name, share) = (terminal::name(&mask.name), percent(share));
+        steps.push(format!("mask {name}, {share} of the samples"));
     }
     if steps.is_empty() { "-".to_owned() } else { steps.join("; ") }
 }

@@ -12,6 +12,7 @@ use isospectrum::{Error, Result};
 
 use isospectrum::sweep::Progress as _;
 
+use super::border_arguments::BorderArguments;
 use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::share;
@@ -81,9 +82,8 @@ pub(super) struct Render {
     /// Words at the top of the picture; {isovalue} stands for the isovalue
     #[arg(long, value_name = "TEXT")]
     label: Option<String>,
-    /// Leave out the triangles that close the mesh at the border of the volume
-    #[arg(long)]
-    open: bool,
+    #[command(flatten)]
+    border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
     /// Adapter to use, by a part of its name
@@ -114,7 +114,7 @@ impl Render {
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         for &isovalue in &isovalues {
             spectrum.check_isovalue(isovalue)?;
-            empty::warn(&spectrum, isovalue, self.open);
+            empty::warn(&spectrum, isovalue, self.border.is_open(&spectrum));
         }
         let mut pictures = self.pictures(&spectrum)?;
         let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
@@ -148,7 +148,7 @@ impl Render {
             pictures.write(&[isovalue.into()], &view, output)?;
         }
         drop(bar);
-        let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.open);
+        let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.border.is_open(&spectrum));
         let n_empty = isovalues.iter().filter(is_empty).count();
         if n_empty > 0 {
             log::warn!("{n_empty} of {} pictures show no surface", isovalues.len());
@@ -192,7 +192,7 @@ impl Render {
             clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
             legend: !self.no_legend,
             scale_bar: self.scale_bar,
-            open: self.open,
+            open: self.border.is_open(spectrum),
             keep: self.keep.of(spectrum),
             background: self.background,
             opacity: self.opacity as f32,

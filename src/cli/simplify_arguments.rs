@@ -4,30 +4,55 @@ use std::str::FromStr;
 
 use clap::Args;
 use isospectrum::Result;
-use isospectrum::topology::simplify::{Census, Simplification, simplify};
+use isospectrum::prepared::{Cleaned, Noise};
+use isospectrum::topology::dust::Dust;
+use isospectrum::topology::simplify::{Census, Simplification};
 use isospectrum::volume::Volume;
 
 use super::report::number;
 
-/// The argument wherever a volume can be simplified.
+/// The arguments wherever noise can be taken out of a volume.
 #[derive(Args, Debug)]
+#[group(id = "noise", multiple = true)]
 pub(super) struct SimplifyArguments {
     /// Take noise out first: no minimum or maximum is left that is closer than P in value to the saddle that ends
     /// it; samples change by up to about 2 P; a value, or a percentage of the volume's range such as 5%
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     persistence: Option<Persistence>,
+    /// Leave dust out: parts, and cavities, that never have V voxels before they meet a larger one (before --persistence)
+    #[arg(long, value_name = "V", value_parser = clap::value_parser!(u32).range(1..))]
+    min_component: Option<u32>,
 }
 
 impl SimplifyArguments {
     /// The volume to go on with, and what was done to it where something was.
-    pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Option<Simplification>)> {
-        let Some(persistence) = self.persistence else {
-            return Ok((volume, None));
-        };
-        let (simplified, done) = simplify(&volume, persistence.of_range(volume.range()))?;
-        log::info!("{}", sentence(&done));
-        Ok((simplified, Some(done)))
+    pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Cleaned)> {
+        // A share of the range with the dust.
+        let persistence = self.persistence.map(|p| p.of_range(volume.range()));
+        let noise = Noise { persistence, min_component: self.min_component };
+        let (volume, cleaned) = noise.take_out(volume)?;
+        if let Some(done) = &cleaned.dust {
+            log::info!("dust: {}", dust_sentence(done));
+        }
+        if let Some(done) = &cleaned.simplification {
+            log::info!("{}", sentence(done));
+        }
+        Ok((volume, cleaned))
     }
+}
+
+/// What was left out as dust, for people.
+pub(super) fn dust_sentence(done: &Dust) -> String {
+    let Dust { voxels, parts, cavities, samples, largest_change, left, .. } = done;
+    let change = number(*largest_change);
+    let left = if *left > 0 {
+        format!("; {left} are as small after --persistence")
+    } else {
+        String::new()
+    };
+    format!(
+        "{parts} parts and {cavities} cavities below {voxels} voxels left out: {samples} samples changed, by up to {change}{left}"
+    )
 }
 
 /// What was done, for people.

@@ -9,6 +9,7 @@ use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
+use super::border_arguments::BorderArguments;
 use super::color_arguments::ColorArguments;
 use super::compute::positive;
 use super::isovalue::Isovalue;
@@ -42,9 +43,8 @@ pub(super) struct View {
     wireframe: bool,
     #[command(flatten)]
     color: ColorArguments,
-    /// Leave out the triangles that close the mesh at the border of the volume
-    #[arg(long)]
-    open: bool,
+    #[command(flatten)]
+    border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
     /// Light on dark
@@ -78,6 +78,10 @@ impl View {
             }
             _ => None,
         };
+        let open = match &content {
+            Content::Spectrum(_, spectrum) => self.border.is_open(spectrum),
+            _ => self.border.open(),
+        };
         let keep = match &content {
             Content::Spectrum(_, spectrum) => self.keep.of(spectrum),
             _ => Keep::default(),
@@ -95,7 +99,7 @@ impl View {
                 color: self.color.shown(),
                 map: self.color.color_map,
                 ends: self.color.ends(),
-                open: self.open,
+                open,
                 keep,
                 background: if self.dark { Background::Dark } else { Background::White },
                 ..Look::default()

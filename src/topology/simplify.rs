@@ -180,8 +180,7 @@ fn counted(volume: &Volume, persistence: f64) -> Result<(Volume, Census)> {
             continue;
         }
         let samples = Samples::from(lattice.into_samples());
-        let simplified = Volume::new(volume.name(), volume.dims(), samples, *volume.placement())?
-            .with_outside(volume.outside());
+        let simplified = volume.with_samples(samples)?;
         let census;
         (census, marked) = left(&simplified, persistence)?;
         if marked.iter().all(Vec::is_empty) {

@@ -37,7 +37,7 @@ impl Curves {
         let (spectrum, window) = (spectrum.clone(), window.clone());
         thread::spawn(move || {
             let (low, high) = spectrum.range;
-            let mut query = Query::new(&spectrum);
+            let mut query = Query::new(&*spectrum);
             let mut mesh = SurfaceMesh::default();
             for i in 0..N_ISOVALUES {
                 if stop.load(Ordering::Relaxed) {

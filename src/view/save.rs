@@ -59,7 +59,7 @@ pub(super) fn mesh(
     extension: &str,
 ) -> Result<(PathBuf, usize)> {
     let path = free_path(folder, scene, extension);
-    let mut query = Query::new(&scene.spectrum);
+    let mut query = Query::new(&*scene.spectrum);
     let mut mesh = SurfaceMesh::default();
     for isovalue in scene.isovalues() {
         let one = query.mesh_at(isovalue)?.with_components(&view.keep);

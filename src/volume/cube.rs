@@ -7,67 +7,57 @@
 //! Lengths are bohr, or angstrom where the numbers of samples are negative; the world is in angstrom.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
-use super::decode::SampleType;
-use super::decode::{invalid, permuted, picked, read_error};
+use super::decode::{invalid, read_error, reserve};
 use super::select::one_of;
 use super::stream::Channel;
-use super::text::{finite, shortened};
-use super::{Grid, Placement, ReadOptions, Unit, text};
+use super::text::{Stream, finite, shortened};
+use super::{Grid, Placement, ReadOptions, Samples, Unit};
 use crate::error::Result;
-use crate::input;
 
 /// A bohr in angstrom (CODATA 2018).
 const BOHR: f64 = 0.529_177_210_903;
 
-/// Reads a CUBE file.
+/// Reads a CUBE file, as the text comes: no more of it is kept than a word.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, and where a channel must be chosen.
-pub(crate) fn read(path: &Path, _: (File, u64), options: &ReadOptions) -> Result<Grid> {
-    let bytes = input::read(path)?;
-    parse(&bytes, options).map_err(|e| read_error(path, e))
+pub(crate) fn read(
+    path: &Path,
+    (file, length): (File, u64),
+    options: &ReadOptions,
+) -> Result<Grid> {
+    let mut text = Stream::new(BufReader::with_capacity(1 << 16, file));
+    parse(&mut text, length, options).map_err(|e| read_error(path, e))
 }
 
-/// The lines of a file, and what follows those that were taken.
-struct Lines<'a>(&'a [u8]);
-
-impl<'a> Lines<'a> {
-    fn next(&mut self) -> io::Result<&'a str> {
-        if self.0.is_empty() {
-            return Err(invalid("the file ends before its samples"));
-        }
-        let end = self.0.iter().position(|&b| b == b'\n');
-        let (line, rest) = self.0.split_at(end.map_or(self.0.len(), |end| end + 1));
-        self.0 = rest;
-        std::str::from_utf8(line).map(str::trim).map_err(|_| invalid("a line that is not text"))
-    }
-
-    /// The next word, on whatever line.
-    fn word(&mut self) -> io::Result<&'a str> {
-        let start = self.0.trim_ascii_start();
-        let end = start.iter().position(u8::is_ascii_whitespace).unwrap_or(start.len());
-        let (word, rest) = start.split_at(end);
-        self.0 = rest;
-        std::str::from_utf8(word).map_err(|_| invalid("a word that is not text"))
-    }
+/// What stands before the samples.
+struct Header {
+    dims: [usize; 3],
+    placement: Placement,
+    n_channels: usize,
 }
 
-fn parse(bytes: &[u8], options: &ReadOptions) -> io::Result<Grid> {
-    let mut lines = Lines(bytes);
+fn parse(text: &mut Stream<impl BufRead>, length: u64, options: &ReadOptions) -> io::Result<Grid> {
+    let Header { dims, placement, n_channels } = header(text)?;
+    let index = one_of("channel", options.channel, n_channels)?;
+    let samples = samples(text, length, dims, Channel { index, of: n_channels })?;
+    Ok((dims, Samples::F64(samples), placement))
+}
+
+fn header(text: &mut Stream<impl BufRead>) -> io::Result<Header> {
     // Comments may be in any encoding.
     for _ in 0..2 {
-        let end = lines.0.iter().position(|&b| b == b'\n');
-        lines.0 = end.map_or(&[], |end| &lines.0[end + 1..]);
+        text.line_bytes()?;
     }
-    let first = lines.next()?;
+    let first = text.line()?;
     let wrong = || invalid(format!("line '{}', expected atoms and origin", shortened(first)));
     let (n_atoms, rest) = first.split_once(char::is_whitespace).ok_or_else(wrong)?;
     let n_atoms: i64 = n_atoms.parse().map_err(|_| wrong())?;
-    let ([x, y, z], n_values) = match finite::<4>(rest) {
+    let (origin, n_values) = match finite::<4>(rest) {
         Some([x, y, z, n]) => ([x, y, z], n),
         None => (finite::<3>(rest).ok_or_else(wrong)?, 1.0),
     };
@@ -76,7 +66,7 @@ fn parse(bytes: &[u8], options: &ReadOptions) -> io::Result<Grid> {
     }
     let (mut dims, mut steps, mut is_angstrom) = ([0; 3], [[0.0; 3]; 3], false);
     for a in 0..3 {
-        let line = lines.next()?;
+        let line = text.line()?;
         let wrong = || invalid(format!("line '{}', expected samples and a step", shortened(line)));
         let (n, step) = line.split_once(char::is_whitespace).ok_or_else(wrong)?;
         let n: i64 = n.parse().map_err(|_| wrong())?;
@@ -85,32 +75,24 @@ fn parse(bytes: &[u8], options: &ReadOptions) -> io::Result<Grid> {
         steps[a] = finite(step).ok_or_else(wrong)?;
     }
     for _ in 0..n_atoms.unsigned_abs() {
-        lines.next()?;
+        text.line_bytes()?;
     }
-    let n_channels = if n_atoms < 0 { orbitals(&mut lines)? } else { n_values as usize };
-    let index = one_of("channel", options.channel, n_channels)?;
-    let n = dims.iter().try_fold(n_channels, |n, &d| n.checked_mul(d));
-    let [nx, ny, nz] = dims;
-    let what = format!("{nx}x{ny}x{nz} samples of {n_channels}");
-    let n = n.ok_or_else(|| invalid(format!("{what}, more than memory can hold")))?;
-    let samples = text::samples(lines.0, SampleType::F64, n, &what)?;
-    let samples = picked(samples, Channel { index, of: n_channels });
-    // The file's fastest axis is z.
-    let (samples, dims) = permuted(samples, [nz, ny, nx], [2, 1, 0])?;
+    let n_channels = if n_atoms < 0 { orbitals(text)? } else { n_values as usize };
     let scale = if is_angstrom { 1.0 } else { BOHR };
     let steps = steps.map(|step| step.map(|x| x * scale));
-    let placed = Placement::from_steps([x, y, z].map(|x| x * scale), steps);
-    Ok((dims, samples, Placement { unit: Unit::Angstrom, ..placed }))
+    let placed = Placement::from_steps(origin.map(|x| x * scale), steps);
+    Ok(Header { dims, placement: Placement { unit: Unit::Angstrom, ..placed }, n_channels })
 }
 
 /// How many orbitals there are; their numbers are passed over.
-fn orbitals(lines: &mut Lines<'_>) -> io::Result<usize> {
-    let word = lines.word()?;
+fn orbitals(text: &mut Stream<impl BufRead>) -> io::Result<usize> {
+    let ends = || invalid("the file ends before its samples");
+    let word = text.word()?.ok_or_else(ends)?;
     let n = word.parse().ok().filter(|n| (1..=1 << 16).contains(n));
     let n =
         n.ok_or_else(|| invalid(format!("'{}', expected how many orbitals", shortened(word))))?;
     for _ in 0..n {
-        let word = lines.word()?;
+        let word = text.word()?.ok_or_else(ends)?;
         if word.parse::<i64>().is_err() {
             return Err(invalid(format!(
                 "'{}', expected the number of an orbital",
@@ -119,4 +101,40 @@ fn orbitals(lines: &mut Lines<'_>) -> io::Result<usize> {
         }
     }
     Ok(n)
+}
+
+/// The samples of a channel, each put where it belongs: in the file z is fastest.
+fn samples(
+    text: &mut Stream<impl BufRead>,
+    length: u64,
+    dims: [usize; 3],
+    channel: Channel,
+) -> io::Result<Vec<f64>> {
+    let [nx, ny, nz] = dims;
+    let what = format!("{nx}x{ny}x{nz} samples of {}", channel.of);
+    let all = dims.iter().try_fold(channel.of, |n, &d| n.checked_mul(d));
+    let all = all.ok_or_else(|| invalid(format!("{what}, more than memory can hold")))?;
+    // A number and the space behind it take two bytes.
+    if all as u64 > length / 2 + 1 {
+        return Err(invalid(format!("{length} bytes of text, too few for {what}")));
+    }
+    let mut samples = reserve(all / channel.of, 0.0)?;
+    for i in 0..all {
+        let word = text.word()?;
+        let word =
+            word.ok_or_else(|| invalid(format!("{i} numbers, expected {all} for {what}")))?;
+        let value: f64 = word.parse().map_err(|_| {
+            let start = shortened(word);
+            invalid(format!("'{start}' as number {i} of the text, expected one of {what}"))
+        })?;
+        if i % channel.of == channel.index {
+            let at = i / channel.of;
+            let [x, y, z] = [at / (ny * nz), at / nz % ny, at % nz];
+            samples[x + nx * (y + ny * z)] = value;
+        }
+    }
+    if text.word()?.is_some() {
+        return Err(invalid(format!("more than the {all} numbers of {what}")));
+    }
+    Ok(samples)
 }

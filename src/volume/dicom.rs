@@ -9,6 +9,7 @@
 mod elements;
 mod header;
 mod order;
+mod packed;
 mod pixels;
 mod rle;
 
@@ -24,6 +25,7 @@ use crate::error::{Error, Result};
 use crate::input;
 use elements::{Body, PixelData};
 use header::{Header, Plane};
+use packed::Codec;
 
 /// A file with an image.
 struct Image {
@@ -32,8 +34,10 @@ struct Image {
     body: Body,
     header: Header,
     pixels: PixelData,
-    /// Where the frames are that are packed by run lengths, as offsets in the file and lengths.
-    runs: Vec<(u64, u32)>,
+    /// How frames are packed, where they are.
+    codec: Option<Codec>,
+    /// Where packed frames are, as offsets in the file and lengths.
+    fragments: Vec<(u64, u32)>,
 }
 
 /// A slice: one of the frames of an image, or all of it.
@@ -43,6 +47,8 @@ struct Slice {
     image: usize,
     frame: usize,
     plane: Plane,
+    /// Number of its volume in time, and of the file among those of its series.
+    time: (f64, f64),
 }
 
 /// Reads the series of a folder, the frames of a file, or the series that a file with one frame belongs to.
@@ -59,6 +65,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Grid> {
         pixels::check(image, &images[0]).map_err(|e| read_error(&image.path, e))?;
         slices.extend(image.slices(i).map_err(|e| read_error(&image.path, e))?);
     }
+    order::at_time(&mut slices, options.frame).map_err(|e| read_error(path, e))?;
     let placement = order::sort(&mut slices, &|slice| images[slice.image].shown(slice))
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
     let [x, y] = images[0].header.size;
@@ -202,12 +209,13 @@ impl Image {
         let mut header = Header { n_channels: 1, ..Header::default() };
         let pixels = body.walk(file, length, &mut header).map_err(wrong)?;
         let Some(pixels) = pixels else { return Ok(None) };
-        let mut runs = Vec::new();
-        if body.syntax == pixels::RUNS && pixels.length.is_none() {
+        let codec = Codec::of(&body.syntax);
+        let mut fragments = Vec::new();
+        if codec.is_some() && pixels.length.is_none() {
             let at = body.start + pixels.offset;
-            runs = rle::fragments(input::open(path)?.0, at).map_err(wrong)?;
+            fragments = rle::fragments(input::open(path)?.0, at).map_err(wrong)?;
         }
-        Ok(Some(Image { path: path.to_owned(), length, body, header, pixels, runs }))
+        Ok(Some(Image { path: path.to_owned(), length, body, header, pixels, codec, fragments }))
     }
 
     /// The slices of the image, which is the `image`th of its series.
@@ -219,6 +227,7 @@ impl Image {
                 return Err(invalid(format!("{found} {what}, expected {n} as there are frames")));
             }
         }
+        let time = (self.header.time, self.header.instance);
         let slice = |frame: usize| {
             let own = frames.get(frame).copied().unwrap_or_default();
             let mut plane = own.or(*shared).or(*whole);
@@ -227,7 +236,7 @@ impl Image {
                 let along = offset - offsets[0];
                 plane.position = Some([0, 1, 2].map(|i| position[i] + along * normal[i]));
             }
-            Slice { image, frame, plane }
+            Slice { image, frame, plane, time }
         };
         Ok((0..n).map(slice).collect())
     }

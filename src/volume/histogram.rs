@@ -15,10 +15,9 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// The histogram of a volume's samples.
+    /// The histogram of a volume's samples, of those inside its mask where it has one.
     pub fn of(volume: &Volume) -> Self {
-        let samples = volume.samples();
-        Self::of_values((0..samples.len()).map(|i| samples.get(i)), volume.range())
+        Self::of_values(volume.values(), volume.range())
     }
 
     /// The histogram of values, all of which lie in a range.

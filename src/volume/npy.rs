@@ -14,12 +14,12 @@
 //! second copy exists while the samples are reordered.
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
-use crate::error::{Error, Result};
-use crate::volume::decode::{SampleType, read_error, read_samples, reserve, size_of_grid};
-use crate::volume::{Placement, Samples};
+use crate::error::Result;
+use crate::volume::decode::{SampleType, invalid, read_error, read_samples, reserve, size_of_grid};
+use crate::volume::{Grid, Placement, Samples};
 
 /// Longest header accepted, in bytes. That of a plain array takes 128.
 const LONGEST_HEADER: usize = 1 << 16;
@@ -37,18 +37,23 @@ struct Header {
 ///
 /// # Errors
 ///
-/// [`Error::Io`] if the file cannot be read; [`Error::Input`] for anything but a 3-D array of
+/// [`crate::Error::Io`] if the file cannot be read; [`crate::Error::Input`] for anything but a 3-D array of
 /// real numbers, and for a file that is not exactly as long as its shape asks for.
-pub(crate) fn read(
-    path: &Path,
-    (file, length): (File, u64),
-) -> Result<([usize; 3], Samples, Placement)> {
-    let invalid = |message: String| Error::input(format!("{}: {message}", path.display()));
-    let mut reader = BufReader::new(file);
-    let header = parse_header(&header_text(&mut reader).map_err(invalid)?).map_err(invalid)?;
+pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<Grid> {
+    array(&mut BufReader::new(file), length, 1).map_err(|e| read_error(path, e))
+}
+
+/// The array of a stream of `length` bytes, each of which a byte of the file vouches for, or for `ratio` of them.
+///
+/// # Errors
+///
+/// `InvalidData` as [`read`], and what the stream says.
+pub(super) fn array(reader: &mut impl Read, length: u64, ratio: u64) -> io::Result<Grid> {
+    let (text, n_before) = header_text(reader)?;
+    let header = parse_header(&text).map_err(invalid)?;
     let (sample_type, big_endian) = type_of(&header.descr).map_err(invalid)?;
     let dims = dims_of(&header.shape).map_err(invalid)?;
-    let found = length.saturating_sub(reader.stream_position().map_err(|e| Error::io(path, e))?);
+    let found = length.saturating_sub(n_before);
     let size = size_of_grid(dims, sample_type);
     let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n).ok_or_else(|| {
         let expected =
@@ -58,43 +63,44 @@ pub(crate) fn read(
             "{found} bytes of samples, expected {expected} for shape {shape:?} {sample_type}"
         ))
     })?;
-    let stored = read_samples(&mut reader, sample_type, big_endian, n, n)
-        .map_err(|e| read_error(path, e))?;
-    let samples = if header.fortran_order {
-        x_fastest(stored, dims).map_err(|e| read_error(path, e))?
-    } else {
-        stored
-    };
+    let n_earned = n / usize::try_from(ratio).unwrap_or(usize::MAX).max(1);
+    let stored = read_samples(reader, sample_type, big_endian, n, n_earned)?;
+    let samples = if header.fortran_order { x_fastest(stored, dims)? } else { stored };
     Ok((dims, samples, Placement::default()))
 }
 
-/// The header's text, with `reader` left at the first sample.
-fn header_text(reader: &mut impl Read) -> Result<String, String> {
-    let short = |_| "the header ends early".to_owned();
+/// The header's text, and how many bytes it takes, with `reader` left at the first sample.
+fn header_text(reader: &mut impl Read) -> io::Result<(String, u64)> {
+    let short = |e: io::Error| match e.kind() {
+        io::ErrorKind::UnexpectedEof => invalid("the header ends early"),
+        _ => e,
+    };
     let mut magic = [0; 8];
     reader.read_exact(&mut magic).map_err(short)?;
     if magic[..6] != *b"\x93NUMPY" {
-        return Err("no .npy file: it does not start with \\x93NUMPY".to_owned());
+        return Err(invalid("no .npy file: it does not start with \\x93NUMPY"));
     }
-    let n = match magic[6] {
+    let (n, n_before) = match magic[6] {
         1 => {
             let mut n = [0; 2];
             reader.read_exact(&mut n).map_err(short)?;
-            usize::from(u16::from_le_bytes(n))
+            (usize::from(u16::from_le_bytes(n)), 10)
         }
         2 | 3 => {
             let mut n = [0; 4];
             reader.read_exact(&mut n).map_err(short)?;
-            u32::from_le_bytes(n) as usize
+            (u32::from_le_bytes(n) as usize, 12)
         }
-        version => return Err(format!(".npy version {version}, expected 1 to 3")),
+        version => return Err(invalid(format!(".npy version {version}, expected 1 to 3"))),
     };
     if n > LONGEST_HEADER {
-        return Err(format!("a header of {n} bytes, expected at most {LONGEST_HEADER}"));
+        let message = format!("a header of {n} bytes, expected at most {LONGEST_HEADER}");
+        return Err(invalid(message));
     }
     let mut text = vec![0; n];
     reader.read_exact(&mut text).map_err(short)?;
-    String::from_utf8(text).map_err(|_| "the header is not text".to_owned())
+    let text = String::from_utf8(text).map_err(|_| invalid("the header is not text"))?;
+    Ok((text, n_before + n as u64))
 }
 
 /// Parses `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3, 4), }`.

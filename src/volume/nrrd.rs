@@ -1,5 +1,5 @@
 //! NRRD ("nearly raw raster data"): a text header, then the samples in the same file (`.nrrd`) or
-//! in another one (`.nhdr`, or any header with a `data file` field).
+//! in others (`.nhdr`, or any header with a `data file` field), each with some slices.
 //!
 //! Read are scalar 3-D arrays of every number type in both byte orders, encoded raw, gzip or
 //! text. The file's own space (`space: left-posterior-superior`, `RAS`, ...) is kept as the world
@@ -29,7 +29,7 @@ use header::{Encoding, Header};
 /// Most bytes that one byte of a deflate stream can stand for.
 const DEFLATE_RATIO: u64 = 1032;
 
-/// Reads a NRRD file, which is open, and, where the header is detached, the file of samples it names.
+/// Reads a NRRD file, which is open, and, where the header is detached, the files of samples it names.
 ///
 /// # Errors
 ///
@@ -39,23 +39,50 @@ pub(crate) fn read(path: &Path, file: File) -> Result<([usize; 3], Samples, Plac
     let mut reader = BufReader::new(file);
     let header = header::parse(&mut reader)
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
-    let mut data_path = PathBuf::from(path);
-    if let Some(name) = &header.data_file {
-        data_path = path.parent().unwrap_or(Path::new("")).join(name);
-        reader = BufReader::new(input::open(&data_path)?.0);
+    if header.data_files.is_empty() {
+        let samples = read_data(&mut reader, &header, header.dims);
+        let samples = samples.map_err(|e| read_error(path, e))?;
+        return Ok((header.dims, samples, header.placement));
     }
-    let samples = read_data(&mut reader, &header).map_err(|e| read_error(&data_path, e))?;
+    let [nx, ny, nz] = header.dims;
+    let part = [nx, ny, nz / header.data_files.len()];
+    let mut samples: Option<Samples> = None;
+    for name in &header.data_files {
+        let data_path = beside(path, name);
+        let mut reader = BufReader::new(input::open(&data_path)?.0);
+        let read = read_data(&mut reader, &header, part);
+        let read = read.and_then(|more| match &mut samples {
+            Some(samples) => samples.append(more),
+            None => {
+                samples = Some(more);
+                Ok(())
+            }
+        });
+        read.map_err(|e| read_error(&data_path, e))?;
+    }
+    let samples = samples.ok_or_else(|| Error::internal("files of samples without one"))?;
     Ok((header.dims, samples, header.placement))
 }
 
-/// The file that holds the samples where it is another one than that of the header.
-pub(crate) fn data_file(path: &Path) -> Option<PathBuf> {
-    let header = header::parse(&mut BufReader::new(input::open(path).ok()?.0)).ok()?;
-    header.data_file.map(|name| path.parent().unwrap_or(Path::new("")).join(name))
+/// The files that hold the samples where they are others than that of the header.
+pub(crate) fn data_files(path: &Path) -> Vec<PathBuf> {
+    let header =
+        input::open(path).ok().and_then(|(file, _)| header::parse(&mut BufReader::new(file)).ok());
+    let names = header.map(|header| header.data_files).unwrap_or_default();
+    names.iter().map(|name| beside(path, name)).collect()
 }
 
-/// The samples behind the position of `reader`.
-fn read_data(reader: &mut BufReader<File>, header: &Header) -> io::Result<Samples> {
+/// A file whose name is told by a header.
+fn beside(path: &Path, name: &str) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// The samples of so many behind the position of `reader`.
+fn read_data(
+    reader: &mut BufReader<File>,
+    header: &Header,
+    dims: [usize; 3],
+) -> io::Result<Samples> {
     for _ in 0..header.line_skip {
         if reader.skip_until(b'\n')? == 0 {
             return Err(invalid(format!("fewer than the {} lines to skip", header.line_skip)));
@@ -63,9 +90,9 @@ fn read_data(reader: &mut BufReader<File>, header: &Header) -> io::Result<Sample
     }
     let position = reader.stream_position()?;
     let left = reader.get_ref().metadata()?.len().saturating_sub(position);
-    let [x, y, z] = header.dims;
+    let [x, y, z] = dims;
     let what = format!("{x}x{y}x{z} {}", header.sample_type);
-    let (n, n_bytes) = size_of_grid(header.dims, header.sample_type)
+    let (n, n_bytes) = size_of_grid(dims, header.sample_type)
         .ok_or_else(|| invalid(format!("{what} samples, more than memory can hold")))?;
     match header.encoding {
         Encoding::Raw => read_raw(reader, header, left, (n, n_bytes as u64), &what),

@@ -8,12 +8,12 @@ mod filter;
 use serde::{Deserialize, Serialize};
 
 use super::decode::reserve;
-use super::{Placement, Samples, Volume};
+use super::{MaskRecord, Placement, Samples, Volume};
 use crate::error::{Error, Result};
 use crate::with_samples;
 
 /// Steps before the sweep, each where it was asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Preparation {
     /// First sample and the one behind the last, along x, y, z.
@@ -28,6 +28,10 @@ pub struct Preparation {
     /// Blocks of so many samples along every axis become one, their mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub downsample: Option<usize>,
+    /// Surfaces end where this mask of the volume's samples, as many as there were before all steps, does. Filters see all
+    /// samples; it is laid over what they give.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mask: Option<MaskRecord>,
 }
 
 /// Largest radius of a median, and standard deviation of a Gaussian, in samples.
@@ -57,25 +61,31 @@ impl Preparation {
     /// # Errors
     ///
     /// [`Error::Usage`] for a region outside the volume, and for radii that are none; [`Error::Input`] where what is left is
-    /// no volume ([`Volume::new`]) or memory does not suffice.
+    /// no volume ([`Volume::new`]), the mask is one for another or memory does not suffice.
     pub fn apply(&self, volume: Volume) -> Result<Volume> {
         self.check(&volume)?;
+        let mut mask = self.mask.as_ref().map(|mask| mask.mask(&volume)).transpose()?;
         let mut volume = volume;
         if let Some(region) = self.crop {
+            mask = mask.map(|mask| mask.cropped(region));
             volume = cropped(&volume, region)?;
         }
         if let Some(radius) = self.median {
             let samples = filter::median(volume.samples(), volume.dims(), radius);
-            volume = remade(&volume, samples, volume.dims(), *volume.placement())?;
+            volume = volume.with_samples(samples)?;
         }
         if let Some(sigma) = self.smooth {
             let samples = filter::gaussian(volume.samples(), volume.dims(), sigma);
-            volume = remade(&volume, samples, volume.dims(), *volume.placement())?;
+            volume = volume.with_samples(samples)?;
         }
         if let Some(n) = self.downsample {
             volume = downsampled(&volume, n)?;
+            mask = mask.map(|mask| mask.downsampled(n));
         }
-        Ok(volume)
+        match mask {
+            Some(mask) => mask.laid_over(&volume),
+            None => Ok(volume),
+        }
     }
 
     fn check(&self, volume: &Volume) -> Result<()> {

@@ -82,7 +82,7 @@ pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
         let told = if header.extension().is_some_and(|e| e == "mhd") {
             metaimage::others(header)
         } else {
-            nrrd::data_file(header).into_iter().collect()
+            nrrd::data_files(header)
         };
         told.iter().any(|file| file.file_name() == path.file_name())
     };

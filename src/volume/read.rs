@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::input;
 use crate::volume::{
-    Grid, Samples, Volume, cube, dicom, metaimage, mrc, nifti, npy, nrrd, raw, tiff, vti, vtk,
+    Grid, Samples, Volume, cube, dicom, metaimage, mrc, nifti, npy, npz, nrrd, raw, tiff, vti, vtk,
 };
 
 /// What the command line may say about a volume beside its file name.
@@ -36,7 +36,7 @@ pub struct ReadOptions {
 
 /// What is read, for messages.
 const READ: &str =
-    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dcm, .npy or .raw";
+    ".nrrd, .nhdr, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .dcm, .npy, .npz or .raw";
 
 /// A kind of file that holds volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,7 @@ enum Kind {
     Raw,
     Nrrd,
     Npy,
+    Npz,
     Nifti,
     MetaImage,
     Vti,
@@ -82,6 +83,7 @@ impl Kind {
             _ if is_gzip => return None,
             "nrrd" | "nhdr" => Kind::Nrrd,
             "npy" => Kind::Npy,
+            "npz" => Kind::Npz,
             "mha" | "mhd" => Kind::MetaImage,
             "vti" => Kind::Vti,
             "vtk" => Kind::Vtk,
@@ -98,6 +100,7 @@ impl Kind {
             Kind::Raw => raw::read(path, opened, options),
             Kind::Nrrd => nrrd::read(path, opened.0),
             Kind::Npy => npy::read(path, opened),
+            Kind::Npz => npz::read(path, opened, options),
             Kind::Nifti => nifti::read(path, opened, options),
             Kind::MetaImage => metaimage::read(path, opened, options),
             Kind::Vti => vti::read(path, opened, options),
@@ -113,13 +116,15 @@ impl Kind {
     /// Files of the volume beside the one that is named.
     fn others(self, path: &Path) -> Vec<PathBuf> {
         match self {
-            Kind::Nrrd => nrrd::data_file(path).into_iter().collect(),
+            Kind::Nrrd => nrrd::data_files(path),
             Kind::Nifti => nifti::others(path),
             Kind::MetaImage => metaimage::others(path),
             Kind::Raw => raw::header_beside(path).into_iter().collect(),
             Kind::Dicom => dicom::others(path),
             Kind::Slices => tiff::slices::files(path).unwrap_or_default(),
-            Kind::Tiff | Kind::Npy | Kind::Vti | Kind::Vtk | Kind::Mrc | Kind::Cube => Vec::new(),
+            Kind::Tiff | Kind::Npy | Kind::Npz | Kind::Vti | Kind::Vtk | Kind::Mrc | Kind::Cube => {
+                Vec::new()
+            }
         }
     }
 
@@ -133,9 +138,11 @@ impl Kind {
                 "{shown}: dimensions, sample type and byte order are in the file, expected them as options for raw files only"
             )));
         }
-        let has_frames = matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc | Kind::Tiff);
-        let has_channels = !matches!(self, Kind::Raw | Kind::Nrrd | Kind::Npy | Kind::Mrc);
-        let has_arrays = matches!(self, Kind::Vti | Kind::Vtk);
+        let has_frames =
+            matches!(self, Kind::Nifti | Kind::MetaImage | Kind::Mrc | Kind::Tiff | Kind::Dicom);
+        let has_channels =
+            !matches!(self, Kind::Raw | Kind::Nrrd | Kind::Npy | Kind::Npz | Kind::Mrc);
+        let has_arrays = matches!(self, Kind::Vti | Kind::Vtk | Kind::Npz);
         for (flag, is_given, is_known) in [
             ("--frame", options.frame.is_some(), has_frames),
             ("--channel", options.channel.is_some(), has_channels),

@@ -22,16 +22,15 @@ impl Statistics {
     /// Under this name the parameters of a spectrum tell those of its volume.
     pub const NAME: &str = "samples";
 
-    /// Those of a volume.
+    /// Those of a volume, of its samples inside the mask where it has one.
     pub fn of(volume: &Volume) -> Statistics {
-        let samples = volume.samples();
-        let n = samples.len() as f64;
         // From the middle of the range: squares of what is far from zero would lose digits.
         let (low, high) = volume.range();
         let middle = 0.5 * low + 0.5 * high;
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for i in 0..samples.len() {
-            let x = samples.get(i) - middle;
+        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        for value in volume.values() {
+            let x = value - middle;
+            n += 1.0;
             sum += x;
             squares += x * x;
         }

@@ -31,9 +31,9 @@ fn filters_give_what_scipy_and_itk_give() {
     let expected: BTreeMap<String, Vec<f64>> = serde_json::from_str(&text).expect("JSON");
     let none = Preparation::default();
     for (name, preparation) in [
-        ("gaussian", Preparation { smooth: Some([1.5, 0.75, 0.5]), ..none }),
-        ("median", Preparation { median: Some(1), ..none }),
-        ("wide_median", Preparation { median: Some(2), ..none }),
+        ("gaussian", Preparation { smooth: Some([1.5, 0.75, 0.5]), ..none.clone() }),
+        ("median", Preparation { median: Some(1), ..none.clone() }),
+        ("wide_median", Preparation { median: Some(2), ..none.clone() }),
     ] {
         let filtered = preparation.apply(volume()).expect("a volume");
         assert_near(&values(&filtered), &expected[name], name);

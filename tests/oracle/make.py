@@ -8,7 +8,9 @@ reads: dimensions, a checksum of all samples (CRC-32 of them as 64-bit floats, x
 positions of the eight corners. With a folder of real volumes, `real.json` as well.
 """
 
+import gzip
 import json
+import shutil
 import sys
 import tempfile
 import zlib
@@ -17,6 +19,7 @@ from pathlib import Path
 import ase
 import ase.io.cube
 import gemmi
+import imagecodecs
 import mrcfile
 import nibabel as nib
 import numpy as np
@@ -388,6 +391,36 @@ def cube():
     return [cube_entry("cube_sheared.cube"), orbital]
 
 
+# NumPy: arrays of a volume are [z, y, x]
+
+
+def archives():
+    one, other = pattern("i2").transpose(2, 1, 0), pattern("f4", 3).transpose(2, 1, 0)
+    np.savez_compressed(HERE / "npz_packed.npz", density=one, potential=np.asfortranarray(other))
+    np.savez(HERE / "npz_one.npz", other.astype("u2"))
+    entries = []
+    for file, name, array in [("npz_packed.npz", "density", "density"), ("npz_packed.npz", "potential", "potential"), ("npz_one.npz", "arr_0", None)]:
+        read = np.load(HERE / file)[name]
+        options = {"array": array} if array else {}
+        entries.append(entry(file, f"NumPy {np.__version__}", read.transpose(2, 1, 0), lambda i: i, "UNKNOWN", "unknown", **options))
+    return entries
+
+
+# NRRD in several files: headers by hand, ITK reads them
+
+
+def nrrd_parts():
+    samples = pattern("u2").transpose(2, 1, 0)
+    geometry = "type: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 5 4 3\nspace directions: (0.5,0,0) (0,0.75,0) (0,0.25,2)\nspace origin: (1,-2,3)\nspace units: \"mm\" \"mm\" \"mm\"\nendian: little\n"
+    for i, part in enumerate(samples):
+        (HERE / f"nrrd_part{i + 8:02}.raw").write_bytes(part.tobytes())
+        (HERE / f"nrrd_part{i + 8:02}.gz").write_bytes(gzip.compress(part.tobytes(), mtime=0))
+    names = "\n".join(f"nrrd_part{i + 8:02}.gz" for i in range(3))
+    (HERE / "nrrd_list.nhdr").write_text(f"NRRD0004\n{geometry}encoding: gzip\ndata file: LIST\n{names}\n")
+    (HERE / "nrrd_pattern.nhdr").write_text(f"NRRD0004\n{geometry}encoding: raw\ndata file: nrrd_part%02d.raw 8 10 1 2\n")
+    return [itk_entry(name) for name in ["nrrd_list.nhdr", "nrrd_pattern.nhdr"]]
+
+
 # TIFF: tifffile; folders of slices: tifffile and Pillow
 
 
@@ -456,7 +489,7 @@ def dicom_files(path):
     return sorted(path.iterdir()) if path.is_dir() else [path]
 
 
-def dicom_entry(file, paths=None, forced=False, packed=False, **options):
+def dicom_entry(file, paths=None, forced=False, packed=False, decode=None, **options):
     """The files of a folder, or those of one series in it, in the order of ITK."""
     paths = paths or dicom_files(HERE / file)
     sets = {str(p): pydicom.dcmread(p, force=forced) for p in paths}
@@ -469,7 +502,13 @@ def dicom_entry(file, paths=None, forced=False, packed=False, **options):
         folder = Path(tempfile.mkdtemp())
         for path in paths:
             sets[str(folder / path.name)] = plain = sets.pop(str(path))
-            plain.decompress()
+            if decode:
+                frame = next(pydicom.encaps.generate_frames(plain.PixelData, number_of_frames=1))
+                plain.file_meta.TransferSyntaxUID = pydicom.uid.ExplicitVRLittleEndian
+                plain.PixelData = decode(frame).astype(f"{'i' if plain.PixelRepresentation else 'u'}{plain.BitsAllocated // 8}").tobytes()
+                plain["PixelData"].VR, plain["PixelData"].is_undefined_length = "OB" if plain.BitsAllocated == 8 else "OW", False
+            else:
+                plain.decompress()
             plain.save_as(folder / path.name)
         paths = dicom_files(folder)
     if len(paths) > 1:
@@ -509,7 +548,8 @@ def dicom_entry(file, paths=None, forced=False, packed=False, **options):
     # ITK leaves doses as they are stored.
     read = read * float(first.get("DoseGridScaling", 1))
     assert np.allclose(read, samples, rtol=1e-6), file
-    oracle = f"pydicom {pydicom.__version__}, ITK {sitk.Version.VersionString()}"
+    decoder = f"imagecodecs {imagecodecs.__version__}" if decode else f"pydicom {pydicom.__version__}"
+    oracle = f"{decoder}, ITK {sitk.Version.VersionString()}"
     return entry(file, oracle, samples.transpose(2, 1, 0), itk_corner(image), "LPS", "mm", **options)
 
 
@@ -561,14 +601,17 @@ def dicom():
     entries = []
 
     def save(name, uid, samples, step, orientation=flat, kind=CT, syntax=ExplicitVRLittleEndian, change=lambda data, i: None,
-             preamble=True, packed=False, **options):
+             preamble=True, packed=False, encode=None, decode=None, **options):
         (HERE / name).mkdir(exist_ok=True)
         paths = []
         for i, plane in enumerate(samples):
             position = np.array([-12.5, 30.25, 7]) + i * np.array(step)
             data = dicom_set(uid, kind, np.ascontiguousarray(plane), position, orientation, i + 1, syntax)
             change(data, i)
-            if packed:
+            if encode:
+                data.PixelData = pydicom.encaps.encapsulate([encode(np.ascontiguousarray(plane))])
+                data["PixelData"].VR, data["PixelData"].is_undefined_length = "OB", True
+            elif packed:
                 data.compress(pydicom.uid.RLELossless)
             # Names do not tell the order.
             path = HERE / name / f"{name[6:]}_{(3 * i + 2) % 4}_{uid[-1]}{'.dcm' if i % 2 else ''}"
@@ -579,7 +622,7 @@ def dicom():
                 del data.file_meta
                 data.save_as(path, implicit_vr=meta.TransferSyntaxUID.is_implicit_VR, little_endian=True)
             paths.append(path)
-        entries.append(dicom_entry(name, paths, forced=not preamble, packed=packed, **options))
+        entries.append(dicom_entry(name, paths, forced=not preamble, packed=packed or bool(encode), decode=decode, **options))
 
     def hounsfield(data, i):
         data.RescaleSlope, data.RescaleIntercept = 1, -1024
@@ -599,10 +642,46 @@ def dicom():
     colours = np.stack([values, values + 10, values + 20], axis=3).astype("u1")
     save("dicom_colours", "1.2.3.4.7", colours, [0, 0, 2], kind=COLOUR, channel=1)
     save("dicom_runs", "1.2.3.4.0", values.astype("i2") // 40 * 300 - 7, [0, 0, 2], packed=True)
+    # JPEG, lossless; JPEG 2000, signed and in colours: imagecodecs packs them.
+    codecs = lambda name, **options: lambda plane: getattr(imagecodecs, name)(plane, **options)
+    save("dicom_jpeg", "1.2.3.4.12", values.astype("u2") * 601, [0, 0, 2], syntax=pydicom.uid.JPEGLosslessSV1,
+         encode=codecs("ljpeg_encode", bitspersample=16), decode=imagecodecs.ljpeg_decode)
+    j2k = codecs("jpeg2k_encode", codecformat="j2k", reversible=True, level=0)
+    save("dicom_jpeg2000", "1.2.3.4.13", values.astype("i2") * 300 - 15000, [0, 0, 2], syntax=pydicom.uid.JPEG2000Lossless,
+         encode=j2k, decode=imagecodecs.jpeg2k_decode)
+    save("dicom_jpeg2000_colours", "1.2.3.4.14", colours, [0, 0, 2], kind=COLOUR, syntax=pydicom.uid.JPEG2000Lossless,
+         encode=j2k, decode=imagecodecs.jpeg2k_decode, channel=2)
+    # Decoders round by one in different ways: all samples are told.
+    lossy = codecs("jpeg8_encode", level=90)
+    save("dicom_lossy", "1.2.3.4.16", values.astype("u1"), [0, 0, 2], syntax=pydicom.uid.JPEGBaseline8Bit, encode=lossy, decode=imagecodecs.jpeg8_decode)
+    entries.pop()
+    decoded = [imagecodecs.jpeg8_decode(lossy(np.ascontiguousarray(plane))) for plane in values.astype("u1")]
+    (HERE / "lossy.json").write_text(json.dumps(np.stack(decoded).ravel().tolist()) + "\n")
+    save_times(values, entries)
     save("dicom_two", "1.2.3.4.9", values.astype("u1"), [0, 0, 1], series="1.2.3.4.9")
     save("dicom_two", "1.2.3.4.8", values.astype("u1")[:3] + 1, [0, 0, 1.5], series="0")
     save_frames(values.astype("u2"), flat, entries)
     return entries
+
+
+def save_times(values, entries):
+    """A series of two volumes in time: numbers go on from the first to the second, places do not."""
+    folder = HERE / "dicom_times"
+    folder.mkdir(exist_ok=True)
+    paths = [[], []]
+    for i in range(8):
+        time, z = divmod(i, 4)
+        plane = np.ascontiguousarray((values[z] + 100 * time).astype("u1"))
+        syntax = pydicom.uid.ExplicitVRLittleEndian
+        data = dicom_set("1.2.3.4.15", CT, plane, [0, 0, 1.5 * z], [1, 0, 0, 0, 1, 0], i + 1, syntax)
+        path = folder / f"times_{(5 * i + 3) % 8}"
+        data.save_as(path, enforce_file_format=True)
+        paths[time].append(path)
+    for time in range(2):
+        # ITK takes the files of a folder for one volume.
+        alone = Path(tempfile.mkdtemp())
+        copies = [Path(shutil.copy(path, alone)) for path in paths[time]]
+        entries.append({**dicom_entry("dicom_times", sorted(copies)), "options": {"frame": time}})
 
 
 def save_frames(values, orientation, entries):
@@ -682,7 +761,7 @@ def write(name, entries):
 
 
 if __name__ == "__main__":
-    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + tiff() + dicom())
+    write("values.json", nifti() + metaimage() + vtis() + legacy_vtk() + mrc() + cube() + archives() + nrrd_parts() + tiff() + dicom())
     (HERE / "filters.json").write_text(json.dumps(filters()) + "\n")
     if len(sys.argv) > 1:
         write("real.json", real(sys.argv[1]))

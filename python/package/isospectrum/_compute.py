@@ -29,10 +29,12 @@ def compute(
     error: float | None = None,
     range: Sequence[Isovalue] | None = None,
     persistence: float | str | None = None,
+    min_component: int | None = None,
     crop: Any = None,
     median: int | None = None,
     smooth: Length | None = None,
     downsample: int | None = None,
+    mask: Any = None,
     start: Isovalue | None = None,
     backend: str = "auto",
     adapter: str | None = None,
@@ -70,13 +72,19 @@ def compute(
     range
         Lowest and highest isovalue to cover; all of the volume's.
     persistence
-        Take noise out first, by changing no sample by more than this: a value, or ``"2%"`` of the volume's range.
+        Take noise out first: no minimum or maximum is left that is closer than this in value to the saddle that ends it; a
+        value, or ``"2%"`` of the range of what is left after the steps below.
+    min_component
+        Leave dust out: parts, and cavities, that never have so many voxels before they meet a larger one.
     crop
         Keep a region: three parts along x, y, z, each ``None``, a slice, or a pair (from, up to but not including) of samples
         or of lengths such as ``"10mm"`` from the first sample. A text is read as on the command line.
     median, smooth, downsample
         Filters, after the crop and in this order: the median of the samples up to so many away, a Gaussian of this standard
         deviation (voxels, or a length such as ``"1.5mm"``), means of blocks of so many samples along every axis.
+    mask
+        End surfaces where this mask does: what can be a volume, of as many samples, of which those that are not zero are
+        inside. Meshes are then open by themselves.
     start
         Isovalue to start from.
     backend, adapter, threads
@@ -123,7 +131,9 @@ def compute(
             median,
             None if smooth is None else _sigma(smooth, whole),
             downsample,
-            None if persistence is None else _persistence(persistence, whole),
+            None if mask is None else _mask(mask),
+            None if persistence is None else _persistence(persistence),
+            min_component,
             backend,
             adapter,
             threads,
@@ -205,7 +215,14 @@ def _sigma(smooth: Length, whole: _native.Volume) -> tuple[float, float, float]:
     return (x, y, z)
 
 
-def _persistence(persistence: float | str, whole: _native.Volume) -> float:
+def _mask(mask: Any) -> _native.Volume:
+    if getattr(mask, "dtype", None) == bool:
+        mask = mask.astype("u1")
+    return volume(mask)
+
+
+def _persistence(persistence: float | str) -> tuple[float, bool]:
+    """A number, and whether it is a share."""
     text = str(persistence).strip()
     share = text.endswith("%")
     try:
@@ -214,8 +231,7 @@ def _persistence(persistence: float | str, whole: _native.Volume) -> float:
         value = float("nan")
     if not 0 < value < float("inf"):
         raise UsageError(f"persistence {persistence!r}, expected a number above 0 or a percentage such as 5%")
-    low, high = whole.range
-    return (high - low) * (value / 100) if share else value
+    return (value / 100, True) if share else (value, False)
 
 
 def _region(crop: Any, whole: _native.Volume) -> list[tuple[int, int]]:

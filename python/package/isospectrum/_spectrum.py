@@ -117,7 +117,7 @@ class Spectrum:
         self,
         c: Isovalue | None = None,
         *,
-        open: bool = False,  # noqa: A002 (as --open)
+        open: bool | None = None,  # noqa: A002 (as --open)
         keep: int | str | None = None,
         min_volume: float = 0.0,
         min_area: float = 0.0,
@@ -132,7 +132,8 @@ class Spectrum:
         c
             The isovalue.
         open
-            Leave out the triangles that close the mesh at the border of the volume.
+            Leave out the triangles that close the mesh at the border of the volume, and beyond its mask; without a word they
+            are left out where the spectrum has a mask.
         keep
             Keep this many components, the largest by enclosed volume; ``"largest"`` is 1.
         min_volume, min_area
@@ -145,7 +146,11 @@ class Spectrum:
         isospectrum.RangeError
             Where the isovalue lies outside :attr:`range`.
         """
-        return Mesh(self._native, self.isovalue(c), bool(open), _kept(keep, min_volume, min_area, at))
+        return Mesh(self._native, self.isovalue(c), self._is_open(open), _kept(keep, min_volume, min_area, at))
+
+    def _is_open(self, open: bool | None) -> bool:  # noqa: A002 (as --open)
+        """Whether meshes are open: as is said, else where there is a mask."""
+        return "mask" in self.parameters.get("preparation", {}) if open is None else bool(open)
 
     def sweep(
         self, n: int, low: Isovalue | None = None, high: Isovalue | None = None, **options: Any
@@ -219,7 +224,7 @@ class Spectrum:
         range: Sequence[Isovalue] | None = None,  # noqa: A002 (as --range)
         tolerance: float = 0.0,
         step: float | None = None,
-        open: bool = False,  # noqa: A002 (as --open)
+        open: bool | None = None,  # noqa: A002 (as --open)
         camera: Sequence[float] | None = None,
         axes: bool = False,
         keep: int | str | None = None,
@@ -260,7 +265,7 @@ class Spectrum:
             None if range is None else _pair(range, self),
             tolerance,
             step,
-            open,
+            self._is_open(open),
             None if camera is None else _camera(camera),
             axes,
             _kept(keep, min_volume, min_area, at),
@@ -282,7 +287,7 @@ class Spectrum:
         background: str = "white",
         wireframe: bool = False,
         opacity: float = 1.0,
-        open: bool = False,  # noqa: A002 (as --open)
+        open: bool | None = None,  # noqa: A002 (as --open)
         keep: int | str | None = None,
         min_volume: float = 0.0,
         min_area: float = 0.0,
@@ -330,7 +335,7 @@ class Spectrum:
             background,
             wireframe,
             opacity,
-            open,
+            self._is_open(open),
             _kept(keep, min_volume, min_area, at),
             fit == "volume",
             adapter,

@@ -18,7 +18,7 @@ pub(super) struct Curve {
     pub(super) handles: i64,
     /// Euler characteristic.
     pub(super) euler: i64,
-    /// Area without the caps that close the isosurface at the border, squares of the report's unit.
+    /// Area without what closes the isosurface at the border and beyond a mask, squares of the report's unit.
     pub(super) area: f64,
     /// Volume inside the isosurface, closed by its caps, cubes of the report's unit.
     pub(super) enclosed_volume: f64,
@@ -47,7 +47,12 @@ pub(super) fn sample(
         let mesh = extract(field, isovalue);
         let place = |v: u32| placement.around_origin(mesh.positions[v as usize]);
         let corners = |t: &[u32; 3]| t.map(place);
-        let uncapped = mesh.faces.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
+        let is_masked_out = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize].map(f64::from));
+            field.volume().is_masked_out([0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0))
+        };
+        let uncapped = mesh.faces.iter().zip(&mesh.caps);
+        let uncapped = uncapped.filter(|&(t, &cap)| !(cap || is_masked_out(t)));
         let area: f64 = uncapped.map(|(t, _)| area(corners(t))).sum();
         let enclosed: f64 = mesh.faces.iter().map(|t| signed_volume(corners(t))).sum();
         let components = topology.n_components_at(isovalue) as usize;

@@ -63,6 +63,9 @@ pub(super) struct Header {
     pub(super) series: String,
     pub(super) description: String,
     pub(super) series_number: f64,
+    /// Number of the time (TemporalPositionIdentifier), and of the file among those of the series.
+    pub(super) time: f64,
+    pub(super) instance: f64,
     pub(super) photometric: String,
     /// Columns and rows.
     pub(super) size: [usize; 2],
@@ -82,12 +85,14 @@ pub(super) struct Header {
     pub(super) offsets: Vec<f64>,
 }
 
-const IMAGE: [u32; 20] = [
+const IMAGE: [u32; 22] = [
     0x0008_103e,
     0x0020_000e,
     0x0020_0011,
+    0x0020_0013,
     0x0020_0032,
     0x0020_0037,
+    0x0020_0100,
     0x0028_0002,
     0x0028_0004,
     0x0028_0006,
@@ -151,6 +156,11 @@ impl Header {
             0x0008_103e => self.description = text(bytes),
             0x0020_000e => self.series = text(bytes),
             0x0020_0011 => self.series_number = numbers(tag, bytes)?.map_or(0.0, |[n]| n),
+            // Where it is no number the order of names counts.
+            0x0020_0013 => {
+                self.instance = numbers(tag, bytes).ok().flatten().map_or(0.0, |[n]| n);
+            }
+            0x0020_0100 => self.time = numbers(tag, bytes)?.map_or(0.0, |[n]| n),
             0x0028_0002 => self.n_channels = usize::from(short()?),
             0x0028_0004 => self.photometric = text(bytes),
             0x0028_0006 => self.is_planar = short()? == 1,

@@ -6,14 +6,20 @@
 //! direction of a column times its row. The step from a slice to the next is that of their positions: where it is not along
 //! the normal, as with a tilted gantry, the volume is sheared.
 
+use std::io;
+
 use super::Slice;
 use super::header::Plane;
 use crate::volume::placement::{cross, dot};
+use crate::volume::select::one_of;
 use crate::volume::{Placement, Space, Unit};
 
 /// How far a slice may lie from where even steps have it, in steps. Positions are decimals, in files down to hundredths of a
 /// millimetre: two that are rounded differ by 0.01 mm, which is 2 % of the thinnest slices of scanners (0.5 mm).
 const UNEVEN: f64 = 0.02;
+
+/// Slices that are nearer than this share of all lie at the same place: far less than a share of a step, whatever a step is.
+const SAME: f64 = 1e-6;
 
 /// How much the directions of slices of one series may differ: they are rounded, too.
 const TURNED: f64 = 1e-3;
@@ -22,6 +28,41 @@ const TURNED: f64 = 1e-3;
 pub(super) fn normal(orientation: &[f64; 6]) -> [f64; 3] {
     let [a, b, c, d, e, f] = *orientation;
     cross([a, b, c], [d, e, f])
+}
+
+/// Keeps the slices of one of several volumes in time: as many slices lie at each place. Which volume is theirs is told by
+/// the scanner's number of the time, else by the order in which slices were made.
+///
+/// # Errors
+///
+/// `InvalidData` where one must be chosen, and where there is none of that number.
+pub(super) fn at_time(slices: &mut Vec<Slice>, given: Option<usize>) -> io::Result<()> {
+    let n = slices.first().and_then(|slice| slice.plane.orientation).map(|o| normal(&o));
+    let height = |slice: &Slice| Some(dot(slice.plane.position?, n?));
+    let heights: Option<Vec<f64>> = slices.iter().map(height).collect();
+    let mut placed: Vec<(f64, Slice)> = match heights {
+        Some(heights) => heights.into_iter().zip(slices.iter().copied()).collect(),
+        // What is not told is complained of later.
+        None => return Ok(()),
+    };
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all = placed.last().map_or(0.0, |last| last.0 - placed[0].0);
+    let n_places = placed.chunk_by(|a, b| b.0 - a.0 <= SAME * all).count();
+    let n_times = placed.len() / n_places.max(1);
+    let is_even = placed.chunk_by(|a, b| b.0 - a.0 <= SAME * all).all(|p| p.len() == n_times);
+    if !is_even || n_times < 2 || n_places < 2 {
+        return one_of("frame", given, 1).map(|_| ());
+    }
+    let frame = one_of("frame", given, n_times)?;
+    let chosen = placed.chunk_by_mut(|a, b| b.0 - a.0 <= SAME * all).map(|place| {
+        place.sort_by(|(_, a), (_, b)| {
+            let of_times = a.time.0.total_cmp(&b.time.0).then(a.time.1.total_cmp(&b.time.1));
+            of_times.then((a.image, a.frame).cmp(&(b.image, b.frame)))
+        });
+        place[frame].1
+    });
+    *slices = chosen.collect();
+    Ok(())
 }
 
 /// Sorts slices along their normal; where the volume lies.
@@ -94,10 +135,9 @@ fn step(
     let usual = sorted[(gaps.len() - 1) / 2];
     let all = heights[n - 1] - heights[0];
     let between = |i| format!("{} (at {:.3} mm) and {}", shown(i), heights[i], shown(i + 1));
-    // Far less than a share of a step, whatever a step is.
-    if let Some(i) = gaps.iter().position(|&gap| gap <= 1e-6 * all) {
+    if let Some(i) = gaps.iter().position(|&gap| gap <= SAME * all) {
         return Err(format!(
-            "{} lie at the same place, expected one slice each (of several volumes in time, their files in folders of their own)",
+            "{} lie at the same place, expected one slice each, or as many at each place (of several volumes in time)",
             between(i)
         ));
     }
@@ -163,7 +203,7 @@ mod tests {
                 spacing: Some([3.0, 2.0]),
                 ..Plane::default()
             };
-            Slice { image, frame: 0, plane }
+            Slice { image, frame: 0, plane, time: (0.0, 0.0) }
         };
         let mut slices: Vec<Slice> = positions.iter().enumerate().map(slice).collect();
         let placement = sort(&mut slices, &|slice| format!("s{}", slice.image))?;

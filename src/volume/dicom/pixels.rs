@@ -6,7 +6,8 @@ use std::fs::File;
 use std::io::{self, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{Image, Slice, rle};
+use super::packed::{self, Codec, Shape};
+use super::{Image, Slice};
 use crate::error::Result;
 use crate::input;
 use crate::volume::decode::{SampleType, invalid, read_error, rescaled, size_of_grid};
@@ -14,9 +15,6 @@ use crate::volume::select::one_of;
 use crate::volume::stream::{self, Channel, DEFLATE_RATIO, Layout};
 use crate::volume::text::shortened;
 use crate::volume::{ReadOptions, Samples};
-
-/// The transfer syntax of samples that are packed by run lengths.
-pub(super) const RUNS: &str = "1.2.840.10008.1.2.5";
 
 /// Transfer syntaxes whose samples are not packed, beside those of no name.
 const PLAIN: [&str; 4] =
@@ -30,7 +28,7 @@ const PLAIN: [&str; 4] =
 pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
     let header = &image.header;
     let syntax = image.body.syntax.as_str();
-    if !syntax.is_empty() && syntax != RUNS && !PLAIN.contains(&syntax) {
+    if !syntax.is_empty() && image.codec.is_none() && !PLAIN.contains(&syntax) {
         return Err(invalid(format!(
             "samples packed as {}, expected plain ones: gdcmconv --raw unpacks them, and dcm2niix makes NIfTI of a series",
             name_of(syntax)
@@ -38,7 +36,9 @@ pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
     }
     let photometric = header.photometric.as_str();
     let is_grey = photometric.is_empty() || photometric.starts_with("MONOCHROME");
-    let is_colour = matches!(photometric, "RGB" | "YBR_FULL") && header.n_channels == 3;
+    let is_colour = matches!(photometric, "RGB" | "YBR_FULL")
+        || image.codec.is_some() && matches!(photometric, "YBR_FULL_422" | "YBR_ICT" | "YBR_RCT");
+    let is_colour = is_colour && header.n_channels == 3;
     if !(is_grey && header.n_channels == 1 || is_colour) {
         return Err(invalid(format!(
             "samples of {} numbers as '{}', expected MONOCHROME2 of one or RGB of three",
@@ -58,7 +58,7 @@ pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
     let kind = |image: &Image| {
         let h = &image.header;
         let bits = (h.bits_allocated, h.bits_stored, h.high_bit, h.is_signed);
-        (h.size, h.n_channels, bits, image.body.encoding.big_endian, image.is_runs())
+        (h.size, h.n_channels, bits, image.body.encoding.big_endian, image.codec)
     };
     if kind(image) != kind(first) {
         let [x, y] = header.size;
@@ -94,19 +94,19 @@ impl Image {
         self.plane_bytes() * self.header.n_channels as u64
     }
 
-    fn is_runs(&self) -> bool {
-        self.body.syntax == RUNS
-    }
-
-    /// The bytes of a frame that is packed by run lengths.
-    fn unpacked(&self, frame: usize) -> io::Result<Vec<u8>> {
+    /// The bytes of a frame that is packed: a fragment, or of a single one all of them.
+    fn unpacked(&self, codec: Codec, frame: usize) -> io::Result<Vec<u8>> {
         let mut file = input::open(&self.path).map_err(|e| io::Error::other(e.to_string()))?.0;
-        let (at, length) = self.runs[frame];
-        file.seek(SeekFrom::Start(at))?;
+        let is_single = self.header.n_frames.unwrap_or(1) <= 1;
+        let parts = if is_single { &self.fragments[..] } else { &self.fragments[frame..=frame] };
         let mut bytes = Vec::new();
-        file.take(u64::from(length)).read_to_end(&mut bytes)?;
-        let [x, y] = self.header.size;
-        rle::unpacked(&bytes, x * y, self.sample_type().n_bytes(), self.header.n_channels)
+        for &(at, length) in parts {
+            file.seek(SeekFrom::Start(at))?;
+            (&file).take(u64::from(length)).read_to_end(&mut bytes)?;
+        }
+        let n_bytes = self.sample_type().n_bytes();
+        let (size, n_channels) = (self.header.size, self.header.n_channels);
+        codec.unpacked(&bytes, Shape { size, n_channels, n_bytes })
     }
 
     /// Checks that the file can hold all frames.
@@ -117,12 +117,19 @@ impl Image {
         let Some((n_samples, _)) = size else {
             return Err(invalid(format!("{n} slices of {x}x{y}, expected some samples")));
         };
-        if self.is_runs() {
-            let found = self.runs.len();
-            let of = format!("{found} fragments of runs, expected {n} as there are frames");
-            return if found == n { Ok(()) } else { Err(invalid(of)) };
-        }
         let expected = self.frame_bytes().saturating_mul(n as u64);
+        if self.codec.is_some() {
+            let found = self.fragments.len();
+            if found == 0 || n > 1 && found != n {
+                let of = format!("{found} packed fragments, expected {n} as there are frames");
+                return Err(invalid(of));
+            }
+            if expected > self.length.saturating_mul(packed::RATIO) {
+                let of = format!("{} bytes, too few for {expected} bytes of samples", self.length);
+                return Err(invalid(of));
+            }
+            return Ok(());
+        }
         let left = if self.body.encoding.deflated {
             self.length.saturating_mul(DEFLATE_RATIO)
         } else {
@@ -157,7 +164,7 @@ pub(super) fn read(
     let of = first.header.n_channels;
     let wrong = |e| read_error(path, e);
     let index = one_of("channel", options.channel, of).map_err(wrong)?;
-    let is_planar = first.header.is_planar && of > 1 && !first.is_runs();
+    let is_planar = first.header.is_planar && of > 1 && first.codec.is_none();
     let [x, y] = first.header.size;
     let layout = Layout {
         dims: [x, y, slices.len()],
@@ -256,8 +263,8 @@ impl Frames<'_> {
         let Some(slice) = self.slices.get(self.next) else { return Ok(false) };
         self.next += 1;
         let image = &self.images[slice.image];
-        if image.is_runs() {
-            let reader = Box::new(io::Cursor::new(image.unpacked(slice.frame)?));
+        if let Some(codec) = image.codec {
+            let reader = Box::new(io::Cursor::new(image.unpacked(codec, slice.frame)?));
             let left = image.frame_bytes();
             self.open = Some(Open { image: slice.image, reader, at: 0, left });
             return Ok(true);

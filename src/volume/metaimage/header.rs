@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 
 use crate::volume::decode::SampleType;
-use crate::volume::text::{exactly, finite, shortened};
+use crate::volume::text::{exactly, finite, numbered, shortened};
 use crate::volume::{Placement, Space, Unit};
 
 /// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
@@ -182,27 +182,6 @@ fn data(
         }
         _ => Ok(Data::File(named.to_owned())),
     }
-}
-
-/// The names of a pattern of C's printf with one whole number; `None` if it is none, or tells more than `most`.
-fn numbered(pattern: &str, numbers: [&str; 3], most: usize) -> Option<Vec<String>> {
-    let [first, last, step] = numbers.map(|n| n.parse::<u32>().ok());
-    let (first, last, step) = (first?, last?, step.filter(|&s| s > 0)?);
-    let (before, rest) = pattern.split_once('%')?;
-    let (width, after) = rest.split_once('d')?;
-    let is_padded = width.starts_with('0');
-    let width: usize = if width.is_empty() { 0 } else { width.parse().ok().filter(|&w| w < 20)? };
-    let n = (last.checked_sub(first)? / step) as usize + 1;
-    if n > most.min(1 << 16) {
-        return None;
-    }
-    let name = |i: usize| {
-        let number = first + i as u32 * step;
-        let digits =
-            if is_padded { format!("{number:0width$}") } else { format!("{number:width$}") };
-        format!("{before}{digits}{after}")
-    };
-    Some((0..n).map(name).collect())
 }
 
 fn placement<'a>(

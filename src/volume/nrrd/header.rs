@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
 
 use crate::volume::decode::SampleType;
-use crate::volume::text::shortened;
+use crate::volume::text::{numbered, shortened};
 use crate::volume::{Placement, Space, Unit};
 
 /// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
@@ -31,8 +31,8 @@ pub(super) struct Header {
     pub(super) sample_type: SampleType,
     pub(super) big_endian: bool,
     pub(super) encoding: Encoding,
-    /// Name of the file that holds the samples, as written; `None` if they follow the header.
-    pub(super) data_file: Option<String>,
+    /// Names of the files that hold the samples, as written, each as many slices along z; none if they follow the header.
+    pub(super) data_files: Vec<String>,
     /// Lines to skip before the samples.
     pub(super) line_skip: u64,
     /// Bytes to skip after that; `None` for -1, "the samples are the end of the file".
@@ -69,7 +69,7 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
         sample_type,
         big_endian,
         encoding,
-        data_file: data_file(&fields)?,
+        data_files: data_files(&fields, dims[2])?,
         line_skip: fields.number("line skip")?.unwrap_or(0),
         byte_skip: match fields.number::<i64>("byte skip")?.unwrap_or(0) {
             -1 if encoding == Encoding::Raw => None,
@@ -81,8 +81,8 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
     })
 }
 
-/// The fields of a header by name, in lower case and with the spaces of the definition.
-struct Fields(BTreeMap<String, String>);
+/// The fields of a header by name, in lower case and with the spaces of the definition; and the lines of a list of files.
+struct Fields(BTreeMap<String, String>, Vec<String>);
 
 impl Fields {
     fn read(reader: &mut impl BufRead) -> Result<Self, String> {
@@ -120,11 +120,20 @@ impl Fields {
                 "centerings" => "centers".to_owned(),
                 other => other.to_owned(),
             };
+            let is_list = name == "data file" && is_list(value.trim());
             if fields.insert(name.clone(), value.trim().to_owned()).is_some() {
                 return Err(format!("field '{}' appears twice", shortened(&name)));
             }
+            // The list is the end of the header.
+            if is_list {
+                let mut files = Vec::new();
+                while let Some(file) = next_line()?.filter(|file| !file.is_empty()) {
+                    files.push(file);
+                }
+                return Ok(Fields(fields, files));
+            }
         }
-        Ok(Fields(fields))
+        Ok(Fields(fields, Vec::new()))
     }
 
     fn get(&self, name: &str) -> Option<&str> {
@@ -190,16 +199,41 @@ fn encoding(name: &str) -> Result<Encoding, String> {
     }
 }
 
-/// One file of samples; several are not supported.
-fn data_file(fields: &Fields) -> Result<Option<String>, String> {
-    let Some(name) = fields.get("data file") else { return Ok(None) };
-    // `LIST [dim]` and `slice%03d.raw 1 60 1 [dim]`.
-    let is_list = name == "LIST" || name.starts_with("LIST ");
-    let is_pattern = name.contains('%') && name.split_whitespace().count() >= 4;
-    if is_list || is_pattern {
-        return Err("samples in several data files, expected one file".to_owned());
+/// Whether samples are in files that are listed: `LIST`, or `LIST 2`.
+fn is_list(value: &str) -> bool {
+    value == "LIST" || value.starts_with("LIST ")
+}
+
+/// The files of samples: one, those of a list, or those of a pattern with the first number, the last and the step. Each holds
+/// a slice, or where they say that they hold 3 axes, as many slices as the others.
+fn data_files(fields: &Fields, n_slices: usize) -> Result<Vec<String>, String> {
+    let Some(value) = fields.get("data file") else { return Ok(Vec::new()) };
+    let words: Vec<&str> = value.split_whitespace().collect();
+    let (n_axes, n_files, files) = match &words[..] {
+        ["LIST"] => ("2", fields.1.len(), fields.1.clone()),
+        ["LIST", n_axes] => (*n_axes, fields.1.len(), fields.1.clone()),
+        [pattern, first, last, step, rest @ ..] if pattern.contains('%') && rest.len() < 2 => {
+            let files = numbered(pattern, [first, last, step], n_slices).ok_or_else(|| {
+                format!(
+                    "'data file' is '{}', expected e.g. slice%03d.raw 1 {n_slices} 1",
+                    shortened(value)
+                )
+            })?;
+            (rest.first().copied().unwrap_or("2"), files.len(), files)
+        }
+        _ => return Ok(vec![value.to_owned()]),
+    };
+    let fits = match n_axes {
+        "2" => n_files == n_slices,
+        "3" => n_files > 0 && n_slices.is_multiple_of(n_files),
+        _ => return Err(format!("files of {} axes each, expected 2 or 3", shortened(n_axes))),
+    };
+    if !fits {
+        return Err(format!(
+            "{n_files} data files of {n_axes} axes, expected some for {n_slices} slices"
+        ));
     }
-    Ok(Some(name.to_owned()))
+    Ok(files)
 }
 
 /// A 3-D array may still be a picture of colours: each axis must be one to interpolate along.
