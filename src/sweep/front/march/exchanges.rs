@@ -34,12 +34,13 @@ const MOST_WIDER: usize = 4;
 const MOST_NEAR: usize = 1000;
 
 impl March<'_, '_> {
-    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be. Returns the
-    /// vertices that have come or gone.
+    /// Makes the mesh that of another region, or of a larger one. Returns the vertices that have come or gone.
+    ///
+    /// Cells become exact first, and others tracked then: what is refused of the one is nothing to the other.
     pub(super) fn exchange(
         &mut self,
         state: &mut State,
-        mut target: Region,
+        target: Region,
         passage: Passage,
         kernels: &mut dyn Kernels,
     ) -> Result<BTreeSet<Vertex>> {
@@ -51,6 +52,32 @@ impl March<'_, '_> {
             }
         }
         let mut new: BTreeSet<Vertex> = BTreeSet::new();
+        if target.is_closed() {
+            self.drop_all(state, target.clone());
+        } else {
+            let mut both = target.clone();
+            let added: Vec<u32> =
+                state.region.blocks().iter().copied().filter(|&b| both.add(b)).collect();
+            let now = Passage::between(self.exact(), state.at, state.at);
+            self.calendar.close_around(&mut both, now, &added);
+            self.follow(state, both, now, &mut new);
+        }
+        if !state.region.is_closed() {
+            self.follow(state, target, passage, &mut new);
+        }
+        let improved = self.improve(state, &new, kernels)?;
+        new.extend(improved);
+        Ok(new)
+    }
+
+    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be.
+    fn follow(
+        &mut self,
+        state: &mut State,
+        mut target: Region,
+        passage: Passage,
+        new: &mut BTreeSet<Vertex>,
+    ) {
         for attempt in 0usize.. {
             if target.is_closed() {
                 self.drop_all(state, target);
@@ -67,22 +94,23 @@ impl March<'_, '_> {
             let made: Vec<std::result::Result<Exchanged, Refused>> =
                 clusters.par_iter().map(|c| exchange(before, c, regions, exact, at)).collect();
             self.tally.exchanges += clusters.len();
-            let refused = self.commit(state, &target, &clusters, made, &mut new);
+            let refused = self.commit(state, &target, &clusters, made, new);
             self.tally.refused_exchanges += refused.len();
             log::debug!(
                 "{} of {} clusters refused: {:?}",
                 refused.len(),
                 clusters.len(),
-                refused.iter().take(8).map(|r| (r.1.why, r.1.samples.len())).collect::<Vec<_>>()
+                refused
+                    .iter()
+                    .take(8)
+                    .map(|r| (r.1.why, r.1.samples.len(), clusters[r.0].blocks.len()))
+                    .collect::<Vec<_>>()
             );
             if refused.is_empty() {
                 break;
             }
             self.widen(&mut target, state, &clusters, refused, passage, attempt);
         }
-        let improved = self.improve(state, &new, kernels)?;
-        new.extend(improved);
-        Ok(new)
     }
 
     /// The blocks that faces meet.
