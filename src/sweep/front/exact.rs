@@ -233,6 +233,16 @@ pub(super) fn patch(
             Track::Inner(n) => inner[*n as usize].clone(),
         })
         .collect();
+    let n = |is: fn(&Track) -> bool| {
+        let own = tracks.iter().zip(&knots).filter(|t| is(t.0));
+        own.fold((0, 0), |(n, k), t| (n + 1, k + t.1.len()))
+    };
+    log::debug!(
+        "vertices and knots: {:?} on lattice edges, {:?} tracked, {:?} inside cells",
+        n(|t| matches!(t, Track::Edge(_))),
+        n(|t| matches!(t, Track::Own(_))),
+        n(|t| matches!(t, Track::Inner(_)))
+    );
     // The exact field rounds samples that are no integers, so an edge may be crossed a trace before or after its
     // samples' values are reached.
     let triangles: Vec<[usize; 3]> = lives.par_iter().map(|l| l.vertices.map(number)).collect();

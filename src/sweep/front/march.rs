@@ -30,6 +30,15 @@ use crate::topology::exact::ExactField;
 /// How far all but one in ten places move in a step, voxels.
 const STEP_LENGTH: f32 = 0.25;
 
+/// Where no more blocks are exact than this share of those that hold some of the mesh, a step may be so many times longer.
+const CALM: f64 = 0.02;
+const LONGER: f64 = 2.0;
+
+/// Boxes of so many blocks along a side are exact as a whole where more than this share of the blocks in them is that the
+/// surface is in.
+const BOX: usize = 8;
+const CROWDED: f64 = 0.6;
+
 /// A step is taken shorter where more than this share of the faces cannot follow it, unless it is as short as the second
 /// share of the range.
 const TOO_LONG_SHARE: f64 = 0.03;
@@ -153,6 +162,11 @@ impl<'s, 'a> March<'s, 'a> {
         self.go(&mut state, low, length, kernels)
     }
 
+    /// From one isovalue at which samples may be passed to the next: a grey level, or nothing.
+    fn level(&self) -> f64 {
+        if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 }
+    }
+
     /// A first guess of the step's length, from the exact extraction.
     fn first_step(&self, start: f64) -> f64 {
         let whole = crate::extract::extract(self.exact(), start);
@@ -197,10 +211,12 @@ impl<'s, 'a> March<'s, 'a> {
         mut length: f64,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
+        let mut shortest = length;
         while state.at != last {
             self.sweep.cancelled()?;
             let step = Step { at: state.at, next: self.next(state.at, last, length) };
-            if !self.take(state, step, kernels)? {
+            let is_long = (step.next - step.at).abs() > 1.5 * shortest;
+            if !self.take(state, step, is_long, kernels)? {
                 length = 0.5 * (step.next - step.at).abs();
                 continue;
             }
@@ -209,7 +225,10 @@ impl<'s, 'a> March<'s, 'a> {
             let slope =
                 typical_slope(self.field(), positions.map(|v| state.tracked.mesh.position(v)));
             if let Some(slope) = slope {
-                length = self.length_for(slope).clamp(0.5 * length, 1.6 * length);
+                let calm = self.length_for(slope);
+                let most = if self.is_calm(state, &state.region) { LONGER } else { 1.0 };
+                length = (most * calm).clamp(0.5 * length, 1.6 * length);
+                shortest = calm;
             }
         }
         self.record.finish(last);
@@ -217,6 +236,12 @@ impl<'s, 'a> March<'s, 'a> {
             self.show(block, since, last);
         }
         Ok(())
+    }
+
+    /// Whether nearly all of the surface is tracked with a region.
+    fn is_calm(&self, state: &State, region: &Region) -> bool {
+        let n_tracked = self.tracked_blocks(state).len() as f64;
+        region.blocks().len() as f64 <= CALM * n_tracked
     }
 
     /// Writes down that a block was exact between two isovalues.
@@ -248,13 +273,47 @@ impl<'s, 'a> March<'s, 'a> {
         }
         let n_reasons = region.blocks().len();
         self.calendar.close(&mut region, Passage::between(self.exact(), from, to));
+        let crowded = self.crowded(state, &region);
+        crowded.iter().for_each(|&b| {
+            region.add(b);
+        });
+        self.calendar.close_around(&mut region, Passage::between(self.exact(), from, to), &crowded);
         log::debug!(
-            "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} exact; {} faces tracked",
+            "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} crowded, {} exact; {} faces tracked",
             busy.len(),
+            crowded.len(),
             region.blocks().len(),
             state.tracked.mesh.n_faces()
         );
         region
+    }
+
+    /// The blocks that are to be exact because most around them are: what is tracked there would be seam all over, which
+    /// costs most and gains least.
+    fn crowded(&self, state: &State, region: &Region) -> Vec<u32> {
+        let mut others = self.tracked_blocks(state);
+        others.extend(state.region.blocks());
+        // By box: how many blocks are exact, and the others that the surface is in, or was.
+        let mut boxes: HashMap<[usize; 3], (usize, Vec<u32>)> = HashMap::new();
+        let around = |b: u32| self.grid.block_position(b).map(|x| x / BOX);
+        for &b in others.iter().filter(|b| !region.holds(**b)) {
+            boxes.entry(around(b)).or_default().1.push(b);
+        }
+        for &b in region.blocks() {
+            boxes.entry(around(b)).or_default().0 += 1;
+        }
+        let is_crowded =
+            |(n, others): &(usize, Vec<u32>)| *n as f64 > CROWDED * (n + others.len()) as f64;
+        let mut crowded: Vec<u32> =
+            boxes.into_values().filter(is_crowded).flat_map(|b| b.1).collect();
+        crowded.sort_unstable();
+        crowded
+    }
+
+    /// The blocks that hold vertices of the mesh.
+    fn tracked_blocks(&self, state: &State) -> BTreeSet<u32> {
+        let mesh = &state.tracked.mesh;
+        mesh.vertices().filter_map(|v| self.block_at(mesh.position(v))).collect()
     }
 
     /// The blocks near something critical in a passage.
@@ -290,10 +349,20 @@ impl<'s, 'a> March<'s, 'a> {
     }
 
     /// Takes one step; does not where it is too long for too much of the mesh.
-    fn take(&mut self, state: &mut State, step: Step, kernels: &mut dyn Kernels) -> Result<bool> {
+    fn take(
+        &mut self,
+        state: &mut State,
+        step: Step,
+        is_long: bool,
+        kernels: &mut dyn Kernels,
+    ) -> Result<bool> {
         self.step += 1;
         self.tally.steps += 1;
         let region = self.plan(state, [step.at, step.next]);
+        if is_long && !self.is_calm(state, &region) {
+            self.tally.too_long += 1;
+            return Ok(false);
+        }
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
         let mut again: Option<Again> = None;
@@ -383,8 +452,7 @@ impl<'s, 'a> March<'s, 'a> {
     fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
         let (low, high) = self.sweep.range;
         // Between two grey levels nothing is passed, but the surface comes near the samples of either.
-        let levels: f64 = if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 };
-        let is_short = (step.next - step.at).abs() <= levels.max(SHORTEST * (high - low));
+        let is_short = (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low));
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
         !is_short && moved.places.len() as f64 > most.max(20.0)
     }

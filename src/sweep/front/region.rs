@@ -163,7 +163,7 @@ impl Grid {
         self.block_of_cell(self.cell_at(x))
     }
 
-    fn block_position(&self, block: u32) -> [usize; 3] {
+    pub(super) fn block_position(&self, block: u32) -> [usize; 3] {
         let [bx, by, _] = self.blocks();
         let b = block as usize;
         [b % bx, b / bx % by, b / (bx * by)]
