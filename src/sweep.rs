@@ -65,6 +65,9 @@ const SMALLEST_FACES: usize = 40;
 /// triangles are tracked, mean over the range; over the rest the exact extraction shows.
 pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
 
+/// Under this name, the same at isovalues evenly spread over the range: [isovalue, share] each, ascending.
+pub const TRACKED_AREA_SHARES: &str = "tracked_area_shares";
+
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
 
@@ -214,21 +217,28 @@ pub fn compute(
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };
     let mut builder = SpectrumBuilder::new();
-    if parameters.front {
-        builder.push_patch(front::sweep(&sweep, start)?);
-        return finished(&sweep, builder, &counts);
-    }
-    let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
-    counts.untracked = swept.leftovers.len() as u64;
-    let knot_error = KNOT_SHARE * sweep.parameters.error as f32;
-    let patch = swept.log.patch(knot_error);
-    let n_tracked = patch.triangles.len();
-    builder.push_patch(patch);
-    builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
+    let n_tracked = if parameters.front {
+        let (patch, n_tracked) = front::sweep(&sweep, start)?;
+        builder.push_patch(patch);
+        n_tracked
+    } else {
+        let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
+        counts.untracked = swept.leftovers.len() as u64;
+        let patch = swept.log.patch(KNOT_SHARE * sweep.parameters.error as f32);
+        let n_tracked = patch.triangles.len();
+        builder.push_patch(patch);
+        builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
+        n_tracked
+    };
     let mut spectrum = finished(&sweep, builder, &counts)?;
     // Triangles are in the order of their patches until they are written.
-    if let Some(share) = tracked::tracked_area_share(&spectrum, n_tracked) {
-        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!((1e4 * share).round() / 1e4);
+    let shares = tracked::tracked_area_shares(&spectrum, n_tracked);
+    if !shares.is_empty() {
+        let rounded = |x: f64| (1e4 * x).round() / 1e4;
+        let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
+        let shares: Vec<(f64, f64)> = shares.into_iter().map(|(c, s)| (c, rounded(s))).collect();
+        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!(rounded(mean));
+        spectrum.parameters[TRACKED_AREA_SHARES] = serde_json::json!(shares);
     }
     Ok(spectrum)
 }

@@ -1,11 +1,10 @@
-//! The front, which is not finished and hidden: on these fields what it makes is right in topology already. On others it is
-//! not yet: see `docs/decisions/0001-front.md`.
+//! The front: see `docs/decisions/0001-front.md`.
 
 use std::sync::Arc;
 
 use isospectrum::kernels::{Backend, Choice};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::sweep::{Parameters, Silent, compute};
+use isospectrum::sweep::{Parameters, Silent, TRACKED_AREA_SHARE, TRACKED_AREA_SHARES, compute};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Volume, phantom};
 
@@ -42,4 +41,28 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
     });
     assert!(one.triangles.len() > 1000);
     assert_eq!(one, three);
+}
+
+#[test]
+fn how_much_is_tracked_is_told_by_isovalue() {
+    let share = |name: &str| {
+        let volume = Arc::new(phantom(name).expect("a phantom"));
+        let spectrum = spectrum(&volume);
+        let shares = spectrum.parameters[TRACKED_AREA_SHARES].as_array().expect("a list").clone();
+        let shares: Vec<[f64; 2]> = shares
+            .into_iter()
+            .map(|s| serde_json::from_value(s).expect("an isovalue and a share"))
+            .collect();
+        assert!(shares.len() > 50 && shares.is_sorted_by(|a, b| a[0] < b[0]));
+        let mean = shares.iter().map(|s| s[1]).sum::<f64>() / shares.len() as f64;
+        let told = spectrum.parameters[TRACKED_AREA_SHARE].as_f64().expect("a number");
+        assert!((told - mean).abs() < 2e-4, "{name}: {told}, mean {mean}");
+        told
+    };
+    let (blobs, noise) = (share("blobs:24"), share("noise:9:101"));
+    // 0.94 and 0.65 when this was written.
+    assert!(
+        blobs > 0.85 && 0.3 < noise && noise < 0.8,
+        "tracked: {blobs} of blobs, {noise} of noise"
+    );
 }

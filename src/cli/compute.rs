@@ -92,8 +92,9 @@ pub(super) struct ParameterArguments {
     /// Closed mesh to start from, at the isovalue of --start
     #[arg(long, value_name = "MESH.ply", requires = "start")]
     initial_mesh: Option<PathBuf>,
-    /// Track the surface in parts: not finished yet
-    #[arg(long, hide = true)]
+    /// Leave to the exact extraction only the cells that cannot be tracked, not all of their components: good triangles on
+    /// scans, for more time where many events are; to become the only way
+    #[arg(long)]
     front: bool,
 }
 

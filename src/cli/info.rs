@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
-use isospectrum::sweep::TRACKED_AREA_SHARE;
+use isospectrum::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use isospectrum::topology::dust::Dust;
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::{Deserialize as _, Serialize};
@@ -56,6 +56,8 @@ pub(super) struct Facts<'a> {
     n_event_isovalues: usize,
     /// Share of the isosurface's area whose triangles are tracked, mean over the range; the rest is the exact extraction.
     tracked_area_share: Option<f64>,
+    /// [isovalue, share] each
+    tracked_area_shares: Option<&'a serde_json::Value>,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
     backend: Option<&'a str>,
@@ -86,6 +88,7 @@ impl<'a> Facts<'a> {
                 .parameters
                 .get(TRACKED_AREA_SHARE)
                 .and_then(serde_json::Value::as_f64),
+            tracked_area_shares: spectrum.parameters.get(TRACKED_AREA_SHARES),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
             adapter: backend.filter(|&name| name != "cpu"),

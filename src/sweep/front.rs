@@ -29,8 +29,8 @@ use crate::spectrum::Patch;
 use march::March;
 use region::Grid;
 
-/// All of a sweep, as one patch.
-pub(super) fn sweep(sweep: &Sweep, start: f64) -> Result<Patch> {
+/// All of a sweep, as one patch: the triangles of the tracked mesh first, and how many these are.
+pub(super) fn sweep(sweep: &Sweep, start: f64) -> Result<(Patch, usize)> {
     let mut march = March::new(sweep);
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     march.run(start, &mut *kernels)?;

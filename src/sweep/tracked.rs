@@ -10,9 +10,9 @@ const N_ISOVALUES: usize = 64;
 /// Triangles that are summed up at once: sums do not depend on the number of threads.
 const CHUNK: usize = 1 << 14;
 
-/// The share of the isosurface's area, caps left out, that the first `n_tracked` triangles show: the mean over the
-/// isovalues that have an isosurface. `None` where none has.
-pub(super) fn tracked_area_share(spectrum: &Spectrum, n_tracked: usize) -> Option<f64> {
+/// The isovalues that have an isosurface, ascending, each with the share of its area, caps left out, that the first
+/// `n_tracked` triangles show.
+pub(super) fn tracked_area_shares(spectrum: &Spectrum, n_tracked: usize) -> Vec<(f64, f64)> {
     let (low, high) = spectrum.range;
     let at = |i: usize| {
         let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
@@ -22,13 +22,11 @@ pub(super) fn tracked_area_share(spectrum: &Spectrum, n_tracked: usize) -> Optio
         (0..N_ISOVALUES).map(at).filter_map(|c| Some((c, spectrum.rank_at(c)?))).collect();
     let tracked = areas(spectrum, &spectrum.triangles[..n_tracked], &ranked);
     let others = areas(spectrum, &spectrum.triangles[n_tracked..], &ranked);
-    let shares: Vec<f64> = tracked
-        .iter()
-        .zip(&others)
-        .filter(|(t, o)| *t + *o > 0.0)
-        .map(|(t, o)| t / (t + o))
-        .collect();
-    (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
+    let areas = tracked.iter().zip(&others).zip(&ranked);
+    areas
+        .filter(|((t, o), _)| *t + *o > 0.0)
+        .map(|((t, o), (isovalue, _))| (*isovalue, t / (t + o)))
+        .collect()
 }
 
 /// The area of some triangles, without caps, at each of some isovalues with their ranks.

@@ -204,16 +204,21 @@ fn edge_trajectory(field: &ExactField, e: LatticeEdge, range: (f64, f64)) -> [(f
     [at(low), at(high)]
 }
 
-/// One patch of all triangles. `error`: by how much knots that are left out may be off, voxels.
+/// One patch of all triangles, those of the tracked mesh first, and how many these are. `error`: by how much knots that are left
+/// out may be off, voxels.
 pub(super) fn patch(
     record: Recorder,
     inner: &[Vec<(f64, Vec3)>],
     field: &ExactField,
     range: (f64, f64),
     error: f32,
-) -> Patch {
+) -> (Patch, usize) {
     let mut lives = record.lives;
     merge_consecutive(&mut lives, 0);
+    // Between vertices of the seam alone there is next to nothing of the mesh.
+    let is_tracked = |l: &Life| l.vertices.iter().any(|t| matches!(t, Track::Own(_)));
+    lives.sort_by_key(|l| !is_tracked(l));
+    let n_tracked = lives.partition_point(is_tracked);
     let mut tracks: Vec<Track> = lives.iter().flat_map(|l| l.vertices).collect();
     tracks.par_sort_unstable();
     tracks.dedup();
@@ -276,7 +281,7 @@ pub(super) fn patch(
         })
         .collect();
     patch.isovalues = isovalues;
-    patch
+    (patch, n_tracked)
 }
 
 /// The knots of one trajectory that stay, by isovalue.
