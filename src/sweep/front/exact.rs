@@ -172,16 +172,38 @@ impl Part {
     }
 }
 
-/// Joins the lives of one triangle over intervals that follow each other.
+/// The order of lives: those of the tracked mesh first, then triangle by triangle, ascending in time.
+fn by_triangle(a: &Life, b: &Life) -> std::cmp::Ordering {
+    let is_exact = |l: &Life| !is_tracked(l);
+    let key = |l: &Life| (is_exact(l), l.vertices);
+    key(a).cmp(&key(b)).then(a.low.total_cmp(&b.low)).then(a.high.total_cmp(&b.high))
+}
+
+/// Whether a life is one of the tracked mesh. Between vertices of the seam alone there is next to nothing of that.
+fn is_tracked(l: &Life) -> bool {
+    l.vertices.iter().any(|t| matches!(t, Track::Own(_)))
+}
+
+/// Joins the lives of one triangle over intervals that follow each other, in place: there are many.
 pub(super) fn merge_consecutive(lives: &mut Vec<Life>, first: usize) {
-    let mut cell: Vec<Life> = lives.drain(first..).collect();
-    cell.sort_by(|a, b| a.vertices.cmp(&b.vertices).then(a.low.total_cmp(&b.low)));
-    for r in cell {
-        match lives[first..].last_mut() {
-            Some(last) if last.vertices == r.vertices && last.high == r.low => last.high = r.high,
-            _ => lives.push(r),
+    lives[first..].sort_unstable_by(by_triangle);
+    merge_sorted(lives, first);
+}
+
+/// The same, once they are in order.
+fn merge_sorted(lives: &mut Vec<Life>, first: usize) {
+    let mut end = first;
+    for i in first..lives.len() {
+        let (vertices, low, high) = (lives[i].vertices, lives[i].low, lives[i].high);
+        match lives[first..end].last_mut() {
+            Some(last) if last.vertices == vertices && last.high == low => last.high = high,
+            _ => {
+                lives.swap(end, i);
+                end += 1;
+            }
         }
     }
+    lives.truncate(end);
 }
 
 /// The way of a vertex along its lattice edge: at the samples' values.
@@ -214,15 +236,14 @@ pub(super) fn patch(
     error: f32,
 ) -> (Patch, usize) {
     let mut lives = record.lives;
-    merge_consecutive(&mut lives, 0);
-    // Between vertices of the seam alone there is next to nothing of the mesh.
-    let is_tracked = |l: &Life| l.vertices.iter().any(|t| matches!(t, Track::Own(_)));
-    lives.sort_by_key(|l| !is_tracked(l));
+    lives.par_sort_unstable_by(by_triangle);
+    merge_sorted(&mut lives, 0);
+    lives.shrink_to_fit();
     let n_tracked = lives.partition_point(is_tracked);
     let mut tracks: Vec<Track> = lives.iter().flat_map(|l| l.vertices).collect();
     tracks.par_sort_unstable();
     tracks.dedup();
-    let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use");
+    let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use") as u32;
     let thinned: HashMap<u32, Vec<(f64, Vec3)>> = tracks
         .par_iter()
         .filter_map(|t| match t {
@@ -250,12 +271,13 @@ pub(super) fn patch(
     );
     // The exact field rounds samples that are no integers, so an edge may be crossed a trace before or after its
     // samples' values are reached.
-    let triangles: Vec<[usize; 3]> = lives.par_iter().map(|l| l.vertices.map(number)).collect();
+    let triangles: Vec<[u32; 3]> = lives.par_iter().map(|l| l.vertices.map(number)).collect();
     for (t, l) in triangles.iter().zip(&lives) {
-        for &v in t {
-            let last = knots[v].len() - 1;
-            knots[v][0].0 = knots[v][0].0.min(l.low);
-            knots[v][last].0 = knots[v][last].0.max(l.high);
+        for v in t.map(|v| v as usize) {
+            let knots = &mut knots[v];
+            let last = knots.len() - 1;
+            knots[0].0 = knots[0].0.min(l.low);
+            knots[last].0 = knots[last].0.max(l.high);
         }
     }
     let mut isovalues: Vec<f64> = knots.iter().flatten().map(|k| k.0).collect();
@@ -274,7 +296,7 @@ pub(super) fn patch(
     let ends = lives.iter().zip(&triangles);
     patch.triangles = ends
         .map(|(l, t)| Triangle {
-            vertices: t.map(|v| v as u32),
+            vertices: *t,
             birth: rank(l.low),
             death: rank(l.high),
             cap: l.cap,
