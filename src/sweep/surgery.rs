@@ -1,4 +1,4 @@
-//! Surgery: the one way in which a mesh changes its topology or is repaired (ARCHITECTURE.md).
+//! Surgery: the one way in which a mesh changes its topology or is repaired (docs/decisions/0003-surgery.md).
 //!
 //! Around the events, and wherever the mesh does not follow the isosurface from just before to just
 //! after them, a block of cells is chosen. The faces away from the block stay, with their vertices
