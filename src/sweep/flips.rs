@@ -50,6 +50,7 @@ pub(crate) fn flip_edges(
     for _ in 0..passes {
         let mut touched: Vec<Edge> = Vec::new();
         let mut n = 0;
+        // Few are; those are asked again, as the flips before them change what is around.
         let is_better = |e: &Edge| flip_is_better(mesh, criteria, *e, flips);
         edges = edges.into_par_iter().with_min_len(256).filter(is_better).collect();
         for &e in &edges {

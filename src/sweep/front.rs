@@ -17,6 +17,7 @@ mod improve;
 mod march;
 mod mend;
 mod part;
+mod polyline;
 mod record;
 mod region;
 mod remesh;

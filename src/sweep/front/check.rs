@@ -12,7 +12,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
-use super::exchange::{Exchanged, polyline};
+use super::exchange::Exchanged;
+use super::polyline::polyline;
 use super::region::{Grid, LatticeEdge, Region, Square};
 use super::tracked::{Tracked, place_of};
 use crate::disjoint_sets::DisjointSets;

@@ -29,9 +29,12 @@ pub(super) fn clusters(
     field: &ExactField,
     near: f32,
 ) -> Vec<Cluster> {
+    let blocks: Vec<u32> = old.blocks().symmetric_difference(new.blocks()).copied().collect();
+    if blocks.is_empty() {
+        return Vec::new();
+    }
     let mesh = &tracked.mesh;
     let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
-    let blocks: Vec<u32> = old.blocks().symmetric_difference(new.blocks()).copied().collect();
     let grid = new.grid;
     let number = |b: u32| blocks.binary_search(&b).ok().map(|i| i as u32);
     let marked = grid.marked(blocks.iter().copied());

@@ -7,6 +7,7 @@ mod slide;
 use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::calendar::{Calendar, Passage};
 use super::exact::Shown;
@@ -211,11 +212,12 @@ impl<'s, 'a> March<'s, 'a> {
         mut length: f64,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
-        let mut shortest = length;
+        let mut usual = length;
         while state.at != last {
             self.sweep.cancelled()?;
             let step = Step { at: state.at, next: self.next(state.at, last, length) };
-            let is_long = (step.next - step.at).abs() > 1.5 * shortest;
+            // Half-way between the two lengths, as steps end between grey levels.
+            let is_long = (step.next - step.at).abs() > 0.5 * (1.0 + LONGER) * usual;
             if !self.take(state, step, is_long, kernels)? {
                 length = 0.5 * (step.next - step.at).abs();
                 continue;
@@ -225,10 +227,9 @@ impl<'s, 'a> March<'s, 'a> {
             let slope =
                 typical_slope(self.field(), positions.map(|v| state.tracked.mesh.position(v)));
             if let Some(slope) = slope {
-                let calm = self.length_for(slope);
-                let most = if self.is_calm(state, &state.region) { LONGER } else { 1.0 };
-                length = (most * calm).clamp(0.5 * length, 1.6 * length);
-                shortest = calm;
+                usual = self.length_for(slope);
+                let times = if self.is_calm(state, &state.region) { LONGER } else { 1.0 };
+                length = (times * usual).clamp(0.5 * length, 1.6 * length);
             }
         }
         self.record.finish(last);
@@ -274,9 +275,9 @@ impl<'s, 'a> March<'s, 'a> {
         let n_reasons = region.blocks().len();
         self.calendar.close(&mut region, Passage::between(self.exact(), from, to));
         let crowded = self.crowded(state, &region);
-        crowded.iter().for_each(|&b| {
+        for &b in &crowded {
             region.add(b);
-        });
+        }
         self.calendar.close_around(&mut region, Passage::between(self.exact(), from, to), &crowded);
         log::debug!(
             "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} crowded, {} exact; {} faces tracked",
@@ -291,8 +292,12 @@ impl<'s, 'a> March<'s, 'a> {
     /// The blocks that are to be exact because most around them are: what is tracked there would be seam all over, which
     /// costs most and gains least.
     fn crowded(&self, state: &State, region: &Region) -> Vec<u32> {
-        let mut others = self.tracked_blocks(state);
-        others.extend(state.region.blocks());
+        // What is exact now may be tracked next: its blocks hold no vertices but those of the seam.
+        let others: BTreeSet<u32> = self
+            .tracked_blocks(state)
+            .into_iter()
+            .chain(state.region.blocks().iter().copied())
+            .collect();
         // By box: how many blocks are exact, and the others that the surface is in, or was.
         let mut boxes: HashMap<[usize; 3], (usize, Vec<u32>)> = HashMap::new();
         let around = |b: u32| self.grid.block_position(b).map(|x| x / BOX);
@@ -310,10 +315,17 @@ impl<'s, 'a> March<'s, 'a> {
         crowded
     }
 
-    /// The blocks that hold vertices of the mesh.
-    fn tracked_blocks(&self, state: &State) -> BTreeSet<u32> {
+    /// The blocks that hold vertices of the mesh, ascending.
+    fn tracked_blocks(&self, state: &State) -> Vec<u32> {
         let mesh = &state.tracked.mesh;
-        mesh.vertices().filter_map(|v| self.block_at(mesh.position(v))).collect()
+        let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().map(Vertex);
+        let mut blocks: Vec<u32> = vertices
+            .filter(|&v| mesh.has_vertex(v))
+            .filter_map(|v| self.block_at(mesh.position(v)))
+            .collect();
+        blocks.par_sort_unstable();
+        blocks.dedup();
+        blocks
     }
 
     /// The blocks near something critical in a passage.

@@ -333,7 +333,7 @@ impl Tracked {
         };
         let is_other = |s: &super::region::Square| {
             region.is_seam(*s)
-                && !super::exchange::polyline(field, region.grid, *s, isovalue)
+                && !super::polyline::polyline(field, region.grid, *s, isovalue)
                     .into_iter()
                     .all(joins)
         };

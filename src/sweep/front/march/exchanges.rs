@@ -52,9 +52,7 @@ impl March<'_, '_> {
             }
         }
         let mut new: BTreeSet<Vertex> = BTreeSet::new();
-        if target.is_closed() {
-            self.drop_all(state, target.clone());
-        } else {
+        if !target.is_closed() {
             let mut both = target.clone();
             let added: Vec<u32> =
                 state.region.blocks().iter().copied().filter(|&b| both.add(b)).collect();
