@@ -27,6 +27,9 @@ const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 /// How near to the border, as a share of an edge into the layer, a cap's vertex comes.
 const CAP_MARGIN: f64 = 0.01;
 
+/// Samples of a face whose numbers are farther apart than this share of their range are few numbers apart.
+const FEW_NUMBERS: f64 = 1e-9;
+
 /// Cells that one task covers.
 const CELLS_AT_ONCE: usize = 4096;
 
@@ -96,7 +99,14 @@ fn breaks(values: &[f64; 8], body_saddles: &[f64], (low, high): (f64, f64)) -> V
             let [a, b, c, d] = [base, base + u, base + v, base + u + v].map(|c: usize| values[c]);
             if a.max(d) < b.min(c) || b.max(c) < a.min(d) {
                 // Not by products of samples, which leave the range of numbers sooner.
-                breaks.push(a + (b - a) / (b - a + c - d) * (c - a));
+                let saddle = a + (b - a) / (b - a + c - d) * (c - a);
+                breaks.push(saddle);
+                // Where the samples are few numbers apart, rounding down shows what is not there yet: one number by
+                // itself is extracted exactly. Both cells of the face find the same.
+                let range = b.max(c).max(a.max(d)) - b.min(c).min(a.min(d));
+                if saddle.next_up() - saddle > FEW_NUMBERS * range {
+                    breaks.push(saddle.next_up());
+                }
             }
         }
     }

@@ -397,7 +397,7 @@ impl<'s, 'a> March<'s, 'a> {
             let mut stuck = None;
             if moved.places.is_empty() || round >= MOST_ROUNDS {
                 self.tally.unresolved += moved.places.len();
-                stuck = self.slide(state, step, passage, &moved).err();
+                stuck = self.slide(state, step, passage, &moved, round < 2 * MOST_ROUNDS).err();
                 if stuck.is_none() {
                     break;
                 }

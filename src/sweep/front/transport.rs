@@ -29,7 +29,7 @@ const MOST_MOTION: f32 = 2.5;
 const OUTSIDE: f32 = 0.05;
 
 /// A face of a smaller area, in square voxels, has no direction.
-const LEAST_AREA: f32 = 1e-3;
+pub(super) const LEAST_AREA: f32 = 1e-3;
 
 /// So many tolerances a face may be off half-way and at the end of a step, before it is refined; and afterwards.
 pub(super) const MOST_OFF: f32 = 4.0;
@@ -185,12 +185,25 @@ impl Transport<'_> {
         let top = crate::sweep::caps::top(self.field);
         for i in (0..positions.len()).filter(|&i| moves(compacted.vertices[i])) {
             let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
-            let outside = (-q).max(q - top).max_element() > OUTSIDE;
-            if status[i] == Status::Failed || outside || p.distance(q) > MOST_MOTION {
+            let far = p.distance(q) > MOST_MOTION || self.is_outside(q, top);
+            if status[i] == Status::Failed || far {
                 moved.name(0, p);
             }
         }
         Ok(())
+    }
+
+    /// Whether a place at the end of the step has left the volume: the layer around it, in which the isosurface is closed, is
+    /// not for the mesh.
+    fn is_outside(&self, p: Vec3, top: Vec3) -> bool {
+        let beyond = (-p).max(p - top).max_element();
+        if beyond <= 0.0 {
+            return false;
+        }
+        let inside = p.clamp(Vec3::ZERO, top);
+        let value = self.field.value(inside) - self.field.isovalue(self.step.next);
+        let most = self.parameters.error as f32;
+        beyond > OUTSIDE || value.abs() > most * crate::sweep::caps::inner_slope(self.field, inside)
     }
 
     /// Whether all of a face is there at the end of the step. Where the seam goes over a sample on the way, faces change
@@ -344,11 +357,14 @@ pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parame
 /// Whether a face's barycentre is farther than that from the isosurface, both by the field's slope there and along its
 /// normal: that of a sliver may lead anywhere.
 fn is_off(criteria: &Criteria, t: [Vec3; 3], most: f32) -> bool {
+    distance_by_slope(criteria, t) > most && criteria.deviation(t) > most
+}
+
+/// How far a face's barycentre is from the isosurface by the field's slope there, voxels.
+pub(super) fn distance_by_slope(criteria: &Criteria, t: [Vec3; 3]) -> f32 {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
-    let field = criteria.field;
-    let slope = field.gradient(barycentre).length();
-    let by_slope = (field.value(barycentre) - criteria.isovalue).abs() / slope.max(1e-12);
-    by_slope > most && criteria.deviation(t) > most
+    let slope = criteria.field.gradient(barycentre).length();
+    (criteria.field.value(barycentre) - criteria.isovalue).abs() / slope.max(1e-12)
 }
 
 /// How far most vertices will move, from the field's gradient, voxels.

@@ -1,17 +1,17 @@
 //! The seam and the mesh go to the end of a step, and are checked there.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
 
 use super::{March, State};
-use crate::mesh::{Mesh, Vertex};
+use crate::mesh::{Face, Mesh, Vertex, area};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::front::calendar::Passage;
 use crate::sweep::front::check::{open_seam, unlike_parts};
 use crate::sweep::front::region::Link;
-use crate::sweep::front::tracked::{Changes, place_of, place_on};
-use crate::sweep::front::transport::{Moved, Step};
+use crate::sweep::front::tracked::{Changes, Tracked, place_of, place_on};
+use crate::sweep::front::transport::{LEAST_AREA, MOST_OFF, Moved, Step, distance_by_slope};
 
 impl March<'_, '_> {
     /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
@@ -32,6 +32,31 @@ impl March<'_, '_> {
         places.into_iter().map(|p| self.sample_at(p)).collect()
     }
 
+    /// Samples near faces that are far from the isosurface where the seam has gone over a sample: it may be fast.
+    fn strained(
+        &self,
+        tracked: &Tracked,
+        faces: &BTreeSet<Face>,
+        ends: &HashMap<Vertex, Vec3>,
+        step: Step,
+        isovalue: f64,
+    ) -> Vec<u32> {
+        let mesh = &tracked.mesh;
+        let share = ((isovalue - step.at) / (step.next - step.at)) as f32;
+        let place = |v: Vertex| match (tracked.key(v), ends.get(&v)) {
+            (Some(e), _) => place_on(self.exact(), e, isovalue),
+            (None, Some(&end)) => mesh.position(v).lerp(end, share),
+            (None, None) => mesh.position(v),
+        };
+        let criteria = Criteria::new(self.field(), isovalue, self.parameters());
+        let most = MOST_OFF * self.parameters().error as f32;
+        let alive = faces.iter().filter(|&&f| mesh.has_face(f) && !mesh.is_cap(f));
+        let corners = alive.map(|&f| mesh.face_vertices(f).map(place));
+        let off =
+            corners.filter(|&t| area(t) >= LEAST_AREA && distance_by_slope(&criteria, t) > most);
+        off.flat_map(|t| t.map(|p| self.sample_at(p))).collect()
+    }
+
     /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
     pub(super) fn slide(
         &mut self,
@@ -39,6 +64,7 @@ impl March<'_, '_> {
         step: Step,
         passage: Passage,
         moved: &Moved,
+        asks: bool,
     ) -> std::result::Result<(), Vec<u32>> {
         let exact = self.exact();
         let before = state.tracked.clone();
@@ -50,11 +76,19 @@ impl March<'_, '_> {
             samples.reverse();
         }
         let criteria = Criteria::new(self.field(), step.next, self.parameters());
+        let mut strained: Vec<u32> = Vec::new();
+        let mut passed_faces: BTreeSet<Face> = BTreeSet::new();
+        let mut last = step.at;
         for sample in samples {
             if !matches!(state.region.link(sample), Link::Cycle(..)) {
                 continue;
             }
             let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
+            if value != last {
+                strained.extend(self.strained(&state.tracked, &passed_faces, &ends, step, last));
+                passed_faces.clear();
+                last = value;
+            }
             let share = ((value - step.at) / (step.next - step.at)) as f32;
             let at = |mesh: &Mesh, v: Vertex| {
                 let p = mesh.position(v);
@@ -69,6 +103,7 @@ impl March<'_, '_> {
                 return Err(vec![stuck.0]);
             }
             self.tally.passed += 1;
+            passed_faces.extend(&changes.faces);
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
             for (v, between) in changes.born {
                 let [p, q] = between.map(|v| {
@@ -96,7 +131,11 @@ impl March<'_, '_> {
                 ends.insert(v, end);
             }
         }
-        let bad = self.unlike(state, step.next);
+        strained.extend(self.strained(&state.tracked, &passed_faces, &ends, step, last));
+        let bad = match asks {
+            true if !strained.is_empty() => strained,
+            _ => self.unlike(state, step.next),
+        };
         if !bad.is_empty() {
             state.tracked = before;
             self.record.roll_back(mark);
