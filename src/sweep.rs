@@ -82,6 +82,12 @@ pub struct Counts {
     pub steps: u64,
     /// Sampling steps that failed a check and were taken shorter, by the check.
     pub refused: Refused,
+    /// Times that a step was taken again because there were places that could not be tracked.
+    pub repeated: u64,
+    /// Exchanges between the tracked mesh and exact cells, cluster by cluster.
+    pub exchanges: u64,
+    /// How many of them were refused, and asked for otherwise.
+    pub exchanges_refused: u64,
     /// Nodes of the contour tree passed by surgery on the meshes that arrived.
     pub surgeries: u64,
     /// Nodes where no surgery succeeded: the meshes end and others begin.
@@ -142,6 +148,9 @@ impl Counts {
     fn add(&mut self, o: &Counts) {
         self.arcs += o.arcs;
         self.steps += o.steps;
+        self.repeated += o.repeated;
+        self.exchanges += o.exchanges;
+        self.exchanges_refused += o.exchanges_refused;
         self.refused.add(&o.refused);
         self.surgeries += o.surgeries;
         self.surgeries_failed += o.surgeries_failed;
@@ -217,8 +226,10 @@ pub fn compute(
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };
     let mut builder = SpectrumBuilder::new();
-    let n_tracked = if parameters.front {
-        let (patch, n_tracked) = front::sweep(&sweep, start)?;
+    // A mesh from outside is a component's.
+    let is_by_component = parameters.by_component || parameters.initial_mesh.is_some();
+    let n_tracked = if !is_by_component {
+        let (patch, n_tracked) = front::sweep(&sweep, start, &mut counts)?;
         builder.push_patch(patch);
         n_tracked
     } else {

@@ -10,7 +10,7 @@ use isospectrum::volume::{Volume, phantom};
 
 fn spectrum(volume: &Arc<Volume>) -> Spectrum {
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
-    let parameters = Parameters { front: true, ..Parameters::default() };
+    let parameters = Parameters::default();
     compute(volume, &parameters, &backend, &Silent).expect("a spectrum")
 }
 

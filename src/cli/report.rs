@@ -71,13 +71,17 @@ pub(super) fn number_or_dash(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_owned(), number)
 }
 
-/// Counts by name, one level deep or two, for people: `arcs 45, refused.folded 69`.
+/// Counts that are not 0 by name, one level deep or two, for people: `arcs 45, refused.folded 69`.
 pub(super) fn counts(counts: &serde_json::Value) -> String {
     let Some(counts) = counts.as_object() else { return "-".to_owned() };
     let mut parts = Vec::new();
     for (name, value) in counts {
         match value.as_object() {
-            Some(inner) => parts.extend(inner.iter().map(|(n, v)| format!("{name}.{n} {v}"))),
+            Some(inner) => {
+                let inner = inner.iter().filter(|(_, v)| **v != 0);
+                parts.extend(inner.map(|(n, v)| format!("{name}.{n} {v}")));
+            }
+            None if *value == 0 => {}
             None => parts.push(format!("{name} {value}")),
         }
     }

@@ -24,18 +24,19 @@ mod remesh;
 mod tracked;
 mod transport;
 
-use super::Sweep;
+use super::{Counts, Sweep};
 use crate::error::Result;
 use crate::spectrum::Patch;
 use march::March;
 use region::Grid;
 
 /// All of a sweep, as one patch: the triangles of the tracked mesh first, and how many these are.
-pub(super) fn sweep(sweep: &Sweep, start: f64) -> Result<(Patch, usize)> {
+pub(super) fn sweep(sweep: &Sweep, start: f64, counts: &mut Counts) -> Result<(Patch, usize)> {
     let mut march = March::new(sweep);
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     march.run(start, &mut *kernels)?;
     log::info!("{:?}", march.tally);
+    march.tally.tell(counts);
     let grid = Grid::of(&sweep.exact);
     let (low, high) = sweep.range;
     let mut shown = std::mem::take(&mut march.shown);

@@ -33,9 +33,10 @@ pub struct Parameters {
     pub start: Option<f64>,
     /// Mesh from outside for `start`.
     pub initial_mesh: Option<PathBuf>,
-    /// Whether the surface is tracked in parts, exact where it is not calm: not finished yet.
+    /// Whether the surface is tracked component by component, each exact as a whole where a place of it cannot be tracked; as
+    /// versions before the front did, and where there is an initial mesh.
     #[serde(default)]
-    pub front: bool,
+    pub by_component: bool,
 }
 
 impl Default for Parameters {
@@ -54,7 +55,7 @@ impl Default for Parameters {
             max_edge: 4.0,
             start: None,
             initial_mesh: None,
-            front: false,
+            by_component: false,
         }
     }
 }

@@ -168,7 +168,7 @@ _KNOWN = {
     "relax": ("a number from 0 to 1", lambda x: 0 <= x <= 1),
     "relax_force": ("0 or a number above", lambda x: 0 <= x < float("inf")),
     "relax_iterations": ("a whole number", lambda x: x >= 0),
-    "front": ("True or False", lambda x: isinstance(x, bool)),
+    "by_component": ("True or False", lambda x: isinstance(x, bool)),
     "initial_mesh": ("the path of a PLY file", lambda x: isinstance(x, (str, os.PathLike))),
 }
 

@@ -12,7 +12,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::record::{Life, OwnKnot, Recorder, Track};
-use super::region::LatticeEdge;
+use super::region::{Grid, LatticeEdge};
 use super::tracked::EDGE_MARGIN;
 use crate::extract::{Extraction, extract_cell};
 use crate::spectrum::{Knot, Patch, Triangle};
@@ -51,13 +51,13 @@ pub(super) fn extend(
     topology: &Topology,
     shown: &[Shown],
 ) -> Vec<Vec<(f64, Vec3)>> {
-    let saddles = &body_saddles(topology);
+    let events = &event_isovalues(field, topology);
     let parts: Vec<Part> = shown
         .par_chunks(CELLS_AT_ONCE)
         .map(|shown| {
             let mut part = Part::default();
             for &(cell, low, high) in shown {
-                part.add_cell(field, saddles.get(&cell).map_or(&[], |s| s), (cell, low, high));
+                part.add_cell(field, events.get(&cell).map_or(&[], |e| e), (cell, low, high));
             }
             part
         })
@@ -78,21 +78,29 @@ pub(super) fn extend(
     inner
 }
 
-/// Isovalues of the body saddles by cell.
-fn body_saddles(topology: &Topology) -> HashMap<u32, Vec<f64>> {
-    let mut saddles: HashMap<u32, Vec<f64>> = HashMap::new();
+/// Isovalues of the events by cell that they are in or beside: those of samples and of faces may be rounded otherwise than
+/// the cells' own numbers.
+fn event_isovalues(field: &ExactField, topology: &Topology) -> HashMap<u32, Vec<f64>> {
+    let grid = Grid::of(field);
+    let mut events: HashMap<u32, Vec<f64>> = HashMap::new();
     for e in &topology.events {
-        if let Place::Cell(corner) = e.place {
-            saddles.entry(corner).or_default().push(e.isovalue);
+        let cells = match e.place {
+            Place::Vertex(v) => (0..8).map(|o| grid.octant(v, o)).collect(),
+            Place::Face { corner, axis } => vec![corner, corner - grid.strides[axis as usize]],
+            Place::Cell(corner) => vec![corner],
+            Place::Layer => vec![],
+        };
+        for cell in cells {
+            events.entry(cell).or_default().push(e.isovalue);
         }
     }
-    saddles
+    events
 }
 
 /// The isovalues at which a cell's triangles may change inside an interval, ascending, its ends among them.
-fn breaks(values: &[f64; 8], body_saddles: &[f64], (low, high): (f64, f64)) -> Vec<f64> {
+fn breaks(values: &[f64; 8], events: &[f64], (low, high): (f64, f64)) -> Vec<f64> {
     let mut breaks: Vec<f64> = values.to_vec();
-    breaks.extend(body_saddles);
+    breaks.extend(events);
     for axis in 0..3 {
         let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
         for base in [0, 1 << axis] {
@@ -118,7 +126,7 @@ fn breaks(values: &[f64; 8], body_saddles: &[f64], (low, high): (f64, f64)) -> V
 }
 
 impl Part {
-    fn add_cell(&mut self, field: &ExactField, saddles: &[f64], (cell, low, high): Shown) {
+    fn add_cell(&mut self, field: &ExactField, events: &[f64], (cell, low, high): Shown) {
         let values = field.cell_offsets().map(|o| field.sample(cell + o));
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -127,7 +135,7 @@ impl Part {
             return;
         }
         let first = self.lives.len();
-        for ends in breaks(&values, saddles, (low, high)).windows(2) {
+        for ends in breaks(&values, events, (low, high)).windows(2) {
             let (low, high) = (ends[0], ends[1]);
             // Between neighbouring numbers the middle rounds to one of them; at the lower one the interval begins.
             let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);

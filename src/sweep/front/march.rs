@@ -24,7 +24,7 @@ use crate::kernels::Kernels;
 use crate::kernels::field::Field;
 use crate::mesh::{Face, Vertex};
 use crate::sweep::criteria::Criteria;
-use crate::sweep::{Parameters, Sweep};
+use crate::sweep::{Counts, Parameters, Sweep};
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
 
@@ -40,10 +40,12 @@ const LONGER: f64 = 2.0;
 const BOX: usize = 8;
 const CROWDED: f64 = 0.6;
 
-/// A step is taken shorter where more than this share of the faces cannot follow it, unless it is as short as the second
-/// share of the range.
+/// A step is taken shorter where more than this share of the faces cannot follow it.
 const TOO_LONG_SHARE: f64 = 0.03;
-const SHORTEST: f64 = 1e-3;
+
+/// The shortest step, as a share of the range; and of a grey level.
+const SHORTEST: f64 = 1e-4;
+const SHORTEST_OF_LEVEL: f64 = 0.125;
 
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
@@ -78,6 +80,17 @@ pub(super) struct Tally {
     pub(super) given_up: usize,
 }
 
+impl Tally {
+    /// What a spectrum keeps of it.
+    pub(super) fn tell(&self, counts: &mut Counts) {
+        let taken = self.steps - self.too_long;
+        counts.steps = taken as u64;
+        counts.repeated = (self.rounds - taken) as u64;
+        counts.exchanges = self.exchanges as u64;
+        counts.exchanges_refused = self.refused_exchanges as u64;
+    }
+}
+
 /// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reason {
@@ -106,6 +119,8 @@ pub(super) struct March<'s, 'a> {
     pub(super) shown: Vec<Shown>,
     pub(super) tally: Tally,
     step: u32,
+    /// Share of the work that is done.
+    done: f64,
 }
 
 impl<'s, 'a> March<'s, 'a> {
@@ -120,6 +135,7 @@ impl<'s, 'a> March<'s, 'a> {
             shown: Vec::new(),
             tally: Tally::default(),
             step: 0,
+            done: 0.0,
         }
     }
 
@@ -160,7 +176,9 @@ impl<'s, 'a> March<'s, 'a> {
         self.go(&mut state, high, length, kernels)?;
         self.record.restore(snapshot);
         state = begun;
-        self.go(&mut state, low, length, kernels)
+        self.go(&mut state, low, length, kernels)?;
+        self.sweep.progress.report(1.0, "tracking");
+        Ok(())
     }
 
     /// From one isovalue at which samples may be passed to the next: a grey level, or nothing.
@@ -168,8 +186,18 @@ impl<'s, 'a> March<'s, 'a> {
         if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 }
     }
 
+    /// The distance between sampling isovalues that is asked for.
+    fn fixed(&self) -> Option<f64> {
+        let (low, high) = self.sweep.range;
+        let &Parameters { step, samples, .. } = self.parameters();
+        step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
+    }
+
     /// A first guess of the step's length, from the exact extraction.
     fn first_step(&self, start: f64) -> f64 {
+        if let Some(fixed) = self.fixed() {
+            return fixed;
+        }
         let whole = crate::extract::extract(self.exact(), start);
         let own = whole.positions.iter().map(|&p| p.into());
         let slope = typical_slope(self.field(), own).unwrap_or(1.0);
@@ -181,7 +209,8 @@ impl<'s, 'a> March<'s, 'a> {
         let (low, high) = self.sweep.range;
 
         let length = f64::from(STEP_LENGTH * slope) / unit;
-        length.clamp((high - low) / 2000.0, (high - low) / 4.0)
+        let shortest = (SHORTEST * (high - low)).max(SHORTEST_OF_LEVEL * self.level());
+        length.clamp(shortest, (high - low) / 4.0)
     }
 
     /// The next sampling isovalue.
@@ -189,6 +218,14 @@ impl<'s, 'a> March<'s, 'a> {
         let sign = (last - at).signum();
         let left = (last - at).abs();
         let mut next = at + sign * length;
+        if let Some(fixed) = self.fixed() {
+            // Multiples of it from the low end, unless that is too far.
+            let low = self.sweep.range.0;
+            let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
+            let whole = low + multiple * fixed;
+            next = if (whole - at).abs() <= 1.001 * length { whole } else { next };
+            return if (next - at).abs() >= left { last } else { next };
+        }
         if self.exact().volume().samples().is_integer() {
             // Not where samples are passed: between them, if the step is as long as that.
             let half = next.floor() + 0.5;
@@ -222,6 +259,11 @@ impl<'s, 'a> March<'s, 'a> {
                 length = 0.5 * (step.next - step.at).abs();
                 continue;
             }
+            self.tell_progress(step);
+            if let Some(fixed) = self.fixed() {
+                (usual, length) = (fixed, fixed);
+                continue;
+            }
             let positions =
                 state.tracked.mesh.vertices().filter(|&v| !state.tracked.mesh.is_fixed(v));
             let slope =
@@ -237,6 +279,17 @@ impl<'s, 'a> March<'s, 'a> {
             self.show(block, since, last);
         }
         Ok(())
+    }
+
+    /// Tells that a step is done: by the way along the range, and by the samples passed, half each.
+    fn tell_progress(&mut self, step: Step) {
+        let (low, high) = self.sweep.range;
+        let n = |a: f64, b: f64| {
+            self.calendar.samples(Passage::between(self.exact(), a, b)).len() as f64
+        };
+        let samples = n(step.at, step.next) / n(low, high).max(1.0);
+        self.done += 0.5 * ((step.next - step.at).abs() / (high - low) + samples);
+        self.sweep.progress.report(self.done.min(1.0), "tracking");
     }
 
     /// Whether nearly all of the surface is tracked with a region.

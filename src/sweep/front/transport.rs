@@ -224,7 +224,9 @@ impl Transport<'_> {
         let Step { at, next } = self.step;
         let ends = Criteria::new(self.field, next, self.parameters);
         let midway = Criteria::new(self.field, 0.5 * (at + next), self.parameters);
-        let most = MOST_OFF * self.parameters.error as f32;
+        // At the end of the step they are refined; half-way they stay as they are.
+        let [most, most_midway] =
+            [MOST_OFF, MOST_OFF_REFINED].map(|x| x * self.parameters.error as f32);
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
@@ -236,7 +238,7 @@ impl Transport<'_> {
                 if !self.stays(slot) || area(a) < LEAST_AREA {
                     return None;
                 }
-                let is_off = || is_off(&midway, m, most).then_some(3);
+                let is_off = || is_off(&midway, m, most_midway).then_some(3);
                 let check = fault(&ends, a, most).or_else(is_off)?;
                 Some((check, barycentre, slot))
             })

@@ -11,7 +11,9 @@ use crate::sweep::front::calendar::Passage;
 use crate::sweep::front::check::{open_seam, unlike_parts};
 use crate::sweep::front::region::Link;
 use crate::sweep::front::tracked::{Changes, Tracked, place_of, place_on};
-use crate::sweep::front::transport::{LEAST_AREA, MOST_OFF, Moved, Step, distance_by_slope};
+use crate::sweep::front::transport::{
+    LEAST_AREA, MOST_OFF_REFINED, Moved, Step, distance_by_slope,
+};
 
 impl March<'_, '_> {
     /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
@@ -49,7 +51,7 @@ impl March<'_, '_> {
             (None, None) => mesh.position(v),
         };
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let most = MOST_OFF * self.parameters().error as f32;
+        let most = MOST_OFF_REFINED * self.parameters().error as f32;
         let alive = faces.iter().filter(|&&f| mesh.has_face(f) && !mesh.is_cap(f));
         let corners = alive.map(|&f| mesh.face_vertices(f).map(place));
         let off =
