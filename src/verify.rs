@@ -81,7 +81,7 @@ impl Default for Sampling {
 /// use isospectrum::kernels::{Backend, Choice};
 /// use isospectrum::{Parameters, Silent, compute, volume::phantom};
 ///
-/// let volume = std::sync::Arc::new(phantom("sphere:8")?);
+/// let volume = std::sync::Arc::new(phantom("sphere:16")?);
 /// let backend = Backend::choose(Choice::Cpu, None)?;
 /// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
 /// let sampling = Sampling { n_random: 8, ..Sampling::default() };

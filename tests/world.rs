@@ -56,27 +56,27 @@ fn a_sheared_scan_keeps_its_world_through_spectrum_and_mesh() {
 #[test]
 fn what_was_done_to_a_volume_is_told_and_done_again_by_verify() {
     let folder = Folder::new();
-    let volume = ["--phantom", "blobs:20"];
-    let steps = ["--crop", "2:19,:,1:", "--median", "1", "--smooth", "0.7", "--downsample", "2"];
+    let volume = ["--phantom", "blobs:32"];
+    let steps = ["--crop", "2:31,:,1:", "--median", "1", "--smooth", "0.7", "--downsample", "2"];
     let compute = ["compute", "--backend", "cpu", "-q", "-o", "s.isp"];
     folder.run(&[&compute[..], &volume, &steps].concat());
     let info = json(&folder.run(&["info", "s.isp", "--json"]));
-    assert_eq!(info["volume"]["dims"], serde_json::json!([8, 10, 9]));
+    assert_eq!(info["volume"]["dims"], serde_json::json!([14, 16, 15]));
     let done = &info["parameters"]["preparation"];
-    assert_eq!(done["crop"], serde_json::json!([[2, 19], [0, 20], [1, 20]]));
+    assert_eq!(done["crop"], serde_json::json!([[2, 31], [0, 32], [1, 32]]));
     assert_eq!((&done["median"], &done["downsample"]), (&1.into(), &2.into()));
     // The first block lies in the middle of samples 2 and 3, 0 and 1, 1 and 2.
     let placement = &info["volume"]["placement"];
     assert_eq!(placement["origin"], serde_json::json!([2.5, 0.5, 1.5]));
     assert_eq!(placement["spacing"], serde_json::json!([2.0, 2.0, 2.0]));
     let table = String::from_utf8(folder.run(&["info", "s.isp"]).stdout).expect("text");
-    assert!(table.contains("samples 2:19, 0:20, 1:20; median of 1"), "{table}");
+    assert!(table.contains("samples 2:31, 0:32, 1:32; median of 1"), "{table}");
     let report =
         json(&folder.run(&[&["verify", "s.isp", "--n", "6", "--json"], &volume[..]].concat()));
     assert_eq!(report["passed"], true, "{report}");
     // Analyze looks at the same.
     let analysis = json(&folder.run(&[&["analyze", "--json"], &volume[..], &steps].concat()));
-    assert_eq!(analysis["dims"], serde_json::json!([8, 10, 9]));
+    assert_eq!(analysis["dims"], serde_json::json!([14, 16, 15]));
     assert_eq!(analysis["n_events"], info["n_events"]);
 }
 
