@@ -138,7 +138,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     spectrum.check_isovalue(page.isovalue)?;
     page.keep.check()?;
     page.camera.check()?;
-    let Camera { azimuth, elevation, distance } = page.camera;
+    let Camera { azimuth, elevation, distance, .. } = page.camera;
     if matches!(page.color, Color::Distance | Color::Normal) {
         let name = page.color.name();
         return Err(Error::Usage(format!("a page cannot show the color {name}")));

@@ -51,6 +51,9 @@ pub(super) struct Render {
     /// Azimuth and elevation in degrees, and the distance (1 just shows what --fit says)
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
     camera: Option<Camera>,
+    /// Parallel projection: sizes do not depend on depth, and the scale bar holds all over the picture
+    #[arg(long)]
+    orthographic: bool,
     /// What fills the picture: the surface (those of all pictures of a sweep), or the volume, so that pictures of
     /// several isovalues show all in one size
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface)]
@@ -184,7 +187,7 @@ impl Render {
         View {
             width,
             height,
-            camera: self.camera.unwrap_or_default(),
+            camera: Camera { orthographic: self.orthographic, ..self.camera.unwrap_or_default() },
             wireframe: self.wireframe.then_some(1.0),
             color: self.color.shown(),
             map: self.color.color_map,

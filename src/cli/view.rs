@@ -38,6 +38,9 @@ pub(super) struct View {
     /// Azimuth and elevation in degrees, and the distance (1 just shows everything)
     #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
     camera: Option<Camera>,
+    /// Parallel projection: sizes do not depend on depth
+    #[arg(long)]
+    orthographic: bool,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -94,7 +97,10 @@ impl View {
             view: Look {
                 width: self.size.width,
                 height: self.size.height,
-                camera: self.camera.unwrap_or_default(),
+                camera: Camera {
+                    orthographic: self.orthographic,
+                    ..self.camera.unwrap_or_default()
+                },
                 wireframe: self.wireframe.then_some(1.0),
                 color: self.color.shown(),
                 map: self.color.color_map,

@@ -10,7 +10,10 @@
 
 use std::str::FromStr;
 
-use glam::dcamera::rh::{proj::directx::perspective, view::look_to_mat4};
+use glam::dcamera::rh::{
+    proj::directx::{orthographic, perspective},
+    view::look_to_mat4,
+};
 use glam::{DMat3, DMat4, DVec3};
 
 use crate::error::{Error, Result};
@@ -38,12 +41,15 @@ pub struct Camera {
     pub elevation: f64,
     /// Distance as a multiple of the one at which the volume's box just fits; positive.
     pub distance: f64,
+    /// Whether the projection is parallel: all depths have the size that the perspective gives the point looked at, and
+    /// the distance tells the size alone.
+    pub orthographic: bool,
 }
 
 impl Default for Camera {
     /// A three-quarter view of the whole volume.
     fn default() -> Self {
-        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0 }
+        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0, orthographic: false }
     }
 }
 
@@ -68,7 +74,7 @@ impl FromStr for Camera {
             [azimuth, elevation, distance] => (azimuth, elevation, distance),
             _ => return Err(wrong("expected two or three numbers azimuth,elevation[,distance]")),
         };
-        let camera = Camera { azimuth, elevation, distance };
+        let camera = Camera { azimuth, elevation, distance, ..Camera::default() };
         camera.check()?;
         Ok(camera)
     }
@@ -77,7 +83,7 @@ impl FromStr for Camera {
 impl Camera {
     /// Whether the numbers make sense; they may have been set without parsing.
     pub(crate) fn check(&self) -> Result<()> {
-        let Camera { azimuth, elevation, distance } = *self;
+        let Camera { azimuth, elevation, distance, .. } = *self;
         if !azimuth.is_finite() {
             return Err(Error::Usage(format!(
                 "camera azimuth {azimuth}, expected a finite number"
@@ -118,7 +124,11 @@ impl Camera {
         let turned = corners.map(|corner| turn.transform_vector3(world * corner - middle));
         let distance = turned
             .iter()
-            .map(|p| p.z + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y)))
+            .map(|p| {
+                // What is nearer is larger, unless all depths have one size.
+                let nearer = if self.orthographic { 0.0 } else { p.z };
+                nearer + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y))
+            })
             .fold(0.0, f64::max);
         Fit { middle, turn, turned, distance }
     }
@@ -153,20 +163,27 @@ impl Camera {
         let aim = look_at.map_or(middle, |p| world * DVec3::from_array(p));
         let away = aim.distance(middle);
         let radius = away + turned.iter().map(|p| p.length()).fold(0.0, f64::max);
-        let far = distance + radius;
-        // A thousandth of the far plane keeps depth precise when the eye is inside the box.
-        let near = (distance - radius).max(1e-3 * far);
         let aspect = f64::from(width) / f64::from(height);
         let eye_from_voxel = DMat4::from_translation(DVec3::new(0.0, 0.0, -distance))
             * turn
             * DMat4::from_translation(-aim)
             * DMat4::from_mat3(world);
-        let clip_from_eye = perspective(FIELD_OF_VIEW.to_radians(), aspect, near, far);
+        let (near, far) = (distance - radius, distance + radius);
+        let clip_from_eye = if self.orthographic {
+            let up = distance * (0.5 * FIELD_OF_VIEW).to_radians().tan();
+            let right = up * aspect;
+            // What lies behind the eye is seen, too.
+            orthographic(-right, right, -up, up, near, far)
+        } else {
+            // A thousandth of the far plane keeps depth precise when the eye is inside the box.
+            perspective(FIELD_OF_VIEW.to_radians(), aspect, near.max(1e-3 * far), far)
+        };
         Projection {
             clip_from_voxel: clip_from_eye * eye_from_voxel,
             eye_from_voxel,
             eye_from_normal: DMat3::from_mat4(eye_from_voxel).inverse().transpose(),
             mirrored: world.determinant() < 0.0,
+            parallel: self.orthographic,
             distance,
             depth: [clip_from_eye.z_axis.z, clip_from_eye.w_axis.z],
             reach: [clip_from_eye.x_axis.x.recip(), clip_from_eye.y_axis.y.recip()],
@@ -214,11 +231,13 @@ pub(crate) struct Projection {
     pub(crate) eye_from_normal: DMat3,
     /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
     pub(crate) mirrored: bool,
+    /// Whether all lines of sight have the direction of the eye frame's z axis.
+    pub(crate) parallel: bool,
     /// From the eye to the middle of the picture, voxels.
     pub(crate) distance: f64,
-    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame.
+    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame; without the division where it is parallel.
     pub(crate) depth: [f64; 2],
-    /// Half width and half height of the picture at a distance of 1.
+    /// Half width and half height of the picture at a distance of 1; at any where it is parallel.
     pub(crate) reach: [f64; 2],
 }
 
@@ -248,9 +267,13 @@ mod tests {
         };
         for placement in [Placement::default(), oblique] {
             let volume = volume([20, 10, 15], placement);
-            for camera in ["35,22", "0,90", "-120,-90", "250,-10"] {
+            for (camera, orthographic) in ["35,22", "0,90", "-120,-90", "250,-10"]
+                .into_iter()
+                .flat_map(|camera| [(camera, false), (camera, true)])
+            {
                 for (width, height) in [(640, 480), (100, 400), (4000, 40)] {
                     let camera: Camera = camera.parse().expect("a camera");
+                    let camera = Camera { orthographic, ..camera };
                     let projection = camera.projection(&volume, None, width, height);
                     let reach = corners(&volume)
                         .map(|c| projection.clip_from_voxel.project_point3(c))
@@ -268,7 +291,7 @@ mod tests {
     #[test]
     fn the_world_z_axis_points_up_and_azimuth_turns_counter_clockwise() {
         let volume = volume([11, 11, 11], Placement::default());
-        let projection = Camera { azimuth: 90.0, elevation: 0.0, distance: 1.0 }
+        let projection = Camera { azimuth: 90.0, elevation: 0.0, ..Camera::default() }
             .projection(&volume, None, 100, 100);
         let at = |p: [f64; 3]| projection.clip_from_voxel.project_point3(DVec3::from_array(p));
         assert!(at([5.0, 5.0, 9.0]).y > 0.1);
@@ -282,7 +305,7 @@ mod tests {
     fn cameras_are_parsed_and_bad_ones_are_usage_errors() {
         assert_eq!(
             " 30, -20,1.5".parse::<Camera>().expect("a camera"),
-            Camera { azimuth: 30.0, elevation: -20.0, distance: 1.5 }
+            Camera { azimuth: 30.0, elevation: -20.0, distance: 1.5, ..Camera::default() }
         );
         for bad in ["", "30", "1,2,3,4", "a,b", "0,91", "nan,0", "0,0,0", "0,0,-1", "0,inf"] {
             let error = bad.parse::<Camera>().expect_err(bad);

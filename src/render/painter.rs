@@ -441,7 +441,8 @@ fn frame(
         palette: palette as u32,
         wire_width: view.wireframe.unwrap_or(0.0),
         mirrored: u32::from(projection.mirrored),
-        unused: [0.0; 2],
+        parallel: u32::from(projection.parallel),
+        unused: 0.0,
         map: map.linear_stops().map(|[r, g, b]| [r, g, b, 1.0]),
     }
 }

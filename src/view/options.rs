@@ -69,6 +69,7 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
     if ui.checkbox(&mut wireframe, "edges (W)").changed() {
         view.wireframe = wireframe.then_some(1.0);
     }
+    ui.checkbox(&mut view.camera.orthographic, "parallel projection");
     let mut caps = !view.open;
     if ui.checkbox(&mut caps, "caps at the border").changed() {
         view.open = !caps;
