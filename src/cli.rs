@@ -8,6 +8,7 @@ mod analyze;
 mod backend_arguments;
 mod border_arguments;
 mod budget;
+mod camera_arguments;
 mod clip_argument;
 mod color_arguments;
 mod completions;

@@ -35,7 +35,7 @@ mod tables;
 mod target;
 
 pub use crate::color::{Color, Ends, Map, linear};
-pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
+pub use camera::{Axis, BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
 pub use painter::Painter;
 pub use surface::{RESIDENT_BYTES, Renderer};

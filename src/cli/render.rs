@@ -13,6 +13,7 @@ use isospectrum::{Error, Result};
 use isospectrum::sweep::Progress as _;
 
 use super::border_arguments::BorderArguments;
+use super::camera_arguments::CameraArguments;
 use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::share;
@@ -48,9 +49,8 @@ pub(super) struct Render {
     /// Width and height, pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768")]
     size: Size,
-    /// Azimuth and elevation in degrees, and the distance (1 just shows what --fit says)
-    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
-    camera: Option<Camera>,
+    #[command(flatten)]
+    camera: CameraArguments,
     /// Parallel projection: sizes do not depend on depth, and the scale bar holds all over the picture
     #[arg(long)]
     orthographic: bool,
@@ -187,7 +187,7 @@ impl Render {
         View {
             width,
             height,
-            camera: Camera { orthographic: self.orthographic, ..self.camera.unwrap_or_default() },
+            camera: Camera { orthographic: self.orthographic, ..self.camera.camera() },
             wireframe: self.wireframe.then_some(1.0),
             color: self.color.shown(),
             map: self.color.color_map,

@@ -29,27 +29,94 @@ pub const FILL: f64 = 0.94;
 /// of the border.
 pub const BORDER: f64 = 0.1;
 
+/// An axis of a volume, one way or the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// From the first sample of a row to the last.
+    X,
+    /// From the first row to the last.
+    Y,
+    /// From the first slice to the last.
+    Z,
+    /// Against x.
+    MinusX,
+    /// Against y.
+    MinusY,
+    /// Against z.
+    MinusZ,
+}
+
+impl Axis {
+    /// Every axis, in the order of the documentation.
+    pub const ALL: [Axis; 6] =
+        [Axis::X, Axis::Y, Axis::Z, Axis::MinusX, Axis::MinusY, Axis::MinusZ];
+
+    /// The name as flags spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axis::X => "x",
+            Axis::Y => "y",
+            Axis::Z => "z",
+            Axis::MinusX => "-x",
+            Axis::MinusY => "-y",
+            Axis::MinusZ => "-z",
+        }
+    }
+
+    /// Its number, from 0, and 1 or -1.
+    fn number_and_sign(self) -> (usize, f64) {
+        match self {
+            Axis::X => (0, 1.0),
+            Axis::Y => (1, 1.0),
+            Axis::Z => (2, 1.0),
+            Axis::MinusX => (0, -1.0),
+            Axis::MinusY => (1, -1.0),
+            Axis::MinusZ => (2, -1.0),
+        }
+    }
+}
+
+impl FromStr for Axis {
+    type Err = Error;
+
+    /// Reads the name as flags spell it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for any other text.
+    fn from_str(text: &str) -> Result<Self> {
+        Axis::ALL.into_iter().find(|axis| axis.name() == text).ok_or_else(|| {
+            let names = Axis::ALL.map(Axis::name).join(", ");
+            Error::Usage(format!("axis '{text}', expected one of {names}"))
+        })
+    }
+}
+
 /// The direction and distance from which the volume is seen.
 ///
 /// The camera looks at the middle of the volume's box, or where
-/// [`View::look_at`](super::View::look_at) says; up is the world's +z.
+/// [`View::look_at`](super::View::look_at) says. Its angles count from three perpendicular directions: those of the
+/// world's axes, +z upwards, unless [`Camera::up`] says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Degrees counter-clockwise about the world's z axis, from +x: 0 looks from +x, 90 from +y.
+    /// Degrees counter-clockwise about the direction upwards: of the world's axes 0 looks from +x, 90 from +y.
     pub azimuth: f64,
-    /// Degrees above the world's x-y plane, -90 to 90.
+    /// Degrees above the plane that is level, -90 to 90.
     pub elevation: f64,
     /// Distance as a multiple of the one at which the volume's box just fits; positive.
     pub distance: f64,
     /// Whether the projection is parallel: all depths have the size that the perspective gives the point looked at, and
     /// the distance tells the size alone.
     pub orthographic: bool,
+    /// The axis of the volume that points up; an azimuth of 0 then looks from the next axis (of x that is y, of y it is
+    /// z, of z it is x), as far as that is level. Without it the world's z axis points up.
+    pub up: Option<Axis>,
 }
 
 impl Default for Camera {
     /// A three-quarter view of the whole volume.
     fn default() -> Self {
-        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0, orthographic: false }
+        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0, orthographic: false, up: None }
     }
 }
 
@@ -100,14 +167,26 @@ impl Camera {
         Ok(())
     }
 
+    /// What the angles count from, unit vectors of the world: towards an azimuth of 0, towards one of 90 degrees, and
+    /// upwards; perpendicular and right-handed.
+    pub(crate) fn basis(&self, volume: &VolumeInfo) -> DMat3 {
+        let Some(up) = self.up else { return DMat3::IDENTITY };
+        let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+        let (axis, sign) = up.number_and_sign();
+        let up = sign * world.col(axis).normalize();
+        let first = world.col((axis + 1) % 3).reject_from_normalized(up).normalize();
+        DMat3::from_cols(first, up.cross(first), up)
+    }
+
     /// From the middle of the volume to the eye, and upwards in the picture; unit vectors of the
     /// world. Upwards is the derivative by the elevation, so it is defined at the poles too.
-    fn directions(&self) -> (DVec3, DVec3) {
+    fn directions(&self, volume: &VolumeInfo) -> (DVec3, DVec3) {
         let (sin_a, cos_a) = self.azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation.to_radians().sin_cos();
+        let basis = self.basis(volume);
         (
-            DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e),
-            DVec3::new(-sin_e * cos_a, -sin_e * sin_a, cos_e),
+            basis * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e),
+            basis * DVec3::new(-sin_e * cos_a, -sin_e * sin_a, cos_e),
         )
     }
 
@@ -115,7 +194,7 @@ impl Camera {
     fn fit(&self, volume: &VolumeInfo, corners: [DVec3; 8], size: [u32; 2]) -> Fit {
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
         let middle = world * (0.5 * (corners[0] + corners[7]));
-        let (towards_eye, up) = self.directions();
+        let (towards_eye, up) = self.directions(volume);
         let turn = look_to_mat4(DVec3::ZERO, -towards_eye, up);
 
         let [width, height] = size.map(f64::from);
@@ -299,6 +378,51 @@ mod tests {
         assert!(at([9.0, 5.0, 5.0]).x < -0.1);
         assert!(at([5.0, 9.0, 5.0]).z < at([5.0, 1.0, 5.0]).z);
         assert!(!projection.mirrored);
+    }
+
+    #[test]
+    fn the_axis_that_is_asked_for_points_up_and_azimuths_turn_about_it() {
+        let sheared = Placement {
+            spacing: [1.0, 2.0, 0.5],
+            direction: [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.6, -0.8]],
+            ..Placement::default()
+        };
+        for placement in [Placement::default(), sheared] {
+            let volume = volume([11, 11, 11], placement);
+            let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+            for axis in Axis::ALL {
+                let (number, sign) = axis.number_and_sign();
+                let camera = |azimuth| Camera {
+                    azimuth,
+                    elevation: 0.0,
+                    up: Some(axis),
+                    ..Camera::default()
+                };
+                let seen = |azimuth: f64, along: DVec3| {
+                    let projection = camera(azimuth).projection(&volume, None, 100, 100);
+                    projection.eye_from_voxel.transform_vector3(along)
+                };
+                let mut along = DVec3::ZERO;
+                along[number] = sign;
+                for azimuth in [0.0, 77.0, -140.0] {
+                    // The arithmetic is f64 on numbers about 1.
+                    assert!(seen(azimuth, along).distance(DVec3::Y) < 1e-12, "{axis:?}");
+                }
+                // The next axis comes towards the eye, and goes to the left as the azimuth grows.
+                let mut next = DVec3::ZERO;
+                next[(number + 1) % 3] = 1.0;
+                let level = (world * next).reject_from(world * along).length();
+                let at = |azimuth| seen(azimuth, next) * DVec3::new(1.0, 0.0, 1.0) / level;
+                assert!(at(0.0).distance(DVec3::Z) < 1e-12, "{axis:?}: {}", at(0.0));
+                assert!(at(90.0).distance(DVec3::NEG_X) < 1e-12, "{axis:?}: {}", at(90.0));
+            }
+        }
+        // Where axes are those of the world, z is what is up anyway.
+        let plain = volume([11, 12, 13], Placement::default());
+        let camera = Camera { up: Some(Axis::Z), ..Camera::default() };
+        assert_eq!(camera.basis(&plain), DMat3::IDENTITY);
+        assert!(["", "X", "w", "--x", "+x"].iter().all(|text| text.parse::<Axis>().is_err()));
+        assert_eq!("-y".parse::<Axis>().expect("an axis"), Axis::MinusY);
     }
 
     #[test]

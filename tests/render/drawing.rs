@@ -169,7 +169,7 @@ pub(crate) fn coverage(image: &Image) -> (f64, [f64; 2]) {
 /// Where a point of the voxel frame appears, pixels from the top left, and how far in front of the
 /// eye it lies, voxels: written down from the documentation of the camera, with no matrix.
 pub(crate) fn project(volume: &VolumeInfo, view: &View, p: [f64; 3]) -> ([f64; 2], f64) {
-    let Camera { azimuth, elevation, distance, orthographic } = view.camera;
+    let Camera { azimuth, elevation, distance, orthographic, up: _ } = view.camera;
     let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
     let (sin_e, cos_e) = elevation.to_radians().sin_cos();
     let right = [-sin_a, cos_a, 0.0];
