@@ -212,17 +212,19 @@ impl Camera {
         Fit { middle, turn, turned, distance }
     }
 
-    /// How many times as far the eye is, for the volume's box, as it would be for the box between two corners (voxel
-    /// frame), both just fitting a picture of `size` pixels: what makes the box fit in place of the volume.
-    pub(super) fn share_of(
+    /// How far the eye is, voxels, from the middle of a box between two corners (voxel frame; without it the volume's
+    /// box) that just fits a picture of `size` pixels.
+    pub(super) fn fit_distance(
         &self,
         volume: &VolumeInfo,
-        bounds: [[f64; 3]; 2],
+        bounds: Option<[[f64; 3]; 2]>,
         size: [u32; 2],
     ) -> f64 {
-        let [low, high] = bounds.map(DVec3::from_array);
-        let part = self.fit(volume, corners_between(low, high), size);
-        part.distance / self.fit(volume, corners(volume), size).distance
+        let between = |bounds: [[f64; 3]; 2]| {
+            let [low, high] = bounds.map(DVec3::from_array);
+            corners_between(low, high)
+        };
+        self.fit(volume, bounds.map_or_else(|| corners(volume), between), size).distance
     }
 
     /// The matrices of a picture of `width` by `height` pixels with the point `look_at` (voxel

@@ -8,6 +8,7 @@ mod normals;
 mod parallel;
 #[path = "../random/mod.rs"]
 mod random;
+mod turntable;
 
 use std::f64::consts::PI;
 
