@@ -27,6 +27,7 @@ mod camera;
 mod image;
 mod layer;
 mod layout;
+mod occlusion;
 mod painter;
 mod pipeline;
 mod surface;
@@ -83,6 +84,8 @@ pub struct View {
     /// How much of what lies behind the surface hides, 0 to 1. Below 1 the triangles are sorted by
     /// depth for every picture.
     pub opacity: f32,
+    /// Whether hollows are darker: of opaque surfaces, by what is seen around each point.
+    pub occlusion: bool,
 }
 
 /// One of the isosurfaces of a picture.
@@ -144,6 +147,7 @@ impl Default for View {
             scale_bar: false,
             label: None,
             opacity: 1.0,
+            occlusion: false,
         }
     }
 }

@@ -75,6 +75,9 @@ pub(super) struct Render {
     /// How much of what lies behind the surface hides, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     opacity: f64,
+    /// Darken hollows, by what is seen around each point: shows form where noise hides it
+    #[arg(long)]
+    occlusion: bool,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -249,6 +252,7 @@ impl Render {
             keep: self.keep.of(spectrum),
             background: self.background,
             opacity: self.opacity as f32,
+            occlusion: self.occlusion,
             ..View::default()
         }
     }

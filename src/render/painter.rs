@@ -10,6 +10,7 @@
 
 use super::layer::{Layer, Listed};
 use super::layout::{ActiveTriangle, Cut, Frame, Palette, normal_of_code};
+use super::occlusion::Occlusion;
 use super::pipeline::{Pipelines, Step, caught, samples_of};
 use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
@@ -29,6 +30,8 @@ pub struct Painter {
     queue: wgpu::Queue,
     pipelines: Pipelines,
     n_samples: u32,
+    /// From the first picture on that wants it.
+    occlusion: Option<Occlusion>,
     isovalues: Table,
     first_knot: Table,
     knots: Table,
@@ -58,6 +61,7 @@ impl Painter {
             Painter {
                 pipelines: Pipelines::new(&device, n_samples),
                 n_samples,
+                occlusion: None,
                 isovalues: table("surface.isovalues"),
                 first_knot: table("surface.first_knot"),
                 knots: table("surface.knots"),
@@ -116,6 +120,9 @@ impl Painter {
             Some(target) => target,
             None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
         };
+        if view.occlusion && self.occlusion.is_none() {
+            self.occlusion = Some(caught(&device, || Occlusion::new(&device, n_samples))?);
+        }
         let map = self.map(view);
         let frames: Vec<Frame> = (surfaces.iter().enumerate())
             .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection, map))
@@ -245,7 +252,8 @@ impl Painter {
     ) {
         let keeps_tables = self.resident || looks.len() == 1;
         let mut clear = Some(view.background);
-        for &(i, mut frame, opacity) in looks {
+        let n_opaque = looks.iter().filter(|(.., opacity)| *opacity >= 1.0).count();
+        for (place, &(i, mut frame, opacity)) in looks.iter().enumerate() {
             let cut = cut(view, opacity, projection);
             let rank = frame.rank;
             let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
@@ -281,6 +289,12 @@ impl Painter {
                 self.pass(target, (i, opacity, step), n_corners, clear.take(), view);
             }
             self.layers[i].listed.triangles = triangles;
+            // What one looks through has no depth of its own, and lies over what is darkened.
+            if let Some(occlusion) = self.occlusion.as_ref().filter(|_| view.occlusion)
+                && place + 1 == n_opaque
+            {
+                occlusion.draw(&self.device, &self.queue, target, projection);
+            }
         }
         if looks.is_empty() {
             self.pass(target, (0, 1.0, Step::Surface), 0, clear, view);

@@ -5,6 +5,7 @@
 
 mod drawing;
 mod normals;
+mod occlusion;
 mod parallel;
 #[path = "../random/mod.rs"]
 mod random;
