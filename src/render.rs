@@ -24,6 +24,7 @@
 
 mod annotate;
 mod camera;
+mod edges;
 mod image;
 mod layer;
 mod layout;
@@ -77,6 +78,8 @@ pub struct View {
     pub clip: Option<Clip>,
     /// Whether a legend tells what the colours show, where they show something.
     pub legend: bool,
+    /// Whether the edges of the volume's box and the directions of the world's axes are drawn.
+    pub axes: bool,
     /// Whether a bar tells how long things are.
     pub scale_bar: bool,
     /// Words at the top.
@@ -144,6 +147,7 @@ impl Default for View {
             keep: Keep::default(),
             clip: None,
             legend: true,
+            axes: false,
             scale_bar: false,
             label: None,
             opacity: 1.0,

@@ -89,6 +89,9 @@ pub(super) struct Render {
     /// Leave out the legend of the colours
     #[arg(long)]
     no_legend: bool,
+    /// Draw the box of the volume, the axes of the world and a scale bar
+    #[arg(long)]
+    axes: bool,
     /// A bar that tells how long things are, in the unit of the volume
     #[arg(long)]
     scale_bar: bool,
@@ -247,7 +250,8 @@ impl Render {
             ends: self.color.ends(),
             clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
             legend: !self.no_legend,
-            scale_bar: self.scale_bar,
+            axes: self.axes,
+            scale_bar: self.scale_bar || self.axes,
             open: self.border.is_open(spectrum),
             keep: self.keep.of(spectrum),
             background: self.background,

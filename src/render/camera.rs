@@ -273,7 +273,7 @@ impl Camera {
 }
 
 /// The eight corners of the box around the volume with its caps, voxel frame, x fastest.
-fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
+pub(super) fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
     let spacing = DVec3::from_array(volume.placement.spacing);
     let size = spacing / spacing.min_element();
     let last = DVec3::from_array(volume.dims.map(|d| d as f64 - 1.0));

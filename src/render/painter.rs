@@ -8,6 +8,7 @@
 //! Either way the triangles go through the device in pieces of bounded size, so no picture fails
 //! for the size of its mesh. The pictures are equal.
 
+use super::edges::Edges;
 use super::layer::{Layer, Listed};
 use super::layout::{ActiveTriangle, Cut, Frame, Palette, normal_of_code};
 use super::occlusion::Occlusion;
@@ -30,8 +31,9 @@ pub struct Painter {
     queue: wgpu::Queue,
     pipelines: Pipelines,
     n_samples: u32,
-    /// From the first picture on that wants it.
+    /// From the first picture on that wants them.
     occlusion: Option<Occlusion>,
+    edges: Option<Edges>,
     isovalues: Table,
     first_knot: Table,
     knots: Table,
@@ -62,6 +64,7 @@ impl Painter {
                 pipelines: Pipelines::new(&device, n_samples),
                 n_samples,
                 occlusion: None,
+                edges: None,
                 isovalues: table("surface.isovalues"),
                 first_knot: table("surface.first_knot"),
                 knots: table("surface.knots"),
@@ -123,6 +126,9 @@ impl Painter {
         if view.occlusion && self.occlusion.is_none() {
             self.occlusion = Some(caught(&device, || Occlusion::new(&device, n_samples))?);
         }
+        if view.axes && self.edges.is_none() {
+            self.edges = Some(caught(&device, || Edges::new(&device, n_samples))?);
+        }
         let map = self.map(view);
         let frames: Vec<Frame> = (surfaces.iter().enumerate())
             .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection, map))
@@ -137,8 +143,9 @@ impl Painter {
                 false => i.cmp(&j),
             })
         });
-        let looks: Vec<(usize, Frame, f32)> =
-            order.into_iter().map(|i| (i, frames[i], opacities[i])).collect();
+        let looks: Vec<Look> = (order.into_iter())
+            .map(|layer| Look { layer, frame: frames[layer], opacity: opacities[layer] })
+            .collect();
         let drawn = caught(&device, || self.passes(spectrum, &target, &looks, view, &projection));
         // What was refused must not be taken for uploaded by the next picture.
         drawn.inspect_err(|_| self.forget())?;
@@ -241,64 +248,95 @@ impl Painter {
         self.layers.iter_mut().for_each(|layer| layer.listed = Listed::default());
     }
 
-    /// Draws the layers, piece by piece.
+    /// Draws the layers, those that one looks through last.
     fn passes(
         &mut self,
         spectrum: &Spectrum,
         target: &Target,
-        looks: &[(usize, Frame, f32)],
+        looks: &[Look],
         view: &View,
         projection: &Projection,
     ) {
+        let n_opaque = looks.iter().filter(|look| look.opacity >= 1.0).count();
+        let (opaque, clear) = looks.split_at(n_opaque);
         let keeps_tables = self.resident || looks.len() == 1;
-        let mut clear = Some(view.background);
-        let n_opaque = looks.iter().filter(|(.., opacity)| *opacity >= 1.0).count();
-        for (place, &(i, mut frame, opacity)) in looks.iter().enumerate() {
-            let cut = cut(view, opacity, projection);
-            let rank = frame.rank;
-            let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
-            let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
-            // The cap comes first: the surface behind it is not seen.
-            let steps: &[Step] = match view.clip.is_some() && !view.open {
-                true => &[Step::Count, Step::Cap, Step::Surface],
-                false => &[Step::Surface],
+        let mut background = Some(view.background);
+        let cut = |look: &Look| cut(view, look.opacity, projection);
+        for look in opaque {
+            self.surface(
+                spectrum,
+                target,
+                (look, cut(look)),
+                view,
+                (keeps_tables, &mut background),
+            );
+        }
+        if let Some(background) = background.take_if(|_| clear.is_empty() || view.axes) {
+            self.pass(target, (0, 1.0, Step::Surface), 0, Some(background), view);
+        }
+        // What one looks through has no depth of its own: it lies over what is darkened and over the lines behind it.
+        if let Some(occlusion) = self.occlusion.as_ref().filter(|_| view.occlusion && n_opaque > 0)
+        {
+            occlusion.draw(&self.device, &self.queue, target, projection);
+        }
+        if let Some(edges) = self.edges.as_ref().filter(|_| view.axes) {
+            let seen = (&spectrum.volume, projection, view.background);
+            edges.draw(&self.device, &self.queue, target, seen);
+        }
+        for look in clear {
+            self.surface(
+                spectrum,
+                target,
+                (look, cut(look)),
+                view,
+                (keeps_tables, &mut background),
+            );
+        }
+    }
+
+    /// Draws one layer, piece by piece; takes the background where the picture is still empty.
+    fn surface(
+        &mut self,
+        spectrum: &Spectrum,
+        target: &Target,
+        (&Look { layer: i, mut frame, opacity }, cut): (&Look, Option<Cut>),
+        view: &View,
+        (keeps_tables, background): (bool, &mut Option<Background>),
+    ) {
+        let rank = frame.rank;
+        let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
+        let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
+        // The cap comes first: the surface behind it is not seen.
+        let steps: &[Step] = match view.clip.is_some() && !view.open {
+            true => &[Step::Count, Step::Cap, Step::Surface],
+            false => &[Step::Surface],
+        };
+        let passes = steps.iter().flat_map(|&step| {
+            let n = if step == Step::Cap { 1 } else { n_passes };
+            (0..n).map(move |pass| (step, pass))
+        });
+        for (step, pass) in passes {
+            let first = pass * self.triangles_per_pass;
+            let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
+            frame.rank = match self.layers[i].listed.uploaded {
+                Some(rank) => rank,
+                None => self.upload_piece(spectrum, i, piece, rank),
             };
-            let passes = steps.iter().flat_map(|&step| {
-                let n = if step == Step::Cap { 1 } else { n_passes };
-                (0..n).map(move |pass| (step, pass))
-            });
-            for (step, pass) in passes {
-                let first = pass * self.triangles_per_pass;
-                let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
-                frame.rank = match self.layers[i].listed.uploaded {
-                    Some(rank) => rank,
-                    None => self.upload_piece(spectrum, i, piece, rank),
-                };
-                if keeps_tables && n_passes == 1 {
-                    self.layers[i].listed.uploaded = Some(frame.rank);
-                }
-                let layer = &self.layers[i];
-                self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
-                if let Some(cut) = &cut {
-                    self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
-                }
-                let n_corners = match step {
-                    Step::Cap => 3,
-                    _ => 3 * piece.len(),
-                };
-                self.pass(target, (i, opacity, step), n_corners, clear.take(), view);
+            if keeps_tables && n_passes == 1 {
+                self.layers[i].listed.uploaded = Some(frame.rank);
             }
-            self.layers[i].listed.triangles = triangles;
-            // What one looks through has no depth of its own, and lies over what is darkened.
-            if let Some(occlusion) = self.occlusion.as_ref().filter(|_| view.occlusion)
-                && place + 1 == n_opaque
-            {
-                occlusion.draw(&self.device, &self.queue, target, projection);
+            let layer = &self.layers[i];
+            self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
+            if let Some(cut) = &cut {
+                self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
             }
+            let n_corners = match step {
+                Step::Cap => 3,
+                _ => 3 * piece.len(),
+            };
+            self.pass(target, (i, opacity, step), n_corners, background.take(), view);
         }
-        if looks.is_empty() {
-            self.pass(target, (0, 1.0, Step::Surface), 0, clear, view);
-        }
+        self.layers[i].listed.triangles = triangles;
     }
 
     /// Submits one pass over the uploaded triangles of a layer; `clear` where it is the picture's
@@ -408,6 +446,13 @@ impl Painter {
         self.first_knot.write(&self.device, &self.queue, &tables.first_knot);
         self.knots.write(&self.device, &self.queue, &tables.knots);
     }
+}
+
+/// How a layer is drawn.
+struct Look {
+    layer: usize,
+    frame: Frame,
+    opacity: f32,
 }
 
 /// Linear colours of the two sides of the first surface of a picture; of the second they change

@@ -3,6 +3,7 @@
 //! These tests need a Vulkan, Metal or DirectX 12 adapter and fail where there is none; a software
 //! adapter will do.
 
+mod axes;
 mod drawing;
 mod normals;
 mod occlusion;
