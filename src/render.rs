@@ -28,6 +28,7 @@ mod edges;
 mod image;
 mod layer;
 mod layout;
+mod look;
 mod occlusion;
 mod painter;
 mod pipeline;
