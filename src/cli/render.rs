@@ -25,7 +25,7 @@ use super::series::Series;
 use super::surface_argument::SurfaceArgument;
 use super::{empty, report, spectrum_file};
 
-/// Render the mesh at one isovalue to a picture, or a sweep over isovalues to many
+/// Render the mesh at one isovalue to a picture, or a sweep over isovalues or a turntable to many
 #[derive(Args, Debug)]
 pub(super) struct Render {
     /// Spectrum (.isp)
