@@ -170,6 +170,14 @@ impl View {
         self.look_at = Some(middle_of(bounds));
     }
 
+    /// Changes between perspective and parallel projection; what lies as far as the point looked at keeps its size.
+    pub fn set_orthographic(&mut self, volume: &VolumeInfo, orthographic: bool) {
+        let size = [self.width, self.height];
+        let before = self.camera.fit_distance(volume, None, size);
+        self.camera.orthographic = orthographic;
+        self.camera.distance *= before / self.camera.fit_distance(volume, None, size);
+    }
+
     /// `n` views all around the direction upwards, the first from the direction of this one and each further
     /// counter-clockwise. All are from one distance, at which a box fits in all of them, so nothing changes its size: the
     /// box that is given as to [`View::fit`], without it the volume's.

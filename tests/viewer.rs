@@ -406,6 +406,14 @@ fn what_the_panel_offers_is_done() {
     assert!(dark.pixels[0].iter().all(|&c| c < 64), "dark: {:?}", dark.pixels[0]);
     window.click(746, 104);
 
+    window.click(850, 104);
+    let parallel = window.picture();
+    // What is nearer than the middle of the ball is not larger any more.
+    let share = parallel.covered() / whole.covered();
+    assert!(parallel.difference(&whole) > 0.005 && share < 0.995, "{share} in parallel projection");
+    window.click(850, 104);
+    assert!(window.picture() == whole, "in perspective all is as before");
+
     window.click(872, 223);
     wait_for("the mesh", || folder.names().contains(&"s-0.2.ply".to_owned()).then_some(()));
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);

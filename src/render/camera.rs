@@ -105,8 +105,8 @@ pub struct Camera {
     pub elevation: f64,
     /// Distance as a multiple of the one at which the volume's box just fits; positive.
     pub distance: f64,
-    /// Whether the projection is parallel: all depths have the size that the perspective gives the point looked at, and
-    /// the distance tells the size alone.
+    /// Whether the projection is parallel: all depths have one size, and the distance tells that alone, where the box just
+    /// fits by its outline.
     pub orthographic: bool,
     /// The axis of the volume that points up; an azimuth of 0 then looks from the next axis (of x that is y, of y it is
     /// z, of z it is x), as far as that is level. Without it the world's z axis points up.

@@ -93,6 +93,25 @@ fn the_scale_bar_is_as_long_as_what_has_its_length() {
 }
 
 #[test]
+fn what_is_looked_at_keeps_its_size_in_the_other_projection() {
+    let spectrum = growing_sphere(1);
+    let mut view = small("35,22,1.3");
+    let first = view.clone();
+    // A point beside the one looked at, as far away.
+    let (sin, cos) = view.camera.azimuth.to_radians().sin_cos();
+    let beside = [MIDDLE[0] - 5.0 * sin, MIDDLE[1] + 5.0 * cos, MIDDLE[2]];
+    let place = |view: &View| project(&spectrum.volume, view, beside).0;
+    let before = place(&view);
+    view.set_orthographic(&spectrum.volume, true);
+    assert!(view.camera.orthographic && view.camera.distance > first.camera.distance);
+    let after = place(&view);
+    // The arithmetic is f64 on numbers below 1e3.
+    assert!((0..2).all(|i| (before[i] - after[i]).abs() < 1e-9), "{before:?} became {after:?}");
+    view.set_orthographic(&spectrum.volume, false);
+    assert!((view.camera.distance - first.camera.distance).abs() < 1e-12);
+}
+
+#[test]
 fn one_cannot_be_inside_of_what_is_seen_in_parallel() {
     let spectrum = growing_sphere(4);
     let close = small("35,22,0.1");
