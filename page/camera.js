@@ -7,7 +7,10 @@ const BORDER = 0.1;
 /** The least side of a box that a picture is made to fit, voxels. */
 const LEAST_BOX = 1;
 
-/** Degrees about the world's z axis and above its x-y plane; 1 is where the volume just fits. */
+/**
+ * Degrees about the direction upwards and above the plane that is level; 1 is where the volume just fits. They count from
+ * the columns of `basis` where a view has one (towards 0, towards 90 degrees, upwards), else from the world's axes.
+ */
 const FIRST_VIEW = { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] };
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -15,11 +18,12 @@ const cross = (a, b) =>
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 /** Right, up and towards the eye; unit vectors of the world. */
-function axesOf({ azimuth, elevation }) {
+function axesOf({ azimuth, elevation, basis }) {
     const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
     const back = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
     const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
-    return [cross(up, back), up, back];
+    const axes = [cross(up, back), up, back];
+    return basis ? axes.map((axis) => alongWorld(basis, axis)) : axes;
 }
 
 /** A point or direction of the voxel frame along the world's axes. */

@@ -219,7 +219,12 @@ class Viewer {
 
     projection() {
         const { width, height } = this.canvas;
-        return projectionOf(this.spectrum.info.volume, this.view, width, height);
+        return projectionOf(this.spectrum.info.volume, this.based(), width, height);
+    }
+
+    /** The view and what its angles count from, which the author chose. */
+    based() {
+        return { ...this.view, basis: this.about.basis };
     }
 
     /** Starts or stops the sweep through all isovalues, to and fro. */
@@ -301,7 +306,7 @@ class Viewer {
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
         const { distance } = this.view;
-        const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.view, width, height);
+        const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.based(), width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
     }
 

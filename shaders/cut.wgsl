@@ -9,9 +9,9 @@ struct Cut {
     opacity: f32,
     /// Fills the structure.
     unused: f32,
-    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame.
+    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division where sight is parallel.
     depth: vec2<f32>,
-    /// Half width and half height of the picture at a distance of 1.
+    /// Half width and half height of the picture at a distance of 1; at any where sight is parallel.
     reach: vec2<f32>,
     /// Fills the structure.
     unused_too: vec2<f32>,
@@ -62,13 +62,16 @@ struct CapFragment {
 /// as sides turned to it, and one more.
 @fragment
 fn cap_fragment(in: Cap) -> CapFragment {
-    let way = vec3(in.place * cut.reach, -1.0);
-    let distance = -cut.plane.w / dot(cut.plane.xyz, way);
+    let aside = in.place * cut.reach;
+    let is_parallel = frame.parallel == 1u;
+    let start = select(vec3(0.0), vec3(aside, 0.0), is_parallel);
+    let way = vec3(select(aside, vec2(0.0), is_parallel), -1.0);
+    let distance = -(dot(cut.plane.xyz, start) + cut.plane.w) / dot(cut.plane.xyz, way);
     let normal = -normalize(cut.plane.xyz);
     // Paler than the surface, so that a section is told from it.
     let color = light(mix(frame.front.rgb, vec3(0.75), 0.35), normal, normalize(-way));
     return CapFragment(
         vec4(cut.opacity * color, cut.opacity),
-        saturate((cut.depth.y - cut.depth.x * distance) / distance),
+        saturate((cut.depth.y - cut.depth.x * distance) / select(distance, 1.0, is_parallel)),
     );
 }

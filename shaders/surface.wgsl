@@ -25,8 +25,10 @@ struct Frame {
     wire_width: f32,
     /// 1 where the grid axes are left-handed in the world, so that triangles turn the other way.
     mirrored: u32,
+    /// 1 where all lines of sight have the direction of the eye frame's z axis.
+    parallel: u32,
     /// Fills the structure.
-    unused: vec2<f32>,
+    unused: f32,
     /// Linear colours of the map, evenly spaced.
     map: array<vec4<f32>, 33>,
 }
@@ -223,7 +225,7 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     if (!front) {
         albedo = select(mix(0.5 * color, frame.back.rgb, 0.25), frame.back.rgb, frame.palette == PLAIN);
     }
-    let towards_eye = normalize(-in.position);
+    let towards_eye = select(normalize(-in.position), vec3(0.0, 0.0, 1.0), frame.parallel == 1u);
     var normal = normalize(select(-in.normal, in.normal, front));
     var lit = light(albedo, normal, towards_eye);
     if (frame.wire_width > 0.0) {

@@ -25,7 +25,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub use beside::{folder_of, no_parts, place_of, write_beside};
+pub use beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
 pub(crate) use facing::Units;
 pub(crate) use parts::parts;
 

@@ -138,7 +138,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     spectrum.check_isovalue(page.isovalue)?;
     page.keep.check()?;
     page.camera.check()?;
-    let Camera { azimuth, elevation, distance } = page.camera;
+    let Camera { azimuth, elevation, distance, .. } = page.camera;
     if matches!(page.color, Color::Distance | Color::Normal) {
         let name = page.color.name();
         return Err(Error::Usage(format!("a page cannot show the color {name}")));
@@ -177,6 +177,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
         "field": field.as_ref().map(Field::about),
         "color": color,
+        "basis": page.camera.up.map(|_| page.camera.basis(&spectrum.volume).to_cols_array_2d()),
         "view": { "azimuth": azimuth, "elevation": elevation, "distance": distance },
         "knots": spectrum.knots.len(),
         "most_triangles": Memory::of(spectrum).most_triangles,

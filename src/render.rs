@@ -24,9 +24,12 @@
 
 mod annotate;
 mod camera;
+mod edges;
 mod image;
 mod layer;
 mod layout;
+mod look;
+mod occlusion;
 mod painter;
 mod pipeline;
 mod surface;
@@ -35,7 +38,7 @@ mod tables;
 mod target;
 
 pub use crate::color::{Color, Ends, Map, linear};
-pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
+pub use camera::{Axis, BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
 pub use painter::Painter;
 pub use surface::{RESIDENT_BYTES, Renderer};
@@ -76,6 +79,8 @@ pub struct View {
     pub clip: Option<Clip>,
     /// Whether a legend tells what the colours show, where they show something.
     pub legend: bool,
+    /// Whether the edges of the volume's box and the directions of the world's axes are drawn.
+    pub axes: bool,
     /// Whether a bar tells how long things are.
     pub scale_bar: bool,
     /// Words at the top.
@@ -83,6 +88,8 @@ pub struct View {
     /// How much of what lies behind the surface hides, 0 to 1. Below 1 the triangles are sorted by
     /// depth for every picture.
     pub opacity: f32,
+    /// Whether hollows are darker: of opaque surfaces, by what is seen around each point.
+    pub occlusion: bool,
 }
 
 /// One of the isosurfaces of a picture.
@@ -141,9 +148,11 @@ impl Default for View {
             keep: Keep::default(),
             clip: None,
             legend: true,
+            axes: false,
             scale_bar: false,
             label: None,
             opacity: 1.0,
+            occlusion: false,
         }
     }
 }
@@ -155,13 +164,44 @@ impl View {
     /// Looks at a box (least and largest corner, voxel frame) such that it just fits where the camera's distance was
     /// 1, and is as much larger or smaller where it was not.
     pub fn fit(&mut self, volume: &VolumeInfo, bounds: [[f64; 3]; 2]) {
-        let [low, high] = bounds;
-        let middle: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
-        let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]).max(LEAST_FIT));
-        let corner = |side: f64| std::array::from_fn(|i| middle[i] + side * half[i]);
         let size = [self.width, self.height];
-        self.camera.distance *= self.camera.share_of(volume, [corner(-1.0), corner(1.0)], size);
-        self.look_at = Some(middle);
+        let part = self.camera.fit_distance(volume, Some(at_least(bounds)), size);
+        self.camera.distance *= part / self.camera.fit_distance(volume, None, size);
+        self.look_at = Some(middle_of(bounds));
+    }
+
+    /// Changes between perspective and parallel projection; what lies as far as the point looked at keeps its size.
+    pub fn set_orthographic(&mut self, volume: &VolumeInfo, orthographic: bool) {
+        let size = [self.width, self.height];
+        let before = self.camera.fit_distance(volume, None, size);
+        self.camera.orthographic = orthographic;
+        self.camera.distance *= before / self.camera.fit_distance(volume, None, size);
+    }
+
+    /// `n` views all around the direction upwards, the first from the direction of this one and each further
+    /// counter-clockwise. All are from one distance, at which a box fits in all of them, so nothing changes its size: the
+    /// box that is given as to [`View::fit`], without it the volume's.
+    pub fn turntable(
+        &self,
+        volume: &VolumeInfo,
+        bounds: Option<[[f64; 3]; 2]>,
+        n: u32,
+    ) -> Vec<View> {
+        let size = [self.width, self.height];
+        let turned = |k: u32| Camera {
+            azimuth: self.camera.azimuth + 360.0 * f64::from(k) / f64::from(n),
+            ..self.camera
+        };
+        let bounds = bounds.map(at_least);
+        let needed = |k| turned(k).fit_distance(volume, bounds, size);
+        let farthest = (0..n).map(needed).fold(0.0, f64::max);
+        let view = |k| {
+            let mut camera = turned(k);
+            // Distances of cameras count from where the volume fits, which changes with the direction.
+            camera.distance *= farthest / camera.fit_distance(volume, None, size);
+            View { camera, look_at: bounds.map(middle_of).or(self.look_at), ..self.clone() }
+        };
+        (0..n).map(view).collect()
     }
 
     /// Whether the numbers make sense for a device whose pictures are at most `largest` pixels wide
@@ -195,6 +235,18 @@ impl View {
         self.keep.check()?;
         self.camera.check()
     }
+}
+
+fn middle_of([low, high]: [[f64; 3]; 2]) -> [f64; 3] {
+    std::array::from_fn(|i| 0.5 * (low[i] + high[i]))
+}
+
+/// A box, or a larger one around its middle where a side is shorter than [`LEAST_FIT`].
+fn at_least(bounds: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
+    let [low, high] = bounds;
+    let middle = middle_of(bounds);
+    let half: [f64; 3] = std::array::from_fn(|i| 0.5 * (high[i] - low[i]).max(LEAST_FIT));
+    [-1.0, 1.0].map(|side| std::array::from_fn(|i| middle[i] + side * half[i]))
 }
 
 /// What lies behind the surface.

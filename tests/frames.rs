@@ -62,3 +62,32 @@ fn pictures_of_no_surface_are_told_of() {
     let said = stderr(&folder.run(&[&sweep[..], &size].concat()));
     assert!(said.contains("1 of 2 pictures show no surface"), "{said}");
 }
+
+#[test]
+fn each_flag_of_a_look_reaches_the_picture() {
+    let folder = Folder::with_spectrum();
+    // A hollow half of a ball, so that it is seen from where one looks, and dark inside.
+    let base = ["render", "s.isp", "-c", "50%", "--clip", "x:50%", "--open", "--camera", "20,10"];
+    let picture = |flags: &[&str]| {
+        folder.run(&[&base[..], &["--size", "96x64", "-o", "p.png"], flags].concat());
+        folder.read("p.png")
+    };
+    let looks: [&[&str]; 6] = [
+        &[],
+        &["--orthographic"],
+        &["--up", "-y"],
+        &["--occlusion"],
+        &["--axes"],
+        &["--axes", "--occlusion", "--orthographic", "--up", "x"],
+    ];
+    let pictures = looks.map(picture);
+    for i in 0..looks.len() {
+        for j in 0..i {
+            assert!(pictures[i] != pictures[j], "{:?} shows what {:?} does", looks[i], looks[j]);
+        }
+    }
+    // The phantom's axes are those of the world.
+    assert!(picture(&["--up", "z"]) == pictures[0], "z is up by itself");
+    let line = folder.fails(&[&base[..], &["--up", "w", "-o", "w.png"]].concat(), 2);
+    assert!(line.contains("expected one of x, y, z, -x, -y, -z"), "{line}");
+}

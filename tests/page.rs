@@ -330,6 +330,16 @@ fn write_colors(folder: &Folder, isovalue: f64) {
     }
 }
 
+/// A page of which the author chose what points up, and the picture that the program draws so.
+fn write_up(folder: &Folder, isovalue: f64) {
+    let isovalue = isovalue.to_string();
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    let up = ["--up", "-x"];
+    folder.run(&[&["html", "s.isp", "-o", "up.html"][..], &up].concat());
+    let base = ["render", "s.isp", "-c", &isovalue, "-o", "up.png", "--fit", "volume"];
+    folder.run(&[&base[..], &["--size", &size], &up].concat());
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();
@@ -375,6 +385,7 @@ fn folder_for_the_browser() -> Folder {
     let statistics = Statistics::of(&volume);
     let shaded = shaded_pages(&folder);
     write_colors(&folder, isovalues[1]);
+    write_up(&folder, isovalues[1]);
     let events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
     let expected = serde_json::json!({
         "range": [low, high],

@@ -367,7 +367,7 @@ fn wheel_and_keys_step_through_isovalues() {
     window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
     // What cannot be understood changes nothing.
     window.type_isovalue("2");
-    window.type_isovalue("p50");
+    window.type_isovalue("p5x");
     window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
 }
 
@@ -406,12 +406,20 @@ fn what_the_panel_offers_is_done() {
     assert!(dark.pixels[0].iter().all(|&c| c < 64), "dark: {:?}", dark.pixels[0]);
     window.click(746, 104);
 
-    window.click(872, 223);
+    window.click(850, 104);
+    let parallel = window.picture();
+    // What is nearer than the middle of the ball is not larger any more.
+    let share = parallel.covered() / whole.covered();
+    assert!(parallel.difference(&whole) > 0.005 && share < 0.995, "{share} in parallel projection");
+    window.click(850, 104);
+    assert!(window.picture() == whole, "in perspective all is as before");
+
+    window.click(872, 278);
     wait_for("the mesh", || folder.names().contains(&"s-0.2.ply".to_owned()).then_some(()));
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
     assert!(folder.read("s-0.2.ply") == folder.read("m.ply"), "the mesh is what extract writes");
 
-    window.click(766, 269);
+    window.click(766, 324);
     let last = folder.path().join("s-sweep").join("s-00100.png");
     wait_for("the last picture of the sweep", || last.exists().then_some(()));
     window.wait_for_isovalue(|c| c == 0.2);

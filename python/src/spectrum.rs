@@ -497,7 +497,12 @@ fn still(
 
 /// Azimuth, elevation and distance, as told.
 fn camera_of(told: Option<(f64, f64, f64)>) -> Camera {
-    let camera = |(azimuth, elevation, distance)| Camera { azimuth, elevation, distance };
+    let camera = |(azimuth, elevation, distance)| Camera {
+        azimuth,
+        elevation,
+        distance,
+        ..Camera::default()
+    };
     told.map(camera).unwrap_or_default()
 }
 

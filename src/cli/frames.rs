@@ -11,8 +11,8 @@ use isospectrum::{Error, Result};
 use super::isovalue::{Isovalue, parts_of};
 use super::output::Output;
 
-/// Most frames of one sweep.
-const MOST: u32 = 100_000;
+/// Most frames of one sweep, and of one turntable.
+pub(super) const MOST: u32 = 100_000;
 
 /// `A:B:N`: N isovalues from A to B, both included, evenly spaced; B may be the lower one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,9 @@ impl Pattern {
             && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
         {
             let shown = path.display();
-            return Err(Error::Usage(format!("{shown}: expected a name that ends in .png")));
+            return Err(Error::Usage(format!(
+                "{shown}: expected a name that ends in .png, .mp4 or .webm"
+            )));
         }
         Self::of_any(path)
     }

@@ -7,13 +7,14 @@ use clap::Args;
 use isospectrum::color::Sources;
 use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
-use isospectrum::render::{Background, Camera, Image, Renderer, View};
+use isospectrum::render::{Background, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
 use isospectrum::volume::{Histogram, Statistics, Volume};
 use isospectrum::{Error, Result};
 
 use super::border_arguments::BorderArguments;
+use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::{not_negative, positive};
 use super::isovalue::{Isovalue, IsovalueRange};
@@ -63,9 +64,8 @@ pub(super) struct Html {
     step: f64,
     #[command(flatten)]
     border: BorderArguments,
-    /// Where it is seen from at first: azimuth and elevation in degrees, and the distance (1 just shows the surface)
-    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
-    camera: Option<Camera>,
+    #[command(flatten)]
+    camera: CameraArguments,
     #[command(flatten)]
     color: ColorArguments,
     /// Draw the box of the volume, the axes of the world and a scale bar
@@ -138,7 +138,7 @@ impl Html {
             isovalue,
             step: self.step,
             open: self.border.is_open(&spectrum),
-            camera: self.camera.unwrap_or_default(),
+            camera: self.camera.camera(),
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
@@ -200,7 +200,7 @@ impl Html {
             height: 480,
             open: self.border.is_open(spectrum),
             keep: self.keep.of(spectrum),
-            camera: self.camera.unwrap_or_default(),
+            camera: self.camera.camera(),
             // It lies on a page that may be light or dark.
             background: Background::Transparent,
             color: self.color.shown(),

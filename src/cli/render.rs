@@ -13,17 +13,19 @@ use isospectrum::{Error, Result};
 use isospectrum::sweep::Progress as _;
 
 use super::border_arguments::BorderArguments;
+use super::camera_arguments::CameraArguments;
 use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::share;
-use super::frames::{Pattern, Sweep};
+use super::frames::{MOST, Sweep};
 use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
+use super::series::Series;
 use super::surface_argument::SurfaceArgument;
 use super::{empty, report, spectrum_file};
 
-/// Render the mesh at one isovalue to a picture, or a sweep over isovalues to many
+/// Render the mesh at one isovalue to a picture, or a sweep over isovalues or a turntable to many
 #[derive(Args, Debug)]
 pub(super) struct Render {
     /// Spectrum (.isp)
@@ -39,18 +41,26 @@ pub(super) struct Render {
     )]
     isovalue: Vec<SurfaceArgument>,
     /// Isovalues of a film: N pictures from A to B, e.g. 10%:90%:120; -o takes a pattern such as
-    /// frames/%04d.png, numbered from 0
+    /// frames/%04d.png, numbered from 0, or a film (.mp4, .webm), which ffmpeg makes
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
     sweep: Option<Sweep>,
-    /// Picture to write (.png); - is stdout
+    /// N pictures all around the axis that points up, all in one size; -o as for --sweep
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(MOST)), conflicts_with = "sweep")]
+    turntable: Option<u32>,
+    /// Pictures per second of a film; 30 where it is not told
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=240))]
+    fps: Option<u32>,
+    /// Picture to write (.png); - is stdout. Of several pictures a pattern or a film
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Width and height, pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768")]
     size: Size,
-    /// Azimuth and elevation in degrees, and the distance (1 just shows what --fit says)
-    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
-    camera: Option<Camera>,
+    #[command(flatten)]
+    camera: CameraArguments,
+    /// Parallel projection: sizes do not depend on depth, and the scale bar holds all over the picture
+    #[arg(long)]
+    orthographic: bool,
     /// What fills the picture: the surface (those of all pictures of a sweep), or the volume, so that pictures of
     /// several isovalues show all in one size
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface)]
@@ -65,6 +75,9 @@ pub(super) struct Render {
     /// How much of what lies behind the surface hides, 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     opacity: f64,
+    /// Darken hollows, by what is seen around each point: shows form where noise hides it
+    #[arg(long)]
+    occlusion: bool,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -76,6 +89,9 @@ pub(super) struct Render {
     /// Leave out the legend of the colours
     #[arg(long)]
     no_legend: bool,
+    /// Draw the box of the volume, the axes of the world and a scale bar
+    #[arg(long)]
+    axes: bool,
     /// A bar that tells how long things are, in the unit of the volume
     #[arg(long)]
     scale_bar: bool,
@@ -93,13 +109,17 @@ pub(super) struct Render {
 
 impl Render {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        match self.sweep {
-            Some(sweep) => self.run_sweep(sweep, quiet),
-            None => self.run_one(),
+        match (self.sweep, self.turntable) {
+            (Some(sweep), _) => self.run_sweep(sweep, quiet),
+            (None, Some(n)) => self.run_turntable(n, quiet),
+            (None, None) => self.run_one(),
         }
     }
 
     fn run_one(&self) -> anyhow::Result<()> {
+        if self.fps.is_some() {
+            return Err(Error::Usage("--fps, expected with --sweep or --turntable".into()).into());
+        }
         let is_png = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         if !is_png && self.output != Path::new("-") {
             let shown = self.output.display();
@@ -109,13 +129,7 @@ impl Render {
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let surfaces: Vec<Surface> =
-            self.isovalue.iter().map(|c| c.in_spectrum(&spectrum)).collect::<Result<_>>()?;
-        let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
-        for &isovalue in &isovalues {
-            spectrum.check_isovalue(isovalue)?;
-            empty::warn(&spectrum, isovalue, self.border.is_open(&spectrum));
-        }
+        let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
         let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
         view.label = self.label(&isovalues);
@@ -128,40 +142,85 @@ impl Render {
         Ok(())
     }
 
-    /// Renders every frame of a sweep. Each appears when it is complete.
+    /// Renders every picture of a sweep.
     fn run_sweep(&self, sweep: Sweep, quiet: bool) -> anyhow::Result<()> {
-        let pattern = Pattern::of(&self.output)?;
+        let series = self.series()?;
         let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
         let isovalues = sweep.in_spectrum(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
-        let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
-        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
-        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-        let outputs = pattern.open(sweep.n_frames(), &inputs)?;
-        let bar = Bar::new(quiet);
-        for (frame, (output, &isovalue)) in outputs.into_iter().zip(&isovalues).enumerate() {
-            if bar.cancelled() {
-                return Err(Error::Interrupted.into());
-            }
-            bar.report(frame as f64 / isovalues.len() as f64, "rendering");
-            view.label = self.label(&[isovalue]);
-            pictures.write(&[isovalue.into()], &view, output)?;
-        }
-        drop(bar);
+        let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
+        let frame =
+            |&c: &f64| (vec![Surface::from(c)], View { label: self.label(&[c]), ..view.clone() });
+        let frames: Vec<_> = isovalues.iter().map(frame).collect();
+        self.write_series(&mut pictures, &frames, &series, quiet)?;
         let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.border.is_open(&spectrum));
         let n_empty = isovalues.iter().filter(is_empty).count();
         if n_empty > 0 {
             log::warn!("{n_empty} of {} pictures show no surface", isovalues.len());
         }
-        let Size { width, height } = self.size;
-        let [first, last] = [0, sweep.n_frames() - 1].map(|frame| pattern.path(frame));
-        log::info!(
-            "{} to {}: {} pictures of {width}x{height} pixels",
-            first.display(),
-            last.display(),
-            isovalues.len()
-        );
         Ok(())
+    }
+
+    /// Renders a picture from every side.
+    fn run_turntable(&self, n: u32, quiet: bool) -> anyhow::Result<()> {
+        let series = self.series()?;
+        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let (surfaces, isovalues) = self.surfaces(&spectrum)?;
+        let mut pictures = self.pictures(&spectrum)?;
+        let view = View { label: self.label(&isovalues), ..self.view(&spectrum) };
+        let bounds = match self.fit {
+            Fit::Surface => pictures.0.bounds(&isovalues, &view.keep)?,
+            Fit::Volume => None,
+        };
+        let views = view.turntable(&spectrum.volume, bounds, n);
+        let frames: Vec<_> = views.into_iter().map(|view| (surfaces.clone(), view)).collect();
+        self.write_series(&mut pictures, &frames, &series, quiet)?;
+        empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
+        Ok(())
+    }
+
+    /// Renders pictures one after the other. Each of several files appears when it is complete, a film as a whole.
+    fn write_series(
+        &self,
+        pictures: &mut Pictures<'_>,
+        frames: &[(Vec<Surface>, View)],
+        series: &Series,
+        quiet: bool,
+    ) -> anyhow::Result<()> {
+        let n = frames.len() as u32;
+        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
+        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+        let mut written = series.open(n, &inputs)?;
+        let bar = Bar::new(quiet);
+        for (i, (surfaces, view)) in frames.iter().enumerate() {
+            if bar.cancelled() {
+                return Err(Error::Interrupted.into());
+            }
+            bar.report(i as f64 / f64::from(n), "rendering");
+            written.add(&pictures.0.draw_all(surfaces, view)?)?;
+        }
+        written.finish(self.background)?;
+        drop(bar);
+        let Size { width, height } = self.size;
+        log::info!("{}: {n} pictures of {width}x{height} pixels", series.names(n));
+        Ok(())
+    }
+
+    /// Where pictures one after the other go.
+    fn series(&self) -> Result<Series> {
+        Series::of(&self.output, self.fps, self.size, self.background)
+    }
+
+    /// The isosurfaces that are asked for, and their isovalues; warns of those that are empty.
+    fn surfaces(&self, spectrum: &Spectrum) -> Result<(Vec<Surface>, Vec<f64>)> {
+        let surfaces: Vec<Surface> =
+            self.isovalue.iter().map(|c| c.in_spectrum(spectrum)).collect::<Result<_>>()?;
+        let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
+        for &isovalue in &isovalues {
+            spectrum.check_isovalue(isovalue)?;
+            empty::warn(spectrum, isovalue, self.border.is_open(spectrum));
+        }
+        Ok((surfaces, isovalues))
     }
 
     /// The words at the top of a picture of isovalues.
@@ -184,18 +243,20 @@ impl Render {
         View {
             width,
             height,
-            camera: self.camera.unwrap_or_default(),
+            camera: Camera { orthographic: self.orthographic, ..self.camera.camera() },
             wireframe: self.wireframe.then_some(1.0),
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
             clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
             legend: !self.no_legend,
-            scale_bar: self.scale_bar,
+            axes: self.axes,
+            scale_bar: self.scale_bar || self.axes,
             open: self.border.is_open(spectrum),
             keep: self.keep.of(spectrum),
             background: self.background,
             opacity: self.opacity as f32,
+            occlusion: self.occlusion,
             ..View::default()
         }
     }

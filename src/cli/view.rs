@@ -10,6 +10,7 @@ use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
 use super::border_arguments::BorderArguments;
+use super::camera_arguments::CameraArguments;
 use super::color_arguments::ColorArguments;
 use super::compute::positive;
 use super::isovalue::Isovalue;
@@ -35,9 +36,11 @@ pub(super) struct View {
     /// Width and height of the window, points
     #[arg(long, value_name = "WxH", default_value = "1280x800")]
     size: Size,
-    /// Azimuth and elevation in degrees, and the distance (1 just shows everything)
-    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
-    camera: Option<Camera>,
+    #[command(flatten)]
+    camera: CameraArguments,
+    /// Parallel projection: sizes do not depend on depth
+    #[arg(long)]
+    orthographic: bool,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -94,7 +97,7 @@ impl View {
             view: Look {
                 width: self.size.width,
                 height: self.size.height,
-                camera: self.camera.unwrap_or_default(),
+                camera: Camera { orthographic: self.orthographic, ..self.camera.camera() },
                 wireframe: self.wireframe.then_some(1.0),
                 color: self.color.shown(),
                 map: self.color.color_map,

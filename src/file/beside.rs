@@ -6,7 +6,7 @@
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use crate::error::{Error, Result};
 
@@ -75,6 +75,51 @@ pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
+    }
+}
+
+/// A folder for what a file is made of, beside the file; gone when it is dropped. While it is there nothing may be
+/// written by [`write_beside`] in the same thread: who waits in [`no_parts`] would wait for ever.
+#[derive(Debug)]
+pub struct PartFolder {
+    /// Before the guard, so that the folder is gone when that is let go.
+    folder: tempfile::TempDir,
+    _part: RwLockReadGuard<'static, ()>,
+}
+
+impl PartFolder {
+    /// Makes one beside where a file written to `path` comes to lie.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] with the path asked for, also where something else than a regular file is there.
+    pub fn beside(path: &Path) -> Result<Self> {
+        let make = || {
+            let place = place_of(path)?;
+            if fs::metadata(&place).is_ok_and(|there| !there.is_file()) {
+                return Err(io::Error::other("is there and no regular file"));
+            }
+            let _part = PARTS.read().unwrap_or_else(PoisonError::into_inner);
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(".isospectrum-").suffix(".part");
+            Ok(PartFolder { folder: builder.tempdir_in(folder_of(&place))?, _part })
+        };
+        make().map_err(|error| Error::io(path, error))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Puts a complete file of the folder where `path` leads to; the folder goes with all that is left in it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] with the path asked for; what was there then is what it was.
+    pub fn put(self, name: &str, path: &Path) -> Result<()> {
+        let put = || fs::rename(self.path().join(name), place_of(path)?);
+        put().map_err(|error| Error::io(path, error))
     }
 }
 

@@ -1,6 +1,8 @@
-//! What is written on a picture: the legend of its colours, a scale bar, a label.
+//! What is written on a picture: the legend of its colours, axes, a scale bar, a label.
 //!
 //! Drawn on the finished picture, in pixels, with the font of the window (Ubuntu Light, Ubuntu font licence).
+
+mod axes;
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 
@@ -61,6 +63,9 @@ impl<'a> Sheet<'a> {
                 Some(scale) => self.legend(&attribute.name, scale, map),
                 None => self.names(attribute),
             }
+        }
+        if view.axes {
+            self.axes(placement, projection, view.background);
         }
         if view.scale_bar {
             self.scale_bar(placement, projection);

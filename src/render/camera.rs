@@ -10,7 +10,10 @@
 
 use std::str::FromStr;
 
-use glam::dcamera::rh::{proj::directx::perspective, view::look_to_mat4};
+use glam::dcamera::rh::{
+    proj::directx::{orthographic, perspective},
+    view::look_to_mat4,
+};
 use glam::{DMat3, DMat4, DVec3};
 
 use crate::error::{Error, Result};
@@ -26,24 +29,94 @@ pub const FILL: f64 = 0.94;
 /// of the border.
 pub const BORDER: f64 = 0.1;
 
+/// An axis of a volume, one way or the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// From the first sample of a row to the last.
+    X,
+    /// From the first row to the last.
+    Y,
+    /// From the first slice to the last.
+    Z,
+    /// Against x.
+    MinusX,
+    /// Against y.
+    MinusY,
+    /// Against z.
+    MinusZ,
+}
+
+impl Axis {
+    /// Every axis, in the order of the documentation.
+    pub const ALL: [Axis; 6] =
+        [Axis::X, Axis::Y, Axis::Z, Axis::MinusX, Axis::MinusY, Axis::MinusZ];
+
+    /// The name as flags spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axis::X => "x",
+            Axis::Y => "y",
+            Axis::Z => "z",
+            Axis::MinusX => "-x",
+            Axis::MinusY => "-y",
+            Axis::MinusZ => "-z",
+        }
+    }
+
+    /// Its number, from 0, and 1 or -1.
+    fn number_and_sign(self) -> (usize, f64) {
+        match self {
+            Axis::X => (0, 1.0),
+            Axis::Y => (1, 1.0),
+            Axis::Z => (2, 1.0),
+            Axis::MinusX => (0, -1.0),
+            Axis::MinusY => (1, -1.0),
+            Axis::MinusZ => (2, -1.0),
+        }
+    }
+}
+
+impl FromStr for Axis {
+    type Err = Error;
+
+    /// Reads the name as flags spell it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for any other text.
+    fn from_str(text: &str) -> Result<Self> {
+        Axis::ALL.into_iter().find(|axis| axis.name() == text).ok_or_else(|| {
+            let names = Axis::ALL.map(Axis::name).join(", ");
+            Error::Usage(format!("axis '{text}', expected one of {names}"))
+        })
+    }
+}
+
 /// The direction and distance from which the volume is seen.
 ///
 /// The camera looks at the middle of the volume's box, or where
-/// [`View::look_at`](super::View::look_at) says; up is the world's +z.
+/// [`View::look_at`](super::View::look_at) says. Its angles count from three perpendicular directions: those of the
+/// world's axes, +z upwards, unless [`Camera::up`] says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Degrees counter-clockwise about the world's z axis, from +x: 0 looks from +x, 90 from +y.
+    /// Degrees counter-clockwise about the direction upwards: of the world's axes 0 looks from +x, 90 from +y.
     pub azimuth: f64,
-    /// Degrees above the world's x-y plane, -90 to 90.
+    /// Degrees above the plane that is level, -90 to 90.
     pub elevation: f64,
     /// Distance as a multiple of the one at which the volume's box just fits; positive.
     pub distance: f64,
+    /// Whether the projection is parallel: all depths have one size, and the distance tells that alone, where the box just
+    /// fits by its outline.
+    pub orthographic: bool,
+    /// The axis of the volume that points up; an azimuth of 0 then looks from the next axis (of x that is y, of y it is
+    /// z, of z it is x), as far as that is level. Without it the world's z axis points up.
+    pub up: Option<Axis>,
 }
 
 impl Default for Camera {
     /// A three-quarter view of the whole volume.
     fn default() -> Self {
-        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0 }
+        Camera { azimuth: 35.0, elevation: 22.0, distance: 1.0, orthographic: false, up: None }
     }
 }
 
@@ -68,7 +141,7 @@ impl FromStr for Camera {
             [azimuth, elevation, distance] => (azimuth, elevation, distance),
             _ => return Err(wrong("expected two or three numbers azimuth,elevation[,distance]")),
         };
-        let camera = Camera { azimuth, elevation, distance };
+        let camera = Camera { azimuth, elevation, distance, ..Camera::default() };
         camera.check()?;
         Ok(camera)
     }
@@ -77,7 +150,7 @@ impl FromStr for Camera {
 impl Camera {
     /// Whether the numbers make sense; they may have been set without parsing.
     pub(crate) fn check(&self) -> Result<()> {
-        let Camera { azimuth, elevation, distance } = *self;
+        let Camera { azimuth, elevation, distance, .. } = *self;
         if !azimuth.is_finite() {
             return Err(Error::Usage(format!(
                 "camera azimuth {azimuth}, expected a finite number"
@@ -94,14 +167,26 @@ impl Camera {
         Ok(())
     }
 
+    /// What the angles count from, unit vectors of the world: towards an azimuth of 0, towards one of 90 degrees, and
+    /// upwards; perpendicular and right-handed.
+    pub(crate) fn basis(&self, volume: &VolumeInfo) -> DMat3 {
+        let Some(up) = self.up else { return DMat3::IDENTITY };
+        let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+        let (axis, sign) = up.number_and_sign();
+        let up = sign * world.col(axis).normalize();
+        let first = world.col((axis + 1) % 3).reject_from_normalized(up).normalize();
+        DMat3::from_cols(first, up.cross(first), up)
+    }
+
     /// From the middle of the volume to the eye, and upwards in the picture; unit vectors of the
     /// world. Upwards is the derivative by the elevation, so it is defined at the poles too.
-    fn directions(&self) -> (DVec3, DVec3) {
+    fn directions(&self, volume: &VolumeInfo) -> (DVec3, DVec3) {
         let (sin_a, cos_a) = self.azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation.to_radians().sin_cos();
+        let basis = self.basis(volume);
         (
-            DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e),
-            DVec3::new(-sin_e * cos_a, -sin_e * sin_a, cos_e),
+            basis * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e),
+            basis * DVec3::new(-sin_e * cos_a, -sin_e * sin_a, cos_e),
         )
     }
 
@@ -109,7 +194,7 @@ impl Camera {
     fn fit(&self, volume: &VolumeInfo, corners: [DVec3; 8], size: [u32; 2]) -> Fit {
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
         let middle = world * (0.5 * (corners[0] + corners[7]));
-        let (towards_eye, up) = self.directions();
+        let (towards_eye, up) = self.directions(volume);
         let turn = look_to_mat4(DVec3::ZERO, -towards_eye, up);
 
         let [width, height] = size.map(f64::from);
@@ -118,22 +203,28 @@ impl Camera {
         let turned = corners.map(|corner| turn.transform_vector3(world * corner - middle));
         let distance = turned
             .iter()
-            .map(|p| p.z + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y)))
+            .map(|p| {
+                // What is nearer is larger, unless all depths have one size.
+                let nearer = if self.orthographic { 0.0 } else { p.z };
+                nearer + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y))
+            })
             .fold(0.0, f64::max);
         Fit { middle, turn, turned, distance }
     }
 
-    /// How many times as far the eye is, for the volume's box, as it would be for the box between two corners (voxel
-    /// frame), both just fitting a picture of `size` pixels: what makes the box fit in place of the volume.
-    pub(super) fn share_of(
+    /// How far the eye is, voxels, from the middle of a box between two corners (voxel frame; without it the volume's
+    /// box) that just fits a picture of `size` pixels.
+    pub(super) fn fit_distance(
         &self,
         volume: &VolumeInfo,
-        bounds: [[f64; 3]; 2],
+        bounds: Option<[[f64; 3]; 2]>,
         size: [u32; 2],
     ) -> f64 {
-        let [low, high] = bounds.map(DVec3::from_array);
-        let part = self.fit(volume, corners_between(low, high), size);
-        part.distance / self.fit(volume, corners(volume), size).distance
+        let between = |bounds: [[f64; 3]; 2]| {
+            let [low, high] = bounds.map(DVec3::from_array);
+            corners_between(low, high)
+        };
+        self.fit(volume, bounds.map_or_else(|| corners(volume), between), size).distance
     }
 
     /// The matrices of a picture of `width` by `height` pixels with the point `look_at` (voxel
@@ -153,20 +244,27 @@ impl Camera {
         let aim = look_at.map_or(middle, |p| world * DVec3::from_array(p));
         let away = aim.distance(middle);
         let radius = away + turned.iter().map(|p| p.length()).fold(0.0, f64::max);
-        let far = distance + radius;
-        // A thousandth of the far plane keeps depth precise when the eye is inside the box.
-        let near = (distance - radius).max(1e-3 * far);
         let aspect = f64::from(width) / f64::from(height);
         let eye_from_voxel = DMat4::from_translation(DVec3::new(0.0, 0.0, -distance))
             * turn
             * DMat4::from_translation(-aim)
             * DMat4::from_mat3(world);
-        let clip_from_eye = perspective(FIELD_OF_VIEW.to_radians(), aspect, near, far);
+        let (near, far) = (distance - radius, distance + radius);
+        let clip_from_eye = if self.orthographic {
+            let up = distance * (0.5 * FIELD_OF_VIEW).to_radians().tan();
+            let right = up * aspect;
+            // What lies behind the eye is seen, too.
+            orthographic(-right, right, -up, up, near, far)
+        } else {
+            // A thousandth of the far plane keeps depth precise when the eye is inside the box.
+            perspective(FIELD_OF_VIEW.to_radians(), aspect, near.max(1e-3 * far), far)
+        };
         Projection {
             clip_from_voxel: clip_from_eye * eye_from_voxel,
             eye_from_voxel,
             eye_from_normal: DMat3::from_mat4(eye_from_voxel).inverse().transpose(),
             mirrored: world.determinant() < 0.0,
+            parallel: self.orthographic,
             distance,
             depth: [clip_from_eye.z_axis.z, clip_from_eye.w_axis.z],
             reach: [clip_from_eye.x_axis.x.recip(), clip_from_eye.y_axis.y.recip()],
@@ -175,7 +273,7 @@ impl Camera {
 }
 
 /// The eight corners of the box around the volume with its caps, voxel frame, x fastest.
-fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
+pub(super) fn corners(volume: &VolumeInfo) -> [DVec3; 8] {
     let spacing = DVec3::from_array(volume.placement.spacing);
     let size = spacing / spacing.min_element();
     let last = DVec3::from_array(volume.dims.map(|d| d as f64 - 1.0));
@@ -214,11 +312,13 @@ pub(crate) struct Projection {
     pub(crate) eye_from_normal: DMat3,
     /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
     pub(crate) mirrored: bool,
+    /// Whether all lines of sight have the direction of the eye frame's z axis.
+    pub(crate) parallel: bool,
     /// From the eye to the middle of the picture, voxels.
     pub(crate) distance: f64,
-    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame.
+    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame; without the division where it is parallel.
     pub(crate) depth: [f64; 2],
-    /// Half width and half height of the picture at a distance of 1.
+    /// Half width and half height of the picture at a distance of 1; at any where it is parallel.
     pub(crate) reach: [f64; 2],
 }
 
@@ -248,9 +348,13 @@ mod tests {
         };
         for placement in [Placement::default(), oblique] {
             let volume = volume([20, 10, 15], placement);
-            for camera in ["35,22", "0,90", "-120,-90", "250,-10"] {
+            for (camera, orthographic) in ["35,22", "0,90", "-120,-90", "250,-10"]
+                .into_iter()
+                .flat_map(|camera| [(camera, false), (camera, true)])
+            {
                 for (width, height) in [(640, 480), (100, 400), (4000, 40)] {
                     let camera: Camera = camera.parse().expect("a camera");
+                    let camera = Camera { orthographic, ..camera };
                     let projection = camera.projection(&volume, None, width, height);
                     let reach = corners(&volume)
                         .map(|c| projection.clip_from_voxel.project_point3(c))
@@ -268,7 +372,7 @@ mod tests {
     #[test]
     fn the_world_z_axis_points_up_and_azimuth_turns_counter_clockwise() {
         let volume = volume([11, 11, 11], Placement::default());
-        let projection = Camera { azimuth: 90.0, elevation: 0.0, distance: 1.0 }
+        let projection = Camera { azimuth: 90.0, elevation: 0.0, ..Camera::default() }
             .projection(&volume, None, 100, 100);
         let at = |p: [f64; 3]| projection.clip_from_voxel.project_point3(DVec3::from_array(p));
         assert!(at([5.0, 5.0, 9.0]).y > 0.1);
@@ -279,10 +383,55 @@ mod tests {
     }
 
     #[test]
+    fn the_axis_that_is_asked_for_points_up_and_azimuths_turn_about_it() {
+        let sheared = Placement {
+            spacing: [1.0, 2.0, 0.5],
+            direction: [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.6, -0.8]],
+            ..Placement::default()
+        };
+        for placement in [Placement::default(), sheared] {
+            let volume = volume([11, 11, 11], placement);
+            let world = DMat3::from_cols_array_2d(&volume.placement.direction);
+            for axis in Axis::ALL {
+                let (number, sign) = axis.number_and_sign();
+                let camera = |azimuth| Camera {
+                    azimuth,
+                    elevation: 0.0,
+                    up: Some(axis),
+                    ..Camera::default()
+                };
+                let seen = |azimuth: f64, along: DVec3| {
+                    let projection = camera(azimuth).projection(&volume, None, 100, 100);
+                    projection.eye_from_voxel.transform_vector3(along)
+                };
+                let mut along = DVec3::ZERO;
+                along[number] = sign;
+                for azimuth in [0.0, 77.0, -140.0] {
+                    // The arithmetic is f64 on numbers about 1.
+                    assert!(seen(azimuth, along).distance(DVec3::Y) < 1e-12, "{axis:?}");
+                }
+                // The next axis comes towards the eye, and goes to the left as the azimuth grows.
+                let mut next = DVec3::ZERO;
+                next[(number + 1) % 3] = 1.0;
+                let level = (world * next).reject_from(world * along).length();
+                let at = |azimuth| seen(azimuth, next) * DVec3::new(1.0, 0.0, 1.0) / level;
+                assert!(at(0.0).distance(DVec3::Z) < 1e-12, "{axis:?}: {}", at(0.0));
+                assert!(at(90.0).distance(DVec3::NEG_X) < 1e-12, "{axis:?}: {}", at(90.0));
+            }
+        }
+        // Where axes are those of the world, z is what is up anyway.
+        let plain = volume([11, 12, 13], Placement::default());
+        let camera = Camera { up: Some(Axis::Z), ..Camera::default() };
+        assert_eq!(camera.basis(&plain), DMat3::IDENTITY);
+        assert!(["", "X", "w", "--x", "+x"].iter().all(|text| text.parse::<Axis>().is_err()));
+        assert_eq!("-y".parse::<Axis>().expect("an axis"), Axis::MinusY);
+    }
+
+    #[test]
     fn cameras_are_parsed_and_bad_ones_are_usage_errors() {
         assert_eq!(
             " 30, -20,1.5".parse::<Camera>().expect("a camera"),
-            Camera { azimuth: 30.0, elevation: -20.0, distance: 1.5 }
+            Camera { azimuth: 30.0, elevation: -20.0, distance: 1.5, ..Camera::default() }
         );
         for bad in ["", "30", "1,2,3,4", "a,b", "0,91", "nan,0", "0,0,0", "0,0,-1", "0,inf"] {
             let error = bad.parse::<Camera>().expect_err(bad);

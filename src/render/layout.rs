@@ -21,7 +21,8 @@ pub(super) struct Frame {
     pub(super) palette: u32,
     pub(super) wire_width: f32,
     pub(super) mirrored: u32,
-    pub(super) unused: [f32; 2],
+    pub(super) parallel: u32,
+    pub(super) unused: f32,
     pub(super) map: [[f32; 4]; N_STOPS],
 }
 
@@ -153,7 +154,7 @@ mod tests {
         assert_eq!(
             fields(&module, "Frame"),
             layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
-                rank palette wire_width mirrored unused map)
+                rank palette wire_width mirrored parallel unused map)
         );
         assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z));
         assert_eq!(

@@ -8,14 +8,17 @@
 //! Either way the triangles go through the device in pieces of bounded size, so no picture fails
 //! for the size of its mesh. The pictures are equal.
 
+use super::edges::Edges;
 use super::layer::{Layer, Listed};
-use super::layout::{ActiveTriangle, Cut, Frame, Palette, normal_of_code};
+use super::layout::{ActiveTriangle, Cut, Frame, normal_of_code};
+use super::look::{Look, cut, frame, is_cut};
+use super::occlusion::Occlusion;
 use super::pipeline::{Pipelines, Step, caught, samples_of};
 use super::table::Table;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE, Tables};
 use super::target::Target;
 use super::{Background, Image, Surface, View};
-use crate::color::{Attribute, Color, Map, Sources};
+use crate::color::{Attribute, Map, Sources};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::camera::Projection;
@@ -29,6 +32,9 @@ pub struct Painter {
     queue: wgpu::Queue,
     pipelines: Pipelines,
     n_samples: u32,
+    /// From the first picture on that wants them.
+    occlusion: Option<Occlusion>,
+    edges: Option<Edges>,
     isovalues: Table,
     first_knot: Table,
     knots: Table,
@@ -58,6 +64,8 @@ impl Painter {
             Painter {
                 pipelines: Pipelines::new(&device, n_samples),
                 n_samples,
+                occlusion: None,
+                edges: None,
                 isovalues: table("surface.isovalues"),
                 first_knot: table("surface.first_knot"),
                 knots: table("surface.knots"),
@@ -116,6 +124,12 @@ impl Painter {
             Some(target) => target,
             None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
         };
+        if view.occlusion && self.occlusion.is_none() {
+            self.occlusion = Some(caught(&device, || Occlusion::new(&device, n_samples))?);
+        }
+        if view.axes && self.edges.is_none() {
+            self.edges = Some(caught(&device, || Edges::new(&device, n_samples))?);
+        }
         let map = self.map(view);
         let frames: Vec<Frame> = (surfaces.iter().enumerate())
             .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection, map))
@@ -130,8 +144,9 @@ impl Painter {
                 false => i.cmp(&j),
             })
         });
-        let looks: Vec<(usize, Frame, f32)> =
-            order.into_iter().map(|i| (i, frames[i], opacities[i])).collect();
+        let looks: Vec<Look> = (order.into_iter())
+            .map(|layer| Look { layer, frame: frames[layer], opacity: opacities[layer] })
+            .collect();
         let drawn = caught(&device, || self.passes(spectrum, &target, &looks, view, &projection));
         // What was refused must not be taken for uploaded by the next picture.
         drawn.inspect_err(|_| self.forget())?;
@@ -234,57 +249,95 @@ impl Painter {
         self.layers.iter_mut().for_each(|layer| layer.listed = Listed::default());
     }
 
-    /// Draws the layers, piece by piece.
+    /// Draws the layers, those that one looks through last.
     fn passes(
         &mut self,
         spectrum: &Spectrum,
         target: &Target,
-        looks: &[(usize, Frame, f32)],
+        looks: &[Look],
         view: &View,
         projection: &Projection,
     ) {
+        let n_opaque = looks.iter().filter(|look| look.opacity >= 1.0).count();
+        let (opaque, clear) = looks.split_at(n_opaque);
         let keeps_tables = self.resident || looks.len() == 1;
-        let mut clear = Some(view.background);
-        for &(i, mut frame, opacity) in looks {
-            let cut = cut(view, opacity, projection);
-            let rank = frame.rank;
-            let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
-            let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
-            // The cap comes first: the surface behind it is not seen.
-            let steps: &[Step] = match view.clip.is_some() && !view.open {
-                true => &[Step::Count, Step::Cap, Step::Surface],
-                false => &[Step::Surface],
+        let mut background = Some(view.background);
+        let cut = |look: &Look| cut(view, look.opacity, projection);
+        for look in opaque {
+            self.surface(
+                spectrum,
+                target,
+                (look, cut(look)),
+                view,
+                (keeps_tables, &mut background),
+            );
+        }
+        if let Some(background) = background.take_if(|_| clear.is_empty() || view.axes) {
+            self.pass(target, (0, 1.0, Step::Surface), 0, Some(background), view);
+        }
+        // What one looks through has no depth of its own: it lies over what is darkened and over the lines behind it.
+        if let Some(occlusion) = self.occlusion.as_ref().filter(|_| view.occlusion && n_opaque > 0)
+        {
+            occlusion.draw(&self.device, &self.queue, target, projection);
+        }
+        if let Some(edges) = self.edges.as_ref().filter(|_| view.axes) {
+            let seen = (&spectrum.volume, projection, view.background);
+            edges.draw(&self.device, &self.queue, target, seen);
+        }
+        for look in clear {
+            self.surface(
+                spectrum,
+                target,
+                (look, cut(look)),
+                view,
+                (keeps_tables, &mut background),
+            );
+        }
+    }
+
+    /// Draws one layer, piece by piece; takes the background where the picture is still empty.
+    fn surface(
+        &mut self,
+        spectrum: &Spectrum,
+        target: &Target,
+        (&Look { layer: i, mut frame, opacity }, cut): (&Look, Option<Cut>),
+        view: &View,
+        (keeps_tables, background): (bool, &mut Option<Background>),
+    ) {
+        let rank = frame.rank;
+        let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
+        let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
+        // The cap comes first: the surface behind it is not seen.
+        let steps: &[Step] = match view.clip.is_some() && !view.open {
+            true => &[Step::Count, Step::Cap, Step::Surface],
+            false => &[Step::Surface],
+        };
+        let passes = steps.iter().flat_map(|&step| {
+            let n = if step == Step::Cap { 1 } else { n_passes };
+            (0..n).map(move |pass| (step, pass))
+        });
+        for (step, pass) in passes {
+            let first = pass * self.triangles_per_pass;
+            let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
+            frame.rank = match self.layers[i].listed.uploaded {
+                Some(rank) => rank,
+                None => self.upload_piece(spectrum, i, piece, rank),
             };
-            let passes = steps.iter().flat_map(|&step| {
-                let n = if step == Step::Cap { 1 } else { n_passes };
-                (0..n).map(move |pass| (step, pass))
-            });
-            for (step, pass) in passes {
-                let first = pass * self.triangles_per_pass;
-                let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
-                frame.rank = match self.layers[i].listed.uploaded {
-                    Some(rank) => rank,
-                    None => self.upload_piece(spectrum, i, piece, rank),
-                };
-                if keeps_tables && n_passes == 1 {
-                    self.layers[i].listed.uploaded = Some(frame.rank);
-                }
-                let layer = &self.layers[i];
-                self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
-                if let Some(cut) = &cut {
-                    self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
-                }
-                let n_corners = match step {
-                    Step::Cap => 3,
-                    _ => 3 * piece.len(),
-                };
-                self.pass(target, (i, opacity, step), n_corners, clear.take(), view);
+            if keeps_tables && n_passes == 1 {
+                self.layers[i].listed.uploaded = Some(frame.rank);
             }
-            self.layers[i].listed.triangles = triangles;
+            let layer = &self.layers[i];
+            self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
+            if let Some(cut) = &cut {
+                self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
+            }
+            let n_corners = match step {
+                Step::Cap => 3,
+                _ => 3 * piece.len(),
+            };
+            self.pass(target, (i, opacity, step), n_corners, background.take(), view);
         }
-        if looks.is_empty() {
-            self.pass(target, (0, 1.0, Step::Surface), 0, clear, view);
-        }
+        self.layers[i].listed.triangles = triangles;
     }
 
     /// Submits one pass over the uploaded triangles of a layer; `clear` where it is the picture's
@@ -394,77 +447,4 @@ impl Painter {
         self.first_knot.write(&self.device, &self.queue, &tables.first_knot);
         self.knots.write(&self.device, &self.queue, &tables.knots);
     }
-}
-
-/// Linear colours of the two sides of the first surface of a picture; of the second they change
-/// places.
-const SIDES: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 1.0]];
-
-/// How light the side towards higher values is of a surface that has a colour of its own, over the other side.
-const DARK_SIDE: f32 = 0.45;
-
-/// What is the same for every corner of a surface.
-fn frame(
-    spectrum: &Spectrum,
-    &Surface { isovalue, color, .. }: &Surface,
-    layer: usize,
-    view: &View,
-    projection: &Projection,
-    map: Map,
-) -> Frame {
-    let sides = match color {
-        Some([r, g, b]) => [[r, g, b, 1.0], [DARK_SIDE * r, DARK_SIDE * g, DARK_SIDE * b, 1.0]],
-        None => [SIDES[layer % 2], SIDES[(layer + 1) % 2]],
-    };
-    let palette = match view.color {
-        Color::None => Palette::Plain,
-        Color::Component => Palette::Names,
-        Color::Normal => Palette::Normals,
-        _ => Palette::Map,
-    };
-    // The lines of a coloured mesh are darker, to be seen on every colour.
-    let wire = if palette == Palette::Plain {
-        [0.010, 0.022, 0.045, 0.80]
-    } else {
-        [0.008, 0.008, 0.010, 0.72]
-    };
-    Frame {
-        clip_from_voxel: projection.clip_from_voxel.as_mat4().to_cols_array_2d(),
-        eye_from_voxel: projection.eye_from_voxel.as_mat4().to_cols_array_2d(),
-        eye_from_normal: glam::Mat4::from_mat3(projection.eye_from_normal.as_mat3())
-            .to_cols_array_2d(),
-        front: sides[0],
-        back: sides[1],
-        wire,
-        isovalue: tables::scaled(spectrum, isovalue),
-        rank: spectrum.rank_at(isovalue).unwrap_or(0),
-        palette: palette as u32,
-        wire_width: view.wireframe.unwrap_or(0.0),
-        mirrored: u32::from(projection.mirrored),
-        unused: [0.0; 2],
-        map: map.linear_stops().map(|[r, g, b]| [r, g, b, 1.0]),
-    }
-}
-
-/// Whether a surface takes more than the plain pipeline.
-fn is_cut(view: &View, opacity: f32) -> bool {
-    view.clip.is_some() || opacity < 1.0
-}
-
-/// The clip plane in the eye frame and the opacity of a surface, where it has any.
-fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
-    let plane = match view.clip {
-        // Planes turn with the inverse transpose.
-        Some(clip) => {
-            projection.eye_from_voxel.inverse().transpose() * clip.kept().extend(clip.offset)
-        }
-        None => glam::DVec4::W,
-    };
-    is_cut(view, opacity).then(|| Cut {
-        plane: plane.as_vec4().to_array(),
-        opacity,
-        depth: projection.depth.map(|x| x as f32),
-        reach: projection.reach.map(|x| x as f32),
-        ..Cut::default()
-    })
 }

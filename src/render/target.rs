@@ -27,6 +27,8 @@ pub(super) struct Target {
     /// The average of each pixel's samples; none where there is one sample per pixel.
     pub(super) resolved: Option<wgpu::TextureView>,
     pub(super) depth: wgpu::TextureView,
+    /// The depth without the stencil, to be read.
+    pub(super) depth_alone: wgpu::TextureView,
     /// The texture that holds the picture in the end.
     picture: wgpu::Texture,
     staging: wgpu::Buffer,
@@ -64,7 +66,12 @@ impl Target {
         } else {
             (view(&picture), None)
         };
-        let depth = view(&texture("surface.depth", DEPTH_FORMAT, n_samples, drawn, &[]));
+        let read = drawn | wgpu::TextureUsages::TEXTURE_BINDING;
+        let depths = texture("surface.depth", DEPTH_FORMAT, n_samples, read, &[]);
+        let depth_alone = depths.create_view(&wgpu::TextureViewDescriptor {
+            aspect: wgpu::TextureAspect::DepthOnly,
+            ..Default::default()
+        });
         let bytes_per_row = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let staging = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("surface.staging"),
@@ -72,7 +79,17 @@ impl Target {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        Target { width, height, samples, resolved, depth, picture, staging, bytes_per_row }
+        Target {
+            width,
+            height,
+            samples,
+            resolved,
+            depth: view(&depths),
+            depth_alone,
+            picture,
+            staging,
+            bytes_per_row,
+        }
     }
 
     /// The texture that holds the picture.

@@ -36,23 +36,22 @@ pub(super) fn shift(view: &mut View, volume: &VolumeInfo, by: DVec2) {
     view.look_at = Some(voxel_from_eye.transform_point3(middle).to_array());
 }
 
-/// Back to the first view.
+/// Back to the first view, in the projection that was chosen.
 pub(super) fn reset(view: &mut View, first: &Camera) {
-    view.camera = *first;
+    view.camera = Camera { orthographic: view.camera.orthographic, ..*first };
     view.look_at = None;
 }
 
 /// Origin and direction, voxel frame, of what lies under a pixel (from the top left).
 pub(super) fn ray(view: &View, volume: &VolumeInfo, pixel: DVec2) -> (DVec3, DVec3) {
-    let eye = view.camera.projection(volume, view.look_at, view.width, view.height).eye_from_voxel;
-    let voxel_from_eye = eye.inverse();
-    let half = 0.5 * f64::from(view.height);
-    let right = (pixel.x - 0.5 * f64::from(view.width)) / half * half_height();
-    let up = (half - pixel.y) / half * half_height();
-    (
-        voxel_from_eye.transform_point3(DVec3::ZERO),
-        voxel_from_eye.transform_vector3(DVec3::new(right, up, -1.0)).normalize(),
-    )
+    let projection = view.camera.projection(volume, view.look_at, view.width, view.height);
+    let voxel_from_clip = projection.clip_from_voxel.inverse();
+    let right = 2.0 * pixel.x / f64::from(view.width) - 1.0;
+    let up = 1.0 - 2.0 * pixel.y / f64::from(view.height);
+    // From the nearest depth that is seen, which holds for parallel sight, too.
+    let [near, far] =
+        [0.0, 1.0].map(|depth| voxel_from_clip.project_point3(DVec3::new(right, up, depth)));
+    (near, (far - near).normalize())
 }
 
 /// The first of the triangles that a ray meets from either side: where.
@@ -100,8 +99,14 @@ mod tests {
 
     #[test]
     fn the_middle_of_the_picture_follows_the_hand() {
+        for orthographic in [false, true] {
+            let camera = Camera { orthographic, ..Camera::default() };
+            the_middle_follows(View { width: 640, height: 480, camera, ..View::default() });
+        }
+    }
+
+    fn the_middle_follows(mut view: View) {
         let volume = volume();
-        let mut view = View { width: 640, height: 480, ..View::default() };
         let at = |view: &View, p: DVec3| {
             let projection = view.camera.projection(&volume, view.look_at, 640, 480);
             let clip = projection.clip_from_voxel.project_point3(p);

@@ -74,10 +74,16 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         view.open = !caps;
     }
     ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
-    let mut is_dark = view.background == Background::Dark;
-    if ui.checkbox(&mut is_dark, "dark").changed() {
-        view.background = if is_dark { Background::Dark } else { Background::White };
-    }
+    ui.horizontal(|ui| {
+        let mut is_dark = view.background == Background::Dark;
+        if ui.checkbox(&mut is_dark, "dark").changed() {
+            view.background = if is_dark { Background::Dark } else { Background::White };
+        }
+        let mut is_parallel = view.camera.orthographic;
+        if ui.checkbox(&mut is_parallel, "parallel projection").changed() {
+            view.set_orthographic(&scene.spectrum.volume, is_parallel);
+        }
+    });
 }
 
 /// The map with what its ends stand for, and the choice of another.

@@ -62,6 +62,26 @@ describe("pictures", () => {
         }
     });
 
+    test("the axis that the author chose points up, as in native pictures", async () => {
+        const native = readPng(join(folder, "up.png"));
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(browser);
+            await open(page, { renderer, view: expected.view }, "up.html");
+            await sizeAsNative(page);
+            await show(page, expected.isovalues[1]);
+            const picture = await pixels(page);
+            assertAlike(picture, native, TO_NATIVE, `${renderer} to native`);
+            const other = readPng(join(folder, "native-1.png"));
+            assert.ok(difference(picture, other, FAR).share > 0.05, "with z upwards it looks different");
+            // Angles are told as ever; what they count from is the page's own.
+            await page.keyboard.press("r");
+            await settled(page);
+            const { view } = await state(page);
+            assert.deepEqual([view.azimuth, view.elevation], [35, 22]);
+            await close();
+        }
+    });
+
     test("caps, triangles and darkness show", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);

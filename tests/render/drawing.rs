@@ -142,6 +142,11 @@ pub(crate) fn small(camera: &str) -> View {
     }
 }
 
+/// A view in parallel projection.
+pub(crate) fn parallel(view: View) -> View {
+    View { camera: Camera { orthographic: true, ..view.camera }, ..view }
+}
+
 pub(crate) fn draw(spectrum: &Spectrum, isovalue: f64, view: &View) -> Image {
     let mut renderer = Renderer::new(gpu(), spectrum).expect("a renderer");
     renderer.draw(isovalue, view).expect("a picture")
@@ -164,7 +169,7 @@ pub(crate) fn coverage(image: &Image) -> (f64, [f64; 2]) {
 /// Where a point of the voxel frame appears, pixels from the top left, and how far in front of the
 /// eye it lies, voxels: written down from the documentation of the camera, with no matrix.
 pub(crate) fn project(volume: &VolumeInfo, view: &View, p: [f64; 3]) -> ([f64; 2], f64) {
-    let Camera { azimuth, elevation, distance } = view.camera;
+    let Camera { azimuth, elevation, distance, orthographic, up: _ } = view.camera;
     let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
     let (sin_e, cos_e) = elevation.to_radians().sin_cos();
     let right = [-sin_a, cos_a, 0.0];
@@ -192,12 +197,13 @@ pub(crate) fn project(volume: &VolumeInfo, view: &View, p: [f64; 3]) -> ([f64; 2
         let side = [corner & 1, corner >> 1 & 1, corner >> 2].map(f64::from);
         let q = from_middle(box_corner(side));
         let needed = (dot(q, right).abs() / tan_x).max(dot(q, up).abs() / tan_y) / FILL;
-        fit = fit.max(dot(q, towards_eye) + needed);
+        fit = fit.max(needed + if orthographic { 0.0 } else { dot(q, towards_eye) });
     }
     let q = from_middle(world(p));
     let depth = distance * fit - dot(q, towards_eye);
-    let x = 0.5 * width * (1.0 + dot(q, right) / (depth * tan_x));
-    let y = 0.5 * height * (1.0 - dot(q, up) / (depth * tan_y));
+    let shown_from = if orthographic { distance * fit } else { depth };
+    let x = 0.5 * width * (1.0 + dot(q, right) / (shown_from * tan_x));
+    let y = 0.5 * height * (1.0 - dot(q, up) / (shown_from * tan_y));
     ([x, y], depth)
 }
 

@@ -3,10 +3,14 @@
 //! These tests need a Vulkan, Metal or DirectX 12 adapter and fail where there is none; a software
 //! adapter will do.
 
+mod axes;
 mod drawing;
 mod normals;
+mod occlusion;
+mod parallel;
 #[path = "../random/mod.rs"]
 mod random;
+mod turntable;
 
 use std::f64::consts::PI;
 
@@ -14,7 +18,7 @@ use drawing::*;
 use isospectrum::Error;
 use isospectrum::color::{Ends, Scale};
 use isospectrum::render::{Background, Clip, Color, Renderer, Surface, View};
-use isospectrum::spectrum::Keep;
+use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::volume::Placement;
 
 #[test]
@@ -64,19 +68,26 @@ fn points_appear_where_a_projection_by_hand_puts_them() {
         }
         spectrum.check().expect("a valid spectrum");
         let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
-        for (camera, t) in [("35,22", 0.3), ("-100,-40,1.4", 0.85), ("200,90", 0.0)] {
-            let view = small(camera);
+        let views = [
+            (small("35,22"), 0.3),
+            (small("-100,-40,1.4"), 0.85),
+            (small("200,90"), 0.0),
+            (parallel(small("60,-15")), 0.6),
+            (parallel(small("-130,48,1.2")), 0.1),
+        ];
+        for (view, t) in views {
+            let camera = view.camera;
             for (step, (start, end)) in paths.iter().enumerate() {
                 let p = std::array::from_fn(|i| (1.0 - t) * start[i] + t * end[i]);
                 let (wanted, _) = project(&spectrum.volume, &view, p);
                 let image = renderer.draw(step as f64 + t, &view).expect("a picture");
                 assert_eq!(renderer.n_triangles(), 8);
                 let (area, found) = coverage(&image);
-                assert!(area > 4.0, "marker {step} from {camera} covers {area} pixels");
+                assert!(area > 4.0, "marker {step} from {camera:?} covers {area} pixels");
                 for axis in 0..2 {
                     assert!(
                         (found[axis] - wanted[axis]).abs() < MIDDLE_TOLERANCE,
-                        "marker {step} from {camera}: {found:?}, not {wanted:?}"
+                        "marker {step} from {camera:?}: {found:?}, not {wanted:?}"
                     );
                 }
             }
@@ -395,10 +406,15 @@ fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
     faces.iter_mut().for_each(|face| face.swap(1, 2));
     add(&mut spectrum, &(positions, faces), &[(0, 3.0, MIDDLE), (1, 3.0, MIDDLE)]);
     let clip = Some(Clip { normal: [1.0, 0.0, 0.0], offset: 10.0 });
-    let view = View { clip, ..small("0,0") };
-    let image = draw(&spectrum, 0.5, &view);
+    for view in [small("0,0"), parallel(small("0,0"))] {
+        a_cut_ball_is_covered(&spectrum, &View { clip, ..view });
+    }
+}
+
+fn a_cut_ball_is_covered(spectrum: &Spectrum, view: &View) {
+    let image = draw(spectrum, 0.5, view);
     let pixel = |y: f64, z: f64| {
-        let ([x, y], _) = project(&spectrum.volume, &view, [10.0, y, z]);
+        let ([x, y], _) = project(&spectrum.volume, view, [10.0, y, z]);
         image.pixel(x as u32, y as u32)
     };
     // Flat: the same colour wherever the plane is inside, which no curved side has.
@@ -413,7 +429,7 @@ fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
     let beside = pixel(10.0, 19.0);
     assert_eq!(beside, image.pixel(2, 2), "nothing beside the ball");
     // Without caps one looks into it.
-    let open = draw(&spectrum, 0.5, &View { open: true, ..view.clone() });
-    let ([x, y], _) = project(&spectrum.volume, &view, [10.0, 15.5, 10.0]);
+    let open = draw(spectrum, 0.5, &View { open: true, ..view.clone() });
+    let ([x, y], _) = project(&spectrum.volume, view, [10.0, 15.5, 10.0]);
     assert!(open.pixel(x as u32, y as u32)[2].abs_diff(cap[2]) > 10);
 }
