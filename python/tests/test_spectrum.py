@@ -134,7 +134,7 @@ def test_verification_tells_right_from_wrong(spectrum, array):
 
 
 def test_spacing_is_known_where_an_array_is_verified(array):
-    s = isospectrum.compute(array, spacing=(1, 1, 2), error=0.3, backend="cpu", progress=False)
+    s = isospectrum.compute(array, spacing=(1, 1, 2), backend="cpu", progress=False)
     s.verify(array, n=6, events=1, progress=False).check()
 
 
