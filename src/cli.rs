@@ -27,7 +27,10 @@ mod isovalue;
 mod keep_arguments;
 mod kind;
 mod machine;
+mod merge;
 mod output;
+mod parts;
+mod plan;
 mod preparation_arguments;
 mod progress;
 mod render;
@@ -74,6 +77,8 @@ written, is damaged or unsupported, 4 isovalue outside the range, 5 verification
 #[derive(Debug, Subcommand)]
 enum Command {
     Compute(Box<compute::Compute>),
+    Plan(Box<plan::Plan>),
+    Merge(merge::Merge),
     Extract(extract::Extract),
     Components(components::Components),
     Info(info::Info),
@@ -93,6 +98,8 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
     interrupt::install();
     match &arguments.command {
         Command::Compute(command) => command.run(arguments.quiet),
+        Command::Plan(command) => command.run(),
+        Command::Merge(command) => command.run(arguments.quiet),
         Command::Extract(command) => command.run(),
         Command::Components(command) => command.run(),
         Command::Info(command) => command.run(),

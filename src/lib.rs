@@ -31,6 +31,7 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+pub mod bricks;
 pub mod color;
 mod disjoint_sets;
 // Tests in `src` and in `tests` share files that name the library.

@@ -8,6 +8,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Error, Result};
 use crate::kernels::Backend;
 use crate::spectrum::Spectrum;
@@ -41,7 +43,8 @@ pub struct Prepared {
 }
 
 /// Which noise is taken out of a volume once it is prepared.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Noise {
     /// No extremum is left that is closer than this to the saddle that ends it, a difference of samples: see [`simplify`].
     pub persistence: Option<f64>,
@@ -136,6 +139,11 @@ impl Prepared {
         &self.volume
     }
 
+    /// What was done to it.
+    pub fn preparation(&self) -> &Preparation {
+        &self.preparation
+    }
+
     /// What is known of its samples: what isovalues are written by.
     pub fn samples(&self) -> &Statistics {
         &self.samples
@@ -158,6 +166,12 @@ impl Prepared {
         progress: &dyn Progress,
     ) -> Result<Spectrum> {
         let mut spectrum = compute(&self.volume, parameters, backend, progress)?;
+        self.tell(&mut spectrum);
+        Ok(spectrum)
+    }
+
+    /// Tells a spectrum of the volume what was done to it.
+    pub(crate) fn tell(&self, spectrum: &mut Spectrum) {
         if !self.preparation.is_none() {
             spectrum.parameters["preparation"] = serde_json::json!(self.preparation);
         }
@@ -172,7 +186,6 @@ impl Prepared {
         }
         // Isovalues are written by them, and the volume is not there any more then.
         spectrum.parameters[Statistics::NAME] = serde_json::json!(self.samples);
-        Ok(spectrum)
     }
 }
 

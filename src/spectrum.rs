@@ -40,7 +40,7 @@ pub use query::Query;
 
 use serde::{Deserialize, Serialize};
 
-use crate::volume::{Outside, Placement, Statistics};
+use crate::volume::{Outside, Placement, Statistics, Volume};
 
 /// What is known of the volume a spectrum was computed from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,6 +57,20 @@ pub struct VolumeInfo {
     pub placement: Placement,
     /// Side of the layer around the volume.
     pub outside: Outside,
+}
+
+impl VolumeInfo {
+    /// What is kept of a volume.
+    pub(crate) fn of(volume: &Volume) -> VolumeInfo {
+        VolumeInfo {
+            name: volume.name().to_string(),
+            dims: volume.dims(),
+            sample_type: volume.samples().type_name().to_string(),
+            range: volume.range(),
+            placement: *volume.placement(),
+            outside: volume.outside(),
+        }
+    }
 }
 
 /// What happens to the topology at an event.

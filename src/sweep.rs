@@ -10,6 +10,7 @@
 mod advance;
 mod again;
 mod batches;
+mod block;
 mod border;
 mod caps;
 mod chain;
@@ -40,7 +41,9 @@ mod track;
 mod tracked;
 mod window;
 
+pub use block::{Block, compute_block};
 pub use parameters::{Parameters, Progress, Silent};
+pub(crate) use tracked::tell_shares;
 
 use std::sync::Arc as Shared;
 use std::sync::Mutex;
@@ -145,7 +148,7 @@ impl Counts {
         Counts::deserialize(told).ok()
     }
 
-    fn add(&mut self, o: &Counts) {
+    pub(crate) fn add(&mut self, o: &Counts) {
         self.arcs += o.arcs;
         self.steps += o.steps;
         self.repeated += o.repeated;
@@ -201,18 +204,7 @@ pub fn compute(
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Spectrum> {
-    let range = parameters.range.unwrap_or(volume.range());
-    // A range that is not a number is not inside either.
-    let is_inside = volume.range().0 <= range.0 && range.0 < range.1 && range.1 <= volume.range().1;
-    if !is_inside {
-        return Err(Error::Usage(format!(
-            "range {} to {}, expected inside the volume's {} to {}",
-            range.0,
-            range.1,
-            volume.range().0,
-            volume.range().1
-        )));
-    }
+    let range = checked_range(volume, parameters)?;
     let field = Shared::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
@@ -229,9 +221,9 @@ pub fn compute(
     // A mesh from outside is a component's.
     let is_by_component = parameters.by_component || parameters.initial_mesh.is_some();
     let n_tracked = if !is_by_component {
-        let (patch, n_tracked) = front::sweep(&sweep, start, &mut counts)?;
-        builder.push_patch(patch);
-        n_tracked
+        let swept = front::sweep(&sweep, start, &mut counts)?;
+        builder.push_patch(swept.patch);
+        swept.n_tracked
     } else {
         let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
         counts.untracked = swept.leftovers.len() as u64;
@@ -243,34 +235,34 @@ pub fn compute(
     };
     let mut spectrum = finished(&sweep, builder, &counts)?;
     // Triangles are in the order of their patches until they are written.
-    let shares = tracked::tracked_area_shares(&spectrum, n_tracked);
-    if !shares.is_empty() {
-        let rounded = |x: f64| (1e4 * x).round() / 1e4;
-        let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
-        let shares: Vec<(f64, f64)> = shares.into_iter().map(|(c, s)| (c, rounded(s))).collect();
-        spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!(rounded(mean));
-        spectrum.parameters[TRACKED_AREA_SHARES] = serde_json::json!(shares);
-    }
+    let areas = tracked::shown_areas(&spectrum, n_tracked);
+    tracked::tell_shares(&mut spectrum, &areas);
     Ok(spectrum)
+}
+
+/// The range to cover.
+///
+/// # Errors
+///
+/// [`Error::Usage`] for one that is not inside the volume's.
+fn checked_range(volume: &Volume, parameters: &Parameters) -> Result<(f64, f64)> {
+    let (least, most) = volume.range();
+    let (low, high) = parameters.range.unwrap_or(volume.range());
+    // A range that is not a number is not inside either.
+    if least <= low && low < high && high <= most {
+        return Ok((low, high));
+    }
+    Err(Error::Usage(format!(
+        "range {low} to {high}, expected inside the volume's {least} to {most}"
+    )))
 }
 
 /// The spectrum of what was swept.
 fn finished(sweep: &Sweep, builder: SpectrumBuilder, counts: &Counts) -> Result<Spectrum> {
     let volume = sweep.exact.volume();
     let range = sweep.parameters.range.unwrap_or(volume.range());
-    let parameters = serde_json::json!({
-        "flags": sweep.parameters,
-        "backend": sweep.backend.name(),
-        Counts::NAME: counts,
-    });
-    let info = VolumeInfo {
-        name: volume.name().to_string(),
-        dims: volume.dims(),
-        sample_type: volume.samples().type_name().to_string(),
-        range: volume.range(),
-        placement: *volume.placement(),
-        outside: volume.outside(),
-    };
+    let parameters = told(sweep.parameters, &sweep.backend.name(), counts);
+    let info = VolumeInfo::of(volume);
     let events = sweep.events(range);
     let finished = builder.finish(info, range, sweep.parameters.error, parameters, events);
     // Nothing of it was read: what is wrong with it is the sweep's fault.
@@ -278,6 +270,11 @@ fn finished(sweep: &Sweep, builder: SpectrumBuilder, counts: &Counts) -> Result<
         Error::Input(what) => Error::Internal(what),
         other => other,
     })
+}
+
+/// What a spectrum tells of how it was computed.
+pub(crate) fn told(parameters: &Parameters, backend: &str, counts: &Counts) -> serde_json::Value {
+    serde_json::json!({ "flags": parameters, "backend": backend, Counts::NAME: counts })
 }
 
 impl<'a> Sweep<'a> {
@@ -292,7 +289,7 @@ impl<'a> Sweep<'a> {
         let topology = Topology::compute(&exact)?;
         let event_isovalues = batches::batched_isovalues(&topology, volume.range());
         let (low, high) = parameters.range.unwrap_or(volume.range());
-        let range = (low, swept_end(&topology, high));
+        let range = (low, swept_end(&exact, high));
         Ok(Sweep {
             exact,
             topology,
@@ -311,8 +308,8 @@ impl<'a> Sweep<'a> {
 
 /// Up to where a range is swept that ends at an isovalue. Lifetimes are half-open, so what is swept up to there is
 /// gone there: where the isosurface is not, it is swept up to the next number.
-fn swept_end(topology: &Topology, high: f64) -> f64 {
-    if topology.n_components_at(high) > 0 { high.next_up() } else { high }
+fn swept_end(exact: &ExactField, high: f64) -> f64 {
+    if exact.has_surface(high) { high.next_up() } else { high }
 }
 
 impl Sweep<'_> {

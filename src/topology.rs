@@ -182,6 +182,12 @@ impl Topology {
         net::net_events(&self.events, &self.arcs)
     }
 
+    /// How many arcs show somewhere in a range.
+    pub(crate) fn n_arcs_in(&self, (low, high): (f64, f64)) -> usize {
+        let shows = |arc: &&Arc| arc.birth.max(low) < arc.death.min(high);
+        self.arcs.iter().filter(shows).count()
+    }
+
     /// Number of isosurface components. Below the layer's value and above all samples it is 0.
     pub fn n_components_at(&self, isovalue: f64) -> u32 {
         self.n_components[self.time(isovalue) as usize]

@@ -11,6 +11,7 @@
 //! All geometry inside the library is in the voxel frame, so lengths are metric also where the
 //! spacing is anisotropic; exports are in the world frame. There the axes need not be perpendicular ([`Placement`]).
 
+mod block;
 mod cube;
 mod decode;
 mod dicom;
@@ -37,6 +38,7 @@ mod tiff;
 mod vti;
 mod vtk;
 
+pub use block::{Whole, Within};
 pub use histogram::Histogram;
 pub use isovalue::Isovalue;
 pub use mask::{Mask, MaskRecord};
@@ -202,6 +204,8 @@ pub struct Volume {
     outside: Outside,
     range: (f64, f64),
     mask: Option<Arc<Mask>>,
+    /// Where it lies in the volume that it is a block of.
+    within: Option<Within>,
 }
 
 impl Volume {
@@ -283,6 +287,7 @@ impl Volume {
             outside: Outside::default(),
             range,
             mask: None,
+            within: None,
         })
     }
 

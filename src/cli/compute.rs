@@ -17,6 +17,7 @@ use super::budget::BudgetArguments;
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
+use super::parts::PartArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
@@ -28,12 +29,13 @@ const GLANCES: usize = 12;
 
 /// Compute the spectrum of a volume: every isosurface as one tracked mesh
 #[derive(Args, Debug)]
+#[command(mut_arg("volume", |volume| volume.required_unless_present("plan")))]
 pub(super) struct Compute {
     #[command(flatten)]
     volume: VolumeArguments,
     /// Spectrum to write (.isp); - is stdout
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", required_unless_present = "plan")]
+    output: Option<PathBuf>,
     #[command(flatten)]
     preparation: PreparationArguments,
     #[command(flatten)]
@@ -42,6 +44,8 @@ pub(super) struct Compute {
     parameters: ParameterArguments,
     #[command(flatten)]
     budget: BudgetArguments,
+    #[command(flatten)]
+    parts: PartArguments,
     #[command(flatten)]
     backend: BackendArguments,
     /// Print what `info` would tell, and the time, as JSON
@@ -99,7 +103,7 @@ pub(super) struct ParameterArguments {
 }
 
 impl ParameterArguments {
-    fn resolve(&self, volume: &Volume, samples: &Statistics) -> Result<Parameters> {
+    pub(super) fn resolve(&self, volume: &Volume, samples: &Statistics) -> Result<Parameters> {
         let range = self.range.map(|r| r.resolve(volume.range(), Some(samples))).transpose()?;
         let own_range = range.unwrap_or(volume.range());
         let default = Parameters::default();
@@ -136,7 +140,12 @@ struct Computed<'a> {
 
 impl Compute {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        let output = self.open_output()?;
+        if let Some(plan) = &self.parts.plan {
+            let backend = self.backend.open()?;
+            return self.parts.run(plan, self.output.as_deref(), &backend, (quiet, self.json));
+        }
+        let path = self.output.as_deref().unwrap_or(Path::new("-"));
+        let output = self.open_output(path)?;
         if self.json && output.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
@@ -158,7 +167,7 @@ impl Compute {
             return Ok(());
         }
         let measured = glance(&spectrum, volume, GLANCES)?;
-        log::info!("{}: done in {seconds:.1} s", self.output.display());
+        log::info!("{}: done in {seconds:.1} s", path.display());
         report::tell(&summary(&facts, &measured, spectrum.tolerance));
         if log::log_enabled!(log::Level::Debug) {
             report::tell(&facts.table());
@@ -172,8 +181,7 @@ impl Compute {
 
 impl Compute {
     /// Whatever else the name says, such as `volume.raw`, is a slip of the hand.
-    fn open_output(&self) -> Result<Output> {
-        let path = &self.output;
+    fn open_output(&self, path: &Path) -> Result<Output> {
         // A pipe or a device may have any name.
         let is_file = std::fs::metadata(path).map_or(true, |found| found.is_file());
         let is_isp = path.extension().is_some_and(|extension| extension == "isp");

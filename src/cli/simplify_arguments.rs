@@ -25,12 +25,16 @@ pub(super) struct SimplifyArguments {
 }
 
 impl SimplifyArguments {
-    /// The volume to go on with, and what was done to it where something was.
-    pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Cleaned)> {
+    /// What is asked for of a volume.
+    pub(super) fn noise(&self, volume: &Volume) -> Noise {
         // A share of the range with the dust.
         let persistence = self.persistence.map(|p| p.of_range(volume.range()));
-        let noise = Noise { persistence, min_component: self.min_component };
-        let (volume, cleaned) = noise.take_out(volume)?;
+        Noise { persistence, min_component: self.min_component }
+    }
+
+    /// The volume to go on with, and what was done to it where something was.
+    pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Cleaned)> {
+        let (volume, cleaned) = self.noise(&volume).take_out(volume)?;
         if let Some(done) = &cleaned.dust {
             log::info!("dust: {}", dust_sentence(done));
         }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use isospectrum::bricks::Source;
 use isospectrum::volume::{Outside, ReadOptions, Volume, files_of, phantom, read_volume};
 use isospectrum::{Error, Result};
 
@@ -80,7 +81,7 @@ impl VolumeArguments {
                 read_volume(path, &self.options())?
             }
             (None, Some(name)) => phantom(name)?,
-            (None, None) => return Err(Error::Usage("no volume, expected one".to_owned())),
+            (None, None) => return Err(no_volume()),
         };
         let [nx, ny, nz] = volume.dims();
         let (low, high) = volume.range();
@@ -89,10 +90,27 @@ impl VolumeArguments {
             volume.name(),
             volume.samples().type_name()
         );
-        Ok(volume.with_outside(match self.outside {
+        Ok(volume.with_outside(self.outside()))
+    }
+
+    /// How to read the volume again from anywhere on this machine.
+    pub(super) fn source(&self) -> Result<Source> {
+        let outside = self.outside();
+        match (&self.volume, &self.phantom) {
+            (Some(path), _) => {
+                let path = path.canonicalize().map_err(|source| Error::io(path, source))?;
+                Ok(Source::File { path, options: self.options(), outside })
+            }
+            (None, Some(name)) => Ok(Source::Phantom { name: name.clone(), outside }),
+            (None, None) => Err(no_volume()),
+        }
+    }
+
+    fn outside(&self) -> Outside {
+        match self.outside {
             Side::Low => Outside::Low,
             Side::High => Outside::High,
-        }))
+        }
     }
 
     /// The volume where it is a file.
@@ -119,6 +137,10 @@ impl VolumeArguments {
             nan_as: self.nan_as,
         }
     }
+}
+
+fn no_volume() -> Error {
+    Error::Usage("no volume, expected one".to_owned())
 }
 
 /// `128x128x64`.

@@ -10,6 +10,7 @@
 
 mod calendar;
 mod check;
+mod chords;
 mod clusters;
 mod exact;
 mod exchange;
@@ -21,17 +22,22 @@ mod polyline;
 mod record;
 mod region;
 mod remesh;
+mod shared;
 mod tracked;
 mod transport;
 
 use super::{Counts, Sweep};
 use crate::error::Result;
-use crate::spectrum::Patch;
+use chords::split_chords;
 use march::March;
 use region::Grid;
+use shared::Shared;
 
-/// All of a sweep, as one patch: the triangles of the tracked mesh first, and how many these are.
-pub(super) fn sweep(sweep: &Sweep, start: f64, counts: &mut Counts) -> Result<(Patch, usize)> {
+pub(super) use exact::Swept;
+pub(crate) use shared::WholeEdge;
+
+/// All of a sweep, as one patch.
+pub(super) fn sweep(sweep: &Sweep, start: f64, counts: &mut Counts) -> Result<Swept> {
     let mut march = March::new(sweep);
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     march.run(start, &mut *kernels)?;
@@ -40,7 +46,9 @@ pub(super) fn sweep(sweep: &Sweep, start: f64, counts: &mut Counts) -> Result<(P
     let grid = Grid::of(&sweep.exact);
     let (low, high) = sweep.range;
     let mut shown = std::mem::take(&mut march.shown);
-    shown.extend(region::layer(grid).map(|cell| (cell, low, high)));
+    let shared = Shared::of(&sweep.exact);
+    let own = region::layer(grid).filter(|&cell| !shared.is_beyond(cell));
+    shown.extend(own.map(|cell| (cell, low, high)));
     shown.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut joined: Vec<exact::Shown> = Vec::with_capacity(shown.len());
     for s in shown {
@@ -51,8 +59,9 @@ pub(super) fn sweep(sweep: &Sweep, start: f64, counts: &mut Counts) -> Result<(P
     }
     let mut record = std::mem::take(&mut march.record);
     let n_tracked = record.lives.len();
-    let inner = exact::extend(&mut record, &sweep.exact, &sweep.topology, &joined);
+    let mut inner = exact::extend(&mut record, &sweep.exact, &sweep.topology, &joined);
     log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
+    split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
     let error = super::KNOT_SHARE * sweep.parameters.error as f32;
     Ok(exact::patch(record, &inner, &sweep.exact, sweep.range, error))
 }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use crate::spectrum::{Spectrum, Triangle};
 
 /// Isovalues at which the areas are compared, in the middle of equal parts of the range.
@@ -10,23 +11,38 @@ const N_ISOVALUES: usize = 64;
 /// Triangles that are summed up at once: sums do not depend on the number of threads.
 const CHUNK: usize = 1 << 14;
 
-/// The isovalues that have an isosurface, ascending, each with the share of its area, caps left out, that the first
-/// `n_tracked` triangles show.
-pub(super) fn tracked_area_shares(spectrum: &Spectrum, n_tracked: usize) -> Vec<(f64, f64)> {
-    let (low, high) = spectrum.range;
-    let at = |i: usize| {
+/// The isovalues at which areas are compared, ascending.
+pub(crate) fn area_isovalues((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
+    (0..N_ISOVALUES).map(move |i| {
         let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
         low * (1.0 - share) + high * share
-    };
-    let ranked: Vec<(f64, u32)> =
-        (0..N_ISOVALUES).map(at).filter_map(|c| Some((c, spectrum.rank_at(c)?))).collect();
-    let tracked = areas(spectrum, &spectrum.triangles[..n_tracked], &ranked);
-    let others = areas(spectrum, &spectrum.triangles[n_tracked..], &ranked);
-    let areas = tracked.iter().zip(&others).zip(&ranked);
-    areas
-        .filter(|((t, o), _)| *t + *o > 0.0)
-        .map(|((t, o), (isovalue, _))| (*isovalue, t / (t + o)))
-        .collect()
+    })
+}
+
+/// The area, caps left out, that the first `n_tracked` triangles show at each of [`area_isovalues`], and that the others do.
+pub(super) fn shown_areas(spectrum: &Spectrum, n_tracked: usize) -> Vec<[f64; 2]> {
+    let ranked: Vec<Option<(f64, u32)>> =
+        area_isovalues(spectrum.range).map(|c| Some((c, spectrum.rank_at(c)?))).collect();
+    let known: Vec<(f64, u32)> = ranked.iter().copied().flatten().collect();
+    let tracked = areas(spectrum, &spectrum.triangles[..n_tracked], &known);
+    let others = areas(spectrum, &spectrum.triangles[n_tracked..], &known);
+    let mut found = tracked.into_iter().zip(others).map(|(t, o)| [t, o]);
+    ranked.iter().map(|r| r.and_then(|_| found.next()).unwrap_or_default()).collect()
+}
+
+/// Tells in a spectrum's parameters which share of its area is tracked, where it has any.
+pub(crate) fn tell_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
+    let rounded = |x: f64| (1e4 * x).round() / 1e4;
+    let all = area_isovalues(spectrum.range).zip(areas);
+    let shares: Vec<(f64, f64)> =
+        all.filter(|(_, [t, o])| t + o > 0.0).map(|(c, [t, o])| (c, t / (t + o))).collect();
+    if shares.is_empty() {
+        return;
+    }
+    let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
+    let shares: Vec<(f64, f64)> = shares.into_iter().map(|(c, s)| (c, rounded(s))).collect();
+    spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!(rounded(mean));
+    spectrum.parameters[TRACKED_AREA_SHARES] = serde_json::json!(shares);
 }
 
 /// The area of some triangles, without caps, at each of some isovalues with their ranks.

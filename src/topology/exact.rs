@@ -17,6 +17,8 @@
 //! [`ExactField::isovalue_key`] never falls among the keys of one level: a sample is inside
 //! exactly if its level exceeds the isovalue's, with no trace of the ramp.
 //!
+//! A volume that is a block of another (`Volume::within`) has the keys that it has there: the ramp is the whole's.
+//!
 //! Critical points and their types: `face` (saddles on cell faces) and `body` (saddles inside
 //! cells); a vertex needs comparisons of keys alone.
 //!
@@ -44,7 +46,7 @@ pub(crate) use face::is_saddle_above;
 pub use isovalue::IsovalueKeys;
 
 use crate::error::{Error, Result};
-use crate::volume::{Samples, Volume};
+use crate::volume::{Outside, Samples, Volume};
 use crate::with_samples;
 
 /// Weights of the ramp along x, y, z: exact zeros in none of 12,360 adversarial grids, where
@@ -127,6 +129,8 @@ pub struct ExactField<'a> {
     m_bits: u32,
     /// The ramp's largest magnitude.
     ramp_range: i128,
+    /// The volume's first sample in the whole that it is a block of.
+    first: [usize; 3],
     brick_dims: [usize; 3],
     /// Smallest and largest level of each brick of [`BRICK`]^3 cells, x fastest.
     bricks: Vec<(i64, i64)>,
@@ -155,8 +159,9 @@ impl<'a> ExactField<'a> {
         } else {
             LevelScale::Steps { low, quarters: power_of_two_from(high * 0.25 - low * 0.25) }
         };
-        let ramp_range =
-            1 + (0..3).map(|a| RAMP_WEIGHTS[a] as i128 * (dims[a] as i128 - 1)).sum::<i128>();
+        let within = volume.within();
+        let ramp_range = 1
+            + (0..3).map(|a| RAMP_WEIGHTS[a] as i128 * (within.whole[a] as i128 + 1)).sum::<i128>();
         let m_bits = (128 - (ramp_range * LEVEL_TO_RAMP).leading_zeros()).max(LEAST_M_BITS);
         let mut field = ExactField {
             volume,
@@ -165,6 +170,7 @@ impl<'a> ExactField<'a> {
             scale,
             m_bits,
             ramp_range,
+            first: within.first,
             brick_dims: dims.map(|d| (d - 1).div_ceil(BRICK)),
             bricks: Vec::new(),
         };
@@ -214,6 +220,24 @@ impl<'a> ExactField<'a> {
         [vertex - row * nx, row % ny, row / ny]
     }
 
+    /// The position of the volume's first sample in the whole that it is a block of: 0, 0, 0 where it is none.
+    pub fn first(&self) -> [usize; 3] {
+        self.first
+    }
+
+    /// Whether there is an isosurface at an isovalue of the range of the whole volume.
+    pub fn has_surface(&self, isovalue: f64) -> bool {
+        // The layer is on the other side than the lowest, or than the highest, sample.
+        match self.volume.outside() {
+            Outside::Low => {
+                self.isovalue_level(self.volume.range().1) > self.isovalue_level(isovalue)
+            }
+            Outside::High => {
+                self.isovalue_level(self.volume.range().0) <= self.isovalue_level(isovalue)
+            }
+        }
+    }
+
     /// Whether a vertex belongs to the layer around the volume.
     pub fn is_in_layer(&self, vertex: u32) -> bool {
         let p = self.padded_position(vertex);
@@ -249,7 +273,7 @@ impl<'a> ExactField<'a> {
     #[inline]
     fn ramp(&self, vertex: u32) -> i64 {
         let p = self.padded_position(vertex);
-        -(1 + (0..3).map(|a| RAMP_WEIGHTS[a] * p[a] as i64).sum::<i64>())
+        -(1 + (0..3).map(|a| RAMP_WEIGHTS[a] * (p[a] as i64 + self.first[a] as i64)).sum::<i64>())
     }
 
     /// An isovalue in V units, rounded down, and never among the keys of one level: a vertex is
@@ -357,7 +381,7 @@ impl<'a> ExactField<'a> {
 
     /// The isovalue from which on a vertex is below: its sample, or where samples are no whole numbers of levels,
     /// a trace less.
-    pub(super) fn vertex_value(&self, vertex: u32) -> f64 {
+    pub(crate) fn vertex_value(&self, vertex: u32) -> f64 {
         let sample = self.sample(vertex);
         match self.scale {
             LevelScale::Identity => sample,

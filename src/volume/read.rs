@@ -10,7 +10,8 @@ use crate::volume::{
 };
 
 /// What the command line may say about a volume beside its file name.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct ReadOptions {
     /// Dimensions of a RAW file whose name does not tell.
     pub dims: Option<[usize; 3]>,

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::record::{Life, OwnKnot, Recorder, Track};
 use super::region::{Grid, LatticeEdge};
+use super::shared::{Shared, WholeEdge};
 use super::tracked::EDGE_MARGIN;
 use crate::extract::{Extraction, extract_cell};
 use crate::spectrum::{Knot, Patch, Triangle};
@@ -51,13 +52,16 @@ pub(super) fn extend(
     topology: &Topology,
     shown: &[Shown],
 ) -> Vec<Vec<(f64, Vec3)>> {
-    let events = &event_isovalues(field, topology);
+    let shared = Shared::of(field);
+    let events = &event_isovalues(field, topology, shared);
     let parts: Vec<Part> = shown
         .par_chunks(CELLS_AT_ONCE)
         .map(|shown| {
             let mut part = Part::default();
             for &(cell, low, high) in shown {
-                part.add_cell(field, events.get(&cell).map_or(&[], |e| e), (cell, low, high));
+                let mut own = shared.breaks(field, cell);
+                own.extend(events.get(&cell).into_iter().flatten());
+                part.add_cell(field, &own, (cell, low, high));
             }
             part
         })
@@ -80,11 +84,16 @@ pub(super) fn extend(
 
 /// Isovalues of the events by cell that they are in or beside: those of samples and of faces may be rounded otherwise than
 /// the cells' own numbers.
-fn event_isovalues(field: &ExactField, topology: &Topology) -> HashMap<u32, Vec<f64>> {
+fn event_isovalues(
+    field: &ExactField,
+    topology: &Topology,
+    shared: Shared,
+) -> HashMap<u32, Vec<f64>> {
     let grid = Grid::of(field);
     let mut events: HashMap<u32, Vec<f64>> = HashMap::new();
     for e in &topology.events {
         let cells = match e.place {
+            Place::Vertex(v) if shared.holds_sample(v) => vec![],
             Place::Vertex(v) => (0..8).map(|o| grid.octant(v, o)).collect(),
             Place::Face { corner, axis } => vec![corner, corner - grid.strides[axis as usize]],
             Place::Cell(corner) => vec![corner],
@@ -225,13 +234,28 @@ fn merge_sorted(lives: &mut Vec<Life>, first: usize) {
 }
 
 /// The way of a vertex along its lattice edge: at the samples' values.
-fn edge_trajectory(field: &ExactField, e: LatticeEdge, range: (f64, f64)) -> [(f64, Vec3); 2] {
+pub(super) fn edge_trajectory(
+    field: &ExactField,
+    e: LatticeEdge,
+    range: (f64, f64),
+) -> [(f64, Vec3); 2] {
+    way_from(field, e, range, [0; 3])
+}
+
+/// The same in a frame in which the volume's first sample has a position.
+fn way_from(
+    field: &ExactField,
+    e: LatticeEdge,
+    range: (f64, f64),
+    first: [usize; 3],
+) -> [(f64, Vec3); 2] {
     let to = e.from + field.strides()[e.axis as usize];
     let (fa, fb) = (field.sample(e.from), field.sample(to));
     let margin = |v: u32| if field.is_in_layer(v) { CAP_MARGIN } else { EDGE_MARGIN };
     // An edge into the layer keeps away from the sample at the border.
     let (near_from, near_to) = (margin(to), 1.0 - margin(e.from));
-    let base = field.position(e.from).map(|x| x as f64);
+    let position = field.position(e.from);
+    let base: [f64; 3] = std::array::from_fn(|a| (position[a] + first[a] as i64) as f64);
     let size = field.volume().voxel_size();
     let at = |c: f64| {
         let t = ((c - fa) / (fb - fa)).clamp(near_from, near_to);
@@ -244,15 +268,26 @@ fn edge_trajectory(field: &ExactField, e: LatticeEdge, range: (f64, f64)) -> [(f
     [at(low), at(high)]
 }
 
-/// One patch of all triangles, those of the tracked mesh first, and how many these are. `error`: by how much knots that are left
-/// out may be off, voxels.
+/// What was swept.
+#[derive(Debug)]
+pub(in crate::sweep) struct Swept {
+    /// All triangles, those of the tracked mesh first, in the frame of the whole.
+    pub(in crate::sweep) patch: Patch,
+    /// How many are of the tracked mesh.
+    pub(in crate::sweep) n_tracked: usize,
+    /// The vertices on planes that the volume shares with other blocks, ascending, with their lattice edges in the whole.
+    pub(in crate::sweep) shared: Vec<(u32, WholeEdge)>,
+}
+
+/// One patch of all triangles, those of the tracked mesh first. `error`: by how much knots that are left out may be off,
+/// voxels.
 pub(super) fn patch(
     record: Recorder,
     inner: &[Vec<(f64, Vec3)>],
     field: &ExactField,
     range: (f64, f64),
     error: f32,
-) -> (Patch, usize) {
+) -> Swept {
     let mut lives = record.lives;
     lives.par_sort_unstable_by(by_triangle);
     merge_sorted(&mut lives, 0);
@@ -269,12 +304,16 @@ pub(super) fn patch(
             _ => None,
         })
         .collect();
+    let size = field.volume().voxel_size();
+    let first = Vec3::from([0, 1, 2].map(|a| (field.first()[a] as f64 * size[a]) as f32));
+    let moved = |knots: &[(f64, Vec3)]| knots.iter().map(|&(c, p)| (c, p + first)).collect();
     let mut knots: Vec<Vec<(f64, Vec3)>> = tracks
         .iter()
         .map(|t| match t {
-            Track::Edge(e) => edge_trajectory(field, *e, range).to_vec(),
-            Track::Own(n) => thinned[n].clone(),
-            Track::Inner(n) => inner[*n as usize].clone(),
+            // By its place in the whole, so that no block rounds it otherwise.
+            Track::Edge(e) => way_from(field, *e, range, field.first()).to_vec(),
+            Track::Own(n) => moved(&thinned[n]),
+            Track::Inner(n) => moved(&inner[*n as usize]),
         })
         .collect();
     let n = |is: fn(&Track) -> bool| {
@@ -321,7 +360,12 @@ pub(super) fn patch(
         })
         .collect();
     patch.isovalues = isovalues;
-    (patch, n_tracked)
+    let shared = Shared::of(field);
+    let edges = tracks.iter().zip(0..).filter_map(|(t, v)| match t {
+        Track::Edge(e) => Some((v, shared.whole_edge(*e)?)),
+        _ => None,
+    });
+    Swept { patch, n_tracked, shared: edges.collect() }
 }
 
 /// The knots of one trajectory that stay, by isovalue.

@@ -1,0 +1,132 @@
+//! `compute --plan`: the parts of a plan, each left alone if it is there already.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use clap::Args;
+use isospectrum::bricks::{Part, Plan};
+use isospectrum::kernels::Backend;
+use isospectrum::sweep::compute_block;
+use isospectrum::{Error, Result, input};
+use serde::Serialize;
+
+use super::output::Output;
+use super::plan::{self, folder_of_parts, part_in};
+use super::progress::Bar;
+use super::report;
+
+/// Which parts are computed.
+#[derive(Args, Debug)]
+pub(super) struct PartArguments {
+    /// Compute parts of this plan in place of a volume; -o is the folder for them [default: beside the plan]
+    #[arg(long, value_name = "PLAN.json", conflicts_with_all = ["VolumeArguments", "PreparationArguments", "noise", "ParameterArguments", "BudgetArguments"])]
+    pub(super) plan: Option<PathBuf>,
+    /// The parts, from the first to the last, e.g. 0:63, or one; those that are there already are left [default: all]
+    #[arg(long, value_name = "FIRST:LAST", requires = "plan")]
+    parts: Option<Parts>,
+}
+
+/// The `compute` report of parts.
+#[derive(Serialize)]
+struct Made {
+    made: Vec<usize>,
+    were_there: Vec<usize>,
+}
+
+impl PartArguments {
+    /// Computes the parts of a plan.
+    pub(super) fn run(
+        &self,
+        path: &Path,
+        folder: Option<&Path>,
+        backend: &Backend,
+        (quiet, json): (bool, bool),
+    ) -> anyhow::Result<()> {
+        let plan = plan::read(path)?;
+        let n = plan.recipe.bricks.len();
+        let Parts { first, last } = self.parts.unwrap_or(Parts { first: 0, last: n - 1 });
+        if last >= n {
+            return Err(Error::Usage(format!(
+                "{}: part {last}, expected 0 to {}",
+                path.display(),
+                n - 1
+            ))
+            .into());
+        }
+        let folder = folder.map_or_else(|| folder_of_parts(path), Path::to_owned);
+        std::fs::create_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
+        let mut report = Made { made: Vec::new(), were_there: Vec::new() };
+        let mut prepared = None;
+        for number in first..=last {
+            let file = part_in(&folder, number);
+            if is_there(&file, &plan, number) {
+                log::info!("{}: is there", file.display());
+                report.were_there.push(number);
+                continue;
+            }
+            let output = Output::open(&file, &[path])?;
+            let whole = match prepared.take() {
+                Some(prepared) => prepared,
+                None => plan.volume()?,
+            };
+            let block = Arc::new(plan.block(whole.volume(), number)?);
+            prepared = Some(whole);
+            let swept = compute_block(&block, &plan.recipe.parameters, backend, &Bar::new(quiet))?;
+            let n_bytes =
+                output.write_bytes(&Part::to_bytes(&plan, number, &backend.name(), &swept)?)?;
+            log::info!("{}: {}", file.display(), report::bytes(n_bytes));
+            report.made.push(number);
+        }
+        if json {
+            report::print_json("parts", &report)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a part is there and whole; says what is there in its place.
+fn is_there(file: &Path, plan: &Plan, number: usize) -> bool {
+    if !file.exists() {
+        return false;
+    }
+    let head = input::read(file).and_then(|bytes| Part::head(&bytes, plan, number).map(|_| ()));
+    if let Err(error) = &head {
+        log::warn!("{}: {error}; made anew", file.display());
+    }
+    head.is_ok()
+}
+
+/// `0:63`, or `7`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Parts {
+    first: usize,
+    last: usize,
+}
+
+impl FromStr for Parts {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (first, last) = text.split_once(':').unwrap_or((text, text));
+        let numbers = first.parse().ok().zip(last.parse().ok());
+        let parts = numbers.map(|(first, last)| Parts { first, last });
+        parts
+            .filter(|p| p.first <= p.last)
+            .ok_or_else(|| format!("'{text}', expected the first and the last part such as 0:63"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_from_the_first_to_the_last() {
+        assert_eq!("0:63".parse(), Ok(Parts { first: 0, last: 63 }));
+        assert_eq!("7".parse(), Ok(Parts { first: 7, last: 7 }));
+        for wrong in ["", ":", "3:2", "-1:2", "0:1:2", "a"] {
+            assert!(wrong.parse::<Parts>().is_err(), "{wrong}");
+        }
+    }
+}

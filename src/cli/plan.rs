@@ -1,0 +1,82 @@
+//! `plan`: cuts a computation into parts that need nothing of each other.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use isospectrum::bricks::{self, Plan as Bricks};
+use isospectrum::prepared::Prepared;
+use isospectrum::{Error, Result};
+
+use super::compute::ParameterArguments;
+use super::output::Output;
+use super::preparation_arguments::PreparationArguments;
+use super::simplify_arguments::SimplifyArguments;
+use super::terminal;
+use super::volume_arguments::VolumeArguments;
+
+/// Plan a computation in bricks: `compute --plan` makes parts, anywhere and in any order, `merge` the spectrum of them
+#[derive(Args, Debug)]
+pub(super) struct Plan {
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// Plan to write (.json); - is stdout
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Cells along the side of a brick
+    #[arg(long, value_name = "N", default_value_t = bricks::SIDE)]
+    brick: usize,
+    #[command(flatten)]
+    preparation: PreparationArguments,
+    #[command(flatten)]
+    simplify: SimplifyArguments,
+    #[command(flatten)]
+    parameters: ParameterArguments,
+}
+
+impl Plan {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
+        let inputs: Vec<PathBuf> =
+            self.volume.files().into_iter().chain(self.preparation.files()).collect();
+        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+        let output = Output::open(&self.output, &inputs)?;
+        let (volume, preparation) = self.preparation.apply(self.volume.read()?)?;
+        let noise = self.simplify.noise(&volume);
+        let (volume, cleaned) = self.simplify.apply(volume)?;
+        let prepared = Prepared::of(volume, preparation, cleaned);
+        let parameters = self.parameters.resolve(prepared.volume(), prepared.samples())?;
+        let (least, most) = prepared.volume().range();
+        let (low, high) = parameters.range.unwrap_or((least, most));
+        if !(least <= low && low < high && high <= most) {
+            return Err(Error::Usage(format!(
+                "range {low} to {high}, expected inside the volume's {least} to {most}"
+            ))
+            .into());
+        }
+        let plan = Bricks::new(self.volume.source()?, &prepared, noise, &parameters, self.brick)?;
+        let last = plan.recipe.bricks.len() - 1;
+        output.write_bytes(&plan.to_bytes()?)?;
+        log::info!("{}: parts 0:{last}, plan {}", self.output.display(), plan.hash());
+        Ok(())
+    }
+}
+
+/// Reads a plan.
+pub(super) fn read(path: &Path) -> Result<Bricks> {
+    Bricks::from_bytes(&isospectrum::input::read(path)?).map_err(|error| match error {
+        // What a parser says of a file may hold what the file holds.
+        Error::Input(what) => {
+            Error::input(format!("{}: {}", path.display(), terminal::plain(&what)))
+        }
+        other => other,
+    })
+}
+
+/// The folder for the parts of a plan, where no other is named: beside the plan.
+pub(super) fn folder_of_parts(plan: &Path) -> PathBuf {
+    plan.with_extension("parts")
+}
+
+/// The file of a part.
+pub(super) fn part_in(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("{number:06}.part"))
+}

@@ -1,0 +1,58 @@
+//! The sweep of a block of a volume: a part that fits the blocks beside it.
+
+use std::sync::Arc as Shared;
+
+use super::front::{self, WholeEdge};
+use super::{Counts, Parameters, Progress, Sweep, checked_range, finished, tracked};
+use crate::error::{Error, Result};
+use crate::kernels::Backend;
+use crate::kernels::field::Field;
+use crate::spectrum::{Spectrum, SpectrumBuilder};
+use crate::volume::Volume;
+
+/// What is swept of a block.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// The block's own, in the frame of the whole volume. It is open where it is cut from the whole, and its events are none of
+    /// the whole's: those are left out.
+    pub spectrum: Spectrum,
+    /// The vertices on planes that the block shares with others, ascending, each with the number of its lattice edge in the
+    /// whole. Blocks have the same vertices there, with the same trajectories.
+    pub shared: Vec<(u32, WholeEdge)>,
+    /// The area, caps left out, that tracked triangles show at isovalues evenly spread over the range, and that others do.
+    pub areas: Vec<[f64; 2]>,
+    /// What happened.
+    pub counts: Counts,
+}
+
+/// Computes a block ([`Volume::block`]) of a volume, over the range of [`Parameters::range`], or the whole volume's.
+///
+/// # Errors
+///
+/// [`Error::Usage`] for parameters that contradict the volume, or that track by component; [`Error::Gpu`],
+/// [`Error::Interrupted`], [`Error::Internal`] as of [`compute`](super::compute).
+pub fn compute_block(
+    volume: &Shared<Volume>,
+    parameters: &Parameters,
+    backend: &Backend,
+    progress: &dyn Progress,
+) -> Result<Block> {
+    checked_range(volume, parameters)?;
+    if parameters.by_component || parameters.initial_mesh.is_some() {
+        return Err(Error::Usage(
+            "a component is no part of a brick, expected neither --by-component nor --initial-mesh"
+                .to_owned(),
+        ));
+    }
+    let field = Shared::new(Field::new(volume.clone()));
+    progress.report(0.0, "topology");
+    let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
+    let mut counts = Counts::default();
+    let swept = front::sweep(&sweep, sweep.start_isovalue(), &mut counts)?;
+    let mut builder = SpectrumBuilder::new();
+    builder.push_patch(swept.patch);
+    let mut spectrum = finished(&sweep, builder, &counts)?;
+    spectrum.events.clear();
+    let areas = tracked::shown_areas(&spectrum, swept.n_tracked);
+    Ok(Block { spectrum, shared: swept.shared, areas, counts })
+}

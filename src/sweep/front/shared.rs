@@ -1,0 +1,105 @@
+//! The planes of samples that a block shares with the blocks beside it.
+//!
+//! # Theory
+//!
+//! The layer around a block is exact, so on a shared plane the surface ends at the polyline of the exact extraction, which
+//! depends on the samples of the plane alone. Without the cells of the layer beyond it, two blocks fit there: they have the same
+//! vertices, one for each lattice edge, and the same edges between them at every isovalue.
+//!
+//! # Invariants
+//!
+//! 1. What lies on a shared plane changes where the samples and saddles of the plane say ([`Shared::breaks`]), and
+//!    nothing of what is around the plane moves that, not by rounding either.
+//! 2. An edge of the polyline is the only one that both blocks have between two vertices of the plane: others, *chords* over
+//!    cells that neither block has exact, are split in the lower one (`chords`).
+
+use super::region::{Grid, LatticeEdge, Square};
+use crate::topology::exact::ExactField;
+
+/// See the module.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shared {
+    grid: Grid,
+    /// Where the planes lie along each axis in the padded grid, the lower and the upper one.
+    planes: [[Option<usize>; 2]; 3],
+    first: [usize; 3],
+    whole: [usize; 3],
+}
+
+/// A lattice edge in the padded grid of the whole: its lower end (x fastest), times 3, and its axis.
+pub(crate) type WholeEdge = u64;
+
+impl Shared {
+    /// The planes that the volume of a field shares.
+    pub(super) fn of(field: &ExactField) -> Shared {
+        let (grid, within) = (Grid::of(field), field.volume().within());
+        let planes = std::array::from_fn(|a| {
+            let n = grid.dims[a] - 2;
+            let (first, end) = (within.first[a], within.first[a] + n);
+            [(first > 0).then_some(1), (end < within.whole[a]).then_some(n)]
+        });
+        Shared { grid, planes, first: within.first, whole: within.whole }
+    }
+
+    /// Whether there is none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.planes.as_flattened().iter().all(Option::is_none)
+    }
+
+    /// Whether a cell of the layer lies beyond a shared plane: it is one of another block.
+    pub(super) fn is_beyond(&self, cell: u32) -> bool {
+        let p = self.grid.position(cell);
+        (0..3).any(|a| {
+            let [low, high] = self.planes[a];
+            (low.is_some() && p[a] == 0) || high == Some(p[a])
+        })
+    }
+
+    fn is_plane(&self, axis: usize, at: usize) -> bool {
+        self.planes[axis].contains(&Some(at))
+    }
+
+    /// Whether a sample lies on a shared plane. It is passed at its own value, whatever is critical there on either side.
+    pub(super) fn holds_sample(&self, v: u32) -> bool {
+        let p = self.grid.position(v);
+        (0..3).any(|a| self.is_plane(a, p[a]))
+    }
+
+    /// Whether a square lies in a shared plane.
+    fn holds_square(&self, s: Square) -> bool {
+        self.is_plane(s.axis as usize, self.grid.position(s.corner)[s.axis as usize])
+    }
+
+    /// The number in the whole of a lattice edge that lies in a shared plane.
+    pub(super) fn whole_edge(&self, e: LatticeEdge) -> Option<WholeEdge> {
+        let p = self.grid.position(e.from);
+        let is_shared = (0..3).any(|a| a != e.axis as usize && self.is_plane(a, p[a]));
+        let [x, y, z] = std::array::from_fn(|a| (p[a] + self.first[a]) as u64);
+        let [nx, ny, _] = self.whole.map(|n| n as u64 + 2);
+        is_shared.then_some(3 * (x + nx * (y + ny * z)) + u64::from(e.axis))
+    }
+
+    /// Whether two lattice edges lie in one shared plane of which the block is on the lower side.
+    pub(super) fn is_upper(&self, e: LatticeEdge, f: LatticeEdge) -> bool {
+        let [p, q] = [e, f].map(|e| self.grid.position(e.from));
+        (0..3u8).any(|a| {
+            let at = self.planes[a as usize][1];
+            let is_in = |e: LatticeEdge, p: [usize; 3]| e.axis != a && at == Some(p[a as usize]);
+            is_in(e, p) && is_in(f, q)
+        })
+    }
+
+    /// The isovalues at which the triangles of a cell may change for what lies on shared planes.
+    pub(super) fn breaks(&self, field: &ExactField, cell: u32) -> Vec<f64> {
+        if self.is_empty() {
+            return Vec::new();
+        }
+        let mut breaks = Vec::new();
+        let squares = self.grid.squares_of(cell).map(|s| s.0);
+        for s in squares.into_iter().filter(|&s| self.holds_square(s)) {
+            let saddle = field.face_saddle(s.corner, s.axis as usize);
+            breaks.extend(saddle.map(|saddle| field.face_saddle_value(&saddle)));
+        }
+        breaks
+    }
+}
