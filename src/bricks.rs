@@ -7,7 +7,9 @@
 //! sides have the same vertices, one per lattice edge, with the same trajectories and lifetimes, bit by bit. So a merge
 //! concatenates the parts and unites the vertices of equal lattice edges. Nothing is matched, and a difference is an error.
 //!
-//! What is not a sum over bricks, the events of the volume, is found for the volume as a whole.
+//! The events of the volume are no sum over bricks. Each tells of the critical points that it owns and where walks from there end,
+//! which is all that the sweeps of the whole ask for ([`crate::topology::blocks`]): they are exact, and the volume is not needed
+//! as a whole.
 //!
 //! # Invariants
 //!
@@ -15,6 +17,7 @@
 //!   their numbers: the bytes of the result do not depend on who computed which part when.
 //! - A part names the hash of all that it was made from ([`Plan::hash`]), the samples included.
 
+mod critical;
 mod part;
 mod plan;
 mod source;

@@ -22,6 +22,7 @@
 //! [`Outside::Low`]: crate::volume::Outside::Low
 //! [`Outside::High`]: crate::volume::Outside::High
 
+pub mod blocks;
 mod contour_tree;
 pub mod critical;
 mod crossing;
@@ -133,38 +134,20 @@ impl Topology {
         let CriticalPoints { points, falling, rising } = CriticalPoints::find(field)?;
         let join = MergeTree::sweep(Direction::Up, &points, falling)?;
         let split = MergeTree::sweep(Direction::Down, &points, rising)?;
-        let tree = ContourTree::combine(&points, &join, &split)?;
-        let kinds: Vec<EventKind> = (0..points.len())
-            .map(|i| match (points[i].index, join.n_children[i], split.n_children[i]) {
-                (0, ..) => EventKind::Emerge,
-                (1, 2, _) => EventKind::Merge,
-                (1, ..) => EventKind::HandleOpen,
-                (2, _, 2) => EventKind::Split,
-                (2, ..) => EventKind::HandleClose,
-                _ => EventKind::Vanish,
-            })
-            .collect();
-        let (n_components, euler) = running_counts(&points, &kinds)?;
-        let layer = match field.volume().outside() {
-            Outside::Low => 0,
-            Outside::High => points.len() as u32 - 1,
-        };
-        if points[layer as usize].place != Place::Layer {
-            return Err(Error::internal("a critical point lies beyond the layer"));
-        }
-        let (arcs, arc_of_node) = arcs(&points, &tree, layer, field.isovalue_keys());
+        let outside = field.volume().outside();
+        let tree = Tree::of(points, &join, &split, outside, field.isovalue_keys())?;
         Ok(Topology {
-            arcs,
             keys: field.isovalue_keys(),
-            layer,
-            layer_key: points[layer as usize].key,
-            shallowest_below: tree.shallowest(&join, Direction::Up),
-            shallowest_above: tree.shallowest(&split, Direction::Down),
-            depth: tree.depth,
-            arc_of_node,
-            n_components,
-            euler,
-            events: events(points, &kinds),
+            layer: tree.layer,
+            layer_key: tree.layer_key,
+            shallowest_below: tree.contour.shallowest(&join, Direction::Up),
+            shallowest_above: tree.contour.shallowest(&split, Direction::Down),
+            depth: tree.contour.depth,
+            arcs: tree.arcs,
+            arc_of_node: tree.arc_of_node,
+            n_components: tree.n_components,
+            euler: tree.euler,
+            events: tree.events,
             join,
             split,
         })
@@ -180,12 +163,6 @@ impl Topology {
     /// ramp makes, so that a plateau counts as what it does as a whole.
     pub fn net_events(&self) -> Vec<Event> {
         net::net_events(&self.events, &self.arcs)
-    }
-
-    /// How many arcs show somewhere in a range.
-    pub(crate) fn n_arcs_in(&self, (low, high): (f64, f64)) -> usize {
-        let shows = |arc: &&Arc| arc.birth.max(low) < arc.death.min(high);
-        self.arcs.iter().filter(shows).count()
     }
 
     /// Number of isosurface components. Below the layer's value and above all samples it is 0.
@@ -275,6 +252,58 @@ impl Topology {
     fn event_of(&self, node: u32) -> Option<usize> {
         (node != self.layer).then(|| node as usize - usize::from(self.layer == 0))
     }
+}
+
+/// What both sweeps together tell.
+struct Tree {
+    contour: ContourTree,
+    events: Vec<TopologyEvent>,
+    arcs: Vec<Arc>,
+    arc_of_node: Vec<u32>,
+    n_components: Vec<u32>,
+    euler: Vec<i64>,
+    /// The node of the layer, and its key.
+    layer: u32,
+    layer_key: i128,
+}
+
+impl Tree {
+    fn of(
+        points: Vec<CriticalPoint>,
+        join: &MergeTree,
+        split: &MergeTree,
+        outside: Outside,
+        keys: IsovalueKeys,
+    ) -> Result<Tree> {
+        let contour = ContourTree::combine(&points, join, split)?;
+        let kinds: Vec<EventKind> = (0..points.len())
+            .map(|i| match (points[i].index, join.n_children[i], split.n_children[i]) {
+                (0, ..) => EventKind::Emerge,
+                (1, 2, _) => EventKind::Merge,
+                (1, ..) => EventKind::HandleOpen,
+                (2, _, 2) => EventKind::Split,
+                (2, ..) => EventKind::HandleClose,
+                _ => EventKind::Vanish,
+            })
+            .collect();
+        let (n_components, euler) = running_counts(&points, &kinds)?;
+        let layer = match outside {
+            Outside::Low => 0,
+            Outside::High => points.len() as u32 - 1,
+        };
+        if points[layer as usize].place != Place::Layer {
+            return Err(Error::internal("a critical point lies beyond the layer"));
+        }
+        let layer_key = points[layer as usize].key;
+        let (arcs, arc_of_node) = arcs(&points, &contour, layer, keys);
+        let events = events(points, &kinds);
+        Ok(Tree { contour, events, arcs, arc_of_node, n_components, euler, layer, layer_key })
+    }
+}
+
+/// How many arcs show somewhere in a range.
+fn n_arcs_in(arcs: &[Arc], (low, high): (f64, f64)) -> usize {
+    arcs.iter().filter(|arc| arc.birth.max(low) < arc.death.min(high)).count()
 }
 
 /// Components and Euler characteristic of the isosurface after 0, 1, ... nodes.

@@ -14,6 +14,7 @@ use isospectrum::prepared::{Cleaned, Noise, Prepared};
 use isospectrum::spectrum::{Query, Spectrum};
 use isospectrum::sweep::{Block, Parameters, Silent, compute_block};
 use isospectrum::topology::Topology;
+use isospectrum::topology::blocks::BlockTopology;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Outside, Placement, Preparation, Samples, Volume, phantom, read_volume};
@@ -29,6 +30,7 @@ struct Bricks {
     prepared: Prepared,
     plan: Plan,
     blocks: Vec<Block>,
+    topologies: Vec<BlockTopology>,
 }
 
 impl Bricks {
@@ -44,12 +46,16 @@ impl Bricks {
             let block = Arc::new(plan.block(volume, number).expect("a block"));
             compute_block(&block, &plan.recipe.parameters, &cpu(), &Silent).expect("swept")
         };
-        let blocks = (0..plan.recipe.bricks.len()).map(swept).collect();
-        Bricks { prepared, plan, blocks }
+        let numbers = 0..plan.recipe.bricks.len();
+        let blocks = numbers.clone().map(swept).collect();
+        let topology = |number| plan.topology(volume, number).expect("a topology");
+        let topologies = numbers.map(topology).collect();
+        Bricks { prepared, plan, blocks, topologies }
     }
 
     fn part(&self, number: usize) -> Vec<u8> {
-        Part::to_bytes(&self.plan, number, "cpu", &self.blocks[number]).expect("packed")
+        let told = (&self.blocks[number], &self.topologies[number]);
+        Part::to_bytes(&self.plan, number, "cpu", told).expect("packed")
     }
 
     fn merged(&self) -> Spectrum {

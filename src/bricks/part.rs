@@ -5,7 +5,7 @@
 //! `ISOPART1`, the length of the head (u32), the head (JSON), the columns as one zlib stream. All numbers are little endian.
 //! Columns, in this order: isovalues (f64); starts of the vertices' knots and their end (u32); ranks of knots (u32);
 //! positions (3 f32); corners of triangles (3 u32), births (u32), deaths (u32); shared vertices (u32), their lattice edges
-//! (u64); whether triangles are caps (u8).
+//! (u64); critical points and walks (`critical`); whether triangles are caps (u8).
 //!
 //! # Invariants
 //!
@@ -19,10 +19,11 @@ use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
 use serde::{Deserialize, Serialize};
 
-use super::Plan;
+use super::{Plan, critical};
 use crate::error::{Error, Result};
 use crate::spectrum::{Knot, Patch, Spectrum, Triangle};
 use crate::sweep::{Block, Counts};
+use crate::topology::blocks::BlockTopology;
 
 const MAGIC: [u8; 8] = *b"ISOPART1";
 
@@ -54,6 +55,8 @@ pub struct PartHead {
     knots: u32,
     triangles: u32,
     shared: u32,
+    critical: u32,
+    entries: u32,
     /// CRC-32 of the packed columns.
     crc32: u32,
 }
@@ -67,6 +70,8 @@ pub struct Part {
     pub(super) patch: Patch,
     /// Its vertices on shared planes, ascending, and their lattice edges in the whole.
     pub(super) shared: Vec<(u32, u64)>,
+    /// What the events of the whole are joined from.
+    pub(super) topology: BlockTopology,
 }
 
 impl Part {
@@ -75,11 +80,16 @@ impl Part {
     /// # Errors
     ///
     /// [`Error::Internal`] if it cannot be packed.
-    pub fn to_bytes(plan: &Plan, number: usize, backend: &str, block: &Block) -> Result<Vec<u8>> {
+    pub fn to_bytes(
+        plan: &Plan,
+        number: usize,
+        backend: &str,
+        (block, topology): (&Block, &BlockTopology),
+    ) -> Result<Vec<u8>> {
         let fail = |e: std::io::Error| Error::internal(e.to_string());
         let s = &block.spectrum;
         let mut packer = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
-        write_columns(s, &block.shared, |bytes| packer.write_all(bytes)).map_err(fail)?;
+        write_columns(s, &block.shared, topology, |bytes| packer.write_all(bytes)).map_err(fail)?;
         let packed = packer.finish().map_err(fail)?;
         let head = PartHead {
             plan: plan.hash().to_owned(),
@@ -92,6 +102,8 @@ impl Part {
             knots: s.knots.len() as u32,
             triangles: s.triangles.len() as u32,
             shared: block.shared.len() as u32,
+            critical: topology.points.len() as u32,
+            entries: topology.entries.len() as u32,
             crc32: crc32fast::hash(&packed),
         };
         let head = serde_json::to_vec(&head).map_err(|e| Error::internal(e.to_string()))?;
@@ -128,8 +140,9 @@ impl Part {
         if taken.is_err() || columns.len() as u64 != n_bytes {
             return Err(damaged("its columns do not unpack"));
         }
-        let (patch, shared) = Columns(&columns).read(&head);
-        let part = Part { head, patch, shared };
+        let (patch, shared, topology) = Columns(&columns).read(&head);
+        let topology = topology.ok_or_else(|| damaged("its critical points are none"))?;
+        let part = Part { head, patch, shared, topology };
         part.check(plan)?;
         Ok(part)
     }
@@ -170,6 +183,8 @@ impl PartHead {
             + n(self.knots, 16)
             + n(self.triangles, 21)
             + n(self.shared, 12)
+            + n(self.critical, 4 * critical::NUMBERS as u64)
+            + n(self.entries, 12)
     }
 }
 
@@ -209,6 +224,7 @@ fn split<'a>(bytes: &'a [u8], plan: &Plan, number: usize) -> Result<(PartHead, &
 fn write_columns(
     s: &Spectrum,
     shared: &[(u32, u64)],
+    topology: &BlockTopology,
     mut write: impl FnMut(&[u8]) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
     let caps: Vec<u8> = s.triangles.iter().map(|t| u8::from(t.cap)).collect();
@@ -229,6 +245,7 @@ fn write_columns(
     numbers(&mut s.triangles.iter().map(|t| t.death))?;
     numbers(&mut shared.iter().map(|s| s.0))?;
     numbers(&mut shared.iter().flat_map(|s| halves(s.1)))?;
+    numbers(&mut critical::numbers(topology))?;
     write(&caps)
 }
 
@@ -248,7 +265,7 @@ impl Columns<'_> {
         halves.chunks_exact(2).map(|h| u64::from(h[0]) | u64::from(h[1]) << 32).collect()
     }
 
-    fn read(mut self, head: &PartHead) -> (Patch, Vec<(u32, u64)>) {
+    fn read(mut self, head: &PartHead) -> (Patch, Vec<(u32, u64)>, Option<BlockTopology>) {
         let isovalues = self.longs(head.isovalues as usize);
         let first_knot = self.numbers(head.vertices as usize + 1);
         let ranks = self.numbers(head.knots as usize);
@@ -263,6 +280,9 @@ impl Columns<'_> {
         let (births, deaths) = (self.numbers(n), self.numbers(n));
         let vertices = self.numbers(head.shared as usize);
         let edges = self.longs(head.shared as usize);
+        let critical = self.numbers(critical::NUMBERS * head.critical as usize);
+        let entries = self.numbers(3 * head.entries as usize);
+        let topology = critical::topology(&critical, &entries);
         let caps = self.0;
         let triangle = |i: usize| Triangle {
             vertices: [0, 1, 2].map(|c| corners[3 * i + c]),
@@ -278,6 +298,6 @@ impl Columns<'_> {
             triangles,
             collapses: Vec::new(),
         };
-        (patch, vertices.into_iter().zip(edges).collect())
+        (patch, vertices.into_iter().zip(edges).collect(), topology)
     }
 }

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
 use crate::sweep::Parameters;
+use crate::topology::blocks::{BlockTopology, Owned, of_block, with_halo};
 use crate::volume::{Preparation, Statistics, Volume};
 
 /// The version of plans and parts.
@@ -202,6 +203,24 @@ impl Plan {
         let Brick { first, end, crc32 } = self.recipe.bricks[number];
         let block = volume.block(first, end)?;
         if checksum(&block) == crc32 { Ok(block) } else { Err(self.other_volume()) }
+    }
+
+    /// What a brick tells of the topology of the whole.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`of_block`].
+    pub fn topology(&self, volume: &Volume, number: usize) -> Result<BlockTopology> {
+        let owned = self.owned(number);
+        let (first, end) = with_halo(owned, volume.dims());
+        of_block(&volume.block(first, end)?, owned)
+    }
+
+    /// The samples that a brick owns in the sense of the topology: its own but the upper planes that it shares.
+    fn owned(&self, number: usize) -> Owned {
+        let (Brick { first, end, .. }, dims) =
+            (self.recipe.bricks[number], self.recipe.volume.dims);
+        std::array::from_fn(|a| [first[a], if end[a] < dims[a] { end[a] - 1 } else { end[a] }])
     }
 
     fn other_volume(&self) -> Error {

@@ -5,10 +5,9 @@ use std::collections::HashMap;
 use super::{Part, Plan};
 use crate::error::{Error, Result};
 use crate::prepared::Prepared;
-use crate::spectrum::{Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
+use crate::spectrum::{Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
 use crate::sweep::{Counts, tell_shares, told};
-use crate::topology::Topology;
-use crate::topology::exact::ExactField;
+use crate::topology::blocks::joined;
 
 /// Under this name the parameters of a spectrum tell of how many bricks it is made.
 const NAME: &str = "bricks";
@@ -17,7 +16,7 @@ const NAME: &str = "bricks";
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if parts are missing, do not fit each other, or are too many for one spectrum; those of [`Topology::compute`].
+/// [`Error::Input`] if parts are missing, do not fit each other, or are too many for one spectrum; [`Error::Internal`] where their events contradict each other.
 pub fn merge(plan: &Plan, parts: Vec<Part>, prepared: &Prepared) -> Result<Spectrum> {
     let recipe = &plan.recipe;
     let is_all = parts.iter().map(|p| p.head.number).eq(0..recipe.bricks.len());
@@ -25,12 +24,15 @@ pub fn merge(plan: &Plan, parts: Vec<Part>, prepared: &Prepared) -> Result<Spect
         let (found, n) = (parts.len(), recipe.bricks.len());
         return Err(Error::input(format!("{found} parts, expected {n}, by their numbers")));
     }
+    let mut parts = parts;
     let volume = prepared.volume();
     let range = recipe.parameters.range.unwrap_or(volume.range());
-    let inside = |e: &crate::spectrum::Event| range.0 <= e.isovalue && e.isovalue <= range.1;
-    let topology = Topology::compute(&ExactField::new(volume)?)?;
-    let events = topology.net_events().into_iter().filter(inside).collect();
+    let inside = |e: &Event| range.0 <= e.isovalue && e.isovalue <= range.1;
+    let blocks = parts.iter_mut().map(|p| std::mem::take(&mut p.topology)).collect();
+    let around = (volume.dims(), volume.outside());
+    let topology = joined(blocks, around, |first, end| volume.block(first, end))?;
     let mut counts = Counts { arcs: topology.n_arcs_in(range) as u64, ..Counts::default() };
+    let events = topology.events.into_iter().filter(inside).collect();
     let mut areas: Vec<[f64; 2]> = Vec::new();
     let mut backends: Vec<String> = Vec::new();
     for head in parts.iter().map(|p| &p.head) {
@@ -71,7 +73,7 @@ fn united(parts: Vec<Part>) -> Result<Patch> {
 }
 
 fn append(whole: &mut Patch, part: &Part, seam: &mut HashMap<u64, u32>) -> Result<()> {
-    let Part { patch, shared, head } = part;
+    let Part { patch, shared, head, .. } = part;
     let table = &whole.isovalues;
     let ranks: Vec<u32> =
         patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect();

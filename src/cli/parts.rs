@@ -71,11 +71,12 @@ impl PartArguments {
                 None => plan.volume()?,
             };
             let block = Arc::new(plan.block(whole.volume(), number)?);
-            prepared = Some(whole);
             let swept = compute_block(&block, &plan.recipe.parameters, backend, &Bar::new(quiet))?;
-            let n_bytes =
-                output.write_bytes(&Part::to_bytes(&plan, number, &backend.name(), &swept)?)?;
+            let topology = plan.topology(whole.volume(), number)?;
+            let bytes = Part::to_bytes(&plan, number, &backend.name(), (&swept, &topology))?;
+            let n_bytes = output.write_bytes(&bytes)?;
             log::info!("{}: {}", file.display(), report::bytes(n_bytes));
+            prepared = Some(whole);
             report.made.push(number);
         }
         if json {

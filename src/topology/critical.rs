@@ -71,7 +71,7 @@ pub struct CriticalPoint {
     pub key: i128,
     /// Its value in units of the volume, without the ramp.
     pub isovalue: f64,
-    /// Its position, voxel frame.
+    /// Its position, voxel frame of the whole volume that this one is a block of.
     pub position: [f64; 3],
     /// Number of falling directions: 0 minimum, 1 and 2 saddles, 3 maximum.
     pub index: u8,
@@ -102,6 +102,29 @@ impl CriticalPoints {
     ///
     /// [`Error::Input`] if the volume has 2^31 samples or more with its layer.
     pub(super) fn find(field: &ExactField<'_>) -> Result<Self> {
+        let (mut points, mut falling, mut rising) = Self::unordered(field)?;
+        points.push(layer(field));
+        in_order(&mut points, |run| {
+            Ok(run.iter().map(|p| precise_value(Some(field), p)).collect())
+        })?;
+        // A walk that starts in the layer on its far side goes on in the volume.
+        let first = field.vertex([0; 3]);
+        match field.volume().outside() {
+            Outside::Low => rising[LAYER as usize] = first,
+            Outside::High => falling[LAYER as usize] = first,
+        }
+        Ok(CriticalPoints { points, falling, rising })
+    }
+
+    /// The critical points without the layer, in no order that means anything, with a falling and a rising neighbour of every
+    /// sample of the padded grid.
+    ///
+    /// # Errors
+    ///
+    /// As [`CriticalPoints::find`].
+    pub(super) fn unordered(
+        field: &ExactField<'_>,
+    ) -> Result<(Vec<CriticalPoint>, Vec<u32>, Vec<u32>)> {
         let n = field.n_vertices();
         if n >= 1 << 31 {
             return Err(Error::input(format!(
@@ -127,30 +150,35 @@ impl CriticalPoints {
             })
             .collect();
         let mut points = Vec::with_capacity(1 + slabs.iter().map(Vec::len).sum::<usize>());
-        points.push(layer(field));
         points.extend(slabs.into_iter().flatten());
-        // Places and indices make the order total.
-        points.par_sort_unstable_by_key(|p| (p.key, p.place, p.index));
-        settle_ties(field, &mut points);
-        // A walk that starts in the layer on its far side goes on in the volume.
-        let first = field.vertex([0; 3]);
-        match field.volume().outside() {
-            Outside::Low => rising[LAYER as usize] = first,
-            Outside::High => falling[LAYER as usize] = first,
-        }
-        // Values are rounded, their order is exact: they must not contradict it.
-        let mut highest = f64::NEG_INFINITY;
-        for p in &mut points {
-            highest = highest.max(p.isovalue);
-            p.isovalue = highest;
-        }
-        Ok(CriticalPoints { points, falling, rising })
+        Ok((points, falling, rising))
     }
+}
+
+/// Puts all critical points of a volume in order; `precise` gives the exact values of some that have one key.
+///
+/// # Errors
+///
+/// Those of `precise`.
+pub(super) fn in_order(
+    points: &mut [CriticalPoint],
+    precise: impl Fn(&[CriticalPoint]) -> Result<Vec<BigInt>> + Sync,
+) -> Result<()> {
+    // Places and indices make the order total.
+    points.par_sort_unstable_by_key(|p| (p.key, p.place, p.index));
+    settle_ties(points, precise)?;
+    // Values are rounded, their order is exact: they must not contradict it.
+    let mut highest = f64::NEG_INFINITY;
+    for p in points {
+        highest = highest.max(p.isovalue);
+        p.isovalue = highest;
+    }
+    Ok(())
 }
 
 /// The layer as one critical point: the lowest minimum, or the highest maximum. Its key is that of
 /// the sample of the layer next to the volume's range.
-fn layer(field: &ExactField<'_>) -> CriticalPoint {
+pub(super) fn layer(field: &ExactField<'_>) -> CriticalPoint {
     let inside = field.vertex([0; 3]);
     let last = field.n_vertices() as u32 - 1;
     let (index, low, high, sample) = match field.volume().outside() {
@@ -318,7 +346,7 @@ impl Star {
         Some(CriticalPoint {
             key: field.order_key(v),
             isovalue: field.vertex_value(v),
-            position: in_voxels(field, field.position(v).map(|p| p as f64)),
+            position: in_voxels(field, field.whole_position(v)),
             index,
             place: Place::Vertex(v),
             low,
@@ -366,28 +394,32 @@ const TIE_BITS: u32 = 256;
 
 /// Sorts points of one key by their exact values. Keys are rounded, and of two saddles that close
 /// or open one handle, the wrong one first would contradict everything.
-fn settle_ties(field: &ExactField<'_>, points: &mut [CriticalPoint]) {
+fn settle_ties(
+    points: &mut [CriticalPoint],
+    precise: impl Fn(&[CriticalPoint]) -> Result<Vec<BigInt>> + Sync,
+) -> Result<()> {
     let mut ties: Vec<&mut [CriticalPoint]> =
         points.chunk_by_mut(|a, b| a.key == b.key).filter(|run| run.len() > 1).collect();
-    ties.par_iter_mut().for_each(|run| {
+    ties.par_iter_mut().try_for_each(|run| {
         let mut valued: Vec<(BigInt, CriticalPoint)> =
-            run.iter().map(|p| (precise_value(field, p), *p)).collect();
+            precise(run)?.into_iter().zip(run.iter().copied()).collect();
         // Stable, so places settle what is left.
         valued.sort_by(|a, b| a.0.cmp(&b.0));
         for (point, (_, sorted)) in run.iter_mut().zip(valued) {
             *point = sorted;
         }
-    });
+        Ok(())
+    })
 }
 
-/// The value of a critical point in V units times 2^[`TIE_BITS`], rounded down.
-fn precise_value(field: &ExactField<'_>, point: &CriticalPoint) -> BigInt {
-    let value = match point.place {
-        Place::Vertex(_) | Place::Layer => None,
-        Place::Face { corner, axis } => {
+/// The value of a critical point in V units times 2^[`TIE_BITS`], rounded down; of a sample, no field is asked.
+pub(super) fn precise_value(field: Option<&ExactField<'_>>, point: &CriticalPoint) -> BigInt {
+    let value = match (field, point.place) {
+        (None, _) | (_, Place::Vertex(_) | Place::Layer) => None,
+        (Some(field), Place::Face { corner, axis }) => {
             field.face_saddle(corner, axis as usize).map(|s| s.scaled_value(TIE_BITS))
         }
-        Place::Cell(corner) => field
+        (Some(field), Place::Cell(corner)) => field
             .body_saddles(corner)
             .find(|s| s.index == point.index)
             .map(|s| s.scaled_value(TIE_BITS)),

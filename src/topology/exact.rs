@@ -212,6 +212,12 @@ impl<'a> ExactField<'a> {
         self.padded_position(vertex).map(|p| p as i64 - 1)
     }
 
+    /// The position of a vertex in the index frame of the whole that the volume is a block of.
+    pub(crate) fn whole_position(&self, vertex: u32) -> [f64; 3] {
+        let p = self.position(vertex);
+        std::array::from_fn(|a| (p[a] + self.first[a] as i64) as f64)
+    }
+
     /// The position of a vertex in the padded grid, 0 to `dims() - 1`.
     #[inline]
     fn padded_position(&self, vertex: u32) -> [u32; 3] {

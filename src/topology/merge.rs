@@ -45,6 +45,16 @@ impl Direction {
         }
     }
 
+    /// Whether a component begins at a critical point.
+    pub(super) fn begins_at(self, point: &CriticalPoint) -> bool {
+        point.index == self.indices().0
+    }
+
+    /// The sample of a point at which a component begins.
+    pub(super) fn own_sample(self, point: &CriticalPoint) -> u32 {
+        self.sectors(point)[0]
+    }
+
     /// Whether node `a` comes before node `b`.
     fn before(self, a: u32, b: u32) -> bool {
         match self {
@@ -97,8 +107,25 @@ impl MergeTree {
         points: &[CriticalPoint],
         walk: Vec<u32>,
     ) -> Result<Self> {
-        let n = points.len();
         let extremum = extremum_of_each_sample(direction, points, walk)?;
+        Self::of_extrema(direction, points, extremum)
+    }
+
+    /// Sweeps over all nodes where the samples beside them are given as the nodes of the extrema that walks from there end at.
+    ///
+    /// # Errors
+    ///
+    /// As [`MergeTree::sweep`].
+    pub(super) fn of_nodes(direction: Direction, points: &[CriticalPoint]) -> Result<Self> {
+        Self::of_extrema(direction, points, (0..points.len() as u32).collect())
+    }
+
+    fn of_extrema(
+        direction: Direction,
+        points: &[CriticalPoint],
+        extremum: Vec<u32>,
+    ) -> Result<Self> {
+        let n = points.len();
         let mut tree = MergeTree {
             direction,
             extremum,

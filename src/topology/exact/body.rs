@@ -351,9 +351,9 @@ impl ExactField<'_> {
 
     /// The position of a body saddle in the index frame.
     pub fn body_saddle_position(&self, saddle: &BodySaddle) -> [f64; 3] {
-        let corner = self.position(saddle.corner);
+        let corner = self.whole_position(saddle.corner);
         let inside = saddle.cell.position(saddle.index);
-        std::array::from_fn(|a| corner[a] as f64 + inside[a])
+        std::array::from_fn(|a| corner[a] + inside[a])
     }
 }
 

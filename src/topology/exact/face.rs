@@ -189,9 +189,9 @@ impl ExactField<'_> {
         self.not_before(self.scale.value(l0 as f64 + above), saddle.order_key())
     }
 
-    /// The position of a face saddle in the index frame.
+    /// The position of a face saddle in the index frame of the whole that the volume is a block of.
     pub fn face_saddle_position(&self, saddle: &FaceSaddle) -> [f64; 3] {
-        let mut position = self.position(saddle.corner).map(|p| p as f64);
+        let mut position = self.whole_position(saddle.corner);
         let [u, w] = saddle.parameters();
         position[(saddle.axis + 1) % 3] += u;
         position[(saddle.axis + 2) % 3] += w;
