@@ -25,7 +25,7 @@ mod unite;
 
 pub use part::{Part, PartHead};
 pub use plan::{Brick, Plan, Recipe, cut};
-pub use source::Source;
+pub use source::{Opened, Source};
 pub use unite::merge;
 
 /// Cells along the side of a brick where nothing else is asked for.

@@ -171,21 +171,36 @@ impl Prepared {
     }
 
     /// Tells a spectrum of the volume what was done to it.
-    pub(crate) fn tell(&self, spectrum: &mut Spectrum) {
+    fn tell(&self, spectrum: &mut Spectrum) {
+        for (name, what) in self.told() {
+            spectrum.parameters[name] = what;
+        }
+        self.cap(spectrum);
+    }
+
+    /// What a spectrum's parameters tell of what was done to the volume, and of its samples.
+    pub(crate) fn told(&self) -> serde_json::Map<String, serde_json::Value> {
+        let mut told = serde_json::Map::new();
+        let mut tell = |name: &str, what| told.insert(name.to_owned(), what);
         if !self.preparation.is_none() {
-            spectrum.parameters["preparation"] = serde_json::json!(self.preparation);
+            tell("preparation", serde_json::json!(self.preparation));
         }
         if let Some(done) = &self.cleaned.simplification {
-            spectrum.parameters["simplification"] = serde_json::json!(done);
+            tell("simplification", serde_json::json!(done));
         }
         if let Some(done) = &self.cleaned.dust {
-            spectrum.parameters["dust"] = serde_json::json!(done);
+            tell("dust", serde_json::json!(done));
         }
+        // Isovalues are written by them, and the volume is not there any more then.
+        tell(Statistics::NAME, serde_json::json!(self.samples));
+        told
+    }
+
+    /// Makes caps of what lies beyond the volume's mask.
+    pub(crate) fn cap(&self, spectrum: &mut Spectrum) {
         if self.volume.mask().is_some() {
             spectrum.cap_where(|p| self.volume.is_masked_out(p));
         }
-        // Isovalues are written by them, and the volume is not there any more then.
-        spectrum.parameters[Statistics::NAME] = serde_json::json!(self.samples);
     }
 }
 

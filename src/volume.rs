@@ -31,6 +31,7 @@ mod prepare;
 mod raw;
 mod read;
 mod select;
+mod slabs;
 mod statistics;
 mod stream;
 mod text;
@@ -46,7 +47,9 @@ pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};
 pub use prepare::Preparation;
 pub use raw::told_by_name;
+use read::Kind;
 pub use read::{ReadOptions, files_of, is_volume_name, read_volume, replace_not_finite};
+pub use slabs::Slabs;
 pub use statistics::Statistics;
 
 use std::sync::Arc;

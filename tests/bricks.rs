@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use isospectrum::bricks::{Part, Plan, Source, merge};
+use isospectrum::bricks::{Opened, Part, Plan, Source, merge};
 use isospectrum::extract::count::count;
 use isospectrum::kernels::{Backend, Choice};
 use isospectrum::prepared::{Cleaned, Noise, Prepared};
@@ -27,7 +27,8 @@ fn cpu() -> Backend {
 
 /// A volume in bricks: its plan and what is swept of each.
 struct Bricks {
-    prepared: Prepared,
+    volume: Arc<Volume>,
+    opened: Opened,
     plan: Plan,
     blocks: Vec<Block>,
     topologies: Vec<BlockTopology>,
@@ -36,21 +37,22 @@ struct Bricks {
 impl Bricks {
     fn of(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Bricks {
         let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
-        let volume = prepared.volume();
+        let volume = prepared.volume().clone();
         // Nothing is read anew here.
         let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
         let parameters = Parameters { range, ..Parameters::default() };
         let plan = Plan::new(source, &prepared, Noise::default(), &parameters, side);
         let plan = plan.expect("a plan");
+        let opened = Opened::Whole(prepared);
         let swept = |number| {
-            let block = Arc::new(plan.block(volume, number).expect("a block"));
+            let block = Arc::new(plan.block(&opened, number).expect("a block"));
             compute_block(&block, &plan.recipe.parameters, &cpu(), &Silent).expect("swept")
         };
         let numbers = 0..plan.recipe.bricks.len();
         let blocks = numbers.clone().map(swept).collect();
-        let topology = |number| plan.topology(volume, number).expect("a topology");
+        let topology = |number| plan.topology(&opened, number).expect("a topology");
         let topologies = numbers.map(topology).collect();
-        Bricks { prepared, plan, blocks, topologies }
+        Bricks { volume, opened, plan, blocks, topologies }
     }
 
     fn part(&self, number: usize) -> Vec<u8> {
@@ -62,7 +64,7 @@ impl Bricks {
         let parts = (0..self.blocks.len()).map(|number| {
             Part::from_bytes(&self.part(number), &self.plan, number).expect("as it was written")
         });
-        merge(&self.plan, parts.collect(), &self.prepared).expect("parts that fit")
+        merge(&self.plan, parts.collect(), &self.opened).expect("parts that fit")
     }
 }
 
@@ -91,7 +93,7 @@ fn isovalues((low, high): (f64, f64), n: usize, seed: u64) -> Vec<f64> {
 /// Checks that the mesh is closed at all isovalues and has the counted topology, and that events are those of the whole.
 fn check(name: &str, bricks: &Bricks, n: usize) -> Spectrum {
     let spectrum = bricks.merged();
-    let volume = bricks.prepared.volume();
+    let volume = &bricks.volume;
     let field = ExactField::new(volume).expect("a field");
     let mut query = Query::new(&spectrum);
     let mut at = isovalues(spectrum.range, n, 30);
@@ -185,12 +187,12 @@ fn parts_of_another_volume_or_plan_are_refused() {
     assert!(refused.to_string().contains("expected part 0 of plan"), "{refused}");
     let refused = Part::from_bytes(&a.part(0), &a.plan, 1).expect_err("of another brick");
     assert!(refused.to_string().contains("part 0 of plan"), "{refused}");
-    let other = a.plan.block(b.prepared.volume(), 0).expect_err("of other samples");
+    let other = a.plan.block(&b.opened, 0).expect_err("of other samples");
     assert!(other.to_string().contains("expected the same samples"), "{other}");
     // Were it not for the hash: the sides do not fit.
     let forged = Bricks { blocks: vec![a.blocks[0].clone(), b.blocks[1].clone()], ..a };
     let parts = [0, 1].map(|n| Part::from_bytes(&forged.part(n), &forged.plan, n).expect("read"));
-    let refused = merge(&forged.plan, parts.into(), &forged.prepared);
+    let refused = merge(&forged.plan, parts.into(), &forged.opened);
     let refused = refused.expect_err("sides that differ");
     assert!(refused.to_string().contains("has another vertex"), "{refused}");
 }

@@ -7,13 +7,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Source;
+use super::{Opened, Source};
 use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
 use crate::sweep::Parameters;
 use crate::topology::blocks::{BlockTopology, Owned, of_block, with_halo};
-use crate::volume::{Preparation, Statistics, Volume};
+use crate::volume::{Preparation, Volume};
 
 /// The version of plans and parts.
 const VERSION: u32 = 1;
@@ -44,8 +44,8 @@ pub struct Recipe {
     pub program: String,
     /// The volume after what is done to it.
     pub volume: VolumeInfo,
-    /// What is known of its samples.
-    pub samples: Statistics,
+    /// What the spectrum's parameters tell of it, what is known of its samples among it.
+    pub told: serde_json::Map<String, serde_json::Value>,
     /// What is done to the volume that is read.
     pub preparation: Preparation,
     /// Which noise is taken out of it.
@@ -127,7 +127,7 @@ impl Plan {
         let recipe = Recipe {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             volume: VolumeInfo::of(volume),
-            samples: prepared.samples().clone(),
+            told: prepared.told(),
             preparation: prepared.preparation().clone(),
             noise,
             parameters: Parameters { range, ..parameters.clone() },
@@ -180,18 +180,25 @@ impl Plan {
         &self.hash
     }
 
-    /// The volume as the plan wants it, read and prepared.
+    /// The volume as the plan wants it: in its file, where that has plain samples and nothing is done to them, else read and
+    /// prepared.
     ///
     /// # Errors
     ///
     /// Those of [`Source::read`] and [`Prepared::new`]; [`Error::Input`] if it is another one than the plan was made of.
-    pub fn volume(&self) -> Result<Prepared> {
+    pub fn open(&self) -> Result<Opened> {
         let Recipe { preparation, noise, volume, .. } = &self.recipe;
+        if preparation.is_none()
+            && *noise == Noise::default()
+            && let Some(opened) = Opened::slabs(&self.source, volume)?
+        {
+            return Ok(opened);
+        }
         let prepared = Prepared::new(self.source.read()?, preparation.clone(), *noise)?;
         if VolumeInfo::of(prepared.volume()) != *volume {
             return Err(self.other_volume());
         }
-        Ok(prepared)
+        Ok(Opened::Whole(prepared))
     }
 
     /// The volume of a brick, cut from the whole.
@@ -199,7 +206,7 @@ impl Plan {
     /// # Errors
     ///
     /// [`Error::Input`] if its samples are others than those of which the plan was made.
-    pub fn block(&self, volume: &Volume, number: usize) -> Result<Volume> {
+    pub fn block(&self, volume: &Opened, number: usize) -> Result<Volume> {
         let Brick { first, end, crc32 } = self.recipe.bricks[number];
         let block = volume.block(first, end)?;
         if checksum(&block) == crc32 { Ok(block) } else { Err(self.other_volume()) }
@@ -210,9 +217,9 @@ impl Plan {
     /// # Errors
     ///
     /// Those of [`of_block`].
-    pub fn topology(&self, volume: &Volume, number: usize) -> Result<BlockTopology> {
+    pub fn topology(&self, volume: &Opened, number: usize) -> Result<BlockTopology> {
         let owned = self.owned(number);
-        let (first, end) = with_halo(owned, volume.dims());
+        let (first, end) = with_halo(owned, self.recipe.volume.dims);
         of_block(&volume.block(first, end)?, owned)
     }
 

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Result;
-use crate::volume::{Outside, ReadOptions, Volume, phantom, read_volume};
+use crate::error::{Error, Result};
+use crate::prepared::Prepared;
+use crate::spectrum::VolumeInfo;
+use crate::volume::{Outside, ReadOptions, Slabs, Volume, Whole, phantom, read_volume};
 
 /// How to read a volume again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +51,46 @@ impl Source {
         match self {
             Source::File { path, .. } => Some(path),
             Source::Phantom { .. } => None,
+        }
+    }
+}
+
+/// A plan's volume, of which blocks are asked for.
+#[derive(Clone, Debug)]
+pub enum Opened {
+    /// In memory, after all that is done to it.
+    Whole(Prepared),
+    /// In its file, plain: blocks are read one by one.
+    Slabs(Slabs, VolumeInfo),
+}
+
+impl Opened {
+    /// A volume in its file, as a plan describes it; none where it must be read as a whole.
+    pub(super) fn slabs(source: &Source, info: &VolumeInfo) -> Result<Option<Opened>> {
+        let Source::File { path, options, .. } = source else { return Ok(None) };
+        let slabs = Slabs::of(path, options)?.filter(|slabs| slabs.dims() == info.dims);
+        Ok(slabs.map(|slabs| Opened::Slabs(slabs, info.clone())))
+    }
+
+    /// The samples from `first` up to, not including, `end`, as a block of the volume.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Volume::block`] and [`Slabs::read`]; [`Error::Input`] for samples that the plan's volume does not have.
+    pub fn block(&self, first: [usize; 3], end: [usize; 3]) -> Result<Volume> {
+        match self {
+            Opened::Whole(prepared) => prepared.volume().block(first, end),
+            Opened::Slabs(slabs, info) => {
+                let samples = slabs.read(first, end)?;
+                let (name, found) = (&info.name, samples.type_name());
+                if found != info.sample_type {
+                    let expected = &info.sample_type;
+                    return Err(Error::input(format!("{name}: {found}, expected {expected}")));
+                }
+                let VolumeInfo { dims, placement, range, outside, .. } = *info;
+                let whole = Whole { name, dims, placement, range, outside };
+                Volume::block_of(&whole, first, end, samples)
+            }
         }
     }
 }

@@ -2,9 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::{Part, Plan};
+use super::{Opened, Part, Plan};
 use crate::error::{Error, Result};
-use crate::prepared::Prepared;
 use crate::spectrum::{Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
 use crate::sweep::{Counts, tell_shares, told};
 use crate::topology::blocks::joined;
@@ -17,7 +16,7 @@ const NAME: &str = "bricks";
 /// # Errors
 ///
 /// [`Error::Input`] if parts are missing, do not fit each other, or are too many for one spectrum; [`Error::Internal`] where their events contradict each other.
-pub fn merge(plan: &Plan, parts: Vec<Part>, prepared: &Prepared) -> Result<Spectrum> {
+pub fn merge(plan: &Plan, parts: Vec<Part>, volume: &Opened) -> Result<Spectrum> {
     let recipe = &plan.recipe;
     let is_all = parts.iter().map(|p| p.head.number).eq(0..recipe.bricks.len());
     if !is_all {
@@ -25,11 +24,10 @@ pub fn merge(plan: &Plan, parts: Vec<Part>, prepared: &Prepared) -> Result<Spect
         return Err(Error::input(format!("{found} parts, expected {n}, by their numbers")));
     }
     let mut parts = parts;
-    let volume = prepared.volume();
-    let range = recipe.parameters.range.unwrap_or(volume.range());
+    let range = recipe.parameters.range.unwrap_or(recipe.volume.range);
     let inside = |e: &Event| range.0 <= e.isovalue && e.isovalue <= range.1;
     let blocks = parts.iter_mut().map(|p| std::mem::take(&mut p.topology)).collect();
-    let around = (volume.dims(), volume.outside());
+    let around = (recipe.volume.dims, recipe.volume.outside);
     let topology = joined(blocks, around, |first, end| volume.block(first, end))?;
     let mut counts = Counts { arcs: topology.n_arcs_in(range) as u64, ..Counts::default() };
     let events = topology.events.into_iter().filter(inside).collect();
@@ -53,7 +51,12 @@ pub fn merge(plan: &Plan, parts: Vec<Part>, prepared: &Prepared) -> Result<Spect
     let info = recipe.volume.clone();
     let mut spectrum = builder.finish(info, range, tolerance, parameters, events)?;
     tell_shares(&mut spectrum, &areas);
-    prepared.tell(&mut spectrum);
+    for (name, what) in &recipe.told {
+        spectrum.parameters[name] = what.clone();
+    }
+    if let Opened::Whole(prepared) = volume {
+        prepared.cap(&mut spectrum);
+    }
     Ok(spectrum)
 }
 

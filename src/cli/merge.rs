@@ -46,7 +46,7 @@ impl Merge {
         all_there(&self.plan, &folder, &files)?;
         let parts = files.iter().enumerate().map(|(number, file)| read(&plan, number, file));
         let parts = parts.collect::<Result<Vec<Part>>>()?;
-        let spectrum = bricks::merge(&plan, parts, &plan.volume()?)?;
+        let spectrum = bricks::merge(&plan, parts, &plan.open()?)?;
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         if self.json {

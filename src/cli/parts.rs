@@ -57,7 +57,7 @@ impl PartArguments {
         let folder = folder.map_or_else(|| folder_of_parts(path), Path::to_owned);
         std::fs::create_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
         let mut report = Made { made: Vec::new(), were_there: Vec::new() };
-        let mut prepared = None;
+        let mut opened = None;
         for number in first..=last {
             let file = part_in(&folder, number);
             if is_there(&file, &plan, number) {
@@ -66,17 +66,18 @@ impl PartArguments {
                 continue;
             }
             let output = Output::open(&file, &[path])?;
-            let whole = match prepared.take() {
-                Some(prepared) => prepared,
-                None => plan.volume()?,
+            // Only where there is something to do.
+            let volume = match opened.take() {
+                Some(volume) => volume,
+                None => plan.open()?,
             };
-            let block = Arc::new(plan.block(whole.volume(), number)?);
+            let block = Arc::new(plan.block(&volume, number)?);
             let swept = compute_block(&block, &plan.recipe.parameters, backend, &Bar::new(quiet))?;
-            let topology = plan.topology(whole.volume(), number)?;
+            let topology = plan.topology(&volume, number)?;
             let bytes = Part::to_bytes(&plan, number, &backend.name(), (&swept, &topology))?;
             let n_bytes = output.write_bytes(&bytes)?;
             log::info!("{}: {}", file.display(), report::bytes(n_bytes));
-            prepared = Some(whole);
+            opened = Some(volume);
             report.made.push(number);
         }
         if json {

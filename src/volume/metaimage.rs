@@ -9,8 +9,9 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::decode::{invalid, read_error, reserve};
+use super::decode::{invalid, read_error, reserve, size_of_grid};
 use super::select::one_of;
+use super::slabs::Plain;
 use super::stream::{self, Channel, Layout, Packing};
 use super::{Grid, ReadOptions, Samples, text};
 use crate::error::{Error, Result};
@@ -38,6 +39,35 @@ pub(crate) fn read(path: &Path, (file, _): (File, u64), options: &ReadOptions) -
         Data::Slices(names) => read_slices(path, names, &header, &layout)?,
     };
     Ok((header.dims, samples, header.placement))
+}
+
+/// Where the samples of a MetaImage file are, if they are plain, of one number each and in one file.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
+    let mut reader = BufReader::new(input::open(path)?.0);
+    let header = header::parse(&mut reader)
+        .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
+    let Header { dims, sample_type, big_endian, .. } = header;
+    if header.is_text || header.is_packed || header.n_channels != 1 || header.n_frames != 1 {
+        return Ok(None);
+    }
+    let (data, before) = match &header.data {
+        Data::Local => {
+            let before = reader.stream_position().map_err(|e| Error::io(path, e))?;
+            (path.to_owned(), before)
+        }
+        Data::File(name) => (folder(path).join(name), 0),
+        Data::Slices(_) => return Ok(None),
+    };
+    let left = input::open(&data)?.1.saturating_sub(before);
+    let all = size_of_grid(dims, sample_type).map_or(u64::MAX, |(_, bytes)| bytes as u64);
+    // -1: the samples are the end of the file.
+    let skip = header.header_size.unwrap_or(left.saturating_sub(all));
+    let start = before.saturating_add(skip);
+    Ok(Some(Plain { path: data, start, dims, sample_type, big_endian }))
 }
 
 /// The files that hold the samples where they are others than that of the header.

@@ -19,6 +19,7 @@ use std::path::Path;
 
 use crate::error::Result;
 use crate::volume::decode::{SampleType, invalid, read_error, read_samples, reserve, size_of_grid};
+use crate::volume::slabs::Plain;
 use crate::volume::{Grid, Placement, Samples};
 
 /// Longest header accepted, in bytes. That of a plain array takes 128.
@@ -41,6 +42,24 @@ struct Header {
 /// real numbers, and for a file that is not exactly as long as its shape asks for.
 pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<Grid> {
     array(&mut BufReader::new(file), length, 1).map_err(|e| read_error(path, e))
+}
+
+/// Where the samples of a `.npy` file are, if x is fastest.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
+    let found = || {
+        let file = crate::input::open(path).map_err(io::Error::other)?.0;
+        let (text, start) = header_text(&mut BufReader::new(file))?;
+        let header = parse_header(&text).map_err(invalid)?;
+        let (sample_type, big_endian) = type_of(&header.descr).map_err(invalid)?;
+        let dims = dims_of(&header.shape).map_err(invalid)?;
+        let plain = Plain { path: path.to_owned(), start, dims, sample_type, big_endian };
+        Ok((!header.fortran_order).then_some(plain))
+    };
+    found().map_err(|e| read_error(path, e))
 }
 
 /// The array of a stream of `length` bytes, each of which a byte of the file vouches for, or for `ratio` of them.

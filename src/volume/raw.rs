@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::volume::decode::{SampleType, read_error, read_samples, size_of_grid};
+use crate::volume::slabs::Plain;
 use crate::volume::stream::{self, Channel, Layout, Packing};
 use crate::volume::{Grid, Placement, ReadOptions, metaimage, nrrd};
 
@@ -30,24 +31,8 @@ pub(crate) fn read(
         return read_by_header(path, &header, options);
     }
     let is_gzip = Packing::of_name(path) == Packing::Gzip;
-    let stem = if is_gzip { path.with_extension("") } else { path.to_owned() };
-    let name = stem.file_stem().unwrap_or_default().to_string_lossy();
     let shown = path.display();
-    let dims = options.dims.or_else(|| dims_in_name(&name)).ok_or_else(|| {
-        Error::input(format!(
-            "{shown}: no dimensions in the file name, expected e.g. name_128x128x128_uint8.raw or --dims 128x128x128"
-        ))
-    })?;
-    let sample_type = match &options.sample_type {
-        Some(given) => SampleType::from_name(given).ok_or_else(|| {
-            Error::Usage(format!("sample type '{given}', expected one of {}", SampleType::list()))
-        })?,
-        None => type_in_name(&name).ok_or_else(|| {
-            Error::input(format!(
-                "{shown}: no sample type in the file name, expected e.g. name_128x128x128_uint8.raw or --type uint8"
-            ))
-        })?,
-    };
+    let (dims, sample_type) = told(path, options)?;
     if is_gzip {
         let channel = Channel::ONLY;
         let layout = Layout { dims, sample_type, big_endian: options.big_endian, channel, skip: 0 };
@@ -67,6 +52,48 @@ pub(crate) fn read(
     let samples = read_samples(&mut file, sample_type, options.big_endian, n, n)
         .map_err(|e| read_error(path, e))?;
     Ok((dims, samples, Placement::default()))
+}
+
+/// What name and options tell.
+fn told(path: &Path, options: &ReadOptions) -> Result<([usize; 3], SampleType)> {
+    let is_gzip = Packing::of_name(path) == Packing::Gzip;
+    let stem = if is_gzip { path.with_extension("") } else { path.to_owned() };
+    let name = stem.file_stem().unwrap_or_default().to_string_lossy();
+    let shown = path.display();
+    let dims = options.dims.or_else(|| dims_in_name(&name)).ok_or_else(|| {
+        Error::input(format!(
+            "{shown}: no dimensions in the file name, expected e.g. name_128x128x128_uint8.raw or --dims 128x128x128"
+        ))
+    })?;
+    let sample_type = match &options.sample_type {
+        Some(given) => SampleType::from_name(given).ok_or_else(|| {
+            Error::Usage(format!("sample type '{given}', expected one of {}", SampleType::list()))
+        })?,
+        None => type_in_name(&name).ok_or_else(|| {
+            Error::input(format!(
+                "{shown}: no sample type in the file name, expected e.g. name_128x128x128_uint8.raw or --type uint8"
+            ))
+        })?,
+    };
+    Ok((dims, sample_type))
+}
+
+/// Where the samples of a RAW file are, if they are not packed.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<Plain>> {
+    if Packing::of_name(path) == Packing::Gzip {
+        return Ok(None);
+    }
+    if let Some(header) = header_beside(path).filter(|_| !is_told(path, options)) {
+        let is_meta = header.extension().is_some_and(|e| e == "mhd");
+        return if is_meta { metaimage::plain(&header) } else { Ok(None) };
+    }
+    let (dims, sample_type) = told(path, options)?;
+    let big_endian = options.big_endian;
+    Ok(Some(Plain { path: path.to_owned(), start: 0, dims, sample_type, big_endian }))
 }
 
 /// Whether name and options tell what is in a file.

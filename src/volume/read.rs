@@ -41,7 +41,7 @@ const READ: &str =
 
 /// A kind of file that holds volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Raw,
     Nrrd,
     Npy,
@@ -70,7 +70,7 @@ impl Kind {
     }
 
     /// The kind of the name of a file, by its extension in any case.
-    fn of_name(path: &Path) -> Option<Kind> {
+    pub(super) fn of_name(path: &Path) -> Option<Kind> {
         if path.is_dir() {
             return Some(Kind::Slices);
         }

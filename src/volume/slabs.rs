@@ -1,0 +1,191 @@
+//! A volume in a file of plain samples, of which any block is read without the rest.
+//!
+//! # Invariants
+//!
+//! What a header claims was held against the length of the file, so a block takes no more memory than the file has bytes.
+
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::decode::{SampleType, read_error, read_samples, size_of_grid};
+use super::{Kind, ReadOptions, Samples, metaimage, npy, raw, replace_not_finite};
+use crate::error::{Error, Result};
+use crate::input;
+
+/// Plain samples, x fastest, in a file.
+#[derive(Clone, Debug)]
+pub(crate) struct Plain {
+    pub(crate) path: PathBuf,
+    /// Where the first one is, bytes.
+    pub(crate) start: u64,
+    pub(crate) dims: [usize; 3],
+    pub(crate) sample_type: SampleType,
+    pub(crate) big_endian: bool,
+}
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub struct Slabs {
+    plain: Plain,
+    nan_as: Option<f64>,
+}
+
+impl Slabs {
+    /// The samples of a volume that [`read_volume`](super::read_volume) reads; none where they are packed or ordered otherwise: the
+    /// volume must be read as a whole then.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] and [`Error::Input`] for files that cannot be read or are too short.
+    pub fn of(path: &Path, options: &ReadOptions) -> Result<Option<Slabs>> {
+        if path.is_dir() || options.frame.is_some() || options.channel.is_some() {
+            return Ok(None);
+        }
+        let plain = match Kind::of_name(path) {
+            Some(Kind::Raw) | None => raw::plain(path, options)?,
+            Some(Kind::Npy) => npy::plain(path)?,
+            Some(Kind::MetaImage) => metaimage::plain(path)?,
+            Some(_) => None,
+        };
+        let Some(plain) = plain else { return Ok(None) };
+        let length = input::open(&plain.path)?.1;
+        let size = size_of_grid(plain.dims, plain.sample_type);
+        let end = size.and_then(|(_, bytes)| plain.start.checked_add(bytes as u64));
+        if end.is_none_or(|end| end > length) {
+            let ([x, y, z], t) = (plain.dims, plain.sample_type);
+            return Err(Error::input(format!(
+                "{}: {length} bytes, too few for {x}x{y}x{z} {t}",
+                plain.path.display()
+            )));
+        }
+        Ok(Some(Slabs { plain, nan_as: options.nan_as }))
+    }
+
+    /// Samples along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.plain.dims
+    }
+
+    /// The samples from `first` up to, not including, `end`, x fastest.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for a block outside; [`Error::Io`], [`Error::Input`] where it cannot be read.
+    pub fn read(&self, first: [usize; 3], end: [usize; 3]) -> Result<Samples> {
+        let Plain { path, dims, .. } = &self.plain;
+        if (0..3).any(|a| first[a] >= end[a] || end[a] > dims[a]) {
+            return Err(Error::Usage(format!(
+                "samples {first:?} to {end:?}, expected some of {dims:?}"
+            )));
+        }
+        let mut samples =
+            self.rows(&mut input::open(path)?.0, first, end).map_err(|e| read_error(path, e))?;
+        if let Some(value) = self.nan_as {
+            replace_not_finite(&mut samples, value)?;
+        }
+        Ok(samples)
+    }
+
+    fn rows(
+        &self,
+        file: &mut File,
+        first: [usize; 3],
+        end: [usize; 3],
+    ) -> std::io::Result<Samples> {
+        let Plain { start, dims, sample_type, big_endian, .. } = self.plain;
+        let size = sample_type.n_bytes();
+        let n = end[0] - first[0];
+        // The block's bytes as if it were a file: then one reader makes samples of them.
+        let mut bytes: Vec<u8> = Vec::new();
+        let mut rows = vec![0; dims[0] * (end[1] - first[1]) * size];
+        for z in first[2]..end[2] {
+            let at = dims[0] * (first[1] + dims[1] * z) * size;
+            file.seek(SeekFrom::Start(start + at as u64))?;
+            file.read_exact(&mut rows)?;
+            let own = first[0] * size..end[0] * size;
+            rows.chunks_exact(dims[0] * size).for_each(|row| bytes.extend(&row[own.clone()]));
+        }
+        let n = n * (end[1] - first[1]) * (end[2] - first[2]);
+        read_samples(&mut &bytes[..], sample_type, big_endian, n, n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::{phantom, read_volume};
+
+    /// A file of every kind that is read by blocks.
+    fn files(folder: &Path) -> Vec<PathBuf> {
+        let volume = phantom("noise:9:2").expect("a phantom");
+        let crop = super::super::Preparation {
+            crop: Some([[0, 9], [0, 7], [0, 5]]),
+            ..Default::default()
+        };
+        let volume = crop.apply(volume).expect("inside");
+        let bytes = volume.samples().to_le_bytes();
+        let name = volume.samples().type_name();
+        let numpy = if name == "float32" { "<f4" } else { "<f8" };
+        let header =
+            format!("{{'descr': '{numpy}', 'fortran_order': False, 'shape': (5, 7, 9), }}\n");
+        let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+        npy.extend((header.len() as u16).to_le_bytes());
+        npy.extend(header.as_bytes());
+        npy.extend(&bytes);
+        let met = if name == "float32" { "MET_FLOAT" } else { "MET_DOUBLE" };
+        let fields = format!(
+            "ObjectType = Image\nNDims = 3\nDimSize = 9 7 5\nElementType = {met}\nElementByteOrderMSB = False\n"
+        );
+        let mut mha = format!("{fields}ElementDataFile = LOCAL\n").into_bytes();
+        mha.extend(&bytes);
+        let raw = format!("a_9x7x5_{name}.raw");
+        let mhd = format!("{fields}ElementDataFile = {raw}\n").into_bytes();
+        let all =
+            [(raw, bytes), ("a.npy".into(), npy), ("a.mha".into(), mha), ("b.mhd".into(), mhd)];
+        let write = |(name, bytes): (String, Vec<u8>)| {
+            let path = folder.join(name);
+            std::fs::write(&path, bytes).expect("written");
+            path
+        };
+        all.map(write).into()
+    }
+
+    #[test]
+    fn blocks_of_files_are_those_of_the_volume_read_as_a_whole() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for path in files(folder.path()) {
+            let options = ReadOptions::default();
+            let whole = read_volume(&path, &options).expect("a volume");
+            let slabs = Slabs::of(&path, &options).expect("readable").expect("plain samples");
+            assert_eq!(slabs.dims(), whole.dims());
+            for (first, end) in
+                [([0; 3], [9, 7, 5]), ([2, 3, 1], [8, 7, 3]), ([8, 0, 4], [9, 2, 5])]
+            {
+                let read = slabs.read(first, end).expect("inside");
+                let at = |i: usize| {
+                    let n = [end[0] - first[0], end[1] - first[1]];
+                    whole.sample(
+                        first[0] + i % n[0],
+                        first[1] + i / n[0] % n[1],
+                        first[2] + i / n[0] / n[1],
+                    )
+                };
+                assert!((0..read.len()).all(|i| read.get(i) == at(i)), "{}", path.display());
+                assert_eq!(read.type_name(), whole.samples().type_name());
+            }
+            assert!(slabs.read([0; 3], [10, 7, 5]).is_err());
+        }
+    }
+
+    #[test]
+    fn a_file_that_became_shorter_is_refused_in_one_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for path in files(folder.path()).into_iter().take(3) {
+            let bytes = std::fs::read(&path).expect("there");
+            std::fs::write(&path, &bytes[..bytes.len() - 9]).expect("written");
+            let refused = Slabs::of(&path, &ReadOptions::default()).expect_err("too short");
+            assert!(refused.to_string().contains("bytes"), "{refused}");
+        }
+    }
+}
