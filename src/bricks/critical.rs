@@ -14,6 +14,9 @@ const VERTEX: u32 = 3;
 const CELL: u32 = 4;
 const OF_LAYER: u32 = 5;
 
+/// No key is as large; differences of keys below fit.
+const MOST_KEY: u128 = 1 << 125;
+
 /// The numbers of all points and walks.
 pub(super) fn numbers(topology: &BlockTopology) -> impl Iterator<Item = u32> {
     let points = topology.points.iter().flat_map(of_point);
@@ -59,7 +62,8 @@ fn point(n: &[u32]) -> Option<CriticalPoint> {
     let position = [6, 8, 10].map(float);
     let isovalue = float(4);
     let is_finite = isovalue.is_finite() && position.iter().all(|x| x.is_finite());
-    is_finite.then_some(CriticalPoint {
+    let is_key = (key as i128).unsigned_abs() < MOST_KEY;
+    (is_finite && is_key).then_some(CriticalPoint {
         key: key as i128,
         isovalue,
         position,

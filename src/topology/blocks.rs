@@ -262,7 +262,10 @@ fn precise_at(
         return Ok(precise_value(None, point));
     };
     let [nx, ny] = [whole[0] as u32 + 2, whole[1] as u32 + 2];
-    let p = [v % nx - 1, v / nx % ny - 1, v / (nx * ny) - 1].map(|x| x as usize);
+    let p = [v % nx, v / nx % ny, v / (nx * ny)].map(|x| (x as usize).wrapping_sub(1));
+    if (0..3).any(|a| p[a] >= whole[a]) {
+        return Err(Error::input(format!("a critical point at sample {v}, which is none")));
+    }
     // A face at the upper end of the volume has cells below it only.
     let first: [usize; 3] = std::array::from_fn(|a| p[a].min(whole[a] - 2));
     let volume = block(first, first.map(|f| f + 2))?;
