@@ -18,7 +18,7 @@ pub enum Source {
         /// Where it is.
         path: PathBuf,
         /// What is said about it.
-        options: ReadOptions,
+        options: Box<ReadOptions>,
         /// Side of the layer around it.
         outside: Outside,
     },

@@ -99,7 +99,8 @@ impl VolumeArguments {
         match (&self.volume, &self.phantom) {
             (Some(path), _) => {
                 let path = path.canonicalize().map_err(|source| Error::io(path, source))?;
-                Ok(Source::File { path, options: self.options(), outside })
+                let options = Box::new(self.options());
+                Ok(Source::File { path, options, outside })
             }
             (None, Some(name)) => Ok(Source::Phantom { name: name.clone(), outside }),
             (None, None) => Err(no_volume()),
