@@ -313,7 +313,9 @@ impl<'s, 'a> March<'s, 'a> {
         let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
         let busy = self.busy(passage);
         let ahead = Passage::between(self.exact(), from, to + LOOK_AHEAD * margin);
-        let soon = self.busy(ahead);
+        let mut soon = self.busy(ahead);
+        let now = Passage::between(self.exact(), from, to);
+        soon.extend(self.calendar.flats(self.calendar.up_to_next_value(now, ahead)));
         for &b in &busy {
             let reason = state.reasons.entry(b).or_default();
             reason.until = reason.until.max(self.step + HOLD);
@@ -523,15 +525,18 @@ impl<'s, 'a> March<'s, 'a> {
     }
 
     /// The blocks of what could not be tracked.
-    fn named_blocks(&mut self, moved: &Moved, stuck: Option<Vec<u32>>) -> BTreeSet<u32> {
-        let Some(samples) = stuck else {
+    fn named_blocks(&mut self, moved: &Moved, stuck: Option<BTreeSet<u32>>) -> BTreeSet<u32> {
+        let Some(stuck) = stuck else {
             return moved.places.iter().filter_map(|&p| self.block_at(p)).collect();
         };
         self.tally.stuck += 1;
-        let octants = samples
-            .into_iter()
-            .filter(|&s| self.is_sample(s))
-            .flat_map(|s| (0..8).map(move |o| (s, o)));
+        stuck
+    }
+
+    /// The blocks around samples.
+    fn blocks_at_samples(&self, samples: impl IntoIterator<Item = u32>) -> BTreeSet<u32> {
+        let samples = samples.into_iter().filter(|&s| self.is_sample(s));
+        let octants = samples.flat_map(|s| (0..8).map(move |o| (s, o)));
         octants.filter_map(|(s, o)| self.grid.block_of_cell(self.grid.octant(s, o))).collect()
     }
 
