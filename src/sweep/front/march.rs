@@ -40,6 +40,10 @@ const LONGER: f64 = 2.0;
 const BOX: usize = 8;
 const CROWDED: f64 = 0.6;
 
+/// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of
+/// the mesh, and less than this share of that in its first half.
+const FAR: f64 = 0.25;
+
 /// A step is taken shorter where more than this share of the faces cannot follow it.
 const TOO_LONG_SHARE: f64 = 0.03;
 
@@ -425,6 +429,10 @@ impl<'s, 'a> March<'s, 'a> {
     ) -> Result<bool> {
         self.step += 1;
         self.tally.steps += 1;
+        if self.is_before_events(state, step) {
+            self.tally.too_long += 1;
+            return Ok(false);
+        }
         let region = self.plan(state, [step.at, step.next]);
         if is_long && !self.is_calm(state, &region) {
             self.tally.too_long += 1;
@@ -515,13 +523,28 @@ impl<'s, 'a> March<'s, 'a> {
         transport.moved(kernels)
     }
 
-    /// Whether too much of the mesh cannot follow a step.
-    fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
+    /// Whether most of the mesh would become exact for what comes at the end of a step.
+    fn is_before_events(&self, state: &State, step: Step) -> bool {
+        if self.is_short(step) || self.fixed().is_some() {
+            return false;
+        }
+        let n_busy = |to: f64| self.busy(Passage::between(self.exact(), step.at, to)).len() as f64;
+        let n_all = n_busy(step.next);
+        n_all > FAR * self.tracked_blocks(state).len() as f64
+            && n_busy(0.5 * (step.at + step.next)) < FAR * n_all
+    }
+
+    /// Whether a step is as short as may be.
+    fn is_short(&self, step: Step) -> bool {
         let (low, high) = self.sweep.range;
         // Between two grey levels nothing is passed, but the surface comes near the samples of either.
-        let is_short = (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low));
+        (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low))
+    }
+
+    /// Whether too much of the mesh cannot follow a step.
+    fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
-        !is_short && moved.places.len() as f64 > most.max(20.0)
+        !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
 
     /// The blocks of what could not be tracked.
