@@ -54,8 +54,10 @@ const SHORTEST_OF_LEVEL: f64 = 0.125;
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
 
-/// Blocks that are exact stay so where there is a reason for it within so many steps.
-const LOOK_AHEAD: f64 = 4.0;
+/// Blocks that are exact stay so where something critical comes within so many steps; and where the sample value that
+/// comes next does within so many, and they have flat squares of it: there the isosurface jumps.
+const LOOK_AHEAD: f64 = 1.0;
+const FLATS_AHEAD: f64 = 4.0;
 
 /// The longest that a block stays exact that cannot be tracked, steps.
 const LONGEST_HOLD: u32 = 32;
@@ -316,10 +318,11 @@ impl<'s, 'a> March<'s, 'a> {
         let margin = to - from;
         let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
         let busy = self.busy(passage);
-        let ahead = Passage::between(self.exact(), from, to + LOOK_AHEAD * margin);
-        let mut soon = self.busy(ahead);
+        let ahead = |steps: f64| Passage::between(self.exact(), from, to + steps * margin);
         let now = Passage::between(self.exact(), from, to);
-        soon.extend(self.calendar.flats(self.calendar.up_to_next_value(now, ahead)));
+        let mut soon = self.busy(ahead(LOOK_AHEAD));
+        let next_value = self.calendar.up_to_next_value(now, ahead(FLATS_AHEAD));
+        soon.extend(self.calendar.flats(next_value));
         for &b in &busy {
             let reason = state.reasons.entry(b).or_default();
             reason.until = reason.until.max(self.step + HOLD);
