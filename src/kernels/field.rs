@@ -141,6 +141,11 @@ impl Field {
         map(isovalue, self.offset, self.scale)
     }
 
+    /// By how much the field's value changes where the volume's changes by one.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// The values at the 8 corners of a cell; indices outside the volume give the layer around it.
     #[inline]
     pub fn corners(&self, cell: IVec3) -> [f32; 8] {

@@ -22,6 +22,8 @@ pub(super) struct Calendar<'a> {
     pub(super) field: &'a ExactField<'a>,
     samples: Vec<u32>,
     squares: Vec<(i128, Square)>,
+    /// The blocks beside squares whose samples are equal.
+    flats: Vec<(i128, u32)>,
     critical: Vec<(i128, Place)>,
 }
 
@@ -66,24 +68,36 @@ impl<'a> Calendar<'a> {
         });
         let mut samples: Vec<u32> = vertices.collect();
         samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
-        let last = |v: u32, axis: usize| {
-            let p = field.position(v);
-            p[axis] + 3 == field.dims()[axis] as i64
-        };
-        let mut squares: Vec<(i128, Square)> = samples
-            .par_iter()
-            .flat_map_iter(|&v| {
-                (0..3u8).filter_map(move |axis| {
-                    let [i, j] = [1, 2].map(|n| (axis as usize + n) % 3);
-                    let inside = !last(v, i) && !last(v, j);
-                    let saddle = inside.then(|| field.face_saddle(v, axis as usize))??;
-                    Some((saddle.order_key(), Square { corner: v, axis }))
-                })
+        let squares_from = |v: u32| {
+            let last = move |axis: usize| field.position(v)[axis] + 3 == field.dims()[axis] as i64;
+            (0..3u8).map(move |axis| Square { corner: v, axis }).filter(move |s| {
+                let [i, j] = [1, 2].map(|n| (s.axis as usize + n) % 3);
+                !last(i) && !last(j)
             })
-            .collect();
+        };
+        let saddle = |s: Square| {
+            let saddle = field.face_saddle(s.corner, s.axis as usize)?;
+            Some((saddle.order_key(), s))
+        };
+        let mut squares: Vec<(i128, Square)> =
+            samples.par_iter().flat_map_iter(|&v| squares_from(v).filter_map(saddle)).collect();
         squares.par_sort_unstable();
+        let grid = Grid::of(field);
+        let is_flat = |s: &Square| {
+            grid.corners(*s).map(|c| field.sample(c) == field.sample(s.corner)) == [true; 4]
+        };
+        let beside = |s: Square| {
+            let key = field.order_key(s.corner);
+            let cells = grid.cells_beside(s).into_iter();
+            cells.filter_map(move |c| Some((key, grid.block_of_cell(c)?)))
+        };
+        let mut flats: Vec<(i128, u32)> = samples
+            .par_iter()
+            .flat_map_iter(|&v| squares_from(v).filter(is_flat).flat_map(beside))
+            .collect();
+        flats.par_sort_unstable();
         let critical = topology.events.iter().map(|e| (e.key, e.place)).collect();
-        Calendar { field, samples, squares, critical }
+        Calendar { field, samples, squares, flats, critical }
     }
 
     /// The samples passed, ascending.
@@ -94,6 +108,27 @@ impl<'a> Calendar<'a> {
     /// The critical points passed, ascending.
     pub(super) fn critical(&self, passage: Passage) -> impl Iterator<Item = Place> {
         passage.of(&self.critical, |c| c.0).iter().map(|c| c.1)
+    }
+
+    /// The blocks with flat squares over which an isosurface of the passage jumps.
+    pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
+        passage.of(&self.flats, |s| s.0).iter().map(|s| s.1)
+    }
+
+    /// A passage made longer at its end, but not beyond the sample value that comes there next.
+    pub(super) fn up_to_next_value(&self, passage: Passage, longer: Passage) -> Passage {
+        let key = |v: u32| self.field.order_key(v);
+        let above = self.samples.partition_point(|&v| key(v) <= passage.high);
+        let high = self.samples.get(above).map_or(passage.high, |&next| {
+            let equal = |&v: &u32| self.field.sample(v) <= self.field.sample(next);
+            key(self.samples[self.samples.partition_point(equal) - 1])
+        });
+        let below = self.samples.partition_point(|&v| key(v) <= passage.low);
+        let low = below.checked_sub(1).map_or(passage.low, |last| {
+            let less = |&v: &u32| self.field.sample(v) < self.field.sample(self.samples[last]);
+            key(self.samples[self.samples.partition_point(less)]) - 1
+        });
+        Passage { low: longer.low.max(low), high: longer.high.min(high) }
     }
 
     fn squares(&self, passage: Passage) -> impl Iterator<Item = Square> {

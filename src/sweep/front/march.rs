@@ -40,6 +40,10 @@ const LONGER: f64 = 2.0;
 const BOX: usize = 8;
 const CROWDED: f64 = 0.6;
 
+/// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of
+/// the mesh, and less than this share of that in its first half.
+const FAR: f64 = 0.25;
+
 /// A step is taken shorter where more than this share of the faces cannot follow it.
 const TOO_LONG_SHARE: f64 = 0.03;
 
@@ -50,8 +54,10 @@ const SHORTEST_OF_LEVEL: f64 = 0.125;
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
 
-/// Blocks that are exact stay so where there is a reason for it within so many steps.
-const LOOK_AHEAD: f64 = 4.0;
+/// Blocks that are exact stay so where something critical comes within so many steps; and where the sample value that
+/// comes next does within so many, and they have flat squares of it: there the isosurface jumps.
+const LOOK_AHEAD: f64 = 1.0;
+const FLATS_AHEAD: f64 = 4.0;
 
 /// The longest that a block stays exact that cannot be tracked, steps.
 const LONGEST_HOLD: u32 = 32;
@@ -205,10 +211,8 @@ impl<'s, 'a> March<'s, 'a> {
     }
 
     fn length_for(&self, slope: f32) -> f64 {
-        let unit = f64::from(self.field().isovalue(1.0) - self.field().isovalue(0.0)).max(1e-12);
         let (low, high) = self.sweep.range;
-
-        let length = f64::from(STEP_LENGTH * slope) / unit;
+        let length = f64::from(STEP_LENGTH * slope) / self.field().scale();
         let shortest = (SHORTEST * (high - low)).max(SHORTEST_OF_LEVEL * self.level());
         length.clamp(shortest, (high - low) / 4.0)
     }
@@ -312,8 +316,11 @@ impl<'s, 'a> March<'s, 'a> {
         let margin = to - from;
         let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
         let busy = self.busy(passage);
-        let ahead = Passage::between(self.exact(), from, to + LOOK_AHEAD * margin);
-        let soon = self.busy(ahead);
+        let ahead = |steps: f64| Passage::between(self.exact(), from, to + steps * margin);
+        let now = Passage::between(self.exact(), from, to);
+        let mut soon = self.busy(ahead(LOOK_AHEAD));
+        let next_value = self.calendar.up_to_next_value(now, ahead(FLATS_AHEAD));
+        soon.extend(self.calendar.flats(next_value));
         for &b in &busy {
             let reason = state.reasons.entry(b).or_default();
             reason.until = reason.until.max(self.step + HOLD);
@@ -423,6 +430,10 @@ impl<'s, 'a> March<'s, 'a> {
     ) -> Result<bool> {
         self.step += 1;
         self.tally.steps += 1;
+        if self.is_before_events(state, step) {
+            self.tally.too_long += 1;
+            return Ok(false);
+        }
         let region = self.plan(state, [step.at, step.next]);
         if is_long && !self.is_calm(state, &region) {
             self.tally.too_long += 1;
@@ -513,25 +524,43 @@ impl<'s, 'a> March<'s, 'a> {
         transport.moved(kernels)
     }
 
-    /// Whether too much of the mesh cannot follow a step.
-    fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
+    /// Whether most of the mesh would become exact for what comes at the end of a step.
+    fn is_before_events(&self, state: &State, step: Step) -> bool {
+        if self.is_short(step) || self.fixed().is_some() {
+            return false;
+        }
+        let n_busy = |to: f64| self.busy(Passage::between(self.exact(), step.at, to)).len() as f64;
+        let n_all = n_busy(step.next);
+        n_all > FAR * self.tracked_blocks(state).len() as f64
+            && n_busy(0.5 * (step.at + step.next)) < FAR * n_all
+    }
+
+    /// Whether a step is as short as may be.
+    fn is_short(&self, step: Step) -> bool {
         let (low, high) = self.sweep.range;
         // Between two grey levels nothing is passed, but the surface comes near the samples of either.
-        let is_short = (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low));
+        (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low))
+    }
+
+    /// Whether too much of the mesh cannot follow a step.
+    fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
-        !is_short && moved.places.len() as f64 > most.max(20.0)
+        !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
 
     /// The blocks of what could not be tracked.
-    fn named_blocks(&mut self, moved: &Moved, stuck: Option<Vec<u32>>) -> BTreeSet<u32> {
-        let Some(samples) = stuck else {
+    fn named_blocks(&mut self, moved: &Moved, stuck: Option<BTreeSet<u32>>) -> BTreeSet<u32> {
+        let Some(stuck) = stuck else {
             return moved.places.iter().filter_map(|&p| self.block_at(p)).collect();
         };
         self.tally.stuck += 1;
-        let octants = samples
-            .into_iter()
-            .filter(|&s| self.is_sample(s))
-            .flat_map(|s| (0..8).map(move |o| (s, o)));
+        stuck
+    }
+
+    /// The blocks around samples.
+    fn blocks_at_samples(&self, samples: impl IntoIterator<Item = u32>) -> BTreeSet<u32> {
+        let samples = samples.into_iter().filter(|&s| self.is_sample(s));
+        let octants = samples.flat_map(|s| (0..8).map(move |o| (s, o)));
         octants.filter_map(|(s, o)| self.grid.block_of_cell(self.grid.octant(s, o))).collect()
     }
 

@@ -16,8 +16,8 @@ use crate::sweep::front::transport::{
 };
 
 impl March<'_, '_> {
-    /// Samples around which the mesh is not watertight with the exact cells, or not like the isosurface.
-    fn unlike(&self, State { tracked, region, .. }: &State, isovalue: f64) -> Vec<u32> {
+    /// Blocks in which the mesh is not watertight with the exact cells, or not like the isosurface.
+    fn unlike(&self, State { tracked, region, .. }: &State, isovalue: f64) -> BTreeSet<u32> {
         let open = open_seam(tracked, region, self.exact(), isovalue);
         if !open.is_empty() {
             log::debug!(
@@ -25,16 +25,16 @@ impl March<'_, '_> {
                 open.len(),
                 open.iter().take(4).map(|&v| self.grid.position(v)).collect::<Vec<_>>()
             );
-            return open.into_iter().collect();
+            return self.blocks_at_samples(open);
         }
         let places = unlike_parts(tracked, region, self.exact(), isovalue);
         if !places.is_empty() {
             log::debug!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
         }
-        places.into_iter().map(|p| self.sample_at(p)).collect()
+        self.blocks_at_samples(places.into_iter().map(|p| self.sample_at(p)))
     }
 
-    /// Samples near faces that are far from the isosurface where the seam has gone over a sample: it may be fast.
+    /// Blocks of faces that are far from the isosurface where the seam has gone over a sample: it may be fast.
     fn strained(
         &self,
         tracked: &Tracked,
@@ -42,7 +42,7 @@ impl March<'_, '_> {
         ends: &HashMap<Vertex, Vec3>,
         step: Step,
         isovalue: f64,
-    ) -> Vec<u32> {
+    ) -> BTreeSet<u32> {
         let mesh = &tracked.mesh;
         let share = ((isovalue - step.at) / (step.next - step.at)) as f32;
         let place = |v: Vertex| match (tracked.key(v), ends.get(&v)) {
@@ -56,7 +56,7 @@ impl March<'_, '_> {
         let corners = alive.map(|&f| mesh.face_vertices(f).map(place));
         let off =
             corners.filter(|&t| area(t) >= LEAST_AREA && distance_by_slope(&criteria, t) > most);
-        off.flat_map(|t| t.map(|p| self.sample_at(p))).collect()
+        off.filter_map(|t| self.block_at(t.iter().sum::<Vec3>() / 3.0)).collect()
     }
 
     /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
@@ -67,7 +67,7 @@ impl March<'_, '_> {
         passage: Passage,
         moved: &Moved,
         asks: bool,
-    ) -> std::result::Result<(), Vec<u32>> {
+    ) -> std::result::Result<(), BTreeSet<u32>> {
         let exact = self.exact();
         let before = state.tracked.clone();
         let mark = self.record.mark();
@@ -78,7 +78,7 @@ impl March<'_, '_> {
             samples.reverse();
         }
         let criteria = Criteria::new(self.field(), step.next, self.parameters());
-        let mut strained: Vec<u32> = Vec::new();
+        let mut strained: BTreeSet<u32> = BTreeSet::new();
         let mut passed_faces: BTreeSet<Face> = BTreeSet::new();
         let mut last = step.at;
         for sample in samples {
@@ -102,7 +102,7 @@ impl March<'_, '_> {
             if let Err(stuck) = passed {
                 state.tracked = before;
                 self.record.roll_back(mark);
-                return Err(vec![stuck.0]);
+                return Err(self.blocks_at_samples([stuck.0]));
             }
             self.tally.passed += 1;
             passed_faces.extend(&changes.faces);
