@@ -107,9 +107,23 @@ fn event_isovalues(
 }
 
 /// The isovalues at which a cell's triangles may change inside an interval, ascending, its ends among them.
-fn breaks(values: &[f64; 8], events: &[f64], (low, high): (f64, f64)) -> Vec<f64> {
+fn breaks(
+    field: &ExactField,
+    cell: u32,
+    values: &[f64; 8],
+    events: &[f64],
+    (low, high): (f64, f64),
+) -> Vec<f64> {
     let mut breaks: Vec<f64> = values.to_vec();
     breaks.extend(events);
+    // Where the exact field has them, which may be a number before the samples' own arithmetic: both cells of a face change
+    // at once, though the event of a third may fall between the two.
+    for axis in 0..3 {
+        for corner in [cell, cell + field.strides()[axis]] {
+            let saddle = field.face_saddle(corner, axis);
+            breaks.extend(saddle.map(|s| field.face_saddle_value(&s)));
+        }
+    }
     for axis in 0..3 {
         let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
         for base in [0, 1 << axis] {
@@ -144,7 +158,7 @@ impl Part {
             return;
         }
         let first = self.lives.len();
-        for ends in breaks(&values, events, (low, high)).windows(2) {
+        for ends in breaks(field, cell, &values, events, (low, high)).windows(2) {
             let (low, high) = (ends[0], ends[1]);
             // Between neighbouring numbers the middle rounds to one of them; at the lower one the interval begins.
             let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);
