@@ -59,9 +59,7 @@ pub(super) fn extend(
         .map(|shown| {
             let mut part = Part::default();
             for &(cell, low, high) in shown {
-                let mut own = shared.breaks(field, cell);
-                own.extend(events.get(&cell).into_iter().flatten());
-                part.add_cell(field, &own, (cell, low, high));
+                part.add_cell(field, events.get(&cell).map_or(&[], |e| e), (cell, low, high));
             }
             part
         })

@@ -13,7 +13,7 @@
 //! 2. An edge of the polyline is the only one that both blocks have between two vertices of the plane: others, *chords* over
 //!    cells that neither block has exact, are split in the lower one (`chords`).
 
-use super::region::{Grid, LatticeEdge, Square};
+use super::region::{Grid, LatticeEdge};
 use crate::topology::exact::ExactField;
 
 /// See the module.
@@ -65,11 +65,6 @@ impl Shared {
         (0..3).any(|a| self.is_plane(a, p[a]))
     }
 
-    /// Whether a square lies in a shared plane.
-    fn holds_square(&self, s: Square) -> bool {
-        self.is_plane(s.axis as usize, self.grid.position(s.corner)[s.axis as usize])
-    }
-
     /// The number in the whole of a lattice edge that lies in a shared plane.
     pub(super) fn whole_edge(&self, e: LatticeEdge) -> Option<WholeEdge> {
         let p = self.grid.position(e.from);
@@ -87,19 +82,5 @@ impl Shared {
             let is_in = |e: LatticeEdge, p: [usize; 3]| e.axis != a && at == Some(p[a as usize]);
             is_in(e, p) && is_in(f, q)
         })
-    }
-
-    /// The isovalues at which the triangles of a cell may change for what lies on shared planes.
-    pub(super) fn breaks(&self, field: &ExactField, cell: u32) -> Vec<f64> {
-        if self.is_empty() {
-            return Vec::new();
-        }
-        let mut breaks = Vec::new();
-        let squares = self.grid.squares_of(cell).map(|s| s.0);
-        for s in squares.into_iter().filter(|&s| self.holds_square(s)) {
-            let saddle = field.face_saddle(s.corner, s.axis as usize);
-            breaks.extend(saddle.map(|saddle| field.face_saddle_value(&saddle)));
-        }
-        breaks
     }
 }
