@@ -218,9 +218,7 @@ pub fn compute(
     sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
     let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };
     let mut builder = SpectrumBuilder::new();
-    // A mesh from outside is a component's.
-    let is_by_component = parameters.by_component || parameters.initial_mesh.is_some();
-    let n_tracked = if !is_by_component {
+    let n_tracked = if !parameters.is_by_component() {
         let swept = front::sweep(&sweep, start, &mut counts)?;
         builder.push_patch(swept.patch);
         swept.n_tracked
@@ -245,7 +243,7 @@ pub fn compute(
 /// # Errors
 ///
 /// [`Error::Usage`] for one that is not inside the volume's.
-fn checked_range(volume: &Volume, parameters: &Parameters) -> Result<(f64, f64)> {
+pub(crate) fn checked_range(volume: &Volume, parameters: &Parameters) -> Result<(f64, f64)> {
     let (least, most) = volume.range();
     let (low, high) = parameters.range.unwrap_or(volume.range());
     // A range that is not a number is not inside either.

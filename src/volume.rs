@@ -51,6 +51,7 @@ use read::Kind;
 pub use read::{ReadOptions, files_of, is_volume_name, read_volume, replace_not_finite};
 pub use slabs::Slabs;
 pub use statistics::Statistics;
+pub(crate) use stream::DEFLATE_RATIO;
 
 use std::sync::Arc;
 

@@ -24,14 +24,12 @@ use crate::error::{Error, Result};
 use crate::spectrum::{Knot, Patch, Spectrum, Triangle};
 use crate::sweep::{Block, Counts};
 use crate::topology::blocks::BlockTopology;
+use crate::volume::DEFLATE_RATIO;
 
 const MAGIC: [u8; 8] = *b"ISOPART1";
 
 /// Longest head accepted, bytes; one takes a few thousand.
 const LONGEST_HEAD: usize = 1 << 20;
-
-/// Most bytes that one byte of a deflate stream can stand for.
-const DEFLATE_RATIO: u64 = 1032;
 
 /// Deflate quickly: parts are read once.
 const LEVEL: u32 = 1;

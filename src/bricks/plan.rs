@@ -11,7 +11,7 @@ use super::{Opened, Source};
 use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
-use crate::sweep::Parameters;
+use crate::sweep::{Parameters, checked_range};
 use crate::topology::blocks::{BlockTopology, Owned, of_block, with_halo};
 use crate::volume::{Preparation, Volume};
 
@@ -95,8 +95,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for bricks smaller than 4 cells, more of them than a plan may have, and parameters that are
-    /// none for bricks.
+    /// [`Error::Usage`] for bricks smaller than 4 cells, more of them than a plan may have, and parameters that contradict
+    /// the volume or are none for bricks.
     pub fn new(
         source: Source,
         prepared: &Prepared,
@@ -109,11 +109,7 @@ impl Plan {
                 "bricks of {side} cells, expected {LEAST_SIDE} or more along a side"
             )));
         }
-        if parameters.by_component || parameters.initial_mesh.is_some() {
-            return Err(Error::Usage(
-                "a component is no part of a brick, expected neither --by-component nor --initial-mesh".to_owned(),
-            ));
-        }
+        parameters.check_for_blocks()?;
         let volume = prepared.volume();
         let blocks = cut(volume.dims(), side);
         if blocks.len() > MOST_BRICKS {
@@ -123,7 +119,7 @@ impl Plan {
         let brick = |(first, end): ([usize; 3], [usize; 3])| -> Result<Brick> {
             Ok(Brick { first, end, crc32: checksum(&volume.block(first, end)?) })
         };
-        let range = Some(parameters.range.unwrap_or(volume.range()));
+        let range = Some(checked_range(volume, parameters)?);
         let recipe = Recipe {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             volume: VolumeInfo::of(volume),

@@ -36,7 +36,7 @@ impl Source {
     ///
     /// # Errors
     ///
-    /// Those of [`read_volume`] and [`phantom`].
+    /// Those of [`read_volume`] and [`phantom()`].
     pub fn read(&self) -> Result<Volume> {
         match self {
             Source::File { path, options, outside } => {

@@ -44,14 +44,6 @@ impl Plan {
         let (volume, cleaned) = self.simplify.apply(volume)?;
         let prepared = Prepared::of(volume, preparation, cleaned);
         let parameters = self.parameters.resolve(prepared.volume(), prepared.samples())?;
-        let (least, most) = prepared.volume().range();
-        let (low, high) = parameters.range.unwrap_or((least, most));
-        if !(least <= low && low < high && high <= most) {
-            return Err(Error::Usage(format!(
-                "range {low} to {high}, expected inside the volume's {least} to {most}"
-            ))
-            .into());
-        }
         let plan = Bricks::new(self.volume.source()?, &prepared, noise, &parameters, self.brick)?;
         let last = plan.recipe.bricks.len() - 1;
         output.write_bytes(&plan.to_bytes()?)?;

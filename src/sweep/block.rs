@@ -4,7 +4,7 @@ use std::sync::Arc as Shared;
 
 use super::front::{self, WholeEdge};
 use super::{Counts, Parameters, Progress, Sweep, checked_range, finished, tracked};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
 use crate::spectrum::{Spectrum, SpectrumBuilder};
@@ -29,8 +29,8 @@ pub struct Block {
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] for parameters that contradict the volume, or that track by component; [`Error::Gpu`],
-/// [`Error::Interrupted`], [`Error::Internal`] as of [`compute`](super::compute).
+/// [`Error::Usage`](crate::Error::Usage) for parameters that contradict the volume, or that track by component; [`Error::Gpu`](crate::Error::Gpu),
+/// [`Error::Interrupted`](crate::Error::Interrupted), [`Error::Internal`](crate::Error::Internal) as of [`compute`](super::compute).
 pub fn compute_block(
     volume: &Shared<Volume>,
     parameters: &Parameters,
@@ -38,12 +38,7 @@ pub fn compute_block(
     progress: &dyn Progress,
 ) -> Result<Block> {
     checked_range(volume, parameters)?;
-    if parameters.by_component || parameters.initial_mesh.is_some() {
-        return Err(Error::Usage(
-            "a component is no part of a brick, expected neither --by-component nor --initial-mesh"
-                .to_owned(),
-        ));
-    }
+    parameters.check_for_blocks()?;
     let field = Shared::new(Field::new(volume.clone()));
     progress.report(0.0, "topology");
     let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;

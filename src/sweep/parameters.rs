@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::{Error, Result};
+
 /// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
@@ -37,6 +39,28 @@ pub struct Parameters {
     /// versions before the front did, and where there is an initial mesh.
     #[serde(default)]
     pub by_component: bool,
+}
+
+impl Parameters {
+    /// Whether components are swept one by one: a mesh from outside is one's.
+    pub(crate) fn is_by_component(&self) -> bool {
+        self.by_component || self.initial_mesh.is_some()
+    }
+
+    /// That what is swept may be a block of a volume.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] where components are swept one by one.
+    pub(crate) fn check_for_blocks(&self) -> Result<()> {
+        if self.is_by_component() {
+            return Err(Error::Usage(
+                "a component is no part of a brick, expected neither --by-component nor --initial-mesh"
+                    .to_owned(),
+            ));
+        }
+        Ok(())
+    }
 }
 
 impl Default for Parameters {

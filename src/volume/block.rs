@@ -45,17 +45,8 @@ impl Volume {
     /// [`Error::Usage`] for a block that is not inside, or has less than 2 samples along an axis; [`Error::Input`] where
     /// memory does not suffice.
     pub fn block(&self, first: [usize; 3], end: [usize; 3]) -> Result<Volume> {
-        let dims = inside(first, end, self.dims)?;
-        let [nx, ny, _] = self.dims;
-        let samples = with_samples!(&self.samples, all => {
-            let n = dims.iter().product();
-            let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
-            let rows = (first[2]..end[2]).flat_map(|k| (first[1]..end[1]).map(move |j| nx * (j + ny * k)));
-            for (to, row) in kept.chunks_exact_mut(dims[0]).zip(rows) {
-                to.copy_from_slice(&all[row + first[0]..row + end[0]]);
-            }
-            Samples::from(kept)
-        });
+        inside(first, end, self.dims)?;
+        let samples = self.samples_of(first, end)?;
         let whole = Whole {
             name: &self.name,
             dims: self.dims,
@@ -64,6 +55,20 @@ impl Volume {
             outside: self.outside,
         };
         Volume::block_of(&whole, first, end, samples)
+    }
+
+    /// The samples from `first` up to, not including, `end`, which lie inside, x fastest.
+    pub(super) fn samples_of(&self, first: [usize; 3], end: [usize; 3]) -> Result<Samples> {
+        let [nx, ny, _] = self.dims;
+        Ok(with_samples!(&self.samples, all => {
+            let n = (0..3).map(|a| end[a] - first[a]).product();
+            let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
+            let rows = (first[2]..end[2]).flat_map(|k| (first[1]..end[1]).map(move |j| nx * (j + ny * k)));
+            for (to, row) in kept.chunks_exact_mut(end[0] - first[0]).zip(rows) {
+                to.copy_from_slice(&all[row + first[0]..row + end[0]]);
+            }
+            Samples::from(kept)
+        }))
     }
 
     /// A block of a volume that is not there itself: its samples from `first` up to, not including, `end`, x fastest.

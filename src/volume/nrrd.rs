@@ -22,12 +22,10 @@ use flate2::bufread::MultiGzDecoder;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::volume::decode::{invalid, read_error, read_samples, reserve, size_of_grid};
+use crate::volume::stream::DEFLATE_RATIO;
 use crate::volume::text;
 use crate::volume::{Placement, Samples};
 use header::{Encoding, Header};
-
-/// Most bytes that one byte of a deflate stream can stand for.
-const DEFLATE_RATIO: u64 = 1032;
 
 /// Reads a NRRD file, which is open, and, where the header is detached, the files of samples it names.
 ///

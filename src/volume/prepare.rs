@@ -7,10 +7,8 @@ mod filter;
 
 use serde::{Deserialize, Serialize};
 
-use super::decode::reserve;
 use super::{MaskRecord, Placement, Samples, Volume};
 use crate::error::{Error, Result};
-use crate::with_samples;
 
 /// Steps before the sweep, each where it was asked for.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -125,18 +123,8 @@ fn remade(
 }
 
 fn cropped(volume: &Volume, region: [[usize; 2]; 3]) -> Result<Volume> {
-    let [nx, ny, _] = volume.dims();
     let dims = region.map(|[first, end]| end - first);
-    let [x, y, z] = region;
-    let samples = with_samples!(volume.samples(), all => {
-        let n = dims.iter().product();
-        let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
-        let rows = (z[0]..z[1]).flat_map(|k| (y[0]..y[1]).map(move |j| nx * (j + ny * k)));
-        for (to, row) in kept.chunks_exact_mut(dims[0]).zip(rows) {
-            to.copy_from_slice(&all[row + x[0]..row + x[1]]);
-        }
-        Samples::from(kept)
-    });
+    let samples = volume.samples_of(region.map(|r| r[0]), region.map(|r| r[1]))?;
     let first = region.map(|[first, _]| first as f64);
     let placement = Placement { origin: volume.placement().world(first), ..*volume.placement() };
     remade(volume, samples, dims, placement)

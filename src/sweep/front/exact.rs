@@ -90,14 +90,10 @@ fn event_isovalues(
     let grid = Grid::of(field);
     let mut events: HashMap<u32, Vec<f64>> = HashMap::new();
     for e in &topology.events {
-        let cells = match e.place {
-            Place::Vertex(v) if shared.holds_sample(v) => vec![],
-            Place::Vertex(v) => (0..8).map(|o| grid.octant(v, o)).collect(),
-            Place::Face { corner, axis } => vec![corner, corner - grid.strides[axis as usize]],
-            Place::Cell(corner) => vec![corner],
-            Place::Layer => vec![],
-        };
-        for cell in cells {
+        if matches!(e.place, Place::Vertex(v) if shared.holds_sample(v)) {
+            continue;
+        }
+        for cell in grid.cells_at(e.place) {
             events.entry(cell).or_default().push(e.isovalue);
         }
     }
@@ -251,23 +247,21 @@ pub(super) fn edge_trajectory(
     e: LatticeEdge,
     range: (f64, f64),
 ) -> [(f64, Vec3); 2] {
-    way_from(field, e, range, [0; 3])
+    way_from(field, e, range, field.position(e.from).map(|x| x as f64))
 }
 
-/// The same in a frame in which the volume's first sample has a position.
+/// The same where the edge begins at another place, in samples.
 fn way_from(
     field: &ExactField,
     e: LatticeEdge,
     range: (f64, f64),
-    first: [usize; 3],
+    base: [f64; 3],
 ) -> [(f64, Vec3); 2] {
     let to = e.from + field.strides()[e.axis as usize];
     let (fa, fb) = (field.sample(e.from), field.sample(to));
     let margin = |v: u32| if field.is_in_layer(v) { CAP_MARGIN } else { EDGE_MARGIN };
     // An edge into the layer keeps away from the sample at the border.
     let (near_from, near_to) = (margin(to), 1.0 - margin(e.from));
-    let position = field.position(e.from);
-    let base: [f64; 3] = std::array::from_fn(|a| (position[a] + first[a] as i64) as f64);
     let size = field.volume().voxel_size();
     let at = |c: f64| {
         let t = ((c - fa) / (fb - fa)).clamp(near_from, near_to);
@@ -323,7 +317,7 @@ pub(super) fn patch(
         .iter()
         .map(|t| match t {
             // By its place in the whole, so that no block rounds it otherwise.
-            Track::Edge(e) => way_from(field, *e, range, field.first()).to_vec(),
+            Track::Edge(e) => way_from(field, *e, range, field.whole_position(e.from)).to_vec(),
             Track::Own(n) => moved(&thinned[n]),
             Track::Inner(n) => moved(&inner[*n as usize]),
         })

@@ -1,13 +1,14 @@
-//! One march over the sampling isovalues for the whole isosurface: plan, exchange (`march/exchanges.rs`), move, check,
-//! slide (`march/slide.rs`), remesh, record.
+//! One march over the sampling isovalues for the whole isosurface, by steps of some length (`march/length.rs`): plan
+//! (`march/plan.rs`), exchange (`march/exchanges.rs`), move, check, slide (`march/slide.rs`), remesh, record.
 
 mod exchanges;
+mod length;
+mod plan;
 mod slide;
 
 use std::collections::{BTreeSet, HashMap};
 
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::calendar::{Calendar, Passage};
 use super::exact::Shown;
@@ -25,39 +26,11 @@ use crate::kernels::field::Field;
 use crate::mesh::{Face, Vertex};
 use crate::sweep::criteria::Criteria;
 use crate::sweep::{Counts, Parameters, Sweep};
-use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
-
-/// How far all but one in ten places move in a step, voxels.
-const STEP_LENGTH: f32 = 0.25;
-
-/// Where no more blocks are exact than this share of those that hold some of the mesh, a step may be so many times longer.
-const CALM: f64 = 0.02;
-const LONGER: f64 = 2.0;
-
-/// Boxes of so many blocks along a side are exact as a whole where more than this share of the blocks in them is that the
-/// surface is in.
-const BOX: usize = 8;
-const CROWDED: f64 = 0.6;
-
-/// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of
-/// the mesh, and less than this share of that in its first half.
-const FAR: f64 = 0.25;
-
-/// A step is taken shorter where more than this share of the faces cannot follow it.
-const TOO_LONG_SHARE: f64 = 0.03;
-
-/// The shortest step, as a share of the range; and of a grey level.
-const SHORTEST: f64 = 1e-4;
-const SHORTEST_OF_LEVEL: f64 = 0.125;
+use length::LONGER;
 
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
-
-/// Blocks that are exact stay so where something critical comes within so many steps; and where the sample value that
-/// comes next does within so many, and they have flat squares of it: there the isosurface jumps.
-const LOOK_AHEAD: f64 = 1.0;
-const FLATS_AHEAD: f64 = 4.0;
 
 /// The longest that a block stays exact that cannot be tracked, steps.
 const LONGEST_HOLD: u32 = 32;
@@ -187,64 +160,6 @@ impl<'s, 'a> March<'s, 'a> {
         Ok(())
     }
 
-    /// From one isovalue at which samples may be passed to the next: a grey level, or nothing.
-    fn level(&self) -> f64 {
-        if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 }
-    }
-
-    /// The distance between sampling isovalues that is asked for.
-    fn fixed(&self) -> Option<f64> {
-        let (low, high) = self.sweep.range;
-        let &Parameters { step, samples, .. } = self.parameters();
-        step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
-    }
-
-    /// A first guess of the step's length, from the exact extraction.
-    fn first_step(&self, start: f64) -> f64 {
-        if let Some(fixed) = self.fixed() {
-            return fixed;
-        }
-        let whole = crate::extract::extract(self.exact(), start);
-        let own = whole.positions.iter().map(|&p| p.into());
-        let slope = typical_slope(self.field(), own).unwrap_or(1.0);
-        self.length_for(slope)
-    }
-
-    fn length_for(&self, slope: f32) -> f64 {
-        let (low, high) = self.sweep.range;
-        let length = f64::from(STEP_LENGTH * slope) / self.field().scale();
-        let shortest = (SHORTEST * (high - low)).max(SHORTEST_OF_LEVEL * self.level());
-        length.clamp(shortest, (high - low) / 4.0)
-    }
-
-    /// The next sampling isovalue.
-    fn next(&self, at: f64, last: f64, length: f64) -> f64 {
-        let sign = (last - at).signum();
-        let left = (last - at).abs();
-        let mut next = at + sign * length;
-        if let Some(fixed) = self.fixed() {
-            // Multiples of it from the low end, unless that is too far.
-            let low = self.sweep.range.0;
-            let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
-            let whole = low + multiple * fixed;
-            next = if (whole - at).abs() <= 1.001 * length { whole } else { next };
-            return if (next - at).abs() >= left { last } else { next };
-        }
-        if self.exact().volume().samples().is_integer() {
-            // Not where samples are passed: between them, if the step is as long as that.
-            let half = next.floor() + 0.5;
-            let is_long = length >= 1.0 && (half - at) * sign >= 0.5 * length;
-            next = if is_long {
-                half
-            } else if next == next.floor() {
-                next + 0.1
-            } else {
-                next
-            };
-        }
-        if (next - at).abs() >= 0.8 * left { last } else { next }
-    }
-
     /// Marches to an isovalue.
     fn go(
         &mut self,
@@ -296,116 +211,12 @@ impl<'s, 'a> March<'s, 'a> {
         self.sweep.progress.report(self.done.min(1.0), "tracking");
     }
 
-    /// Whether nearly all of the surface is tracked with a region.
-    fn is_calm(&self, state: &State, region: &Region) -> bool {
-        let n_tracked = self.tracked_blocks(state).len() as f64;
-        region.blocks().len() as f64 <= CALM * n_tracked
-    }
-
     /// Writes down that a block was exact between two isovalues.
     fn show(&mut self, block: u32, a: f64, b: f64) {
         if a != b {
             let cells = self.grid.cells_of(block);
             self.shown.extend(cells.map(|cell| (cell, a.min(b), a.max(b))));
         }
-    }
-
-    /// Which blocks are exact in a step: those with something critical in or near it, those for which there was a reason
-    /// shortly before, and what the seam asks for.
-    fn plan(&mut self, state: &mut State, [from, to]: [f64; 2]) -> Region {
-        let margin = to - from;
-        let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
-        let busy = self.busy(passage);
-        let ahead = |steps: f64| Passage::between(self.exact(), from, to + steps * margin);
-        let now = Passage::between(self.exact(), from, to);
-        let mut soon = self.busy(ahead(LOOK_AHEAD));
-        let next_value = self.calendar.up_to_next_value(now, ahead(FLATS_AHEAD));
-        soon.extend(self.calendar.flats(next_value));
-        for &b in &busy {
-            let reason = state.reasons.entry(b).or_default();
-            reason.until = reason.until.max(self.step + HOLD);
-        }
-        let mut region = Region::open(self.grid);
-        for &b in soon.iter().filter(|b| state.region.blocks().contains(b)) {
-            region.add(b);
-        }
-        for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1.until >= self.step) {
-            region.add(b);
-        }
-        let n_reasons = region.blocks().len();
-        self.calendar.close(&mut region, Passage::between(self.exact(), from, to));
-        let crowded = self.crowded(state, &region);
-        for &b in &crowded {
-            region.add(b);
-        }
-        self.calendar.close_around(&mut region, Passage::between(self.exact(), from, to), &crowded);
-        log::debug!(
-            "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} crowded, {} exact; {} faces tracked",
-            busy.len(),
-            crowded.len(),
-            region.blocks().len(),
-            state.tracked.mesh.n_faces()
-        );
-        region
-    }
-
-    /// The blocks that are to be exact because most around them are: what is tracked there would be seam all over, which
-    /// costs most and gains least.
-    fn crowded(&self, state: &State, region: &Region) -> Vec<u32> {
-        // What is exact now may be tracked next: its blocks hold no vertices but those of the seam.
-        let others: BTreeSet<u32> = self
-            .tracked_blocks(state)
-            .into_iter()
-            .chain(state.region.blocks().iter().copied())
-            .collect();
-        // By box: how many blocks are exact, and the others that the surface is in, or was.
-        let mut boxes: HashMap<[usize; 3], (usize, Vec<u32>)> = HashMap::new();
-        let around = |b: u32| self.grid.block_position(b).map(|x| x / BOX);
-        for &b in others.iter().filter(|b| !region.holds(**b)) {
-            boxes.entry(around(b)).or_default().1.push(b);
-        }
-        for &b in region.blocks() {
-            boxes.entry(around(b)).or_default().0 += 1;
-        }
-        let is_crowded =
-            |(n, others): &(usize, Vec<u32>)| *n as f64 > CROWDED * (n + others.len()) as f64;
-        let mut crowded: Vec<u32> =
-            boxes.into_values().filter(is_crowded).flat_map(|b| b.1).collect();
-        crowded.sort_unstable();
-        crowded
-    }
-
-    /// The blocks that hold vertices of the mesh, ascending.
-    fn tracked_blocks(&self, state: &State) -> Vec<u32> {
-        let mesh = &state.tracked.mesh;
-        let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().map(Vertex);
-        let mut blocks: Vec<u32> = vertices
-            .filter(|&v| mesh.has_vertex(v))
-            .filter_map(|v| self.block_at(mesh.position(v)))
-            .collect();
-        blocks.par_sort_unstable();
-        blocks.dedup();
-        blocks
-    }
-
-    /// The blocks near something critical in a passage.
-    fn busy(&self, passage: Passage) -> BTreeSet<u32> {
-        let mut busy = BTreeSet::new();
-        for place in self.calendar.critical(passage) {
-            match place {
-                Place::Vertex(v) => {
-                    let octants = (0..8).map(|o| self.grid.octant(v, o));
-                    busy.extend(octants.filter_map(|c| self.grid.block_of_cell(c)));
-                }
-                Place::Face { corner, axis } => {
-                    let cells = [corner, corner - self.grid.strides[axis as usize]];
-                    busy.extend(cells.into_iter().filter_map(|c| self.grid.block_of_cell(c)));
-                }
-                Place::Cell(cell) => busy.extend(self.grid.block_of_cell(cell)),
-                Place::Layer => {}
-            }
-        }
-        busy
     }
 
     /// The lowest sample of the cell around a place of the voxel frame.
@@ -522,30 +333,6 @@ impl<'s, 'a> March<'s, 'a> {
             again,
         };
         transport.moved(kernels)
-    }
-
-    /// Whether most of the mesh would become exact for what comes at the end of a step.
-    fn is_before_events(&self, state: &State, step: Step) -> bool {
-        if self.is_short(step) || self.fixed().is_some() {
-            return false;
-        }
-        let n_busy = |to: f64| self.busy(Passage::between(self.exact(), step.at, to)).len() as f64;
-        let n_all = n_busy(step.next);
-        n_all > FAR * self.tracked_blocks(state).len() as f64
-            && n_busy(0.5 * (step.at + step.next)) < FAR * n_all
-    }
-
-    /// Whether a step is as short as may be.
-    fn is_short(&self, step: Step) -> bool {
-        let (low, high) = self.sweep.range;
-        // Between two grey levels nothing is passed, but the surface comes near the samples of either.
-        (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low))
-    }
-
-    /// Whether too much of the mesh cannot follow a step.
-    fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
-        let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
-        !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
 
     /// The blocks of what could not be tracked.

@@ -15,6 +15,7 @@ use std::collections::BTreeSet;
 
 use glam::Vec3;
 
+use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
 
 /// Cells along the side of a block.
@@ -104,6 +105,16 @@ impl Grid {
     pub(super) fn octant(&self, v: u32, o: u8) -> u32 {
         let back: u32 = (0..3).filter(|&a| o >> a & 1 == 0).map(|a| self.strides[a as usize]).sum();
         v - back
+    }
+
+    /// The cells that a critical point is in or beside, none for the layer's.
+    pub(super) fn cells_at(&self, place: Place) -> Vec<u32> {
+        match place {
+            Place::Vertex(v) => (0..8).map(|o| self.octant(v, o)).collect(),
+            Place::Face { corner, axis } => vec![corner, corner - self.strides[axis as usize]],
+            Place::Cell(corner) => vec![corner],
+            Place::Layer => vec![],
+        }
     }
 
     /// The four cells around a lattice edge.

@@ -1,0 +1,116 @@
+//! How long a step is.
+
+use super::{March, State};
+use crate::sweep::Parameters;
+use crate::sweep::front::calendar::Passage;
+use crate::sweep::front::region::Region;
+use crate::sweep::front::transport::{Moved, Step, typical_slope};
+
+/// How far all but one in ten places move in a step, voxels.
+const STEP_LENGTH: f32 = 0.25;
+
+/// Where no more blocks are exact than this share of those that hold some of the mesh, a step may be so many times longer.
+const CALM: f64 = 0.02;
+pub(super) const LONGER: f64 = 2.0;
+
+/// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of
+/// the mesh, and less than this share of that in its first half.
+const FAR: f64 = 0.25;
+
+/// A step is taken shorter where more than this share of the faces cannot follow it.
+const TOO_LONG_SHARE: f64 = 0.03;
+
+/// The shortest step, as a share of the range; and of a grey level.
+const SHORTEST: f64 = 1e-4;
+const SHORTEST_OF_LEVEL: f64 = 0.125;
+
+impl March<'_, '_> {
+    /// From one isovalue at which samples may be passed to the next: a grey level, or nothing.
+    pub(super) fn level(&self) -> f64 {
+        if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 }
+    }
+
+    /// The distance between sampling isovalues that is asked for.
+    pub(super) fn fixed(&self) -> Option<f64> {
+        let (low, high) = self.sweep.range;
+        let &Parameters { step, samples, .. } = self.parameters();
+        step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
+    }
+
+    /// A first guess of the step's length, from the exact extraction.
+    pub(super) fn first_step(&self, start: f64) -> f64 {
+        if let Some(fixed) = self.fixed() {
+            return fixed;
+        }
+        let whole = crate::extract::extract(self.exact(), start);
+        let own = whole.positions.iter().map(|&p| p.into());
+        let slope = typical_slope(self.field(), own).unwrap_or(1.0);
+        self.length_for(slope)
+    }
+
+    pub(super) fn length_for(&self, slope: f32) -> f64 {
+        let (low, high) = self.sweep.range;
+        let length = f64::from(STEP_LENGTH * slope) / self.field().scale();
+        let shortest = (SHORTEST * (high - low)).max(SHORTEST_OF_LEVEL * self.level());
+        length.clamp(shortest, (high - low) / 4.0)
+    }
+
+    /// The next sampling isovalue.
+    pub(super) fn next(&self, at: f64, last: f64, length: f64) -> f64 {
+        let sign = (last - at).signum();
+        let left = (last - at).abs();
+        let mut next = at + sign * length;
+        if let Some(fixed) = self.fixed() {
+            // Multiples of it from the low end, unless that is too far.
+            let low = self.sweep.range.0;
+            let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
+            let whole = low + multiple * fixed;
+            next = if (whole - at).abs() <= 1.001 * length { whole } else { next };
+            return if (next - at).abs() >= left { last } else { next };
+        }
+        if self.exact().volume().samples().is_integer() {
+            // Not where samples are passed: between them, if the step is as long as that.
+            let half = next.floor() + 0.5;
+            let is_long = length >= 1.0 && (half - at) * sign >= 0.5 * length;
+            next = if is_long {
+                half
+            } else if next == next.floor() {
+                next + 0.1
+            } else {
+                next
+            };
+        }
+        if (next - at).abs() >= 0.8 * left { last } else { next }
+    }
+
+    /// Whether nearly all of the surface is tracked with a region.
+    pub(super) fn is_calm(&self, state: &State, region: &Region) -> bool {
+        let n_tracked = self.tracked_blocks(state).len() as f64;
+        region.blocks().len() as f64 <= CALM * n_tracked
+    }
+
+    /// Whether most of the mesh would become exact for what comes at the end of a step.
+    pub(super) fn is_before_events(&self, state: &State, step: Step) -> bool {
+        if self.is_short(step) || self.fixed().is_some() {
+            return false;
+        }
+        let n_busy = |to: f64| self.busy(Passage::between(self.exact(), step.at, to)).len() as f64;
+        let n_all = n_busy(step.next);
+        // Blocks are counted last: that looks at the whole mesh.
+        n_busy(0.5 * (step.at + step.next)) < FAR * n_all
+            && n_all > FAR * self.tracked_blocks(state).len() as f64
+    }
+
+    /// Whether a step is as short as may be.
+    pub(super) fn is_short(&self, step: Step) -> bool {
+        let (low, high) = self.sweep.range;
+        // Between two grey levels nothing is passed, but the surface comes near the samples of either.
+        (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low))
+    }
+
+    /// Whether too much of the mesh cannot follow a step.
+    pub(super) fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
+        let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
+        !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
+    }
+}
