@@ -17,15 +17,20 @@
 //!   their numbers: the bytes of the result do not depend on who computed which part when.
 //! - A part names the hash of all that it was made from ([`Plan::hash`]), the samples included.
 
+mod columns;
 mod critical;
 mod part;
+mod parts;
 mod plan;
 mod source;
+mod survey;
 mod unite;
 
-pub use part::{Part, PartHead};
-pub use plan::{Brick, Plan, Recipe, cut};
+pub use part::{Border, Part, PartHead};
+pub use parts::Parts;
+pub use plan::{Blocks, Brick, Plan, Recipe, cut};
 pub use source::{Opened, Source};
+pub use survey::Survey;
 pub use unite::merge;
 
 /// Cells along the side of a brick where nothing else is asked for.

@@ -69,6 +69,18 @@ impl Forecast {
         (low, high): (f64, f64),
         error: f64,
     ) -> Self {
+        let inside = |isovalue: f64| (low..=high).contains(&isovalue);
+        let events = topology.events.iter().filter(|e| inside(e.isovalue)).count();
+        Self::with_events(field, events, (low, high), error)
+    }
+
+    /// As [`Forecast::of`], where it is known how many events lie inside the range.
+    pub fn with_events(
+        field: &ExactField<'_>,
+        events: usize,
+        (low, high): (f64, f64),
+        error: f64,
+    ) -> Self {
         let step = (high - low) / N_COUNTED as f64;
         let crossings: usize = (0..N_COUNTED)
             .into_par_iter()
@@ -76,8 +88,6 @@ impl Forecast {
             .map(|components| components.iter().map(|c| c.n_crossings).sum::<usize>())
             .sum();
         let crossings = crossings as f64 / N_COUNTED as f64;
-        let inside = |isovalue: f64| (low..=high).contains(&isovalue);
-        let events = topology.events.iter().filter(|e| inside(e.isovalue)).count();
         let intervals = intervals(field, (low, high));
         let finer = (FITTED_ERROR / error).powf(ERROR_POWER);
         let tracked = PER_CROSSING * crossings + PER_EVENT * events as f64;

@@ -204,7 +204,7 @@ pub fn compute(
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Spectrum> {
-    let range = checked_range(volume, parameters)?;
+    let range = checked_range(volume.range(), parameters)?;
     let field = Shared::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
@@ -238,14 +238,16 @@ pub fn compute(
     Ok(spectrum)
 }
 
-/// The range to cover.
+/// The range to cover of a volume's own.
 ///
 /// # Errors
 ///
 /// [`Error::Usage`] for one that is not inside the volume's.
-pub(crate) fn checked_range(volume: &Volume, parameters: &Parameters) -> Result<(f64, f64)> {
-    let (least, most) = volume.range();
-    let (low, high) = parameters.range.unwrap_or(volume.range());
+pub(crate) fn checked_range(
+    (least, most): (f64, f64),
+    parameters: &Parameters,
+) -> Result<(f64, f64)> {
+    let (low, high) = parameters.range.unwrap_or((least, most));
     // A range that is not a number is not inside either.
     if least <= low && low < high && high <= most {
         return Ok((low, high));

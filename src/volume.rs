@@ -237,12 +237,7 @@ impl Volume {
         placement: Placement,
     ) -> Result<Self> {
         let name = name.into();
-        if dims.iter().any(|&d| d < 2) {
-            return Err(Error::input(format!(
-                "{name}: dimensions {}x{}x{}, expected at least 2 samples along each axis",
-                dims[0], dims[1], dims[2]
-            )));
-        }
+        check_grid(&name, dims, &placement)?;
         let wanted = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d));
         if wanted != Some(samples.len()) {
             return Err(Error::input(format!(
@@ -253,36 +248,9 @@ impl Volume {
                 dims[2]
             )));
         }
-        placement.check().map_err(|message| Error::input(format!("{name}: {message}")))?;
-        let range = with_samples!(&samples, s => range_of(s)).map_err(|i| {
-            let (x, y, z) = (i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1]));
-            let v = samples.get(i);
-            Error::input(format!(
-                "{name}: sample ({x}, {y}, {z}) is {v}, expected finite values (--nan-as VALUE replaces them)"
-            ))
-        })?;
-        if range.0 == range.1 {
-            return Err(Error::input(format!(
-                "{name}: every sample is {:?}, expected at least two different values",
-                range.0
-            )));
-        }
-        // The layer around the volume lies ten ranges beyond the samples and must be finite too; and small parts of
-        // the range must be numbers.
-        let length = range.1 - range.0;
-        if !(11.0 * length).is_finite() || length < LEAST_RANGE {
-            return Err(Error::input(format!(
-                "{name}: samples from {:?} to {:?}, expected a range from {LEAST_RANGE:e} to below 1e306",
-                range.0, range.1
-            )));
-        }
-        let (spacing, unit) = (placement.spacing, placement.voxel());
-        if let Some(a) = (0..3).find(|&a| dims[a] as f64 * spacing[a] > LARGEST_EXTENT * unit) {
-            return Err(Error::input(format!(
-                "{name}: {} samples {:e} apart, expected at most {LARGEST_EXTENT} times the smallest spacing {unit:e} in all",
-                dims[a], spacing[a]
-            )));
-        }
+        let range = with_samples!(&samples, s => range_of(s));
+        let range = range.map_err(|i| not_finite(&name, dims, i, samples.get(i)))?;
+        check_range(&name, range)?;
         Ok(Volume {
             name,
             dims,
@@ -434,6 +402,61 @@ impl Volume {
         }
         value
     }
+}
+
+/// Checks dimensions and placement of a volume.
+///
+/// # Errors
+///
+/// [`Error::Input`] as [`Volume::new`].
+fn check_grid(name: &str, dims: [usize; 3], placement: &Placement) -> Result<()> {
+    if dims.iter().any(|&d| d < 2) {
+        return Err(Error::input(format!(
+            "{name}: dimensions {}x{}x{}, expected at least 2 samples along each axis",
+            dims[0], dims[1], dims[2]
+        )));
+    }
+    placement.check().map_err(|message| Error::input(format!("{name}: {message}")))?;
+    let (spacing, unit) = (placement.spacing, placement.voxel());
+    if let Some(a) = (0..3).find(|&a| dims[a] as f64 * spacing[a] > LARGEST_EXTENT * unit) {
+        return Err(Error::input(format!(
+            "{name}: {} samples {:e} apart, expected at most {LARGEST_EXTENT} times the smallest spacing {unit:e} in all",
+            dims[a], spacing[a]
+        )));
+    }
+    Ok(())
+}
+
+/// Checks smallest and largest sample of a volume.
+///
+/// # Errors
+///
+/// [`Error::Input`] as [`Volume::new`].
+fn check_range(name: &str, range: (f64, f64)) -> Result<()> {
+    if range.0 == range.1 {
+        return Err(Error::input(format!(
+            "{name}: every sample is {:?}, expected at least two different values",
+            range.0
+        )));
+    }
+    // The layer around the volume lies ten ranges beyond the samples and must be finite too; and small parts of
+    // the range must be numbers.
+    let length = range.1 - range.0;
+    if !(11.0 * length).is_finite() || length < LEAST_RANGE {
+        return Err(Error::input(format!(
+            "{name}: samples from {:?} to {:?}, expected a range from {LEAST_RANGE:e} to below 1e306",
+            range.0, range.1
+        )));
+    }
+    Ok(())
+}
+
+/// Says that the sample `v` at index `i` is no number.
+fn not_finite(name: &str, dims: [usize; 3], i: usize, v: f64) -> Error {
+    let (x, y, z) = (i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1]));
+    Error::input(format!(
+        "{name}: sample ({x}, {y}, {z}) is {v}, expected finite values (--nan-as VALUE replaces them)"
+    ))
 }
 
 /// Smallest and largest sample, or the index of the first that is not finite.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use isospectrum::bricks::{Opened, Part, Plan, Source, merge};
+use isospectrum::bricks::{Opened, Part, Plan, Source, Survey, merge};
 use isospectrum::extract::count::count;
 use isospectrum::kernels::{Backend, Choice};
 use isospectrum::prepared::{Cleaned, Noise, Prepared};
@@ -17,7 +17,9 @@ use isospectrum::topology::Topology;
 use isospectrum::topology::blocks::BlockTopology;
 use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
-use isospectrum::volume::{Outside, Placement, Preparation, Samples, Volume, phantom, read_volume};
+use isospectrum::volume::{
+    Outside, Placement, Preparation, ReadOptions, Samples, Volume, phantom, read_volume,
+};
 use program::{Folder, stderr};
 use random::Random;
 
@@ -41,9 +43,10 @@ impl Bricks {
         // Nothing is read anew here.
         let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
         let parameters = Parameters { range, ..Parameters::default() };
-        let plan = Plan::new(source, &prepared, Noise::default(), &parameters, side);
+        let survey = Survey::of(prepared);
+        let plan = Plan::new(source, &survey, Noise::default(), &parameters, side);
         let plan = plan.expect("a plan");
-        let opened = Opened::Whole(prepared);
+        let opened = survey.opened().clone();
         let swept = |number| {
             let block = Arc::new(plan.block(&opened, number).expect("a block"));
             compute_block(&block, &plan.recipe.parameters, &cpu(), &Silent).expect("swept")
@@ -177,6 +180,49 @@ fn both_sides_of_a_shared_plane_have_the_same_vertices_and_trajectories() {
         assert!(a.len() > 20, "{name}: {} vertices", a.len());
         assert_eq!(a, b, "{name}");
     }
+}
+
+#[test]
+fn a_plan_by_slabs_is_the_plan_of_the_volume_read_as_a_whole() {
+    let folder = Folder::new();
+    let wide = cropped("noise:60:5", [60, 23, 31]);
+    let levels = in_grey_levels(&cropped("noise:17:4", [9, 17, 12]), 200.0);
+    let shorts = (0..2 * 2 * 2).map(|i| 1000 * i - 3000).collect::<Vec<i16>>();
+    let small = Volume::new("s", [2; 3], shorts.into(), Placement::default()).expect("a volume");
+    for (volume, side) in [(wide, 8), (levels, 5), (small, 4)] {
+        let ([x, y, z], kind) = (volume.dims(), volume.samples().type_name());
+        let name = format!("v_{x}x{y}x{z}_{kind}.raw");
+        folder.write(&name, &volume.samples().to_le_bytes());
+        let path = folder.path().join(&name);
+        let options = ReadOptions { spacing: Some([0.5, 1.0, 2.0]), ..ReadOptions::default() };
+        let whole = read_volume(&path, &options).expect("a volume").with_outside(Outside::High);
+        let whole = Survey::of(Prepared::of(whole, Preparation::default(), Cleaned::default()));
+        let source =
+            Source::File { path, options: Box::new(options), outside: Outside::High };
+        let slabs = Survey::of_file(&source).expect("readable").expect("plain samples");
+        let plan = |survey: &Survey| {
+            let parameters = Parameters::default();
+            Plan::new(source.clone(), survey, Noise::default(), &parameters, side).expect("a plan")
+        };
+        assert!(matches!(slabs.opened(), Opened::Slabs(..)));
+        assert_eq!(plan(&slabs), plan(&whole), "{name}");
+    }
+}
+
+#[test]
+fn a_sample_that_is_no_number_is_named_by_slabs_too() {
+    let folder = Folder::new();
+    let mut samples = vec![0.5f32; 5 * 4 * 3];
+    (samples[0], samples[5 * 4 + 7]) = (0.0, f32::NAN);
+    let bytes: Vec<u8> = samples.iter().flat_map(|x| x.to_le_bytes()).collect();
+    folder.write("v_5x4x3_float32.raw", &bytes);
+    let plan = ["plan", "v_5x4x3_float32.raw", "-o", "p.json"];
+    assert!(folder.fails(&plan, 3).contains("sample (2, 1, 1) is NaN, expected finite values"));
+    folder.run(&[&plan[..], &["--nan-as", "0.25"]].concat());
+    folder.write("v_5x4x3_float32.raw", &bytes[..90]);
+    assert!(folder.fails(&plan, 3).contains("90 bytes, too few for 5x4x3 float32"));
+    folder.write("v_5x4x3_float32.raw", &[&bytes[..], b"more"].concat());
+    assert!(folder.fails(&plan, 3).contains("244 bytes, expected 240"));
 }
 
 #[test]

@@ -7,7 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Opened, Source};
+use super::{Opened, Source, Survey};
 use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
@@ -70,9 +70,12 @@ pub struct Plan {
     hash: String,
 }
 
+/// Blocks of samples: the first one of each, and the one behind its last.
+pub type Blocks = Vec<([usize; 3], [usize; 3])>;
+
 /// The blocks of a volume of `dims` samples: as many along an axis as come nearest to `side` cells, of sides that differ by
 /// two cells at most; first samples and those behind the last, x fastest.
-pub fn cut(dims: [usize; 3], side: usize) -> Vec<([usize; 3], [usize; 3])> {
+pub fn cut(dims: [usize; 3], side: usize) -> Blocks {
     let [x, y, z] = dims.map(|n| intervals(n.saturating_sub(1), side.max(1)));
     let (x, y) = (&x, &y);
     z.iter()
@@ -91,15 +94,15 @@ fn intervals(n_cells: usize, side: usize) -> Vec<(usize, usize)> {
 }
 
 impl Plan {
-    /// The plan for a volume that was read from a source and prepared.
+    /// The plan for a volume that was read from a source, and prepared where it was read as a whole.
     ///
     /// # Errors
     ///
     /// [`Error::Usage`] for bricks smaller than 4 cells, more of them than a plan may have, and parameters that contradict
-    /// the volume or are none for bricks.
+    /// the volume or are none for bricks; those of reading the volume.
     pub fn new(
         source: Source,
-        prepared: &Prepared,
+        survey: &Survey,
         noise: Noise,
         parameters: &Parameters,
         side: usize,
@@ -110,25 +113,23 @@ impl Plan {
             )));
         }
         parameters.check_for_blocks()?;
-        let volume = prepared.volume();
-        let blocks = cut(volume.dims(), side);
+        let info = survey.info();
+        let range = Some(checked_range(info.range, parameters)?);
+        let blocks = cut(info.dims, side);
         if blocks.len() > MOST_BRICKS {
             let n = blocks.len();
             return Err(Error::Usage(format!("{n} bricks, expected at most {MOST_BRICKS}")));
         }
-        let brick = |(first, end): ([usize; 3], [usize; 3])| -> Result<Brick> {
-            Ok(Brick { first, end, crc32: checksum(&volume.block(first, end)?) })
-        };
-        let range = Some(checked_range(volume, parameters)?);
+        let bricks = blocks.iter().zip(survey.checksums(&blocks)?);
         let recipe = Recipe {
             program: env!("CARGO_PKG_VERSION").to_owned(),
-            volume: VolumeInfo::of(volume),
-            told: prepared.told(),
-            preparation: prepared.preparation().clone(),
+            volume: info.clone(),
+            told: survey.told(),
+            preparation: survey.preparation(),
             noise,
             parameters: Parameters { range, ..parameters.clone() },
             side,
-            bricks: blocks.into_iter().map(brick).collect::<Result<_>>()?,
+            bricks: bricks.map(|(&(first, end), crc32)| Brick { first, end, crc32 }).collect(),
         };
         Ok(Plan { version: VERSION, source, hash: recipe.hash()?, recipe })
     }
@@ -245,7 +246,7 @@ impl Recipe {
     }
 }
 
-fn checksum(volume: &Volume) -> u32 {
+pub(super) fn checksum(volume: &Volume) -> u32 {
     crc32fast::hash(&volume.samples().to_le_bytes())
 }
 

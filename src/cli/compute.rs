@@ -8,7 +8,7 @@ use isospectrum::forecast::Forecast;
 use isospectrum::prepared::Prepared;
 use isospectrum::sweep::Parameters;
 use isospectrum::verify::{Glance, glance};
-use isospectrum::volume::{Statistics, Volume};
+use isospectrum::volume::Statistics;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -103,9 +103,14 @@ pub(super) struct ParameterArguments {
 }
 
 impl ParameterArguments {
-    pub(super) fn resolve(&self, volume: &Volume, samples: &Statistics) -> Result<Parameters> {
-        let range = self.range.map(|r| r.resolve(volume.range(), Some(samples))).transpose()?;
-        let own_range = range.unwrap_or(volume.range());
+    /// For a volume of this range, of whose samples this is known.
+    pub(super) fn resolve(
+        &self,
+        of_volume: (f64, f64),
+        samples: &Statistics,
+    ) -> Result<Parameters> {
+        let range = self.range.map(|r| r.resolve(of_volume, Some(samples))).transpose()?;
+        let own_range = range.unwrap_or(of_volume);
         let default = Parameters::default();
         Ok(Parameters {
             range,
@@ -156,7 +161,7 @@ impl Compute {
         let (volume, cleaned) = self.simplify.apply(volume)?;
         let prepared = Prepared::of(volume, preparation, cleaned);
         let volume = prepared.volume();
-        let parameters = self.parameters.resolve(volume, prepared.samples())?;
+        let parameters = self.parameters.resolve(volume.range(), prepared.samples())?;
         let range = parameters.range.unwrap_or(volume.range());
         let forecast = self.budget.check(volume, range, parameters.error)?;
         let spectrum = prepared.compute(&parameters, &backend, &Bar::new(quiet))?;

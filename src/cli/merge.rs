@@ -3,17 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isospectrum::bricks::{self, Part, Plan};
-use isospectrum::{Error, Result, input};
+use isospectrum::Error;
+use isospectrum::bricks::{self, Parts};
 
 use super::info::Facts;
 use super::output::Output;
-use super::plan::{self, folder_of_parts, part_in};
+use super::plan::{self, folder_of_parts};
 use super::spectrum_file::named;
 use super::{report, spectrum_file};
-
-/// Parts that a message names.
-const NAMED: usize = 8;
 
 /// Merge the parts of a plan to the spectrum of its volume
 #[derive(Args, Debug)]
@@ -35,18 +32,16 @@ impl Merge {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let plan = plan::read(&self.plan)?;
         let folder = self.parts.clone().unwrap_or_else(|| folder_of_parts(&self.plan));
-        let files: Vec<PathBuf> =
-            (0..plan.recipe.bricks.len()).map(|number| part_in(&folder, number)).collect();
+        let parts = Parts::new(&plan, &folder);
+        let files = parts.files();
         let mut inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
         inputs.extend([self.plan.as_path()].into_iter().chain(plan.source.path()));
         let output = Output::open(&self.output, &inputs)?;
         if self.json && output.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
-        all_there(&self.plan, &folder, &files)?;
-        let parts = files.iter().enumerate().map(|(number, file)| read(&plan, number, file));
-        let parts = parts.collect::<Result<Vec<Part>>>()?;
-        let spectrum = bricks::merge(&plan, parts, &plan.open()?)?;
+        parts.check_all_there().map_err(named(&self.plan))?;
+        let spectrum = bricks::merge(&parts, &plan.open()?)?;
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         if self.json {
@@ -56,26 +51,4 @@ impl Merge {
         }
         Ok(())
     }
-}
-
-fn read(plan: &Plan, number: usize, file: &Path) -> Result<Part> {
-    Part::from_bytes(&input::read(file)?, plan, number).map_err(named(file))
-}
-
-/// Says which parts are missing.
-fn all_there(plan: &Path, folder: &Path, files: &[PathBuf]) -> Result<()> {
-    let is_missing = |i: &usize| !files[*i].exists();
-    let missing: Vec<String> = (0..files.len()).filter(is_missing).map(|i| i.to_string()).collect();
-    if missing.is_empty() {
-        return Ok(());
-    }
-    let more = if missing.len() > NAMED { ", ..." } else { "" };
-    Err(Error::input(format!(
-        "{}: {} of {} parts are missing: {}{more}, expected them in {}",
-        plan.display(),
-        missing.len(),
-        files.len(),
-        missing[..missing.len().min(NAMED)].join(", "),
-        folder.display()
-    )))
 }

@@ -5,14 +5,14 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use clap::Args;
-use isospectrum::bricks::{Part, Plan};
+use isospectrum::bricks::{Part, Parts};
 use isospectrum::kernels::Backend;
 use isospectrum::sweep::compute_block;
-use isospectrum::{Error, Result, input};
+use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::output::Output;
-use super::plan::{self, folder_of_parts, part_in};
+use super::plan::{self, folder_of_parts};
 use super::progress::Bar;
 use super::report;
 
@@ -24,7 +24,7 @@ pub(super) struct PartArguments {
     pub(super) plan: Option<PathBuf>,
     /// The parts, from the first to the last, e.g. 0:63, or one; those that are there already are left [default: all]
     #[arg(long, value_name = "FIRST:LAST", requires = "plan")]
-    parts: Option<Parts>,
+    parts: Option<Numbers>,
 }
 
 /// The `compute` report of parts.
@@ -45,7 +45,7 @@ impl PartArguments {
     ) -> anyhow::Result<()> {
         let plan = plan::read(path)?;
         let n = plan.recipe.bricks.len();
-        let Parts { first, last } = self.parts.unwrap_or(Parts { first: 0, last: n - 1 });
+        let Numbers { first, last } = self.parts.unwrap_or(Numbers { first: 0, last: n - 1 });
         if last >= n {
             return Err(Error::Usage(format!(
                 "{}: part {last}, expected 0 to {}",
@@ -56,11 +56,12 @@ impl PartArguments {
         }
         let folder = folder.map_or_else(|| folder_of_parts(path), Path::to_owned);
         std::fs::create_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
+        let parts = Parts::new(&plan, &folder);
         let mut report = Made { made: Vec::new(), were_there: Vec::new() };
         let mut opened = None;
         for number in first..=last {
-            let file = part_in(&folder, number);
-            if is_there(&file, &plan, number) {
+            let file = parts.file(number);
+            if is_there(&parts, number) {
                 log::info!("{}: is there", file.display());
                 report.were_there.push(number);
                 continue;
@@ -88,31 +89,27 @@ impl PartArguments {
 }
 
 /// Whether a part is there and whole; says what is there in its place.
-fn is_there(file: &Path, plan: &Plan, number: usize) -> bool {
-    if !file.exists() {
-        return false;
-    }
-    let head = input::read(file).and_then(|bytes| Part::head(&bytes, plan, number).map(|_| ()));
-    if let Err(error) = &head {
-        log::warn!("{}: {error}; made anew", file.display());
-    }
-    head.is_ok()
+fn is_there(parts: &Parts, number: usize) -> bool {
+    parts.is_there(number).unwrap_or_else(|error| {
+        log::warn!("{}: {error}; made anew", parts.file(number).display());
+        false
+    })
 }
 
 /// `0:63`, or `7`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Parts {
+struct Numbers {
     first: usize,
     last: usize,
 }
 
-impl FromStr for Parts {
+impl FromStr for Numbers {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (first, last) = text.split_once(':').unwrap_or((text, text));
         let numbers = first.parse().ok().zip(last.parse().ok());
-        let parts = numbers.map(|(first, last)| Parts { first, last });
+        let parts = numbers.map(|(first, last)| Numbers { first, last });
         parts
             .filter(|p| p.first <= p.last)
             .ok_or_else(|| format!("'{text}', expected the first and the last part such as 0:63"))
@@ -125,10 +122,10 @@ mod tests {
 
     #[test]
     fn parts_are_from_the_first_to_the_last() {
-        assert_eq!("0:63".parse(), Ok(Parts { first: 0, last: 63 }));
-        assert_eq!("7".parse(), Ok(Parts { first: 7, last: 7 }));
+        assert_eq!("0:63".parse(), Ok(Numbers { first: 0, last: 63 }));
+        assert_eq!("7".parse(), Ok(Numbers { first: 7, last: 7 }));
         for wrong in ["", ":", "3:2", "-1:2", "0:1:2", "a"] {
-            assert!(wrong.parse::<Parts>().is_err(), "{wrong}");
+            assert!(wrong.parse::<Numbers>().is_err(), "{wrong}");
         }
     }
 }

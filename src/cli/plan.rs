@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isospectrum::bricks::{self, Plan as Bricks};
-use isospectrum::prepared::Prepared;
+use isospectrum::bricks::{self, Plan as Bricks, Source, Survey};
+use isospectrum::prepared::{Noise, Prepared};
 use isospectrum::{Error, Result};
 
 use super::compute::ParameterArguments;
@@ -39,17 +39,35 @@ impl Plan {
             self.volume.files().into_iter().chain(self.preparation.files()).collect();
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
-        let (volume, preparation) = self.preparation.apply(self.volume.read()?)?;
-        let noise = self.simplify.noise(&volume);
-        let (volume, cleaned) = self.simplify.apply(volume)?;
-        let prepared = Prepared::of(volume, preparation, cleaned);
-        let parameters = self.parameters.resolve(prepared.volume(), prepared.samples())?;
-        let plan = Bricks::new(self.volume.source()?, &prepared, noise, &parameters, self.brick)?;
+        let source = self.volume.source()?;
+        let (survey, noise) = survey(&source, &self.volume, &self.preparation, &self.simplify)?;
+        let parameters = self.parameters.resolve(survey.info().range, survey.samples())?;
+        let plan = Bricks::new(source, &survey, noise, &parameters, self.brick)?;
         let last = plan.recipe.bricks.len() - 1;
         output.write_bytes(&plan.to_bytes()?)?;
         log::info!("{}: parts 0:{last}, plan {}", self.output.display(), plan.hash());
         Ok(())
     }
+}
+
+/// What is known of a volume: from slabs of its file where nothing is done to it and its file is of plain samples, else from the
+/// whole, after all that is done to it.
+pub(super) fn survey(
+    source: &Source,
+    volume: &VolumeArguments,
+    preparation: &PreparationArguments,
+    simplify: &SimplifyArguments,
+) -> Result<(Survey, Noise)> {
+    if preparation.is_none() && simplify.is_none() {
+        volume.check_kind()?;
+        if let Some(survey) = Survey::of_file(source)? {
+            return Ok((survey, Noise::default()));
+        }
+    }
+    let (volume, preparation) = preparation.apply(volume.read()?)?;
+    let noise = simplify.noise(&volume);
+    let (volume, cleaned) = simplify.apply(volume)?;
+    Ok((Survey::of(Prepared::of(volume, preparation, cleaned)), noise))
 }
 
 /// Reads a plan.
@@ -66,9 +84,4 @@ pub(super) fn read(path: &Path) -> Result<Bricks> {
 /// The folder for the parts of a plan, where no other is named: beside the plan.
 pub(super) fn folder_of_parts(plan: &Path) -> PathBuf {
     plan.with_extension("parts")
-}
-
-/// The file of a part.
-pub(super) fn part_in(folder: &Path, number: usize) -> PathBuf {
-    folder.join(format!("{number:06}.part"))
 }

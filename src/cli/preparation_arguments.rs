@@ -35,6 +35,13 @@ pub(super) struct PreparationArguments {
 }
 
 impl PreparationArguments {
+    /// Whether nothing is to be done.
+    pub(super) fn is_none(&self) -> bool {
+        let PreparationArguments { crop, median, smooth, downsample, mask } = self;
+        let is_filter = median.is_some() || smooth.is_some() || downsample.is_some();
+        crop.is_none() && !is_filter && mask.is_none()
+    }
+
     /// The volume to go on with, and what was done to it.
     pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Preparation)> {
         let placement = volume.placement();

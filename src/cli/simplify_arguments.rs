@@ -25,6 +25,11 @@ pub(super) struct SimplifyArguments {
 }
 
 impl SimplifyArguments {
+    /// Whether nothing is to be taken out.
+    pub(super) fn is_none(&self) -> bool {
+        self.persistence.is_none() && self.min_component.is_none()
+    }
+
     /// What is asked for of a volume.
     pub(super) fn noise(&self, volume: &Volume) -> Noise {
         // A share of the range with the dust.

@@ -70,14 +70,19 @@ enum Side {
 }
 
 impl VolumeArguments {
+    /// Checks that what is named is a volume.
+    pub(super) fn check_kind(&self) -> Result<()> {
+        // Whoever gives the layout of the samples means the bytes as they are.
+        let is_told = self.dims.is_some() && self.sample_type.is_some();
+        let path = self.volume.as_ref().filter(|_| !is_told);
+        path.map_or(Ok(()), |path| kind::check(path, Kind::Volume))
+    }
+
     /// Reads or makes the volume.
     pub(super) fn read(&self) -> Result<Volume> {
         let volume = match (&self.volume, &self.phantom) {
             (Some(path), _) => {
-                // Whoever gives the layout of the samples means the bytes as they are.
-                if self.dims.is_none() || self.sample_type.is_none() {
-                    kind::check(path, Kind::Volume)?;
-                }
+                self.check_kind()?;
                 read_volume(path, &self.options())?
             }
             (None, Some(name)) => phantom(name)?,

@@ -67,22 +67,27 @@ impl SpectrumBuilder {
             )));
         }
         events.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
+        let isovalues = merged_isovalues(&self.patches);
         let mut spectrum = Spectrum {
             volume,
             range,
             tolerance,
             parameters,
             events,
-            isovalues: merged_isovalues(&self.patches),
-            first_knot: Vec::with_capacity(n_vertices + 1),
-            knots: Vec::with_capacity(n_knots),
-            triangles: Vec::with_capacity(total(|p| p.triangles.len())),
-            collapses: Vec::with_capacity(total(|p| p.collapses.len())),
+            isovalues,
+            first_knot: vec![0],
+            knots: Vec::new(),
+            triangles: Vec::new(),
+            collapses: Vec::new(),
         };
-        spectrum.first_knot.push(0);
-        for patch in self.patches {
-            append(&mut spectrum, patch);
+        let mut patches = self.patches.into_iter();
+        // The first keeps its place in memory: often it is the only one, and large.
+        if let Some(first) = patches.next() {
+            begin(&mut spectrum, first);
         }
+        spectrum.first_knot.reserve_exact((n_vertices + 1).saturating_sub(spectrum.first_knot.len()));
+        spectrum.knots.reserve_exact(n_knots - spectrum.knots.len());
+        patches.for_each(|patch| append(&mut spectrum, patch));
         spectrum.check()?;
         Ok(spectrum)
     }
@@ -107,11 +112,29 @@ fn merged_isovalues(patches: &[Patch]) -> Vec<f64> {
     isovalues
 }
 
+/// The ranks of a patch's isovalues in a table that has all those in use.
+fn ranks(patch: &Patch, table: &[f64]) -> Vec<u32> {
+    patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect()
+}
+
+/// Makes one patch the first of a spectrum whose table of isovalues is complete.
+fn begin(spectrum: &mut Spectrum, patch: Patch) {
+    let ranks = ranks(&patch, &spectrum.isovalues);
+    let Patch { first_knot, mut knots, mut triangles, mut collapses, .. } = patch;
+    knots.iter_mut().for_each(|knot| knot.rank = ranks[knot.rank as usize]);
+    for t in &mut triangles {
+        (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
+    }
+    collapses.iter_mut().for_each(|c| c.rank = ranks[c.rank as usize]);
+    if !first_knot.is_empty() {
+        spectrum.first_knot = first_knot;
+    }
+    (spectrum.knots, spectrum.triangles, spectrum.collapses) = (knots, triangles, collapses);
+}
+
 /// Appends one patch to a spectrum whose table of isovalues is complete.
 fn append(spectrum: &mut Spectrum, patch: Patch) {
-    let table = &spectrum.isovalues;
-    let ranks: Vec<u32> =
-        patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect();
+    let ranks = ranks(&patch, &spectrum.isovalues);
     let rank = |local: u32| ranks[local as usize];
     let vertex_base = (spectrum.first_knot.len() - 1) as u32;
     let knot_base = spectrum.knots.len() as u32;

@@ -37,7 +37,7 @@ pub fn compute_block(
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Block> {
-    checked_range(volume, parameters)?;
+    checked_range(volume.range(), parameters)?;
     parameters.check_for_blocks()?;
     let field = Shared::new(Field::new(volume.clone()));
     progress.report(0.0, "topology");

@@ -22,15 +22,19 @@ impl Histogram {
 
     /// The histogram of values, all of which lie in a range.
     pub fn of_values(values: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
-        let (low, high) = range;
-        let mut counts = vec![0; N_BINS];
-        let mut total = 0;
+        let mut histogram = Histogram { range, counts: vec![0; N_BINS], total: 0 };
+        histogram.add(values);
+        histogram
+    }
+
+    /// Counts more values of the range.
+    pub(super) fn add(&mut self, values: impl Iterator<Item = f64>) {
+        let (low, high) = self.range;
         for value in values {
             let share = (0.5 * value - 0.5 * low) / (0.5 * high - 0.5 * low);
-            counts[((share * N_BINS as f64) as usize).min(N_BINS - 1)] += 1;
-            total += 1;
+            self.counts[((share * N_BINS as f64) as usize).min(N_BINS - 1)] += 1;
+            self.total += 1;
         }
-        Histogram { range, counts, total }
     }
 
     /// The value below which `percent` (0 to 100) of the samples lie, to within a 65,536th of the range.

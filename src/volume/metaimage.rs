@@ -50,7 +50,7 @@ pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
     let mut reader = BufReader::new(input::open(path)?.0);
     let header = header::parse(&mut reader)
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
-    let Header { dims, sample_type, big_endian, .. } = header;
+    let Header { dims, sample_type, big_endian, placement, .. } = header;
     if header.is_text || header.is_packed || header.n_channels != 1 || header.n_frames != 1 {
         return Ok(None);
     }
@@ -67,7 +67,7 @@ pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
     // -1: the samples are the end of the file.
     let skip = header.header_size.unwrap_or(left.saturating_sub(all));
     let start = before.saturating_add(skip);
-    Ok(Some(Plain { path: data, start, dims, sample_type, big_endian }))
+    Ok(Some(Plain { path: data, start, dims, sample_type, big_endian, placement }))
 }
 
 /// The files that hold the samples where they are others than that of the header.

@@ -51,13 +51,17 @@ pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<Grid> {
 /// As [`read`].
 pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
     let found = || {
-        let file = crate::input::open(path).map_err(io::Error::other)?.0;
+        let (file, length) = crate::input::open(path).map_err(io::Error::other)?;
         let (text, start) = header_text(&mut BufReader::new(file))?;
         let header = parse_header(&text).map_err(invalid)?;
         let (sample_type, big_endian) = type_of(&header.descr).map_err(invalid)?;
         let dims = dims_of(&header.shape).map_err(invalid)?;
-        let plain = Plain { path: path.to_owned(), start, dims, sample_type, big_endian };
-        Ok((!header.fortran_order).then_some(plain))
+        let path = path.to_owned();
+        let placement = Placement::default();
+        let plain = Plain { path, start, dims, sample_type, big_endian, placement };
+        // One that is longer is refused by who reads it as a whole.
+        let is_plain = !header.fortran_order && plain.end().is_some_and(|end| end >= length);
+        Ok(is_plain.then_some(plain))
     };
     found().map_err(|e| read_error(path, e))
 }

@@ -31,7 +31,6 @@ pub(crate) fn read(
         return read_by_header(path, &header, options);
     }
     let is_gzip = Packing::of_name(path) == Packing::Gzip;
-    let shown = path.display();
     let (dims, sample_type) = told(path, options)?;
     if is_gzip {
         let channel = Channel::ONLY;
@@ -41,17 +40,21 @@ pub(crate) fn read(
         return Ok((dims, samples, Placement::default()));
     }
     let size = size_of_grid(dims, sample_type);
-    let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n).ok_or_else(|| {
-        let expected =
-            size.map_or("more than memory can hold".to_owned(), |(_, bytes)| bytes.to_string());
-        let [x, y, z] = dims;
-        Error::input(format!(
-            "{shown}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}"
-        ))
-    })?;
+    let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n);
+    let n = n.ok_or_else(|| wrong_length(path, found, (dims, sample_type)))?;
     let samples = read_samples(&mut file, sample_type, options.big_endian, n, n)
         .map_err(|e| read_error(path, e))?;
     Ok((dims, samples, Placement::default()))
+}
+
+fn wrong_length(path: &Path, found: u64, (dims, sample_type): ([usize; 3], SampleType)) -> Error {
+    let size = size_of_grid(dims, sample_type);
+    let expected =
+        size.map_or("more than memory can hold".to_owned(), |(_, bytes)| bytes.to_string());
+    let ([x, y, z], shown) = (dims, path.display());
+    Error::input(format!(
+        "{shown}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}"
+    ))
 }
 
 /// What name and options tell.
@@ -89,11 +92,24 @@ pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<Plain>>
     }
     if let Some(header) = header_beside(path).filter(|_| !is_told(path, options)) {
         let is_meta = header.extension().is_some_and(|e| e == "mhd");
-        return if is_meta { metaimage::plain(&header) } else { Ok(None) };
+        let is_told_too =
+            options.dims.is_some() || options.sample_type.is_some() || options.big_endian;
+        return if is_meta && !is_told_too { metaimage::plain(&header) } else { Ok(None) };
     }
     let (dims, sample_type) = told(path, options)?;
-    let big_endian = options.big_endian;
-    Ok(Some(Plain { path: path.to_owned(), start: 0, dims, sample_type, big_endian }))
+    let plain = Plain {
+        path: path.to_owned(),
+        start: 0,
+        dims,
+        sample_type,
+        big_endian: options.big_endian,
+        placement: Placement::default(),
+    };
+    let (found, expected) = (crate::input::open(path)?.1, plain.end());
+    if expected.is_some_and(|expected| found > expected) {
+        return Err(wrong_length(path, found, (dims, sample_type)));
+    }
+    Ok(Some(plain))
 }
 
 /// Whether name and options tell what is in a file.

@@ -130,7 +130,7 @@ impl Kind {
     }
 
     /// Checks that nothing was said of the file that its kind has no use for.
-    fn check(self, path: &Path, options: &ReadOptions) -> Result<()> {
+    pub(super) fn check(self, path: &Path, options: &ReadOptions) -> Result<()> {
         let shown = path.display();
         let tells_layout =
             options.dims.is_some() || options.sample_type.is_some() || options.big_endian;

@@ -9,9 +9,17 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::decode::{SampleType, read_error, read_samples, size_of_grid};
-use super::{Kind, ReadOptions, Samples, metaimage, npy, raw, replace_not_finite};
+use super::statistics::Tally;
+use super::{
+    Kind, Placement, ReadOptions, Samples, Statistics, check_grid, check_range, metaimage, not_finite,
+    npy, range_of, raw, replace_not_finite,
+};
 use crate::error::{Error, Result};
-use crate::input;
+use crate::{input, with_samples};
+
+/// Bytes of samples that are read at a time where all of a volume is looked at: disks and vectors are at their best from a
+/// megabyte on.
+const SLAB: usize = 1 << 24;
 
 /// Plain samples, x fastest, in a file.
 #[derive(Clone, Debug)]
@@ -22,12 +30,23 @@ pub(crate) struct Plain {
     pub(crate) dims: [usize; 3],
     pub(crate) sample_type: SampleType,
     pub(crate) big_endian: bool,
+    /// Where they lie in the world.
+    pub(crate) placement: Placement,
+}
+
+impl Plain {
+    /// Where they end, bytes; none where that is more than memory can hold.
+    pub(super) fn end(&self) -> Option<u64> {
+        let (_, bytes) = size_of_grid(self.dims, self.sample_type)?;
+        self.start.checked_add(bytes as u64)
+    }
 }
 
 /// See the module.
 #[derive(Clone, Debug)]
 pub struct Slabs {
     plain: Plain,
+    name: String,
     nan_as: Option<f64>,
 }
 
@@ -42,24 +61,94 @@ impl Slabs {
         if path.is_dir() || options.frame.is_some() || options.channel.is_some() {
             return Ok(None);
         }
-        let plain = match Kind::of_name(path) {
-            Some(Kind::Raw) | None => raw::plain(path, options)?,
-            Some(Kind::Npy) => npy::plain(path)?,
-            Some(Kind::MetaImage) => metaimage::plain(path)?,
-            Some(_) => None,
+        let kind = match Kind::of_name(path) {
+            None if options.dims.is_some() && options.sample_type.is_some() => Kind::Raw,
+            Some(kind) => kind,
+            None => return Ok(None),
         };
-        let Some(plain) = plain else { return Ok(None) };
+        kind.check(path, options)?;
+        let plain = match kind {
+            Kind::Raw => raw::plain(path, options)?,
+            Kind::Npy => npy::plain(path)?,
+            Kind::MetaImage => metaimage::plain(path)?,
+            _ => None,
+        };
+        let Some(mut plain) = plain else { return Ok(None) };
         let length = input::open(&plain.path)?.1;
-        let size = size_of_grid(plain.dims, plain.sample_type);
-        let end = size.and_then(|(_, bytes)| plain.start.checked_add(bytes as u64));
-        if end.is_none_or(|end| end > length) {
+        if plain.end().is_none_or(|end| end > length) {
             let ([x, y, z], t) = (plain.dims, plain.sample_type);
             return Err(Error::input(format!(
                 "{}: {length} bytes, too few for {x}x{y}x{z} {t}",
                 plain.path.display()
             )));
         }
-        Ok(Some(Slabs { plain, nan_as: options.nan_as }))
+        plain.placement.spacing = options.spacing.unwrap_or(plain.placement.spacing);
+        plain.placement.origin = options.origin.unwrap_or(plain.placement.origin);
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        check_grid(&name, plain.dims, &plain.placement)?;
+        Ok(Some(Slabs { plain, name, nan_as: options.nan_as }))
+    }
+
+    /// What the volume is called.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The type of the samples, as flags spell it.
+    pub fn type_name(&self) -> String {
+        self.plain.sample_type.to_string()
+    }
+
+    /// Where the samples lie in the world.
+    pub fn placement(&self) -> &Placement {
+        &self.plain.placement
+    }
+
+    /// Shows all samples, some planes at a time: the first one's number along z, and the samples.
+    ///
+    /// # Errors
+    ///
+    /// As [`Slabs::read`], and those of `show`.
+    pub fn each(&self, mut show: impl FnMut(usize, &Samples) -> Result<()>) -> Result<()> {
+        let Plain { dims: [nx, ny, nz], sample_type, .. } = self.plain;
+        let n = (SLAB / (nx * ny * sample_type.n_bytes())).max(1);
+        for first in (0..nz).step_by(n) {
+            show(first, &self.read([0, 0, first], [nx, ny, nz.min(first + n)])?)?;
+        }
+        Ok(())
+    }
+
+    /// Smallest and largest sample.
+    ///
+    /// # Errors
+    ///
+    /// As [`Slabs::read`], and [`Error::Input`] where [`Volume::new`](super::Volume::new) refuses the samples.
+    pub fn range(&self) -> Result<(f64, f64)> {
+        let Plain { dims, .. } = self.plain;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        self.each(|first, samples| {
+            let before = dims[0] * dims[1] * first;
+            let range = with_samples!(samples, s => range_of(s));
+            let range =
+                range.map_err(|i| not_finite(&self.name, dims, before + i, samples.get(i)))?;
+            (low, high) = (low.min(range.0), high.max(range.1));
+            Ok(())
+        })?;
+        check_range(&self.name, (low, high)).map(|()| (low, high))
+    }
+
+    /// What is known of the samples, whose range is given.
+    ///
+    /// # Errors
+    ///
+    /// As [`Slabs::read`].
+    pub fn statistics(&self, range: (f64, f64)) -> Result<Statistics> {
+        let mut tally = Tally::new(range);
+        self.each(|_, samples| {
+            tally.add_all(samples);
+            Ok(())
+        })?;
+        Ok(tally.statistics())
     }
 
     /// Samples along x, y, z.

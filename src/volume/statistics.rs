@@ -1,8 +1,10 @@
 //! Mean, standard deviation and percentiles of the samples of a volume: what isovalues are written by.
 
+use num_traits::AsPrimitive as _;
 use serde::{Deserialize, Serialize};
 
-use super::{Histogram, Volume};
+use super::{Histogram, Samples, Volume};
+use crate::with_samples;
 
 /// Percentiles that are known: every half per cent, and finer towards both ends, where densities have their isovalues.
 const TAIL: [f64; 10] = [0.0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
@@ -24,25 +26,12 @@ impl Statistics {
 
     /// Those of a volume, of its samples inside the mask where it has one.
     pub fn of(volume: &Volume) -> Statistics {
-        // From the middle of the range: squares of what is far from zero would lose digits.
-        let (low, high) = volume.range();
-        let middle = 0.5 * low + 0.5 * high;
-        let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        for value in volume.values() {
-            let x = value - middle;
-            n += 1.0;
-            sum += x;
-            squares += x * x;
+        let mut tally = Tally::new(volume.range());
+        match volume.mask() {
+            Some(_) => tally.add(volume.values()),
+            None => tally.add_all(volume.samples()),
         }
-        let mean = sum / n;
-        let histogram = Histogram::of(volume);
-        let halves = (1..=199).map(|i| 0.5 * f64::from(i));
-        let percents = TAIL.into_iter().chain(halves).chain(TAIL.iter().rev().map(|p| 100.0 - p));
-        Statistics {
-            mean: middle + mean,
-            deviation: (squares / n - mean * mean).max(0.0).sqrt(),
-            percentiles: percents.map(|p| (p, histogram.percentile(p))).collect(),
-        }
+        tally.statistics()
     }
 
     /// The value that `percent` (0 to 100) of the samples do not exceed: straight between known percentiles.
@@ -67,6 +56,52 @@ impl Statistics {
             && told.mean.is_finite()
             && told.deviation.is_finite();
         is_good.then_some(told)
+    }
+}
+
+/// Statistics in the making, of samples that come one after the other: what comes out depends on their order alone, not on how
+/// many came at a time.
+pub(crate) struct Tally {
+    /// From the middle of the range: squares of what is far from zero would lose digits.
+    middle: f64,
+    n: f64,
+    sum: f64,
+    squares: f64,
+    histogram: Histogram,
+}
+
+impl Tally {
+    /// Of nothing yet; all samples to come lie in a range.
+    pub(crate) fn new((low, high): (f64, f64)) -> Tally {
+        let histogram = Histogram::of_values(std::iter::empty(), (low, high));
+        Tally { middle: 0.5 * low + 0.5 * high, n: 0.0, sum: 0.0, squares: 0.0, histogram }
+    }
+
+    fn add(&mut self, values: impl Iterator<Item = f64>) {
+        let Tally { middle, n, sum, squares, histogram } = self;
+        histogram.add(values.inspect(|value| {
+            let x = value - *middle;
+            *n += 1.0;
+            *sum += x;
+            *squares += x * x;
+        }));
+    }
+
+    /// Takes more samples.
+    pub(crate) fn add_all(&mut self, samples: &Samples) {
+        with_samples!(samples, s => self.add(s.iter().map(|&v| v.as_())));
+    }
+
+    /// What is known of all samples so far.
+    pub(crate) fn statistics(&self) -> Statistics {
+        let mean = self.sum / self.n;
+        let halves = (1..=199).map(|i| 0.5 * f64::from(i));
+        let percents = TAIL.into_iter().chain(halves).chain(TAIL.iter().rev().map(|p| 100.0 - p));
+        Statistics {
+            mean: self.middle + mean,
+            deviation: (self.squares / self.n - mean * mean).max(0.0).sqrt(),
+            percentiles: percents.map(|p| (p, self.histogram.percentile(p))).collect(),
+        }
     }
 }
 
