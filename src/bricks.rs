@@ -19,6 +19,7 @@
 
 mod columns;
 mod critical;
+mod local;
 mod part;
 mod parts;
 mod plan;
@@ -26,6 +27,7 @@ mod source;
 mod survey;
 mod unite;
 
+pub use local::{Limits, MERGE_BYTES_PER_TRIANGLE, compute_parts, part_of};
 pub use part::{Border, Part, PartHead};
 pub use parts::Parts;
 pub use plan::{Blocks, Brick, Plan, Recipe, cut};

@@ -7,6 +7,7 @@
 mod analyze;
 mod backend_arguments;
 mod border_arguments;
+mod bricks;
 mod budget;
 mod camera_arguments;
 mod clip_argument;

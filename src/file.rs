@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 pub use beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
 pub(crate) use facing::Units;
 pub(crate) use parts::parts;
+use parts::parts_of;
 
 use crate::error::{Error, Result};
 use crate::input;
@@ -102,7 +103,7 @@ fn decode_file(path: &Path, decode: impl Fn(&[u8]) -> Result<Spectrum>) -> Resul
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
     spectrum.check()?;
-    Ok(triangles::arranged(spectrum).0)
+    Ok(triangles::arranged(spectrum.clone()).0)
 }
 
 /// The content of the section that says what a spectrum is of: JSON.
@@ -123,8 +124,28 @@ fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
 ///
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
-    let (spectrum, [info, isovalues, ranks, triangles, positions], _) =
-        parts(spectrum, Units::FILE)?;
+    into_bytes(spectrum.clone()).map(|written| written.bytes)
+}
+
+/// The bytes of a file, and what is in it.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// The spectrum, in the order of the file; its positions are not rounded.
+    pub spectrum: Spectrum,
+    /// Of each of its vertices, which it was before.
+    pub order: Vec<u32>,
+}
+
+/// As [`to_bytes`], of a spectrum that is not needed any more as it was: it takes less memory.
+///
+/// # Errors
+///
+/// As [`to_bytes`].
+pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
+    let (spectrum, [info, isovalues, ranks, triangles, positions], order) =
+        parts_of(spectrum, Units::FILE)?;
     if info.len() > LONGEST_INFO {
         return Err(Error::input(format!(
             "the description of the spectrum takes {} bytes, expected at most {LONGEST_INFO}",
@@ -147,7 +168,7 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
         let least = if tag == *b"VERT" { n_unused(&spectrum) } else { 0 };
         write_section(&mut file, tag, &content, Packing::Deflated, least);
     }
-    Ok(file)
+    Ok(Written { bytes: file, spectrum, order })
 }
 
 /// How many vertices no triangle uses, of a spectrum in the order of a file, where they come last.

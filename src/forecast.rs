@@ -101,9 +101,9 @@ impl Forecast {
         }
     }
 
-    /// Bytes that a volume of so many samples takes while its spectrum is computed, whatever else does.
-    pub fn least_memory(n_samples: usize) -> f64 {
-        BYTES_PER_SAMPLE * n_samples as f64
+    /// Bytes that a volume of so many samples along x, y, z takes while its spectrum is computed, whatever else does.
+    pub fn least_memory(dims: [usize; 3]) -> f64 {
+        BYTES_PER_SAMPLE * dims.map(|n| n as f64).iter().product::<f64>()
     }
 
     /// Whether most of the triangles come from events, so that fewer events would help most.

@@ -139,6 +139,11 @@ impl Samples {
         }
     }
 
+    /// Bytes that they take.
+    pub fn n_bytes(&self) -> usize {
+        with_samples!(self, s => std::mem::size_of_val(&s[..]))
+    }
+
     /// Whether float32 does not hold all samples of the type.
     fn is_wide(&self) -> bool {
         matches!(self, Samples::U32(_) | Samples::I32(_) | Samples::F64(_))

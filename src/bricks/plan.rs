@@ -36,6 +36,13 @@ pub struct Brick {
     pub crc32: u32,
 }
 
+impl Brick {
+    /// Its samples along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        [0, 1, 2].map(|a| self.end[a] - self.first[a])
+    }
+}
+
 /// All that parts depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -46,6 +46,16 @@ impl Source {
         }
     }
 
+    /// Samples along x, y, z where the file is one that is read by blocks; no sample is looked at.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Slabs::of`].
+    pub fn dims_in_file(&self) -> Result<Option<[usize; 3]>> {
+        let Source::File { path, options, .. } = self else { return Ok(None) };
+        Ok(Slabs::of(path, options)?.map(|slabs| slabs.dims()))
+    }
+
     /// The file, where it is one.
     pub fn path(&self) -> Option<&Path> {
         match self {

@@ -7,7 +7,7 @@ use super::part::PartHead;
 use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
 use crate::spectrum::{Event, Joiner, Spectrum, SpectrumBuilder, Unlike};
-use crate::sweep::{Counts, tell_shares, told};
+use crate::sweep::{Counts, Progress, tell_shares, told};
 use crate::topology::blocks::joined;
 
 /// Under this name the parameters of a spectrum tell of how many bricks it is made.
@@ -26,12 +26,13 @@ pub(super) struct Joined {
 /// # Errors
 ///
 /// [`Error::Io`]; [`Error::Input`] if parts are missing or damaged, do not fit each other, or are too many for one spectrum;
-/// [`Error::Internal`] where their events contradict each other.
-pub fn merge(parts: &Parts, volume: &Opened) -> Result<Spectrum> {
-    let Joined { whole, heads } = join_borders(parts, volume)?;
+/// [`Error::Internal`] where their events contradict each other; [`Error::Interrupted`].
+pub fn merge(parts: &Parts, volume: &Opened, progress: &dyn Progress) -> Result<Spectrum> {
+    let Joined { whole, heads } = join_borders(parts, volume, progress)?;
     let size = |i: usize| heads.iter().map(|h| h.size()[i]).sum::<u64>() as usize;
     let mut joiner = Joiner::for_size([0, 1, 2].map(size));
     for number in 0..parts.n() {
+        report(progress, number, parts.n())?;
         let part = parts.part(number)?;
         joiner.append(&part.patch, &part.shared())?.map_err(|at| unlike(number, at))?;
     }
@@ -50,7 +51,11 @@ pub fn merge(parts: &Parts, volume: &Opened) -> Result<Spectrum> {
 /// # Errors
 ///
 /// As [`merge`].
-pub(super) fn join_borders(parts: &Parts, volume: &Opened) -> Result<Joined> {
+pub(super) fn join_borders(
+    parts: &Parts,
+    volume: &Opened,
+    progress: &dyn Progress,
+) -> Result<Joined> {
     parts.check_all_there()?;
     let recipe = &parts.plan().recipe;
     let range = recipe.parameters.range.unwrap_or(recipe.volume.range);
@@ -58,6 +63,7 @@ pub(super) fn join_borders(parts: &Parts, volume: &Opened) -> Result<Joined> {
     let mut heads = Vec::with_capacity(parts.n());
     let mut blocks = Vec::with_capacity(parts.n());
     for number in 0..parts.n() {
+        stop(progress)?;
         let border = parts.border(number)?;
         heads.push(border.head);
         blocks.push(border.topology);
@@ -76,6 +82,16 @@ pub(super) fn join_borders(parts: &Parts, volume: &Opened) -> Result<Joined> {
         whole.parameters[name] = what.clone();
     }
     Ok(Joined { whole, heads })
+}
+
+/// Tells how many parts have been taken in, and stops where that is asked for.
+pub(super) fn report(progress: &dyn Progress, number: usize, n: usize) -> Result<()> {
+    progress.report(number as f64 / n as f64, &format!("merging {number} of {n} parts"));
+    stop(progress)
+}
+
+fn stop(progress: &dyn Progress) -> Result<()> {
+    if progress.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }
 
 /// What the spectrum tells of how it was computed, and the areas of all parts.

@@ -24,49 +24,83 @@ const OFF_BY: f64 = 2.0;
 /// The flags of the budget.
 #[derive(Args, Debug)]
 pub(super) struct BudgetArguments {
-    /// Refuse to begin where more triangles are expected [default: warn above 20 million]
+    /// Refuse to begin where more triangles are expected, stop where bricks have more [default: warn above 20 million]
     #[arg(long, value_name = "N", value_parser = super::compute::positive, allow_negative_numbers = true)]
     max_triangles: Option<f64>,
-    /// Refuse to begin where more memory is expected, e.g. 8GB [default: warn above 16GiB,
-    /// refuse what the machine cannot hold]
+    /// Work within this memory, e.g. 8GB: in bricks where more is expected of the whole; refuse where those do not help
+    /// [default: what the system leaves]
     #[arg(long, value_name = "SIZE")]
     max_memory: Option<Bytes>,
 }
 
+/// How much memory there is, and who says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limit {
+    pub(super) bytes: f64,
+    by: &'static str,
+}
+
+impl Limit {
+    /// What to say of memory that is expected and is more.
+    pub(super) fn beyond(self, expected: f64) -> Option<String> {
+        (expected > self.bytes).then(|| {
+            let [expected, left] = [expected, self.bytes].map(|x| report::bytes(x as u64));
+            format!("about {expected} of memory expected as a whole, {} leaves {left}", self.by)
+        })
+    }
+}
+
 impl BudgetArguments {
-    /// What to expect of a sweep; warns where that is beyond the budget, or beyond what the machine has.
+    /// The memory that may be used: what was asked for, or what the system leaves; none where that cannot be known.
+    pub(super) fn limit(&self) -> Option<Limit> {
+        match self.max_memory {
+            Some(Bytes(bytes)) => Some(Limit { bytes, by: "--max-memory" }),
+            None => machine::allowed().map(|Allowed { bytes, by }| Limit { bytes, by }),
+        }
+    }
+
+    /// Most triangles, where it was said.
+    pub(super) fn max_triangles(&self) -> Option<f64> {
+        self.max_triangles
+    }
+
+    /// What to expect of the sweep of a whole volume.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ExactField::new`] and [`Topology::compute`].
+    pub(super) fn forecast(volume: &Volume, range: (f64, f64), error: f64) -> Result<Forecast> {
+        let field = ExactField::new(volume)?;
+        let forecast = Forecast::of(&field, &Topology::compute(&field)?, range, error);
+        log::debug!("{forecast:?}");
+        Ok(forecast)
+    }
+
+    /// Warns where a volume as a whole is beyond the budget, or beyond what the machine has.
     ///
     /// # Errors
     ///
     /// [`Error::Usage`] where it is beyond a budget that was given as a flag, or where no memory was
     /// given and it is clearly beyond what there is.
-    pub(super) fn check(&self, volume: &Volume, range: (f64, f64), error: f64) -> Result<Forecast> {
+    pub(super) fn check(&self, name: &str, forecast: &Forecast) -> Result<()> {
         // A memory that was given is what the user knows of the machine.
         let allowed = machine::allowed().filter(|_| self.max_memory.is_none());
-        let name = volume.name();
-        let least = Forecast::least_memory(volume.dims().iter().product());
-        if let Some(refused) = allowed.and_then(|allowed| beyond_machine(least, allowed, 1.0)) {
-            return Err(Error::Usage(format!("{name}: {refused}; --range does not help")));
-        }
-        let field = ExactField::new(volume)?;
-        let forecast = Forecast::of(&field, &Topology::compute(&field)?, range, error);
-        log::debug!("{forecast:?}");
-        let advice = advice(&forecast);
+        let advice = advice(forecast);
         let refused = allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, OFF_BY));
         if let Some(refused) = refused {
             return Err(Error::Usage(format!("{name}: {refused}; {advice}")));
         }
-        if let Some(beyond) = self.beyond(&forecast, |is_given| is_given) {
+        if let Some(beyond) = self.beyond(forecast, |is_given| is_given) {
             return Err(Error::Usage(format!("{name}: {beyond}; {advice}")));
         }
-        if let Some(beyond) = self.beyond(&forecast, |_| true) {
+        if let Some(beyond) = self.beyond(forecast, |_| true) {
             log::warn!("{name}: {beyond}; {advice}");
         } else if let Some(beyond) =
             allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, 1.0))
         {
             log::warn!("{name}: {beyond}; {advice}");
         }
-        Ok(forecast)
+        Ok(())
     }
 
     /// What of a forecast is beyond the limits that count, by whether they are given as flags.

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use isospectrum::bricks::{Plan as BrickPlan, SIDE, Source, Survey, cut};
 use isospectrum::forecast::Forecast;
-use isospectrum::prepared::Prepared;
+use isospectrum::prepared::{Noise, Prepared};
 use isospectrum::sweep::Parameters;
 use isospectrum::verify::{Glance, glance};
 use isospectrum::volume::Statistics;
@@ -13,7 +14,8 @@ use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
-use super::budget::BudgetArguments;
+use super::bricks::{InBricks, Made};
+use super::budget::{BudgetArguments, Limit};
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::output::Output;
@@ -22,7 +24,8 @@ use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
-use super::{report, spectrum_file};
+use super::spectrum_file::is_folder_name;
+use super::{plan, report, spectrum_file};
 
 /// Isovalues at which a spectrum is measured once it has been computed.
 const GLANCES: usize = 12;
@@ -33,7 +36,7 @@ const GLANCES: usize = 12;
 pub(super) struct Compute {
     #[command(flatten)]
     volume: VolumeArguments,
-    /// Spectrum to write (.isp); - is stdout
+    /// Spectrum to write (.isp), or a folder of its parts (.ispt); - is stdout
     #[arg(short, long, value_name = "FILE", required_unless_present = "plan")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -44,6 +47,9 @@ pub(super) struct Compute {
     parameters: ParameterArguments,
     #[command(flatten)]
     budget: BudgetArguments,
+    /// Compute in bricks of about N cells along a side, as by itself where memory does not suffice
+    #[arg(long, value_name = "N", conflicts_with = "plan")]
+    brick: Option<usize>,
     #[command(flatten)]
     parts: PartArguments,
     #[command(flatten)]
@@ -103,6 +109,11 @@ pub(super) struct ParameterArguments {
 }
 
 impl ParameterArguments {
+    /// Whether something is asked for that bricks have not.
+    fn is_of_a_whole(&self) -> bool {
+        self.initial_mesh.is_some() || self.by_component
+    }
+
     /// For a volume of this range, of whose samples this is known.
     pub(super) fn resolve(
         &self,
@@ -135,10 +146,10 @@ impl ParameterArguments {
 #[derive(Serialize)]
 struct Computed<'a> {
     seconds: f64,
-    /// The spectrum measured against its volume at a few isovalues.
-    measured: Glance,
-    /// What was expected before the sweep.
-    forecast: Forecast,
+    /// The spectrum measured against its volume at a few isovalues; not of one in bricks, whose volume is nowhere as a whole.
+    measured: Option<Glance>,
+    /// What was expected before the sweep of a whole.
+    forecast: Option<Forecast>,
     #[serde(flatten)]
     facts: Facts<'a>,
 }
@@ -155,25 +166,107 @@ impl Compute {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let backend = self.backend.open()?;
-        let volume = self.volume.read()?;
         let started = Instant::now();
+        let whole = match self.way()? {
+            Way::Whole(whole) => *whole,
+            Way::Bricks(bricks) => {
+                let made = bricks.compute(output, &backend, quiet)?;
+                return self.tell(&made, (path, started), None, quiet);
+            }
+        };
+        let Whole { prepared, parameters, forecast } = whole;
+        let spectrum = prepared.compute(&parameters, &backend, &Bar::new(quiet))?;
+        let n_bytes = spectrum_file::write(&spectrum, output)?;
+        let measured = (!quiet || self.json).then(|| glance(&spectrum, prepared.volume(), GLANCES));
+        let measured = measured.transpose()?.map(|measured| (measured, forecast));
+        self.tell(&Made { spectrum, n_bytes }, (path, started), measured, quiet)
+    }
+
+    /// As a whole, or in bricks: where that is asked for, or more memory is expected than there may be used.
+    fn way(&self) -> anyhow::Result<Way> {
+        let limit = self.budget.limit();
+        let is_folder = self.output.as_deref().is_some_and(is_folder_name);
+        if self.brick.is_some() || is_folder {
+            return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None)?)));
+        }
+        let source = self.volume.source()?;
+        let is_plain = self.preparation.is_none() && self.simplify.is_none();
+        if is_plain && let Some(dims) = source.dims_in_file()? {
+            let beyond = limit.and_then(|l| l.beyond(Forecast::least_memory(dims)));
+            if let Some(why) = beyond.filter(|_| self.may_be_in_bricks(dims)) {
+                return Ok(Way::Bricks(Box::new(self.in_bricks(limit, Some(why))?)));
+            }
+        }
+        let volume = self.volume.read()?;
         let (volume, preparation) = self.preparation.apply(volume)?;
+        let noise = self.simplify.noise(&volume);
         let (volume, cleaned) = self.simplify.apply(volume)?;
         let prepared = Prepared::of(volume, preparation, cleaned);
         let volume = prepared.volume();
         let parameters = self.parameters.resolve(volume.range(), prepared.samples())?;
+        let may_be = self.may_be_in_bricks(volume.dims());
+        let why = |memory| limit.and_then(|limit| limit.beyond(memory)).filter(|_| may_be);
+        let in_bricks = |prepared: Prepared, why| -> anyhow::Result<Way> {
+            // Samples that can be read again need not stay.
+            let of_file = if is_plain { Survey::of_file(&source)? } else { None };
+            let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
+            let bricks = self.planned((source, survey, noise), &parameters, limit, Some(why))?;
+            Ok(Way::Bricks(Box::new(bricks)))
+        };
+        if let Some(why) = why(Forecast::least_memory(volume.dims())) {
+            return in_bricks(prepared, why);
+        }
         let range = parameters.range.unwrap_or(volume.range());
-        let forecast = self.budget.check(volume, range, parameters.error)?;
-        let spectrum = prepared.compute(&parameters, &backend, &Bar::new(quiet))?;
-        let n_bytes = spectrum_file::write(&spectrum, output)?;
-        let facts = Facts::of(&spectrum, n_bytes);
+        let forecast = BudgetArguments::forecast(volume, range, parameters.error)?;
+        if let Some(why) = why(forecast.memory) {
+            return in_bricks(prepared, why);
+        }
+        self.budget.check(volume.name(), &forecast)?;
+        Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })))
+    }
+
+    /// Whether bricks would be of any use.
+    fn may_be_in_bricks(&self, dims: [usize; 3]) -> bool {
+        cut(dims, SIDE).len() > 1 && !self.parameters.is_of_a_whole()
+    }
+
+    fn in_bricks(&self, limit: Option<Limit>, why: Option<String>) -> anyhow::Result<InBricks> {
+        let source = self.volume.source()?;
+        let (survey, noise) =
+            plan::survey(&source, &self.volume, &self.preparation, &self.simplify)?;
+        let parameters = self.parameters.resolve(survey.info().range, survey.samples())?;
+        self.planned((source, survey, noise), &parameters, limit, why)
+    }
+
+    fn planned(
+        &self,
+        (source, survey, noise): (Source, Survey, Noise),
+        parameters: &Parameters,
+        limit: Option<Limit>,
+        why: Option<String>,
+    ) -> anyhow::Result<InBricks> {
+        let side = self.brick.unwrap_or(SIDE);
+        let plan = BrickPlan::new(source, &survey, noise, parameters, side)?;
+        let triangles = self.budget.max_triangles();
+        Ok(InBricks { plan, survey, limit, triangles, why })
+    }
+
+    /// Says what came out.
+    fn tell(
+        &self,
+        Made { spectrum, n_bytes }: &Made,
+        (path, started): (&Path, Instant),
+        measured: Option<(Glance, Forecast)>,
+        quiet: bool,
+    ) -> anyhow::Result<()> {
+        let facts = Facts::of(spectrum, *n_bytes);
         let seconds = started.elapsed().as_secs_f64();
         if quiet && !self.json {
             return Ok(());
         }
-        let measured = glance(&spectrum, volume, GLANCES)?;
+        let (measured, forecast) = measured.unzip();
         log::info!("{}: done in {seconds:.1} s", path.display());
-        report::tell(&summary(&facts, &measured, spectrum.tolerance));
+        report::tell(&summary(&facts, measured.as_ref(), spectrum.tolerance));
         if log::log_enabled!(log::Level::Debug) {
             report::tell(&facts.table());
         }
@@ -184,15 +277,30 @@ impl Compute {
     }
 }
 
+/// How a spectrum is computed.
+enum Way {
+    Whole(Box<Whole>),
+    Bricks(Box<InBricks>),
+}
+
+/// A volume that is swept as a whole.
+struct Whole {
+    prepared: Prepared,
+    parameters: Parameters,
+    forecast: Forecast,
+}
+
 impl Compute {
     /// Whatever else the name says, such as `volume.raw`, is a slip of the hand.
     fn open_output(&self, path: &Path) -> Result<Output> {
         // A pipe or a device may have any name.
         let is_file = std::fs::metadata(path).map_or(true, |found| found.is_file());
         let is_isp = path.extension().is_some_and(|extension| extension == "isp");
-        if is_file && !is_isp && path != Path::new("-") {
+        if is_file && !is_isp && !is_folder_name(path) && path != Path::new("-") {
             let shown = path.display();
-            return Err(Error::Usage(format!("{shown}: expected a name that ends in .isp")));
+            return Err(Error::Usage(format!(
+                "{shown}: expected a name that ends in .isp, or in .ispt for a folder"
+            )));
         }
         let volume = self.volume.files();
         let mask = self.preparation.files();
@@ -203,15 +311,17 @@ impl Compute {
 }
 
 /// What came out, for people: how good it is, and how large.
-fn summary(facts: &Facts, measured: &Glance, tolerance: f64) -> String {
+fn summary(facts: &Facts, measured: Option<&Glance>, tolerance: f64) -> String {
     let tolerance = report::number(tolerance);
-    let within = measured.within_tolerance_share.map_or_else(
-        || "-".to_owned(),
-        |share| format!("{} of the triangles within {tolerance} voxel", report::percent(share)),
-    );
     let mut rows = facts.summary();
-    rows.insert(1, ("tolerance", within));
-    rows.insert(2, ("radius ratio", report::number_or_dash(measured.radius_ratio)));
+    if let Some(measured) = measured {
+        let within = measured.within_tolerance_share.map_or_else(
+            || "-".to_owned(),
+            |share| format!("{} of the triangles within {tolerance} voxel", report::percent(share)),
+        );
+        rows.insert(1, ("tolerance", within));
+        rows.insert(2, ("radius ratio", report::number_or_dash(measured.radius_ratio)));
+    }
     report::table(&rows)
 }
 

@@ -9,6 +9,7 @@ use isospectrum::bricks::{self, Parts};
 use super::info::Facts;
 use super::output::Output;
 use super::plan::{self, folder_of_parts};
+use super::progress::Bar;
 use super::spectrum_file::named;
 use super::{report, spectrum_file};
 
@@ -41,8 +42,8 @@ impl Merge {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         parts.check_all_there().map_err(named(&self.plan))?;
-        let spectrum = bricks::merge(&parts, &plan.open()?)?;
-        let n_bytes = spectrum_file::write(&spectrum, output)?;
+        let spectrum = bricks::merge(&parts, &plan.open()?, &Bar::new(quiet))?;
+        let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
         let facts = Facts::of(&spectrum, n_bytes);
         if self.json {
             report::print_json("merge", &facts)?;

@@ -2,12 +2,10 @@
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::sync::Arc;
 
 use clap::Args;
-use isospectrum::bricks::{Part, Parts};
+use isospectrum::bricks::{Parts, part_of};
 use isospectrum::kernels::Backend;
-use isospectrum::sweep::compute_block;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -72,10 +70,7 @@ impl PartArguments {
                 Some(volume) => volume,
                 None => plan.open()?,
             };
-            let block = Arc::new(plan.block(&volume, number)?);
-            let swept = compute_block(&block, &plan.recipe.parameters, backend, &Bar::new(quiet))?;
-            let topology = plan.topology(&volume, number)?;
-            let bytes = Part::to_bytes(&plan, number, &backend.name(), (&swept, &topology))?;
+            let bytes = part_of(&plan, &volume, number, backend, &Bar::new(quiet))?;
             let n_bytes = output.write_bytes(&bytes)?;
             log::info!("{}: {}", file.display(), report::bytes(n_bytes));
             opened = Some(volume);

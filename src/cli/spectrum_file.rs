@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isospectrum::file::{self, MAGIC, thesis};
+use isospectrum::file::{self, MAGIC, Written, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result, input};
 
@@ -54,6 +54,17 @@ pub(super) fn named(path: &Path) -> impl Fn(Error) -> Error + '_ {
 /// Writes a spectrum in our format; how many bytes that took.
 pub(super) fn write(spectrum: &Spectrum, output: Output) -> Result<u64> {
     write_as(spectrum, Format::Isp, output)
+}
+
+/// As [`write`], of a spectrum that is not needed any more as it was; gives it back in the order of the file.
+pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectrum, u64)> {
+    let Written { bytes, spectrum, .. } = file::into_bytes(spectrum)?;
+    Ok((spectrum, output.write_bytes(&bytes)?))
+}
+
+/// Whether a name is that of a folder of the parts of a spectrum.
+pub(super) fn is_folder_name(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "ispt")
 }
 
 /// Writes a spectrum in a format; how many bytes that took.

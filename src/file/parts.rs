@@ -19,15 +19,22 @@ type Parts = (Spectrum, [Vec<u8>; 5], Vec<u32>);
 /// [`crate::Error::Input`] if the spectrum does not pass [`Spectrum::check`], or its triangles are no meshes: so many
 /// meet at vertices of so many knots that a reader would not look at all of them.
 pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<Parts> {
+    parts_of(spectrum.clone(), units)
+}
+
+/// As [`parts`], of a spectrum that is not needed any more as it was.
+pub(super) fn parts_of(spectrum: Spectrum, units: Units) -> Result<Parts> {
     spectrum.check()?;
-    let info = info(spectrum)?;
+    let info = info(&spectrum)?;
     let (spectrum, walk, order) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
+    let triangles = triangles::write_triangles(&walk, &spectrum.triangles, &ranks);
+    drop(walk);
     let sections = [
         info,
         tables::write_isovalues(&spectrum.isovalues),
         write_ranks(&ranks),
-        triangles::write_triangles(&walk, &spectrum.triangles, &ranks),
+        triangles,
         write_geometry(&spectrum, &ranks, units)?,
     ];
     Ok((spectrum, sections, order))

@@ -18,38 +18,36 @@ use crate::spectrum::{Collapse, Spectrum, Triangle};
 const WITH_A_VERTEX: u64 = 0;
 const AS_BEFORE: u64 = 1;
 
-/// The spectrum in the order of the file, the walk that tells its triangles, and of each vertex which it was.
-pub(super) fn arranged(spectrum: &Spectrum) -> (Spectrum, Walk, Vec<u32>) {
-    let (order, walk) =
-        arrange(&spectrum.triangles, spectrum.n_vertices(), spectrum.isovalues.len());
-    let mut number = vec![0; spectrum.n_vertices()];
-    let mut first_knot = vec![0];
-    let mut knots = Vec::with_capacity(spectrum.knots.len());
+/// The spectrum in the order of the file, the walk that tells its triangles, and of each vertex which it was. Columns of the
+/// spectrum as it was go as soon as those in their place are there.
+pub(super) fn arranged(spectrum: Spectrum) -> (Spectrum, Walk, Vec<u32>) {
+    let n_vertices = spectrum.n_vertices();
+    let (order, walk) = arrange(&spectrum.triangles, n_vertices, spectrum.isovalues.len());
+    let Spectrum { first_knot, knots, triangles, collapses, .. } = spectrum;
+    let old = triangles;
+    let triangles = order.triangles.into_iter();
+    let triangles = triangles.map(|(i, vertices)| Triangle { vertices, ..old[i as usize] });
+    let triangles = triangles.collect();
+    drop(old);
+    let mut number = vec![0; n_vertices];
+    let mut new_first = Vec::with_capacity(n_vertices + 1);
+    new_first.push(0);
+    let mut new_knots = Vec::with_capacity(knots.len());
     for (&v, new) in order.vertices.iter().zip(0..) {
         number[v as usize] = new;
-        knots.extend_from_slice(spectrum.trajectory(v));
-        first_knot.push(knots.len() as u32);
+        let [from, to] = [v as usize, v as usize + 1].map(|v| first_knot[v] as usize);
+        new_knots.extend_from_slice(&knots[from..to]);
+        new_first.push(new_knots.len() as u32);
     }
-    let triangles = order.triangles.iter();
-    let triangles =
-        triangles.map(|&(i, vertices)| Triangle { vertices, ..spectrum.triangles[i as usize] });
-    let collapses = spectrum.collapses.iter().map(|c| Collapse {
+    drop((knots, first_knot));
+    let collapses = collapses.iter().map(|c| Collapse {
         vertex: number[c.vertex as usize],
         target: number[c.target as usize],
         ..*c
     });
-    let arranged = Spectrum {
-        volume: spectrum.volume.clone(),
-        range: spectrum.range,
-        tolerance: spectrum.tolerance,
-        parameters: spectrum.parameters.clone(),
-        events: spectrum.events.clone(),
-        isovalues: spectrum.isovalues.clone(),
-        first_knot,
-        knots,
-        triangles: triangles.collect(),
-        collapses: collapses.collect(),
-    };
+    let collapses = collapses.collect();
+    let (first_knot, knots) = (new_first, new_knots);
+    let arranged = Spectrum { first_knot, knots, triangles, collapses, ..spectrum };
     (arranged, walk, order.vertices)
 }
 
