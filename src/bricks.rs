@@ -24,6 +24,7 @@ mod part;
 mod parts;
 mod plan;
 mod source;
+mod split;
 mod survey;
 mod unite;
 
@@ -32,6 +33,7 @@ pub use part::{Border, Part, PartHead};
 pub use parts::Parts;
 pub use plan::{Blocks, Brick, Plan, Recipe, cut};
 pub use source::{Opened, Source};
+pub use split::merge_to_folder;
 pub use survey::Survey;
 pub use unite::merge;
 

@@ -40,6 +40,7 @@ mod series;
 mod simplify_arguments;
 mod spectrum_file;
 mod surface_argument;
+mod target;
 pub(crate) mod terminal;
 pub(crate) mod usage;
 mod verify;

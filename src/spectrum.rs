@@ -32,7 +32,7 @@ pub(crate) use assembly::Assembly;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
 pub use components::{Component, Components, Keep};
-pub use joiner::{Joiner, Unlike};
+pub use joiner::{Joiner, Seam, Unlike};
 pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use normals::Normals;

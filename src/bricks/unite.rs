@@ -37,7 +37,7 @@ pub fn merge(parts: &Parts, volume: &Opened, progress: &dyn Progress) -> Result<
         joiner.append(&part.patch, &part.shared())?.map_err(|at| unlike(number, at))?;
     }
     let mut builder = SpectrumBuilder::new();
-    builder.push_patch(joiner.finish());
+    builder.push_patch(joiner.finish().0);
     let Spectrum { volume: info, range, tolerance, parameters, events, .. } = whole;
     let mut spectrum = builder.finish(info, range, tolerance, parameters, events)?;
     if let Opened::Whole(prepared) = volume {
@@ -73,7 +73,7 @@ pub(super) fn join_borders(
     let arcs = topology.n_arcs_in(range) as u64;
     let events: Vec<Event> = topology.events.into_iter().filter(inside).collect();
     let mut builder = SpectrumBuilder::new();
-    builder.push_patch(Joiner::default().finish());
+    builder.push_patch(Joiner::default().finish().0);
     let (parameters, areas) = parameters(parts.plan(), &heads, arcs);
     let tolerance = recipe.parameters.error;
     let mut whole = builder.finish(recipe.volume.clone(), range, tolerance, parameters, events)?;
@@ -115,7 +115,7 @@ fn parameters(plan: &Plan, heads: &[PartHead], arcs: u64) -> (serde_json::Value,
     (parameters, areas)
 }
 
-fn unlike(number: usize, Unlike(place): Unlike) -> Error {
+pub(super) fn unlike(number: usize, Unlike(place): Unlike) -> Error {
     Error::input(format!(
         "part {number} has another vertex at {place:?} than the part beside it, expected parts of one volume"
     ))

@@ -1,17 +1,13 @@
 //! `compute` in bricks: the parts in a folder of their own beside the result, which goes in the end.
 
-use std::path::Path;
-
-use isospectrum::bricks::{Limits, Opened, Parts, Plan, Survey, compute_parts, merge};
-use isospectrum::file::PartFolder;
+use isospectrum::bricks::{Limits, Opened, Parts, Plan, Survey, compute_parts};
 use isospectrum::kernels::Backend;
-use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
 use super::budget::Limit;
-use super::output::Output;
 use super::progress::Bar;
-use super::{report, spectrum_file};
+use super::report;
+use super::target::{Made, Target, named_for};
 
 /// What the program itself takes, and the topology that joins the parts, bytes: some ten megabytes each.
 const PROGRAM: f64 = 48e6;
@@ -28,39 +24,23 @@ pub(super) struct InBricks {
     pub(super) why: Option<String>,
 }
 
-/// What was computed: a spectrum, of whose triangles only numbers are known where it is a folder, and the bytes that were written.
-pub(super) struct Made {
-    pub(super) spectrum: Spectrum,
-    pub(super) n_bytes: u64,
-}
-
 impl InBricks {
     /// Computes and writes the spectrum.
-    pub(super) fn compute(
-        self,
-        output: Output,
-        backend: &Backend,
-        quiet: bool,
-    ) -> anyhow::Result<Made> {
-        let folder = match &output {
-            Output::File(path) if is_replaced(path) => PartFolder::beside(path)?,
-            _ => PartFolder::beside(&std::env::temp_dir().join("isospectrum"))?,
-        };
+    pub(super) fn compute(self, target: Target, backend: &Backend, quiet: bool) -> Result<Made> {
+        let limits = self.limits(target.is_folder())?;
+        let shown = target.name();
+        let work = target.work_folder()?;
         self.announce();
-        let spectrum = {
-            let parts = Parts::new(&self.plan, folder.path());
-            let bar = Bar::new(quiet);
-            compute_parts(&parts, self.survey.opened(), backend, self.limits()?, &bar)?;
-            merge(&parts, self.survey.opened(), &bar)?
-        };
-        // Nothing is written beside while it is there.
-        drop(folder);
-        let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
-        Ok(Made { spectrum, n_bytes })
+        let parts = Parts::new(&self.plan, work.path());
+        let bar = Bar::new(quiet);
+        let volume = self.survey.opened();
+        compute_parts(&parts, volume, backend, limits, &bar)
+            .map_err(|error| named_for(error, work.path(), &shown))?;
+        target.merge(&parts, volume, Some(work), &bar)
     }
 
     /// What is left for the bricks.
-    fn limits(&self) -> Result<Limits> {
+    fn limits(&self, is_folder: bool) -> Result<Limits> {
         let Some(limit) = self.limit else {
             let (memory, merge) = (f64::INFINITY, None);
             return Ok(Limits { memory, merge, triangles: self.triangles });
@@ -71,7 +51,9 @@ impl InBricks {
             let beyond = limit.beyond(PROGRAM + self.samples_in_memory()).unwrap_or_default();
             return Err(Error::Usage(format!("{name}: {beyond}; bricks do not help")));
         }
-        Ok(Limits { memory: left, merge: Some(left), triangles: self.triangles })
+        // A folder is merged part by part.
+        let merge = (!is_folder).then_some(left);
+        Ok(Limits { memory: left, merge, triangles: self.triangles })
     }
 
     /// Bytes of samples that stay in memory.
@@ -94,9 +76,4 @@ impl InBricks {
         };
         log::info!("{name}: {why}in {n} bricks of about {}^3 cells{whole}", self.plan.recipe.side);
     }
-}
-
-/// Whether a file is put in the place of what is there, not written to.
-fn is_replaced(path: &Path) -> bool {
-    std::fs::metadata(path).map_or(true, |found| found.is_file())
 }

@@ -14,17 +14,16 @@ use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
-use super::bricks::{InBricks, Made};
+use super::bricks::InBricks;
 use super::budget::{BudgetArguments, Limit};
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
-use super::output::Output;
 use super::parts::PartArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
 use super::volume_arguments::VolumeArguments;
-use super::spectrum_file::is_folder_name;
+use super::target::{Made, Target, is_folder_name};
 use super::{plan, report, spectrum_file};
 
 /// Isovalues at which a spectrum is measured once it has been computed.
@@ -171,10 +170,14 @@ impl Compute {
         };
         let Whole { prepared, parameters, forecast } = whole;
         let spectrum = prepared.compute(&parameters, &backend, &Bar::new(quiet))?;
+        let Target::File(output) = output else {
+            return Err(Error::internal("a folder of parts that is computed as a whole").into());
+        };
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let measured = (!quiet || self.json).then(|| glance(&spectrum, prepared.volume(), GLANCES));
         let measured = measured.transpose()?.map(|measured| (measured, forecast));
-        self.tell(&Made { spectrum, n_bytes }, (path, started), measured, quiet)
+        let made = Made::File(Box::new(spectrum), n_bytes);
+        self.tell(&made, (path, started), measured, quiet)
     }
 
     /// As a whole, or in bricks: where that is asked for, or more memory is expected than there may be used.
@@ -249,19 +252,19 @@ impl Compute {
     /// Says what came out.
     fn tell(
         &self,
-        Made { spectrum, n_bytes }: &Made,
+        made: &Made,
         (path, started): (&Path, Instant),
         measured: Option<(Glance, Forecast)>,
         quiet: bool,
     ) -> anyhow::Result<()> {
-        let facts = Facts::of(spectrum, *n_bytes);
+        let facts = made.facts();
         let seconds = started.elapsed().as_secs_f64();
         if quiet && !self.json {
             return Ok(());
         }
         let (measured, forecast) = measured.unzip();
         log::info!("{}: done in {seconds:.1} s", path.display());
-        report::tell(&summary(&facts, measured.as_ref(), spectrum.tolerance));
+        report::tell(&summary(&facts, measured.as_ref()));
         if log::log_enabled!(log::Level::Debug) {
             report::tell(&facts.table());
         }
@@ -287,7 +290,7 @@ struct Whole {
 
 impl Compute {
     /// Whatever else the name says, such as `volume.raw`, is a slip of the hand.
-    fn open_output(&self, path: &Path) -> Result<Output> {
+    fn open_output(&self, path: &Path) -> Result<Target> {
         // A pipe or a device may have any name.
         let is_file = std::fs::metadata(path).map_or(true, |found| found.is_file());
         let is_isp = path.extension().is_some_and(|extension| extension == "isp");
@@ -301,13 +304,13 @@ impl Compute {
         let mask = self.preparation.files();
         let inputs = volume.iter().chain(&mask).chain(&self.parameters.initial_mesh);
         let inputs = inputs.map(PathBuf::as_path);
-        Output::open(path, &inputs.collect::<Vec<_>>())
+        Target::open(path, &inputs.collect::<Vec<_>>())
     }
 }
 
 /// What came out, for people: how good it is, and how large.
-fn summary(facts: &Facts, measured: Option<&Glance>, tolerance: f64) -> String {
-    let tolerance = report::number(tolerance);
+fn summary(facts: &Facts, measured: Option<&Glance>) -> String {
+    let tolerance = report::number(facts.tolerance());
     let mut rows = facts.summary();
     if let Some(measured) = measured {
         let within = measured.within_tolerance_share.map_or_else(

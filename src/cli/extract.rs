@@ -15,6 +15,7 @@ use super::frames::{Pattern, Sweep};
 use super::isovalue::{Isovalue, in_spectrum};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
+use super::spectrum_file::Opened;
 use super::{empty, report, spectrum_file};
 
 /// Write the mesh at one isovalue
@@ -107,16 +108,18 @@ impl Extract {
         if self.json && outputs.iter().any(Output::is_stdout) {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let opened = Opened::open(&self.spectrum)?;
+        let told = opened.told();
         let isovalues = match self.sweep {
-            Some(sweep) => sweep.in_spectrum(&spectrum)?,
+            Some(sweep) => sweep.in_spectrum(told)?,
             None => (self.isovalue.iter())
                 .map(|&written| {
-                    let isovalue = in_spectrum(written, &spectrum)?;
-                    spectrum.check_isovalue(isovalue).map(|()| isovalue)
+                    let isovalue = in_spectrum(written, told)?;
+                    told.check_isovalue(isovalue).map(|()| isovalue)
                 })
                 .collect::<isospectrum::Result<Vec<f64>>>()?,
         };
+        let spectrum = opened.around(&isovalues)?;
         let files = outputs.iter().map(Output::name).collect::<Vec<_>>();
         if !format.has_colors() && !matches!(self.color.shown(), Color::None | Color::Normal) {
             return Err(Error::Usage(NO_COLORS.to_owned()).into());

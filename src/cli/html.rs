@@ -21,7 +21,8 @@ use super::isovalue::{Isovalue, IsovalueRange};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::progress::Bar;
-use super::{empty, report, spectrum_file};
+use super::spectrum_file::Opened;
+use super::{empty, report};
 
 /// Pages of more bytes than this are warned of: they load slowly and are hard to send.
 const LARGE: usize = 25_000_000;
@@ -109,8 +110,7 @@ impl Html {
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let spectrum = self.published(spectrum)?;
+        let spectrum = self.published(Opened::open(&self.spectrum)?)?;
         let (n_triangles, n_knots) = (spectrum.triangles.len(), spectrum.knots.len());
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
         let volume = self.volume_of(&spectrum)?;
@@ -160,13 +160,16 @@ impl Html {
     }
 
     /// What of a spectrum goes into the page.
-    fn published(&self, spectrum: Spectrum) -> Result<Spectrum> {
+    fn published(&self, spectrum: Opened) -> Result<Spectrum> {
+        let told = spectrum.told();
+        let (of_whole, samples) = (told.range, told.statistics());
         let spectrum = match self.range {
             Some(range) => {
-                let samples = spectrum.statistics();
-                page::part(&spectrum, range.resolve(spectrum.range, samples.as_ref())?)?
+                let (low, high) = range.resolve(of_whole, samples.as_ref())?;
+                [low, high].into_iter().try_for_each(|c| told.check_isovalue(c))?;
+                page::part(&spectrum.around(&[low, high])?, (low, high))?
             }
-            None => spectrum,
+            None => spectrum.around(&[of_whole.0, of_whole.1])?,
         };
         Ok(if self.tolerance > 0.0 {
             page::with_fewer_knots(&spectrum, self.tolerance)

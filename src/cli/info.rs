@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Spectrum, VolumeInfo};
 use isospectrum::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
@@ -16,7 +17,7 @@ use super::{output, preparation_arguments, report, simplify_arguments, spectrum_
 /// Tell what a spectrum file holds
 #[derive(Args, Debug)]
 pub(super) struct Info {
-    /// Spectrum (.isp)
+    /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -25,8 +26,14 @@ pub(super) struct Info {
 
 impl Info {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        let (spectrum, n_bytes) = spectrum_file::read(&self.spectrum)?;
-        let facts = Facts::of(&spectrum, n_bytes);
+        let (folder, file);
+        let facts = if is_folder(&self.spectrum) {
+            folder = SpectrumFolder::open(&self.spectrum)?;
+            Facts::of_folder(&folder)
+        } else {
+            file = spectrum_file::read(&self.spectrum)?;
+            Facts::of(&file.0, file.1)
+        };
         if self.json {
             report::print_json("info", &facts)?;
         } else {
@@ -45,10 +52,15 @@ pub(super) struct Facts<'a> {
     n_vertices: usize,
     n_triangles: usize,
     n_knots: usize,
-    n_isovalues: usize,
+    /// Not known of a folder of parts, none of which is read.
+    n_isovalues: Option<usize>,
     n_collapses: usize,
     bytes: u64,
-    gpu_memory: Memory,
+    /// Not known of a folder of parts.
+    gpu_memory: Option<Memory>,
+    /// Of a folder, how many parts it has, those without triangles too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    n_parts: Option<usize>,
     /// How often the sweep met trouble, and what it did then.
     counts: Option<&'a serde_json::Value>,
     n_events: usize,
@@ -77,10 +89,11 @@ impl<'a> Facts<'a> {
             n_vertices: spectrum.n_vertices(),
             n_triangles: spectrum.triangles.len(),
             n_knots: spectrum.knots.len(),
-            n_isovalues: spectrum.isovalues.len(),
+            n_isovalues: Some(spectrum.isovalues.len()),
             n_collapses: spectrum.collapses.len(),
             bytes: n_bytes,
-            gpu_memory: Memory::of(spectrum),
+            gpu_memory: Some(Memory::of(spectrum)),
+            n_parts: None,
             counts: spectrum.parameters.get("counts"),
             n_events: events.len(),
             n_event_isovalues: n_isovalues(&spectrum.events),
@@ -93,6 +106,20 @@ impl<'a> Facts<'a> {
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
             adapter: backend.filter(|&name| name != "cpu"),
             parameters: &spectrum.parameters,
+        }
+    }
+
+    /// What there is to say of a folder of parts, none of which is read.
+    pub(super) fn of_folder(folder: &'a SpectrumFolder) -> Self {
+        let [n_vertices, n_knots, n_triangles] = folder.index().size.map(|n| n as usize);
+        Facts {
+            n_vertices,
+            n_knots,
+            n_triangles,
+            n_isovalues: None,
+            gpu_memory: None,
+            n_parts: Some(folder.index().parts.len()),
+            ..Facts::of(folder.whole(), folder.n_bytes())
         }
     }
 
@@ -114,7 +141,7 @@ impl<'a> Facts<'a> {
             ("vertices", format!("{} with {} knots", self.n_vertices, self.n_knots)),
             ("tracked", self.tracked_line()),
             ("events", events_line(self.n_events, self.n_event_isovalues)),
-            ("memory on a GPU", memory_line(&self.gpu_memory)),
+            ("memory on a GPU", self.gpu_memory.as_ref().map_or("-".to_owned(), memory_line)),
             ("size", report::bytes(self.bytes)),
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
@@ -127,11 +154,19 @@ impl<'a> Facts<'a> {
         if let Some(done) = self.parameters.get("dust").and_then(|d| Dust::deserialize(d).ok()) {
             rows.insert(rows.len().min(2), ("dust", simplify_arguments::dust_sentence(&done)));
         }
+        if let Some(n) = self.n_parts {
+            rows.push(("parts", n.to_string()));
+        }
         if log::log_enabled!(log::Level::Debug) {
             let counts = self.counts.map_or_else(|| "-".to_owned(), report::counts);
             rows.push(("steps and repairs", counts));
         }
         report::table(&rows)
+    }
+
+    /// The tolerance, voxels.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.tolerance
     }
 
     /// How much of the isosurface is a mesh that moves.

@@ -4,21 +4,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Error;
-use isospectrum::bricks::{self, Parts};
+use isospectrum::bricks::Parts;
 
-use super::info::Facts;
-use super::output::Output;
 use super::plan::{self, folder_of_parts};
 use super::progress::Bar;
+use super::report;
 use super::spectrum_file::named;
-use super::{report, spectrum_file};
+use super::target::Target;
 
 /// Merge the parts of a plan to the spectrum of its volume
 #[derive(Args, Debug)]
 pub(super) struct Merge {
     /// Plan that the parts are of
     plan: PathBuf,
-    /// Spectrum to write (.isp); - is stdout
+    /// Spectrum to write (.isp), or a folder of its parts (.ispt), of which no more is read than is asked for; - is stdout
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Folder with the parts [default: beside the plan]
@@ -37,14 +36,13 @@ impl Merge {
         let files = parts.files();
         let mut inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
         inputs.extend([self.plan.as_path()].into_iter().chain(plan.source.path()));
-        let output = Output::open(&self.output, &inputs)?;
-        if self.json && output.is_stdout() {
+        let target = Target::open(&self.output, &inputs)?;
+        if self.json && target.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         parts.check_all_there().map_err(named(&self.plan))?;
-        let spectrum = bricks::merge(&parts, &plan.open()?, &Bar::new(quiet))?;
-        let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
-        let facts = Facts::of(&spectrum, n_bytes);
+        let made = target.merge(&parts, &plan.open()?, None, &Bar::new(quiet))?;
+        let facts = made.facts();
         if self.json {
             report::print_json("merge", &facts)?;
         } else if !quiet {

@@ -22,8 +22,9 @@ use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
 use super::series::Series;
+use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{empty, report, spectrum_file};
+use super::{empty, report};
 
 /// Render the mesh at one isovalue to a picture, or a sweep over isovalues or a turntable to many
 #[derive(Args, Debug)]
@@ -128,7 +129,9 @@ impl Render {
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let spectrum = Opened::open(&self.spectrum)?;
+        let isovalues = self.isovalues(spectrum.told())?;
+        let spectrum = spectrum.around(&isovalues)?;
         let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
         let mut view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
@@ -145,8 +148,9 @@ impl Render {
     /// Renders every picture of a sweep.
     fn run_sweep(&self, sweep: Sweep, quiet: bool) -> anyhow::Result<()> {
         let series = self.series()?;
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalues = sweep.in_spectrum(&spectrum)?;
+        let spectrum = Opened::open(&self.spectrum)?;
+        let isovalues = sweep.in_spectrum(spectrum.told())?;
+        let spectrum = spectrum.around(&isovalues)?;
         let mut pictures = self.pictures(&spectrum)?;
         let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
         let frame =
@@ -164,7 +168,9 @@ impl Render {
     /// Renders a picture from every side.
     fn run_turntable(&self, n: u32, quiet: bool) -> anyhow::Result<()> {
         let series = self.series()?;
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
+        let spectrum = Opened::open(&self.spectrum)?;
+        let isovalues = self.isovalues(spectrum.told())?;
+        let spectrum = spectrum.around(&isovalues)?;
         let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
         let view = View { label: self.label(&isovalues), ..self.view(&spectrum) };
@@ -209,6 +215,15 @@ impl Render {
     /// Where pictures one after the other go.
     fn series(&self) -> Result<Series> {
         Series::of(&self.output, self.fps, self.size, self.background)
+    }
+
+    /// The isovalues that are asked for, all in the range.
+    fn isovalues(&self, told: &Spectrum) -> Result<Vec<f64>> {
+        let isovalue = |c: &SurfaceArgument| {
+            let isovalue = c.in_spectrum(told)?.isovalue;
+            told.check_isovalue(isovalue).map(|()| isovalue)
+        };
+        self.isovalue.iter().map(isovalue).collect()
     }
 
     /// The isosurfaces that are asked for, and their isovalues; warns of those that are empty.

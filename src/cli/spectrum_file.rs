@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isospectrum::file::{self, MAGIC, Written, thesis};
+use isospectrum::file::{self, MAGIC, SpectrumFolder, Written, thesis};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result, input};
 
@@ -32,8 +32,51 @@ impl Format {
     }
 }
 
-/// Reads a spectrum of either format; also how many bytes its file has.
+/// A spectrum of which no more is read than is needed: a file as a whole, of a folder the parts that are asked for.
+pub(super) enum Opened {
+    Whole(Box<Spectrum>),
+    Folder(Box<SpectrumFolder>),
+}
+
+impl Opened {
+    /// Opens a spectrum file of either format, or a folder of parts.
+    pub(super) fn open(path: &Path) -> Result<Opened> {
+        if file::is_folder(path) {
+            return Ok(Opened::Folder(Box::new(SpectrumFolder::open(path)?)));
+        }
+        Ok(Opened::Whole(Box::new(read(path)?.0)))
+    }
+
+    /// All that is known of the whole; of a folder without triangles.
+    pub(super) fn told(&self) -> &Spectrum {
+        match self {
+            Opened::Whole(spectrum) => spectrum,
+            Opened::Folder(folder) => folder.whole(),
+        }
+    }
+
+    /// The spectrum with all triangles that live at isovalues, or between them.
+    pub(super) fn around(self, isovalues: &[f64]) -> Result<Spectrum> {
+        let folder = match self {
+            Opened::Whole(spectrum) => return Ok(*spectrum),
+            Opened::Folder(folder) => folder,
+        };
+        let low = isovalues.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = isovalues.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let n = folder.parts_between((low, high)).count();
+        log::debug!("{}: {n} of {} parts", folder.path().display(), folder.index().parts.len());
+        let spectrum = folder.read_between((low, high))?;
+        // No other isovalue will be asked for, and what is said of the range is meant of the whole.
+        Ok(Spectrum { range: folder.whole().range, ..spectrum })
+    }
+}
+
+/// Reads a spectrum of either format, or of all parts of a folder; also how many bytes it has.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
+    if file::is_folder(path) {
+        let folder = SpectrumFolder::open(path)?;
+        return Ok((folder.read()?, folder.n_bytes()));
+    }
     kind::check(path, Kind::Spectrum)?;
     let bytes = input::read(path)?;
     let is_thesis =
@@ -60,11 +103,6 @@ pub(super) fn write(spectrum: &Spectrum, output: Output) -> Result<u64> {
 pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectrum, u64)> {
     let Written { bytes, spectrum, .. } = file::into_bytes(spectrum)?;
     Ok((spectrum, output.write_bytes(&bytes)?))
-}
-
-/// Whether a name is that of a folder of the parts of a spectrum.
-pub(super) fn is_folder_name(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension == "ispt")
 }
 
 /// Writes a spectrum in a format; how many bytes that took.

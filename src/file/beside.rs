@@ -107,9 +107,49 @@ impl PartFolder {
         make().map_err(|error| Error::io(path, error))
     }
 
+    /// As [`PartFolder::beside`], for a folder in which a folder is made.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] with the path asked for, also where something is there that `may_be_replaced` does not name.
+    pub fn beside_folder(path: &Path, may_be_replaced: impl Fn(&Path) -> bool) -> Result<Self> {
+        let make = || {
+            if fs::symlink_metadata(path).is_ok() && !may_be_replaced(path) {
+                return Err(io::Error::other("is there, expected a name that is free"));
+            }
+            let _part = PARTS.read().unwrap_or_else(PoisonError::into_inner);
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(".isospectrum-").suffix(".part");
+            Ok(PartFolder { folder: builder.tempdir_in(folder_of(path))?, _part })
+        };
+        make().map_err(|error| Error::io(path, error))
+    }
+
     /// Where it is.
     pub fn path(&self) -> &Path {
         self.folder.path()
+    }
+
+    /// Puts a complete folder of this one where `path` leads to, in place of what is there.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Io`] with the path asked for; what was there then is what it was.
+    pub fn put_folder(self, name: &str, path: &Path) -> Result<()> {
+        let put = || {
+            let (new, old) = (self.path().join(name), self.path().join("replaced"));
+            let is_there = fs::symlink_metadata(path).is_ok();
+            if is_there {
+                fs::rename(path, &old)?;
+            }
+            fs::rename(new, path).or_else(|error| {
+                if is_there {
+                    fs::rename(&old, path)?;
+                }
+                Err(error)
+            })
+        };
+        put().map_err(|error| Error::io(path, error))
     }
 
     /// Puts a complete file of the folder where `path` leads to; the folder goes with all that is left in it.

@@ -14,9 +14,11 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug)]
 pub struct Joiner {
     whole: Patch,
-    /// The vertices in common, by their keys.
-    seam: HashMap<u64, u32>,
+    seam: Seam,
 }
+
+/// Vertices in common, by their keys.
+pub type Seam = HashMap<u64, u32>;
 
 /// A vertex in common is another one in another patch: where.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +27,7 @@ pub struct Unlike(pub [f32; 3]);
 impl Default for Joiner {
     fn default() -> Self {
         let whole = Patch { first_knot: vec![0], ..Patch::default() };
-        Joiner { whole, seam: HashMap::new() }
+        Joiner { whole, seam: Seam::new() }
     }
 }
 
@@ -86,10 +88,14 @@ impl Joiner {
         Ok(Ok(()))
     }
 
-    /// All patches as one.
-    pub fn finish(self) -> Patch {
-        let mut whole = self.whole;
-        drop(self.seam);
+    /// Goes on where [`Joiner::finish`] ended.
+    pub fn resume(whole: Patch, seam: Seam) -> Self {
+        Joiner { whole, seam }
+    }
+
+    /// All patches as one, and where the vertices in common are in it.
+    pub fn finish(self) -> (Patch, Seam) {
+        let Joiner { mut whole, seam } = self;
         let tables = whole.isovalues;
         let mut isovalues = tables.clone();
         isovalues.sort_unstable_by(f64::total_cmp);
@@ -102,7 +108,7 @@ impl Joiner {
             (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
         }
         whole.isovalues = isovalues;
-        whole
+        (whole, seam)
     }
 }
 
