@@ -1,10 +1,18 @@
 //! How long the mesh at one isovalue takes: it should be the active triangles that count, not how
-//! many there are in all.
+//! many there are in all, nor in how many files they are.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use isospectrum::bricks::{
+    Limits, Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder,
+};
+use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
+use isospectrum::kernels::{Backend, Choice};
+use isospectrum::prepared::{Cleaned, Noise, Prepared};
 use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
+use isospectrum::sweep::{Parameters, Silent};
+use isospectrum::volume::{Preparation, phantom};
 
 #[path = "../tests/synthetic/mod.rs"]
 mod synthetic;
@@ -59,5 +67,79 @@ fn mesh_at(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, mesh_at);
+/// A phantom of 128^3 cells in 8^3 bricks: its spectrum from one file, and a folder of its parts.
+fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, SpectrumFolder)> {
+    let (made, split) = (folder.join("parts"), folder.join("s.ispt"));
+    [&made, &split].map(|path| std::fs::create_dir(path).expect("a folder"));
+    let volume = phantom("hydrogen:129")?;
+    let source = Source::Phantom { name: "hydrogen:129".to_owned(), outside: volume.outside() };
+    let (low, high) = volume.range();
+    let range = Some((low + 0.1 * (high - low), low + 0.5 * (high - low)));
+    let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
+    let survey = Survey::of(prepared);
+    let parameters = Parameters { range, ..Parameters::default() };
+    let plan = Plan::new(source, &survey, Noise::default(), &parameters, 16)?;
+    let (parts, volume) = (Parts::new(&plan, &made), survey.opened());
+    let limits = Limits { memory: f64::INFINITY, merge: None, triangles: None };
+    compute_parts(&parts, volume, &Backend::choose(Choice::Cpu, None)?, limits, &Silent)?;
+    let file = from_bytes(&to_bytes(&merge(&parts, volume, &Silent)?)?)?;
+    merge_to_folder(&parts, volume, &split, &Silent)?;
+    Ok((file, SpectrumFolder::open(&split)?))
+}
+
+/// Moves by a thousandth of the range, there and back, around its middle.
+fn folder(criterion: &mut Criterion) {
+    let work = tempfile::tempdir().expect("a folder");
+    let (file, split) = in_parts(work.path()).expect("a spectrum");
+    let (low, high) = file.range;
+    let (middle, step) = (0.5 * (low + high), 0.001 * (high - low));
+    let mut mesh = SurfaceMesh::default();
+    let mut group = criterion.benchmark_group("folder");
+    let mut query = Query::new(&file);
+    query.mesh_at_into(middle, &mut mesh).expect("inside the range");
+    let n_parts = split.index().parts.len();
+    println!("{} triangles of {}, {n_parts} parts", mesh.triangles.len(), file.triangles.len());
+    let mut up = false;
+    group.bench_function("small_move/one_file", |b| {
+        b.iter(|| {
+            up = !up;
+            query.mesh_at_into(middle + if up { step } else { 0.0 }, &mut mesh)
+        });
+    });
+    let mut query = FolderQuery::new(split.clone()).expect("a folder");
+    query.mesh_at_into(middle, &mut mesh).expect("inside the range");
+    println!("{} triangles, {} parts read", mesh.triangles.len(), query.n_read());
+    group.bench_function("small_move/parts", |b| {
+        b.iter(|| {
+            up = !up;
+            query.mesh_at_into(middle + if up { step } else { 0.0 }, &mut mesh)
+        });
+    });
+    // From nothing: opening the folder, reading the parts that live there, and the mesh.
+    group.sample_size(10);
+    group.bench_function("first/parts", |b| {
+        b.iter(|| split.read_between((middle, middle)).and_then(|s| s.mesh_at(middle)));
+    });
+    // Through the whole range, with all reading on the way.
+    group.bench_function("walk_of_1000/parts", |b| {
+        b.iter(|| {
+            let mut query = FolderQuery::new(split.clone()).expect("a folder");
+            let at = |i: u32| low + f64::from(i) / 1000.0 * (high - low);
+            (0..=1000).try_for_each(|i| query.mesh_at_into(at(i), &mut mesh))
+        });
+    });
+    group.bench_function("walk_of_1000/one_file", |b| {
+        let path = work.path().join("s.isp");
+        isospectrum::file::write(&file, &path).expect("written");
+        b.iter(|| {
+            let file = isospectrum::file::read(&path).expect("as it was written");
+            let mut query = Query::new(&file);
+            let at = |i: u32| low + f64::from(i) / 1000.0 * (high - low);
+            (0..=1000).try_for_each(|i| query.mesh_at_into(at(i), &mut mesh))
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, mesh_at, folder);
 criterion_main!(benches);

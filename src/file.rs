@@ -29,8 +29,8 @@ use serde::{Deserialize, Serialize};
 
 pub use beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
 pub(crate) use facing::Units;
-pub(crate) use folder::{PART, PartName, part_name, seam_bytes, seam_name};
 pub use folder::{INDEX, Index, IndexedPart, SpectrumFolder, WHOLE, is_folder};
+pub(crate) use folder::{PART, PartName, part_name, seam_bytes, seam_name};
 pub use folder_query::FolderQuery;
 pub(crate) use parts::parts;
 use parts::parts_of;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use isospectrum::bricks::{Opened, Part, Plan, Source, Survey, merge};
+use isospectrum::bricks::{Opened, Part, Parts, Plan, Source, Survey, merge, merge_to_folder};
 use isospectrum::extract::count::count;
 use isospectrum::kernels::{Backend, Choice};
 use isospectrum::prepared::{Cleaned, Noise, Prepared};
@@ -20,7 +20,7 @@ use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{
     Outside, Placement, Preparation, ReadOptions, Samples, Volume, phantom, read_volume,
 };
-use program::{Folder, stderr};
+use program::Folder;
 use random::Random;
 
 fn cpu() -> Backend {
@@ -63,11 +63,18 @@ impl Bricks {
         Part::to_bytes(&self.plan, number, "cpu", told).expect("packed")
     }
 
+    /// The files of all parts, in a folder.
+    fn parts(&self, folder: &Path) -> Parts<'_> {
+        let parts = Parts::new(&self.plan, folder);
+        for number in 0..self.blocks.len() {
+            std::fs::write(parts.file(number), self.part(number)).expect("written");
+        }
+        parts
+    }
+
     fn merged(&self) -> Spectrum {
-        let parts = (0..self.blocks.len()).map(|number| {
-            Part::from_bytes(&self.part(number), &self.plan, number).expect("as it was written")
-        });
-        merge(&self.plan, parts.collect(), &self.opened).expect("parts that fit")
+        let folder = Folder::new();
+        merge(&self.parts(folder.path()), &self.opened, &Silent).expect("parts that fit")
     }
 }
 
@@ -197,8 +204,7 @@ fn a_plan_by_slabs_is_the_plan_of_the_volume_read_as_a_whole() {
         let options = ReadOptions { spacing: Some([0.5, 1.0, 2.0]), ..ReadOptions::default() };
         let whole = read_volume(&path, &options).expect("a volume").with_outside(Outside::High);
         let whole = Survey::of(Prepared::of(whole, Preparation::default(), Cleaned::default()));
-        let source =
-            Source::File { path, options: Box::new(options), outside: Outside::High };
+        let source = Source::File { path, options: Box::new(options), outside: Outside::High };
         let slabs = Survey::of_file(&source).expect("readable").expect("plain samples");
         let plan = |survey: &Survey| {
             let parameters = Parameters::default();
@@ -237,10 +243,15 @@ fn parts_of_another_volume_or_plan_are_refused() {
     assert!(other.to_string().contains("expected the same samples"), "{other}");
     // Were it not for the hash: the sides do not fit.
     let forged = Bricks { blocks: vec![a.blocks[0].clone(), b.blocks[1].clone()], ..a };
-    let parts = [0, 1].map(|n| Part::from_bytes(&forged.part(n), &forged.plan, n).expect("read"));
-    let refused = merge(&forged.plan, parts.into(), &forged.opened);
-    let refused = refused.expect_err("sides that differ");
+    let folder = Folder::new();
+    let parts = forged.parts(folder.path());
+    let refused = merge(&parts, &forged.opened, &Silent).expect_err("sides that differ");
     assert!(refused.to_string().contains("has another vertex"), "{refused}");
+    std::fs::create_dir(folder.path().join("made")).expect("made");
+    let made = folder.path().join("made");
+    let refused = merge_to_folder(&parts, &forged.opened, &made, &Silent);
+    let refused = refused.expect_err("sides that differ").to_string();
+    assert!(refused.contains("has another vertex"), "{refused}");
 }
 
 #[test]
@@ -275,72 +286,4 @@ fn a_real_volume_in_eight_bricks_is_right_everywhere() {
     let bricks = Bricks::of(volume, 20, Some((20.0, 200.0)));
     assert_eq!(bricks.blocks.len(), 8);
     check("nucleon", &bricks, 64);
-}
-
-const PLAN: [&str; 7] = ["plan", "--phantom", "noise:17:4", "--brick", "8", "-o", "p.json"];
-const PARTS: [&str; 7] = ["compute", "--backend", "cpu", "-q", "--plan", "p.json", "--parts"];
-
-#[test]
-fn the_bytes_are_the_same_whoever_computes_which_part_when() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    folder.run(&[&PARTS[..], &["0:7"]].concat());
-    folder.run(&["merge", "p.json", "-o", "one.isp", "-q"]);
-    // Two processes at once, the later half first, some parts by both.
-    let script = r#""$0" compute --backend cpu -q --plan p.json --parts 3:7 -o two & "$0" compute --backend cpu --threads 1 -q --plan p.json --parts 0:4 -o two; wait"#;
-    assert!(folder.shell(script).status.success());
-    folder.run(&["merge", "p.json", "--parts", "two", "-o", "two.isp", "-q"]);
-    assert_eq!(folder.read("one.isp"), folder.read("two.isp"));
-    // Nothing is done twice.
-    let said = stderr(&folder.run(&["compute", "--backend", "cpu", "--plan", "p.json"]));
-    assert_eq!(said.matches("is there").count(), 8, "{said}");
-    let verify = ["verify", "one.isp", "--phantom", "noise:17:4", "--n", "8"];
-    folder.run(&verify);
-}
-
-#[test]
-fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    folder.run(&[&PARTS[..], &["0:7"]].concat());
-    folder.run(&["merge", "p.json", "-o", "whole.isp", "-q"]);
-    // Killed as soon as the first part is there.
-    let script = r#""$0" compute --backend cpu -q --plan p.json -o parts & worker=$!
-        while [ ! -e parts/000000.part ]; do sleep 0.01; done; kill -9 $worker; wait $worker; true"#;
-    assert!(folder.shell(script).status.success());
-    let merge = ["merge", "p.json", "--parts", "parts", "-o", "m.isp"];
-    let told = folder.fails(&merge, 3);
-    assert!(told.contains("of 8 parts are missing") && told.contains("expected them in"), "{told}");
-    folder.run(&[&PARTS[..], &["0:7", "-o", "parts"]].concat());
-    let part = folder.path().join("parts/000005.part");
-    let mut bytes = std::fs::read(&part).expect("a part");
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 16;
-    std::fs::write(&part, bytes).expect("damaged");
-    let told = folder.fails(&merge, 3);
-    assert!(told.contains("000005.part") && told.contains("damaged"), "{told}");
-    let anew = ["compute", "--backend", "cpu", "--plan", "p.json", "--parts", "5", "-o", "parts"];
-    let said = stderr(&folder.run(&anew));
-    assert!(said.contains("made anew"), "{said}");
-    folder.run(&merge);
-    assert_eq!(folder.read("m.isp"), folder.read("whole.isp"));
-}
-
-#[test]
-fn what_is_wrong_with_a_plan_is_one_line() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    let told = folder.fails(&[&PARTS[..], &["3:8"]].concat(), 2);
-    assert!(told.contains("part 8, expected 0 to 7"), "{told}");
-    let told = folder.fails(&["plan", "--phantom", "blobs:9", "--brick", "3", "-o", "q.json"], 2);
-    assert!(told.contains("bricks of 3 cells, expected 4 or more"), "{told}");
-    let start = ["--start", "0.4", "--initial-mesh", "m.ply", "-o", "q.json"];
-    let initial = [&["plan", "--phantom", "blobs:9"][..], &start].concat();
-    assert!(folder.fails(&initial, 2).contains("an initial mesh is one of the whole volume"));
-    let changed = String::from_utf8(folder.read("p.json")).expect("text");
-    folder.write("p.json", changed.replace("\"error\": 0.1", "\"error\": 0.2").as_bytes());
-    assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("the plan was changed"));
-    folder.write("p.json", b"{}");
-    let told = folder.fails(&["merge", "p.json", "-o", "m.isp"], 3);
-    assert!(told.contains("p.json: no plan of this version"), "{told}");
 }

@@ -15,7 +15,8 @@ use super::unite::{Joined, join_borders, report, unlike};
 use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
 use crate::file::{
-    self, INDEX, Index, IndexedPart, PART, PartName, WHOLE, Written, part_name, seam_bytes, seam_name,
+    self, INDEX, Index, IndexedPart, PART, PartName, WHOLE, Written, part_name, seam_bytes,
+    seam_name,
 };
 use crate::spectrum::{Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder};
 use crate::sweep::Progress;

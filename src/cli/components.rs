@@ -19,7 +19,7 @@ use super::{empty, output, spectrum_file};
 /// appears or splits off a larger one; it dies where it vanishes or merges with a larger one.
 #[derive(Args, Debug)]
 pub(super) struct Components {
-    /// Spectrum (.isp)
+    /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them
     #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]

@@ -22,8 +22,8 @@ use super::parts::PartArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
-use super::volume_arguments::VolumeArguments;
 use super::target::{Made, Target, is_folder_name};
+use super::volume_arguments::VolumeArguments;
 use super::{plan, report, spectrum_file};
 
 /// Isovalues at which a spectrum is measured once it has been computed.

@@ -21,7 +21,7 @@ use super::{empty, report, spectrum_file};
 /// Write the mesh at one isovalue
 #[derive(Args, Debug)]
 pub(super) struct Extract {
-    /// Spectrum (.isp)
+    /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them;
     /// again for several meshes

@@ -33,7 +33,7 @@ const LARGE: usize = 25_000_000;
 /// the volume.
 #[derive(Args, Debug)]
 pub(super) struct Html {
-    /// Spectrum (.isp)
+    /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Page to write (.html); - is stdout
     #[arg(short, long, value_name = "FILE")]

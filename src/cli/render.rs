@@ -29,7 +29,7 @@ use super::{empty, report};
 /// Render the mesh at one isovalue to a picture, or a sweep over isovalues or a turntable to many
 #[derive(Args, Debug)]
 pub(super) struct Render {
-    /// Spectrum (.isp)
+    /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them; with a
     /// colour (a name or #rrggbb) and an opacity if wanted; again for several in one picture: -c 120=bone -c 40=skin@0.3

@@ -18,7 +18,7 @@ use super::{output, report, spectrum_file};
 /// Verify a spectrum against its volume, at isovalues that nobody chose beforehand
 #[derive(Args, Debug)]
 pub(super) struct Verify {
-    /// Spectrum (.isp)
+    /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     #[command(flatten)]
     volume: VolumeArguments,

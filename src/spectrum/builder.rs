@@ -85,7 +85,9 @@ impl SpectrumBuilder {
         if let Some(first) = patches.next() {
             begin(&mut spectrum, first);
         }
-        spectrum.first_knot.reserve_exact((n_vertices + 1).saturating_sub(spectrum.first_knot.len()));
+        spectrum
+            .first_knot
+            .reserve_exact((n_vertices + 1).saturating_sub(spectrum.first_knot.len()));
         spectrum.knots.reserve_exact(n_knots - spectrum.knots.len());
         patches.for_each(|patch| append(&mut spectrum, patch));
         spectrum.check()?;

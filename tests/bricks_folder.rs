@@ -1,0 +1,210 @@
+//! A spectrum as a folder of parts is the spectrum of one file, of which less is read.
+
+mod program;
+mod random;
+
+use std::sync::Arc;
+
+use isospectrum::bricks::{Limits, Opened};
+use isospectrum::bricks::{Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder};
+use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
+use isospectrum::kernels::{Backend, Choice};
+use isospectrum::prepared::{Cleaned, Noise, Prepared};
+use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
+use isospectrum::sweep::{Parameters, Silent};
+use isospectrum::volume::{Preparation, Volume, phantom};
+use program::{Folder, json};
+use random::Random;
+
+/// A volume's spectrum in one file, and the folder `s.ispt` of its parts.
+struct Both {
+    folder: Folder,
+    file: Arc<Spectrum>,
+    split: SpectrumFolder,
+}
+
+fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
+    let folder = Folder::new();
+    let (made, split) = (folder.path().join("parts"), folder.path().join("s.ispt"));
+    [&made, &split].map(|path| std::fs::create_dir(path).expect("a folder"));
+    let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
+    let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
+    let survey = Survey::of(prepared);
+    let parameters = Parameters { range, ..Parameters::default() };
+    let plan = Plan::new(source, &survey, Noise::default(), &parameters, side).expect("a plan");
+    let parts = Parts::new(&plan, &made);
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    let limits = Limits { memory: f64::INFINITY, merge: None, triangles: None };
+    let volume: &Opened = survey.opened();
+    compute_parts(&parts, volume, &backend, limits, &Silent).expect("parts");
+    let merged = merge(&parts, volume, &Silent).expect("parts that fit");
+    let file = from_bytes(&to_bytes(&merged).expect("a spectrum")).expect("as it was written");
+    merge_to_folder(&parts, volume, &split, &Silent).expect("parts that fit");
+    let split = SpectrumFolder::open(&split).expect("as it was written");
+    Both { folder, file: Arc::new(file), split }
+}
+
+/// The triangles of a mesh by the bits of their corners, each from its lowest corner on, in order.
+fn triangles(mesh: &SurfaceMesh) -> Vec<([[u32; 3]; 3], bool)> {
+    let one = |(corners, &cap): (&[u32; 3], &bool)| {
+        let mut at = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
+        let lowest = (0..3).min_by_key(|&i| at[i]).unwrap_or(0);
+        at.rotate_left(lowest);
+        (at, cap)
+    };
+    let mut all: Vec<_> = mesh.triangles.iter().zip(&mesh.caps).map(one).collect();
+    all.sort_unstable();
+    all
+}
+
+#[test]
+fn meshes_of_the_folder_are_those_of_the_file() {
+    for (name, side, range) in
+        [("noise:17:6", 8, None), ("blobs:25", 8, Some((0.2, 0.6))), ("gyroid:17", 4, None)]
+    {
+        let Both { file, split, .. } = both(phantom(name).expect("a phantom"), side, range);
+        let mut query = Query::new(file.clone());
+        let mut of_folder = FolderQuery::new(split.clone()).expect("a folder");
+        let all = split.read().expect("all parts");
+        assert_eq!(all.events, file.events, "{name}");
+        assert_eq!(all.parameters, file.parameters, "{name}");
+        let size = [file.n_vertices(), file.knots.len(), file.triangles.len()];
+        assert_eq!(split.index().size, size.map(|n| n as u64), "{name}");
+        assert_eq!(split.index().parts.iter().map(|p| p.events).sum::<usize>(), file.events.len());
+        let mut of_all = Query::new(&all);
+        let (low, high) = file.range;
+        let mut random = Random(3);
+        let at = (0..24).map(|_| low + random.unit() * (high - low));
+        // At events and both ends, too.
+        let events = file.events.iter().step_by(1 + file.events.len() / 12).map(|e| e.isovalue);
+        let (mut n, mut most) = (0, 0);
+        for c in at.chain(events).chain([low, high]) {
+            let expected = query.mesh_at(c).expect("inside");
+            let one = split.read_between((c, c)).expect("parts that live");
+            let wider = (c, high.min(c + 0.1 * (high - low)));
+            let wide = split.read_between(wider).expect("parts that live");
+            for mesh in [
+                of_folder.mesh_at(c).expect("inside"),
+                of_all.mesh_at(c).expect("inside"),
+                Query::new(&one).mesh_at(c).expect("inside"),
+                Query::new(&wide).mesh_at(c).expect("inside"),
+            ] {
+                assert_eq!(mesh.positions.len(), expected.positions.len(), "{name} at {c}");
+                assert_eq!(triangles(&mesh), triangles(&expected), "{name} at {c}");
+            }
+            // Nothing that does not live there is kept.
+            assert_eq!(one.triangles.len(), expected.triangles.len(), "{name} at {c}");
+            n += expected.triangles.len();
+            most = most.max(expected.triangles.len());
+        }
+        assert!(most > 300 && n > 3000, "{name}: {n} triangles");
+        assert!(split.read_between((low, high + 1.0)).is_err());
+        assert!(of_folder.mesh_at(low - 1.0).is_err());
+    }
+}
+
+#[test]
+fn only_parts_that_live_at_an_isovalue_are_read() {
+    let Both { folder, file, split } = both(phantom("blobs:33").expect("a phantom"), 8, None);
+    let (low, high) = file.range;
+    let c = low + 0.9 * (high - low);
+    let living: Vec<usize> = split.parts_between((c, c)).collect();
+    let n = split.index().parts.len();
+    assert!(!living.is_empty() && 2 * living.len() < n, "{} of {n}", living.len());
+    for number in (0..n).filter(|i| !living.contains(i)) {
+        for kind in ["isp", "seam"] {
+            // Some have no triangle at all.
+            let _ = std::fs::remove_file(split.path().join(format!("{number:06}.{kind}")));
+        }
+    }
+    let expected = Query::new(file.clone()).mesh_at(c).expect("inside");
+    let read = split.read_between((c, c)).expect("no other part is needed");
+    assert_eq!(triangles(&read.mesh_at(c).expect("inside")), triangles(&expected));
+    let text = c.to_string();
+    folder.run(&["extract", "s.ispt", "-c", &text, "-o", "m.ply"]);
+    let line = folder.fails(&["extract", "s.ispt", "-c", "50%", "-o", "n.ply"], 3);
+    assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
+}
+
+/// The program's own: of a phantom a file and a folder.
+fn computed() -> Folder {
+    let folder = Folder::new();
+    let plan = ["plan", "--phantom", "noise:17:4", "--brick", "8", "-o", "p.json"];
+    folder.run(&plan);
+    folder.run(&["compute", "--backend", "cpu", "-q", "--plan", "p.json"]);
+    folder.run(&["merge", "p.json", "-o", "s.isp", "-q"]);
+    folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
+    folder
+}
+
+#[test]
+fn the_program_takes_a_folder_wherever_it_takes_a_file() {
+    let folder = computed();
+    let compute = ["compute", "--phantom", "noise:17:4", "--backend", "cpu", "--brick", "8"];
+    folder.run(&[&compute[..], &["-q", "-o", "c.ispt"]].concat());
+    let info = |name: &str| json(&folder.run(&["info", name, "--json"]));
+    let (file, split) = (info("s.isp"), info("s.ispt"));
+    for key in ["n_vertices", "n_knots", "n_triangles", "n_events", "events", "parameters"] {
+        assert_eq!(file[key], split[key], "{key}");
+    }
+    assert_eq!(split["n_parts"], 8);
+    folder.run(&["verify", "s.ispt", "--phantom", "noise:17:4", "--n", "8"]);
+    for name in ["s.isp", "s.ispt", "c.ispt"] {
+        let mesh = ["extract", name, "-c", "40%", "-c", "45%", "-o", "m%d.ply", "--json"];
+        let found = json(&folder.run(&mesh));
+        let expected = json(
+            &folder.run(&["extract", "s.isp", "-c", "40%", "-c", "45%", "-o", "e%d.ply", "--json"]),
+        );
+        for i in 0..2 {
+            for key in ["isovalue", "n_vertices", "n_triangles"] {
+                assert_eq!(found["meshes"][i][key], expected["meshes"][i][key], "{name}: {key}");
+            }
+        }
+    }
+    folder.run(&["html", "s.ispt", "--range", "40%:60%", "-o", "s.html", "-q"]);
+    folder.run(&["convert", "s.ispt", "again.isp"]);
+    folder.run(&["verify", "again.isp", "--phantom", "noise:17:4", "--n", "4"]);
+    // One takes the place of another.
+    folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
+    let names = folder.names();
+    assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");
+}
+
+#[test]
+fn what_is_wrong_with_a_folder_is_one_line() {
+    let folder = computed();
+    let extract = ["extract", "s.ispt", "-c", "50%", "-o", "m.ply"];
+    let change = |name: &str, change: &dyn Fn(&mut Vec<u8>)| {
+        let path = folder.path().join("s.ispt").join(name);
+        let before = std::fs::read(&path).expect("there");
+        let mut bytes = before.clone();
+        change(&mut bytes);
+        std::fs::write(&path, bytes).expect("written");
+        let line = folder.fails(&extract, 3);
+        std::fs::write(&path, before).expect("written");
+        line
+    };
+    let flip = |bytes: &mut Vec<u8>| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 4;
+    };
+    for name in ["whole.isp", "000003.isp", "000003.seam"] {
+        assert!(change(name, &flip).contains(name));
+        let line = change(name, &|bytes| bytes.truncate(bytes.len() / 2));
+        assert!(line.contains(name), "{line}");
+    }
+    let other = folder.read("s.ispt/000002.isp");
+    let line = change("000003.isp", &|bytes| bytes.clone_from(&other));
+    assert!(line.contains("expected part 3 of plan"), "{line}");
+    let other = folder.read("s.ispt/000002.seam");
+    let line = change("000003.seam", &|bytes| bytes.clone_from(&other));
+    assert!(line.contains("000003"), "{line}");
+    let line = change("index.json", &|bytes| *bytes = b"{}".to_vec());
+    assert!(line.contains("index.json: no index of this version"), "{line}");
+    std::fs::remove_file(folder.path().join("s.ispt/000003.seam")).expect("there");
+    assert!(folder.fails(&extract, 3).contains("000003.seam"));
+    // What is there and no folder of parts is nobody's to replace.
+    std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
+    let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);
+    assert!(line.contains("t.ispt: is there, expected a name that is free"), "{line}");
+}
