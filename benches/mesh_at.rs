@@ -70,7 +70,9 @@ fn mesh_at(criterion: &mut Criterion) {
 /// A phantom of 128^3 cells in 8^3 bricks: its spectrum from one file, and a folder of its parts.
 fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, SpectrumFolder)> {
     let (made, split) = (folder.join("parts"), folder.join("s.ispt"));
-    [&made, &split].map(|path| std::fs::create_dir(path).expect("a folder"));
+    for path in [&made, &split] {
+        std::fs::create_dir(path).expect("a folder");
+    }
     let volume = phantom("hydrogen:129")?;
     let source = Source::Phantom { name: "hydrogen:129".to_owned(), outside: volume.outside() };
     let (low, high) = volume.range();
@@ -83,7 +85,7 @@ fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Spectrum
     let limits = Limits { memory: f64::INFINITY, merge: None, triangles: None };
     compute_parts(&parts, volume, &Backend::choose(Choice::Cpu, None)?, limits, &Silent)?;
     let file = from_bytes(&to_bytes(&merge(&parts, volume, &Silent)?)?)?;
-    merge_to_folder(&parts, volume, &split, &Silent)?;
+    merge_to_folder(&parts, volume, &split, None, &Silent)?;
     Ok((file, SpectrumFolder::open(&split)?))
 }
 

@@ -249,7 +249,7 @@ fn parts_of_another_volume_or_plan_are_refused() {
     assert!(refused.to_string().contains("has another vertex"), "{refused}");
     std::fs::create_dir(folder.path().join("made")).expect("made");
     let made = folder.path().join("made");
-    let refused = merge_to_folder(&parts, &forged.opened, &made, &Silent);
+    let refused = merge_to_folder(&parts, &forged.opened, &made, None, &Silent);
     let refused = refused.expect_err("sides that differ").to_string();
     assert!(refused.contains("has another vertex"), "{refused}");
 }

@@ -26,7 +26,9 @@ struct Both {
 fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     let folder = Folder::new();
     let (made, split) = (folder.path().join("parts"), folder.path().join("s.ispt"));
-    [&made, &split].map(|path| std::fs::create_dir(path).expect("a folder"));
+    for path in [&made, &split] {
+        std::fs::create_dir(path).expect("a folder");
+    }
     let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
     let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
     let survey = Survey::of(prepared);
@@ -39,7 +41,7 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     compute_parts(&parts, volume, &backend, limits, &Silent).expect("parts");
     let merged = merge(&parts, volume, &Silent).expect("parts that fit");
     let file = from_bytes(&to_bytes(&merged).expect("a spectrum")).expect("as it was written");
-    merge_to_folder(&parts, volume, &split, &Silent).expect("parts that fit");
+    merge_to_folder(&parts, volume, &split, None, &Silent).expect("parts that fit");
     let split = SpectrumFolder::open(&split).expect("as it was written");
     Both { folder, file: Arc::new(file), split }
 }
@@ -62,7 +64,8 @@ fn meshes_of_the_folder_are_those_of_the_file() {
     for (name, side, range) in
         [("noise:17:6", 8, None), ("blobs:25", 8, Some((0.2, 0.6))), ("gyroid:17", 4, None)]
     {
-        let Both { file, split, .. } = both(phantom(name).expect("a phantom"), side, range);
+        let Both { file, split, folder: _folder } =
+            both(phantom(name).expect("a phantom"), side, range);
         let mut query = Query::new(file.clone());
         let mut of_folder = FolderQuery::new(split.clone()).expect("a folder");
         let all = split.read().expect("all parts");

@@ -111,7 +111,7 @@ fn a_limit_of_memory_is_kept_by_bricks() {
     let folder = Folder::new();
     row_of_balls(&folder);
     let compute =
-        ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "150:190"];
+        ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "150:180"];
     let within = [&compute[..], &["--max-memory", "70MB"]].concat();
     let said = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
     assert!(said.contains("--max-memory leaves 66.76 MiB: in 9 bricks of about 128^3"), "{said}");

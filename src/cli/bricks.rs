@@ -36,7 +36,8 @@ impl InBricks {
         let volume = self.survey.opened();
         compute_parts(&parts, volume, backend, limits, &bar)
             .map_err(|error| named_for(error, work.path(), &shown))?;
-        target.merge(&parts, volume, Some(work), &bar)
+        let memory = self.limit.map(|_| limits.memory);
+        target.merge(&parts, volume, (Some(work), memory), &bar)
     }
 
     /// What is left for the bricks.

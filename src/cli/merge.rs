@@ -41,7 +41,7 @@ impl Merge {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         parts.check_all_there().map_err(named(&self.plan))?;
-        let made = target.merge(&parts, &plan.open()?, None, &Bar::new(quiet))?;
+        let made = target.merge(&parts, &plan.open()?, (None, None), &Bar::new(quiet))?;
         let facts = made.facts();
         if self.json {
             report::print_json("merge", &facts)?;

@@ -65,12 +65,13 @@ impl Target {
         }
     }
 
-    /// Joins parts and writes what they become; the folder to work in goes, where there was one.
+    /// Joins parts and writes what they become; the folder to work in goes, where there was one. A folder of
+    /// parts is written within `memory`, bytes, where that is limited.
     pub(super) fn merge(
         self,
         parts: &Parts,
         volume: &Opened,
-        work: Option<PartFolder>,
+        (work, memory): (Option<PartFolder>, Option<f64>),
         progress: &dyn Progress,
     ) -> Result<Made> {
         match self {
@@ -86,7 +87,7 @@ impl Target {
                 let work = work.map_or_else(again, Ok)?;
                 let made = work.path().join(MADE);
                 std::fs::create_dir(&made).map_err(|e| Error::io(&made, e))?;
-                merge_to_folder(parts, volume, &made, progress)
+                merge_to_folder(parts, volume, &made, memory, progress)
                     .map_err(|error| named_for(error, work.path(), &path))?;
                 if progress.cancelled() {
                     return Err(Error::Interrupted);
