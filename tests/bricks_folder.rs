@@ -107,6 +107,33 @@ fn meshes_of_the_folder_are_those_of_the_file() {
 }
 
 #[test]
+fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
+    let prepared = Prepared::of(
+        phantom("noise:17:6").expect("a phantom"),
+        Preparation::default(),
+        Cleaned::default(),
+    );
+    let survey = Survey::of(prepared);
+    let source = Source::Phantom { name: "-".to_owned(), outside: Default::default() };
+    let parameters = Parameters::default();
+    let plan = Plan::new(source, &survey, Noise::default(), &parameters, 8).expect("a plan");
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    let refused = |limits: Limits| {
+        let folder = Folder::new();
+        let parts = Parts::new(&plan, folder.path());
+        let refused = compute_parts(&parts, survey.opened(), &backend, limits, &Silent);
+        (refused.expect_err("beyond a limit").to_string(), folder.names().len())
+    };
+    let none = Limits { memory: f64::INFINITY, merge: None, triangles: None };
+    let (said, n) = refused(Limits { memory: 1e5, ..none });
+    assert!(said.contains("of 9x9x9 samples: about ") && said.contains("1 MB are left"), "{said}");
+    assert_eq!(n, 0);
+    let (said, n) = refused(Limits { merge: Some(1e6), ..none });
+    assert!(said.contains("to merge them, 1 MB are left for it, expected -o NAME.ispt"), "{said}");
+    assert!((1..8).contains(&n), "{n} parts");
+}
+
+#[test]
 fn only_parts_that_live_at_an_isovalue_are_read() {
     let Both { folder, file, split } = both(phantom("blobs:33").expect("a phantom"), 8, None);
     let (low, high) = file.range;
