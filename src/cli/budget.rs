@@ -64,6 +64,24 @@ impl BudgetArguments {
         self.max_triangles
     }
 
+    /// Refuses a volume that does not fit as it is, before it is looked at further.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] where no memory was given and it is beyond what there is.
+    pub(super) fn check_least(&self, volume: &Volume) -> Result<()> {
+        // A memory that was given is what the user knows of the machine.
+        let allowed = machine::allowed().filter(|_| self.max_memory.is_none());
+        let least = Forecast::least_memory(volume.dims());
+        match allowed.and_then(|allowed| beyond_machine(least, allowed, 1.0)) {
+            None => Ok(()),
+            Some(refused) => {
+                let name = volume.name();
+                Err(Error::Usage(format!("{name}: {refused}; --range does not help")))
+            }
+        }
+    }
+
     /// What to expect of the sweep of a whole volume.
     ///
     /// # Errors

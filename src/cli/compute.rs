@@ -1,12 +1,12 @@
 //! `compute`: the spectrum of a volume, the main job.
 
+mod way;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use isospectrum::bricks::{Plan as BrickPlan, SIDE, Source, Survey, cut};
 use isospectrum::forecast::Forecast;
-use isospectrum::prepared::{Noise, Prepared};
 use isospectrum::sweep::Parameters;
 use isospectrum::verify::{Glance, glance};
 use isospectrum::volume::Statistics;
@@ -14,8 +14,7 @@ use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
-use super::bricks::InBricks;
-use super::budget::{BudgetArguments, Limit};
+use super::budget::BudgetArguments;
 use super::info::Facts;
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::parts::PartArguments;
@@ -24,7 +23,9 @@ use super::progress::Bar;
 use super::simplify_arguments::SimplifyArguments;
 use super::target::{Made, Target, is_folder_name};
 use super::volume_arguments::VolumeArguments;
-use super::{plan, report, spectrum_file};
+use super::{report, spectrum_file};
+
+use way::{Way, Whole};
 
 /// Isovalues at which a spectrum is measured once it has been computed.
 const GLANCES: usize = 12;
@@ -180,75 +181,6 @@ impl Compute {
         self.tell(&made, (path, started), measured, quiet)
     }
 
-    /// As a whole, or in bricks: where that is asked for, or more memory is expected than there may be used.
-    fn way(&self) -> anyhow::Result<Way> {
-        let limit = self.budget.limit();
-        let is_folder = self.output.as_deref().is_some_and(is_folder_name);
-        if self.brick.is_some() || is_folder {
-            return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None)?)));
-        }
-        let source = self.volume.source()?;
-        let is_plain = self.preparation.is_none() && self.simplify.is_none();
-        if is_plain && let Some(dims) = source.dims_in_file()? {
-            let beyond = limit.and_then(|l| l.beyond(Forecast::least_memory(dims)));
-            if let Some(why) = beyond.filter(|_| self.may_be_in_bricks(dims)) {
-                return Ok(Way::Bricks(Box::new(self.in_bricks(limit, Some(why))?)));
-            }
-        }
-        let volume = self.volume.read()?;
-        let (volume, preparation) = self.preparation.apply(volume)?;
-        let noise = self.simplify.noise(&volume);
-        let (volume, cleaned) = self.simplify.apply(volume)?;
-        let prepared = Prepared::of(volume, preparation, cleaned);
-        let volume = prepared.volume();
-        let parameters = self.parameters.resolve(volume.range(), prepared.samples())?;
-        let may_be = self.may_be_in_bricks(volume.dims());
-        let why = |memory| limit.and_then(|limit| limit.beyond(memory)).filter(|_| may_be);
-        let in_bricks = |prepared: Prepared, why| -> anyhow::Result<Way> {
-            // Samples that can be read again need not stay.
-            let of_file = if is_plain { Survey::of_file(&source)? } else { None };
-            let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
-            let bricks = self.planned((source, survey, noise), &parameters, limit, Some(why))?;
-            Ok(Way::Bricks(Box::new(bricks)))
-        };
-        if let Some(why) = why(Forecast::least_memory(volume.dims())) {
-            return in_bricks(prepared, why);
-        }
-        let range = parameters.range.unwrap_or(volume.range());
-        let forecast = BudgetArguments::forecast(volume, range, parameters.error)?;
-        if let Some(why) = why(forecast.memory) {
-            return in_bricks(prepared, why);
-        }
-        self.budget.check(volume.name(), &forecast)?;
-        Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })))
-    }
-
-    /// Whether bricks would be of any use.
-    fn may_be_in_bricks(&self, dims: [usize; 3]) -> bool {
-        cut(dims, SIDE).len() > 1 && !self.parameters.is_of_a_whole()
-    }
-
-    fn in_bricks(&self, limit: Option<Limit>, why: Option<String>) -> anyhow::Result<InBricks> {
-        let source = self.volume.source()?;
-        let (survey, noise) =
-            plan::survey(&source, &self.volume, &self.preparation, &self.simplify)?;
-        let parameters = self.parameters.resolve(survey.info().range, survey.samples())?;
-        self.planned((source, survey, noise), &parameters, limit, why)
-    }
-
-    fn planned(
-        &self,
-        (source, survey, noise): (Source, Survey, Noise),
-        parameters: &Parameters,
-        limit: Option<Limit>,
-        why: Option<String>,
-    ) -> anyhow::Result<InBricks> {
-        let side = self.brick.unwrap_or(SIDE);
-        let plan = BrickPlan::new(source, &survey, noise, parameters, side)?;
-        let triangles = self.budget.max_triangles();
-        Ok(InBricks { plan, survey, limit, triangles, why })
-    }
-
     /// Says what came out.
     fn tell(
         &self,
@@ -273,19 +205,6 @@ impl Compute {
         }
         Ok(())
     }
-}
-
-/// How a spectrum is computed.
-enum Way {
-    Whole(Box<Whole>),
-    Bricks(Box<InBricks>),
-}
-
-/// A volume that is swept as a whole.
-struct Whole {
-    prepared: Prepared,
-    parameters: Parameters,
-    forecast: Forecast,
 }
 
 impl Compute {
