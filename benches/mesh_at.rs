@@ -82,7 +82,7 @@ fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Spectrum
     let parameters = Parameters { range, ..Parameters::default() };
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, 16)?;
     let (parts, volume) = (Parts::new(&plan, &made), survey.opened());
-    let limits = Limits { memory: f64::INFINITY, merge: None, triangles: None };
+    let limits = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
     compute_parts(&parts, volume, &Backend::choose(Choice::Cpu, None)?, limits, &Silent)?;
     let file = from_bytes(&to_bytes(&merge(&parts, volume, &Silent)?)?)?;
     merge_to_folder(&parts, volume, &split, None, &Silent)?;

@@ -28,7 +28,7 @@ mod split;
 mod survey;
 mod unite;
 
-pub use local::{Limits, MERGE_BYTES_PER_TRIANGLE, compute_parts, part_of};
+pub use local::{Limits, compute_parts, part_of};
 pub use part::{Border, Part, PartHead};
 pub use parts::Parts;
 pub use plan::{Blocks, Brick, Plan, Recipe, cut};

@@ -36,7 +36,7 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, side).expect("a plan");
     let parts = Parts::new(&plan, &made);
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
-    let limits = Limits { memory: f64::INFINITY, merge: None, triangles: None };
+    let limits = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
     let volume: &Opened = survey.opened();
     compute_parts(&parts, volume, &backend, limits, &Silent).expect("parts");
     let merged = merge(&parts, volume, &Silent).expect("parts that fit");
@@ -109,7 +109,7 @@ fn meshes_of_the_folder_are_those_of_the_file() {
 #[test]
 fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
     let prepared = Prepared::of(
-        phantom("noise:17:6").expect("a phantom"),
+        phantom("noise:25:6").expect("a phantom"),
         Preparation::default(),
         Cleaned::default(),
     );
@@ -124,13 +124,13 @@ fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
         let refused = compute_parts(&parts, survey.opened(), &backend, limits, &Silent);
         (refused.expect_err("beyond a limit").to_string(), folder.names().len())
     };
-    let none = Limits { memory: f64::INFINITY, merge: None, triangles: None };
+    let none = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
     let (said, n) = refused(Limits { memory: 1e5, ..none });
     assert!(said.contains("of 9x9x9 samples: about ") && said.contains("1 MB are left"), "{said}");
     assert_eq!(n, 0);
-    let (said, n) = refused(Limits { merge: Some(1e6), ..none });
-    assert!(said.contains("to merge them, 1 MB are left for it, expected -o NAME.ispt"), "{said}");
-    assert!((1..8).contains(&n), "{n} parts");
+    let (said, n) = refused(Limits { memory: 12e6, ..none });
+    assert!(said.contains("to merge them, 12 MB are left for it, expected -o NAME.ispt"), "{said}");
+    assert!((1..27).contains(&n), "{n} parts");
 }
 
 #[test]

@@ -8,6 +8,7 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
+use super::part::PartHead;
 use super::{Opened, Part, Parts, Plan};
 use crate::error::{Error, Result};
 use crate::forecast::Forecast;
@@ -17,17 +18,20 @@ use crate::topology::blocks::BlockTopology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
-/// What a merge takes of memory, bytes per triangle of all parts and per byte of samples that must stay in memory (measured: 100
-/// to 130 per triangle of `bonsai` and `hydrogen`).
-pub const MERGE_BYTES_PER_TRIANGLE: f64 = 130.0;
+/// What joining the borders takes of memory, bytes per critical point of all parts (measured: 430 of `bonsai`).
+const JOIN_BYTES_PER_POINT: f64 = 450.0;
+
+/// What merging to one file takes of memory, bytes per triangle of all parts (measured: 112 of `bonsai`).
+const FILE_BYTES_PER_TRIANGLE: f64 = 130.0;
 
 /// What may be used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Memory for all parts in work at a time, bytes.
+    /// Memory for all parts in work at a time, and for what is made of them then, bytes: where it is known that this becomes more,
+    /// work ends early.
     pub memory: f64,
-    /// Most memory for merging the parts, bytes: where it is known that they become more, work ends early.
-    pub merge: Option<f64>,
+    /// Whether the parts become one file; else a folder.
+    pub one_file: bool,
     /// Most triangles of all parts.
     pub triangles: Option<f64>,
 }
@@ -77,6 +81,7 @@ pub fn compute_parts(
             n_made: 0,
             in_use: 0.0,
             triangles: 0,
+            points: 0,
             failure: None,
         }),
         freed: Condvar::new(),
@@ -145,6 +150,8 @@ struct State {
     /// Bytes expected of the bricks in work.
     in_use: f64,
     triangles: u64,
+    /// Critical points.
+    points: u64,
     /// The first one.
     failure: Option<Error>,
 }
@@ -185,7 +192,7 @@ impl Work<'_> {
         let bytes = bytes?;
         let file = self.parts.file(number);
         std::fs::write(&file, &bytes).map_err(|e| Error::io(&file, e))?;
-        self.made(number, Part::head(&bytes, plan, number)?.size()[2])
+        self.made(number, &Part::head(&bytes, plan, number)?)
     }
 
     /// Waits until a brick fits beside those in work.
@@ -212,26 +219,38 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Takes down that a part is there, of so many triangles.
-    fn made(&self, number: usize, triangles: u64) -> Result<()> {
+    /// Takes down that a part is there.
+    fn made(&self, number: usize, head: &PartHead) -> Result<()> {
         let mut state = self.state();
         state.done[number] = 1.0;
         state.n_made += 1;
-        state.triangles += triangles;
-        let (n, of, all) = (state.n_made, self.parts.n(), state.triangles as f64);
+        state.triangles += head.size()[2];
+        state.points += u64::from(head.critical);
+        let (n, of) = (state.n_made, self.parts.n());
+        let (triangles, points) = (state.triangles as f64, state.points as f64);
         drop(state);
-        if let Some(most) = self.limits.triangles.filter(|&most| all > most) {
+        if let Some(most) = self.limits.triangles.filter(|&most| triangles > most) {
             return Err(Error::Usage(format!(
-                "{all} triangles in {n} of {of} bricks, expected {most} at most in all"
+                "{triangles} triangles in {n} of {of} bricks, expected {most} at most in all"
             )));
         }
-        let merge = MERGE_BYTES_PER_TRIANGLE * all;
-        if let Some(most) = self.limits.merge.filter(|&most| merge > most) {
-            return Err(Error::Usage(format!(
-                "{all} triangles in {n} of {of} bricks: about {} MB of memory to merge them, {} MB are left for it, expected -o NAME.ispt, a folder, or more memory",
-                megabytes(merge),
-                megabytes(most)
-            )));
+        let beyond = |what: String, bytes: f64, advice: &str| {
+            let left = self.limits.memory;
+            let [bytes, left_for_it] = [bytes, left].map(megabytes);
+            let said = format!(
+                "{what} in {n} of {of} bricks: about {bytes} MB of memory to merge them, {left_for_it} MB are left for it, expected {advice}"
+            );
+            Error::Usage(said)
+        };
+        let join = JOIN_BYTES_PER_POINT * points;
+        if join > self.limits.memory {
+            let what = format!("{points} critical points");
+            return Err(beyond(what, join, "noise taken out (--persistence), or more memory"));
+        }
+        let file = FILE_BYTES_PER_TRIANGLE * triangles;
+        if self.limits.one_file && file > self.limits.memory {
+            let what = format!("{triangles} triangles");
+            return Err(beyond(what, file, "-o NAME.ispt, a folder, or more memory"));
         }
         Ok(())
     }

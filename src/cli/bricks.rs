@@ -9,7 +9,7 @@ use super::progress::Bar;
 use super::report;
 use super::target::{Made, Target, named_for};
 
-/// What the program itself takes, and the topology that joins the parts, bytes: some ten megabytes each.
+/// What the program itself takes, bytes: 20 MB, and as much again for what the allocator keeps.
 const PROGRAM: f64 = 48e6;
 
 /// A volume that is swept in bricks.
@@ -42,19 +42,17 @@ impl InBricks {
 
     /// What is left for the bricks.
     fn limits(&self, is_folder: bool) -> Result<Limits> {
+        let (one_file, triangles) = (!is_folder, self.triangles);
         let Some(limit) = self.limit else {
-            let (memory, merge) = (f64::INFINITY, None);
-            return Ok(Limits { memory, merge, triangles: self.triangles });
+            return Ok(Limits { memory: f64::INFINITY, one_file, triangles });
         };
-        let left = limit.bytes - PROGRAM - self.samples_in_memory();
-        if left <= 0.0 {
+        let memory = limit.bytes - PROGRAM - self.samples_in_memory();
+        if memory <= 0.0 {
             let name = &self.plan.recipe.volume.name;
             let beyond = limit.beyond(PROGRAM + self.samples_in_memory()).unwrap_or_default();
             return Err(Error::Usage(format!("{name}: {beyond}; bricks do not help")));
         }
-        // A folder is merged part by part.
-        let merge = (!is_folder).then_some(left);
-        Ok(Limits { memory: left, merge, triangles: self.triangles })
+        Ok(Limits { memory, one_file, triangles })
     }
 
     /// Bytes of samples that stay in memory.

@@ -189,7 +189,8 @@ pub fn joined(
 ) -> Result<JoinedTopology> {
     // The same for all blocks.
     let keys = ExactField::new(&block([0; 3], [2; 3])?)?.isovalue_keys();
-    let mut points: Vec<CriticalPoint> = Vec::new();
+    let n_points = blocks.iter().map(|b| b.points.len()).sum();
+    let mut points: Vec<CriticalPoint> = Vec::with_capacity(n_points);
     let mut walks: HashMap<u32, [u32; 2]> = HashMap::new();
     for b in blocks {
         points.extend(b.points);
@@ -211,10 +212,11 @@ pub fn joined(
     })?;
     let nodes = [Direction::Up, Direction::Down].map(|d| extrema(&points, d));
     let [low, high] = [0, 1].map(|side| Ends { nodes: &nodes[side], walks: &walks, side });
-    let points: Vec<CriticalPoint> = points
-        .iter()
-        .map(|p| Ok(CriticalPoint { low: low.of(p.low)?, high: high.of(p.high)?, ..*p }))
-        .collect::<Result<_>>()?;
+    for p in &mut points {
+        (p.low, p.high) = (low.of(p.low)?, high.of(p.high)?);
+    }
+    // The trees want the room.
+    drop((nodes, walks));
     let join = MergeTree::of_nodes(Direction::Up, &points)?;
     let split = MergeTree::of_nodes(Direction::Down, &points)?;
     let tree = Tree::of(points, &join, &split, outside, keys)?;
