@@ -74,12 +74,11 @@ impl SpectrumBuilder {
             parameters,
             events,
             isovalues: merged_isovalues(&self.patches),
-            first_knot: Vec::with_capacity(n_vertices + 1),
-            knots: Vec::with_capacity(n_knots),
-            triangles: Vec::with_capacity(total(|p| p.triangles.len())),
-            collapses: Vec::with_capacity(total(|p| p.collapses.len())),
+            first_knot: vec![0],
+            knots: Vec::new(),
+            triangles: Vec::new(),
+            collapses: Vec::new(),
         };
-        spectrum.first_knot.push(0);
         for patch in self.patches {
             append(&mut spectrum, patch);
         }
@@ -107,26 +106,35 @@ fn merged_isovalues(patches: &[Patch]) -> Vec<f64> {
     isovalues
 }
 
-/// Appends one patch to a spectrum whose table of isovalues is complete.
-fn append(spectrum: &mut Spectrum, patch: Patch) {
+/// Appends one patch to a spectrum whose table of isovalues is complete. The first one is taken as it is: most spectra have no
+/// other.
+fn append(spectrum: &mut Spectrum, mut patch: Patch) {
     let table = &spectrum.isovalues;
     let ranks: Vec<u32> =
         patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect();
     let rank = |local: u32| ranks[local as usize];
     let vertex_base = (spectrum.first_knot.len() - 1) as u32;
     let knot_base = spectrum.knots.len() as u32;
+    patch.knots.iter_mut().for_each(|k| k.rank = rank(k.rank));
+    for t in &mut patch.triangles {
+        t.vertices = t.vertices.map(|v| v + vertex_base);
+        (t.birth, t.death) = (rank(t.birth), rank(t.death));
+    }
+    for c in &mut patch.collapses {
+        (c.vertex, c.target) = (c.vertex + vertex_base, c.target + vertex_base);
+        c.rank = rank(c.rank);
+    }
     spectrum.first_knot.extend(patch.first_knot.iter().skip(1).map(|first| first + knot_base));
-    spectrum.knots.extend(patch.knots.iter().map(|knot| Knot { rank: rank(knot.rank), ..*knot }));
-    spectrum.triangles.extend(patch.triangles.iter().map(|t| Triangle {
-        vertices: t.vertices.map(|v| v + vertex_base),
-        birth: rank(t.birth),
-        death: rank(t.death),
-        cap: t.cap,
-    }));
-    spectrum.collapses.extend(patch.collapses.iter().map(|c| Collapse {
-        vertex: c.vertex + vertex_base,
-        target: c.target + vertex_base,
-        rank: rank(c.rank),
-        upward: c.upward,
-    }));
+    extend(&mut spectrum.knots, patch.knots);
+    extend(&mut spectrum.triangles, patch.triangles);
+    extend(&mut spectrum.collapses, patch.collapses);
+}
+
+/// Appends; what comes first is not copied.
+fn extend<T>(all: &mut Vec<T>, more: Vec<T>) {
+    if all.is_empty() {
+        *all = more;
+    } else {
+        all.extend(more);
+    }
 }
