@@ -15,7 +15,7 @@ fn face_deviation(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, isovalue: f32, reach
     let ab = b - a;
     let ac = c - a;
     let barycentre = a + (ab + ac) / 3.0;
-    let place = locate(barycentre, 0u);
+    let place = locate(barycentre);
     let values = relative(corners(place.cell), Slab(isovalue, 1.0, 0.0));
     let difference = interpolate(values, place.local);
     if abs(difference) <= parameters.value_noise {
@@ -31,11 +31,11 @@ fn face_deviation(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, isovalue: f32, reach
     let upwards = select(-1.0, 1.0, difference < 0.0);
     let slab = Slab(isovalue, upwards, BOTTOMLESS);
     var nearest = reach;
-    let onwards = walk(barycentre, direction * -upwards, 0u, slab, nearest);
+    let onwards = walk(barycentre, direction * -upwards, slab, nearest);
     if onwards.end == REACHED {
         nearest = min(nearest, onwards.t);
     }
-    let backwards = walk(barycentre, direction * upwards, 0u, slab, nearest);
+    let backwards = walk(barycentre, direction * upwards, slab, nearest);
     if backwards.end == REACHED {
         nearest = min(nearest, backwards.t);
     }

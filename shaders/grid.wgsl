@@ -91,24 +91,12 @@ fn corners(cell: vec3<i32>) -> array<f32, 8> {
     );
 }
 
-/// Which axes a border byte holds fixed.
-fn held_axes(border: u32) -> vec3<bool> {
-    return (vec3<u32>(border) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u);
-}
-
-/// The place of a position (voxel frame). Along the axes of `border` the position is taken to be
-/// exactly on its lattice plane, and the cell is the one inside the volume.
-fn locate(p: vec3<f32>, border: u32) -> Place {
+/// The place of a position (voxel frame).
+fn locate(p: vec3<f32>) -> Place {
     let last = grid.dims - 1;
     let x = clamp(p * grid.inverse_cell_size, vec3<f32>(-1.0), vec3<f32>(grid.dims));
     let cell = min(vec3<i32>(floor(x)), last);
-    let plane = vec3<i32>(round(x));
-    let inside = clamp(plane, vec3<i32>(0), last - 1);
-    let held = held_axes(border);
-    return Place(
-        select(cell, inside, held),
-        select(x - vec3<f32>(cell), vec3<f32>(plane - inside), held),
-    );
+    return Place(cell, x - vec3<f32>(cell));
 }
 
 /// Linear interpolation, exact at both ends.

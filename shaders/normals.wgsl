@@ -1,9 +1,6 @@
 // Area-weighted vertex normals, towards lower values.
 // One thread per vertex. Twin: src/kernels/normals.rs.
 
-/// Everything but the mark of a crease in an entry of a ring.
-const NEIGHBOUR = 0x7fffffffu;
-
 /// x, y, z of each vertex, voxel frame.
 @group(0) @binding(0) var<storage, read> positions: array<f32>;
 /// Start and end of each vertex' ring.
@@ -24,9 +21,9 @@ fn normals(@builtin(global_invocation_id) id: vec3<u32>) {
     var sum = vec3<f32>(0.0);
     if start < end {
         let p = position(v);
-        var previous = position(ring[end - 1u] & NEIGHBOUR) - p;
+        var previous = position(ring[end - 1u]) - p;
         for (var i = start; i < end; i++) {
-            let spoke = position(ring[i] & NEIGHBOUR) - p;
+            let spoke = position(ring[i]) - p;
             sum += cross(previous, spoke);
             previous = spoke;
         }

@@ -1,8 +1,8 @@
 // Moves every vertex onto the isosurface of the next isovalue.
 // One thread per vertex. Twin: src/kernels/project.rs; the rule is step.wgsl.
 
-/// One byte per vertex, four to a word: bit a holds component a.
-@group(0) @binding(3) var<storage, read> borders: array<u32>;
+/// One byte per vertex, four to a word: not 0 where it is held.
+@group(0) @binding(3) var<storage, read> held: array<u32>;
 /// x, y, z of each vertex' unit normal.
 @group(0) @binding(4) var<storage, read> normals: array<f32>;
 /// x, y, z of each vertex, voxel frame.
@@ -16,10 +16,13 @@ fn project(@builtin(global_invocation_id) id: vec3<u32>) {
     if v >= arrayLength(&status) {
         return;
     }
-    let border = extractBits(borders[v / 4u], 8u * (v % 4u), 8u);
+    if extractBits(held[v / 4u], 8u * (v % 4u), 8u) != 0u {
+        status[v] = BY_NORMAL;
+        return;
+    }
     let n = vec3<f32>(normals[3u * v], normals[3u * v + 1u], normals[3u * v + 2u]);
     let p = position(v);
-    let step = onto_isosurface(p, n, border, parameters.isovalue, parameters.reach);
+    let step = onto_isosurface(p, n, parameters.isovalue, parameters.reach);
     positions[3u * v] = step.position.x;
     positions[3u * v + 1u] = step.position.y;
     positions[3u * v + 2u] = step.position.z;

@@ -59,14 +59,12 @@ fn exit_of(local: vec3<f32>, d: vec3<f32>, ways: vec3<i32>, moved: vec3<i32>) ->
     return Exit(vec3<bool>(false, false, true), t.z);
 }
 
-/// Walks from `origin` along the unit vector `direction` for at most `reach` voxels; the axes of
-/// `border` are those of lattice planes the ray lies in.
-fn walk(origin: vec3<f32>, direction: vec3<f32>, border: u32, slab: Slab, reach: f32) -> Walk {
+/// Walks from `origin` along the unit vector `direction` for at most `reach` voxels.
+fn walk(origin: vec3<f32>, direction: vec3<f32>, slab: Slab, reach: f32) -> Walk {
     let d = direction * grid.inverse_cell_size;
     let x = origin * grid.inverse_cell_size;
-    let held = held_axes(border);
-    var start = select(vec3<i32>(floor(x)), vec3<i32>(round(x)), held);
-    var local = select(x - floor(x), vec3<f32>(0.0), held);
+    var start = vec3<i32>(floor(x));
+    var local = x - floor(x);
     let ways = steps(d);
     // On a face the ray enters the lower cell if it goes down, and a ray within the upper border
     // plane of the volume uses the cell inside.

@@ -1,13 +1,11 @@
 // One iteration of tangential relaxation: the force, the move, and back onto the isosurface.
 // One thread per vertex. Twin: src/kernels/relax.rs, which has the theory.
 
-/// Marks a neighbour along a crease in an entry of a ring.
-const CREASE = 0x80000000u;
 /// Longest move of one iteration, in shortest edges of the vertex.
 const LONGEST_MOVE = 0.5f;
 
-/// One byte per vertex, four to a word: bit a holds component a.
-@group(0) @binding(3) var<storage, read> borders: array<u32>;
+/// One byte per vertex, four to a word: not 0 where it is held.
+@group(0) @binding(3) var<storage, read> held: array<u32>;
 /// Start and end of each vertex' ring.
 @group(0) @binding(4) var<storage, read> ring_offsets: array<u32>;
 /// Neighbours, counter-clockwise.
@@ -27,33 +25,29 @@ struct Force {
     shortest: f32,
 }
 
-fn force(v: u32, p: vec3<f32>, n: vec3<f32>, border: u32) -> Force {
-    var sum = vec3<f32>(0.0);
-    var count = 0u;
-    var shortest = FAR;
-    for (var i = ring_offsets[v]; i < ring_offsets[v + 1u]; i++) {
-        let neighbour = ring[i];
-        let spoke = position(neighbour & ~CREASE) - p;
-        shortest = min(shortest, length(spoke));
-        if border == 0u || (neighbour & CREASE) != 0u {
-            sum += spoke;
-            count++;
-        }
-    }
-    if count == 0u {
+fn force(v: u32, p: vec3<f32>, n: vec3<f32>) -> Force {
+    let start = ring_offsets[v];
+    let end = ring_offsets[v + 1u];
+    if extractBits(held[v / 4u], 8u * (v % 4u), 8u) != 0u || start == end {
         return Force(vec3<f32>(0.0), 0.0);
     }
-    let free = free_axes(border);
-    let along = unit(n * free);
-    let umbrella = sum / f32(count) * free;
+    var sum = vec3<f32>(0.0);
+    var shortest = FAR;
+    for (var i = start; i < end; i++) {
+        let spoke = position(ring[i]) - p;
+        shortest = min(shortest, length(spoke));
+        sum += spoke;
+    }
+    let along = unit(n);
+    let umbrella = sum / f32(end - start);
     return Force(umbrella - along * dot(umbrella, along), shortest);
 }
 
 /// Where a vertex goes that the force moves aside; where it is if it finds no way back.
-fn relaxed(p: vec3<f32>, aside: vec3<f32>, n: vec3<f32>, border: u32, reach: f32) -> vec3<f32> {
-    let step = onto_isosurface(aside, n, border, parameters.isovalue, reach);
-    let place = locate(step.position, border);
-    let faces_along = dot(gradient_in(place), n * free_axes(border)) <= 0.0;
+fn relaxed(p: vec3<f32>, aside: vec3<f32>, n: vec3<f32>, reach: f32) -> vec3<f32> {
+    let step = onto_isosurface(aside, n, parameters.isovalue, reach);
+    let place = locate(step.position);
+    let faces_along = dot(gradient_in(place), n) <= 0.0;
     return select(p, step.position, step.status != FAILED && faces_along);
 }
 
@@ -63,15 +57,14 @@ fn relax(@builtin(global_invocation_id) id: vec3<u32>) {
     if v >= arrayLength(&forces) {
         return;
     }
-    let border = extractBits(borders[v / 4u], 8u * (v % 4u), 8u);
     let n = vec3<f32>(normals[3u * v], normals[3u * v + 1u], normals[3u * v + 2u]);
     let p = position(v);
-    let f = force(v, p, n, border);
+    let f = force(v, p, n);
     let size = length(f.tangential);
     let far = min(parameters.strength * size, LONGEST_MOVE * f.shortest);
     var q = p;
     if far > 0.0 && f.shortest < FAR {
-        q = relaxed(p, p + f.tangential * (far / size), n, border, f.shortest);
+        q = relaxed(p, p + f.tangential * (far / size), n, f.shortest);
     }
     moved[3u * v] = q.x;
     moved[3u * v + 1u] = q.y;

@@ -21,20 +21,10 @@ struct Step {
     status: u32,
 }
 
-/// 1 along the axes a vertex may move, 0 along those of its border planes.
-fn free_axes(border: u32) -> vec3<f32> {
-    return select(vec3<f32>(1.0), vec3<f32>(0.0), held_axes(border));
-}
-
-/// `moved`, with the components along border axes copied from `p` bit for bit.
-fn keep_borders(moved: vec3<f32>, p: vec3<f32>, border: u32) -> vec3<f32> {
-    return select(moved, p, held_axes(border));
-}
-
 /// Moves `p` onto the isosurface of `isovalue`, at most `reach` voxels, first along the normal `n`,
-/// then along the gradient; bit a of `border` holds component a fixed.
-fn onto_isosurface(p: vec3<f32>, n: vec3<f32>, border: u32, isovalue: f32, reach: f32) -> Step {
-    let place = locate(p, border);
+/// then along the gradient.
+fn onto_isosurface(p: vec3<f32>, n: vec3<f32>, isovalue: f32, reach: f32) -> Step {
+    let place = locate(p);
     let values = relative(corners(place.cell), Slab(isovalue, 1.0, 0.0));
     let difference = interpolate(values, place.local);
     if abs(difference) <= parameters.value_noise {
@@ -43,30 +33,29 @@ fn onto_isosurface(p: vec3<f32>, n: vec3<f32>, border: u32, isovalue: f32, reach
     let upwards = select(-1.0, 1.0, difference < 0.0);
     let slab = Slab(isovalue, upwards, -abs(difference) - parameters.slab_tolerance);
     // Normals point to lower values, so uphill is against them.
-    let along = unit(n * free_axes(border)) * -upwards;
+    let along = unit(n) * -upwards;
     if any(along != vec3<f32>(0.0)) {
-        let onwards = walk(p, along, border, slab, reach);
+        let onwards = walk(p, along, slab, reach);
         if onwards.end == REACHED {
-            return Step(keep_borders(p + along * onwards.t, p, border), BY_NORMAL);
+            return Step(p + along * onwards.t, BY_NORMAL);
         }
-        let backwards = walk(p, -along, border, slab, reach);
+        let backwards = walk(p, -along, slab, reach);
         if backwards.end == REACHED {
-            return Step(keep_borders(p - along * backwards.t, p, border), BY_NORMAL);
+            return Step(p - along * backwards.t, BY_NORMAL);
         }
     }
-    return along_gradient(p, border, slab, reach);
+    return along_gradient(p, slab, reach);
 }
 
 /// Follows the gradient from `p` in short steps until the isovalue, for at most `reach` voxels.
-fn along_gradient(p: vec3<f32>, border: u32, slab: Slab, reach: f32) -> Step {
-    let free = free_axes(border);
+fn along_gradient(p: vec3<f32>, slab: Slab, reach: f32) -> Step {
     var q = p;
     var left = reach;
     // The way in which the last steps crossed a face, zero where they did not.
     var crossed = vec3<f32>(0.0);
     for (var n = 0u; n < MAX_GRADIENT_STEPS; n++) {
-        let place = locate(q, border);
-        let uphill = gradient_in(place) * free * slab.sign;
+        let place = locate(q);
+        let uphill = gradient_in(place) * slab.sign;
         let slides = uphill * crossed < vec3<f32>(0.0);
         let direction = unit(select(uphill, vec3<f32>(0.0), slides));
         if all(direction == vec3<f32>(0.0)) {
@@ -76,14 +65,14 @@ fn along_gradient(p: vec3<f32>, border: u32, slab: Slab, reach: f32) -> Step {
         let exit = exit_of(place.local, d, steps(d), vec3<i32>(0));
         let past = max(exit.t, 0.0) + NUDGE;
         let size = min(min(past, GRADIENT_STEP), left);
-        let found = walk(q, direction, border, slab, size);
+        let found = walk(q, direction, slab, size);
         if found.end == REACHED {
-            return Step(keep_borders(q + direction * found.t, p, border), BY_GRADIENT);
+            return Step(q + direction * found.t, BY_GRADIENT);
         }
         if found.end == LEFT {
             break;
         }
-        q = keep_borders(q + direction * size, p, border);
+        q += direction * size;
         left -= size;
         if left <= 0.0 {
             break;

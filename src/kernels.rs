@@ -46,41 +46,32 @@ pub struct Connectivity {
     /// Start of each vertex's one-ring in `ring`, and the end: one more than there are vertices.
     pub ring_offsets: Vec<u32>,
     /// Neighbours of each vertex, counter-clockwise, so that `(ring[i], ring[i + 1])` and the vertex
-    /// form a face. The top bit ([`CREASE`]) marks a neighbour along a crease edge.
+    /// form a face.
     pub ring: Vec<u32>,
-    /// Per vertex: bit a is set where the vertex lies on a border plane across axis a (a = 0, 1, 2)
-    /// and must not leave it: its component a never changes. [`PINNED`] may be set beside.
-    pub borders: Vec<u8>,
+    /// Per vertex: not 0 where it is held, and neither projects nor relaxes.
+    pub held: Vec<u8>,
 }
 
 impl Connectivity {
     /// Adds another mesh, whose vertices come after those of this one.
     pub(crate) fn append(&mut self, other: &Connectivity) {
-        let n = self.borders.len() as u32;
+        let n = self.held.len() as u32;
         if self.ring_offsets.is_empty() {
             self.ring_offsets.push(0);
         }
         let n_ring = self.ring.len() as u32;
         self.faces.extend(other.faces.iter().map(|f| f.map(|v| v + n)));
         self.ring_offsets.extend(other.ring_offsets.iter().skip(1).map(|o| o + n_ring));
-        self.ring.extend(other.ring.iter().map(|r| ((r & !CREASE) + n) | (r & CREASE)));
-        self.borders.extend(&other.borders);
+        self.ring.extend(other.ring.iter().map(|r| r + n));
+        self.held.extend(&other.held);
     }
 }
-
-/// Marks, in [`Connectivity::ring`], a neighbour along a crease: an edge where a cap meets the
-/// isosurface proper. A vertex with a border relaxes along its crease neighbours only.
-pub const CREASE: u32 = 1 << 31;
-
-/// In [`Connectivity::borders`]: the vertex does not relax, but projects like any other. (It has a
-/// border, so it relaxes along crease edges only, of which it has none or may not use any.)
-pub const PINNED: u8 = 1 << 3;
 
 /// What became of a vertex in the last projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Status {
-    /// Reached its isosurface along its normal.
+    /// Reached its isosurface along its normal, or is held.
     Reached = 0,
     /// Reached it along the gradient.
     ReachedByGradient = 1,
@@ -108,7 +99,7 @@ pub trait Kernels {
     /// Takes a mesh: connectivity and positions (voxel frame).
     fn load(&mut self, connectivity: &Connectivity, positions: &[[f32; 3]]) -> Result<()>;
 
-    /// Moves every vertex onto the isosurface of `isovalue` by one step along its area-weighted
+    /// Moves every vertex that is not held onto the isosurface of `isovalue` by one step along its area-weighted
     /// normal, uphill or downhill by the sign of what is missing, at most `reach` voxels, so that
     /// the field along the step leaves [value, isovalue] first through the isovalue. Where that
     /// fails: short steps along the gradient under the same rule. Returns how many vertices failed.
@@ -154,8 +145,8 @@ fn is_check(iterations: u32) -> bool {
 ///
 /// Where they do not, which is a bug in the caller.
 fn check_shape(connectivity: &Connectivity, n_vertices: usize) {
-    let Connectivity { ring_offsets, ring, borders, .. } = connectivity;
+    let Connectivity { ring_offsets, ring, held, .. } = connectivity;
     assert_eq!(ring_offsets.len(), n_vertices + 1, "one ring per vertex");
-    assert_eq!(borders.len(), n_vertices, "one border byte per vertex");
+    assert_eq!(held.len(), n_vertices, "one byte per vertex");
     assert_eq!(ring_offsets.last().map(|&end| end as usize), Some(ring.len()), "rings fill `ring`");
 }

@@ -20,7 +20,7 @@
 //! 2. Every live half-edge has a live face; every edge has two different faces (closed).
 //! 3. The faces around a vertex form one cycle (vertex-manifold); a live vertex has valence >= 3.
 //! 4. No two edges join the same two vertices, so no two faces have the same three vertices.
-//! 5. A crease edge (a cap on one side only) has a border plane common to both its vertices.
+//! 5. The vertices of caps are fixed.
 //!
 //! Slots of removed vertices, edges and faces stay empty until [`Mesh::compacted`], so a handle
 //! never changes its meaning while a mesh is tracked.
@@ -42,12 +42,9 @@ pub(crate) use replace::Replacement;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::kernels::{CREASE, Connectivity, PINNED};
+use crate::kernels::Connectivity;
 
 const NONE: u32 = u32::MAX;
-
-/// The border planes of a fixed vertex: all three.
-pub(crate) const FIXED: u8 = 7;
 
 /// Handle of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -98,7 +95,8 @@ pub struct Mesh {
     /// Per face: one of its half-edges; `NONE` where the slot is empty.
     face_halfedge: Vec<u32>,
     positions: Vec<Vec3>,
-    borders: Vec<u8>,
+    fixed: Vec<bool>,
+    pinned: Vec<bool>,
     caps: Vec<bool>,
     n_vertices: usize,
     n_faces: usize,
@@ -120,20 +118,21 @@ pub struct Compacted {
 impl Mesh {
     /// A mesh from triangles, counter-clockwise seen from lower values.
     ///
-    /// `borders` and `caps` are as long as `positions` and `triangles`.
+    /// `fixed` tells of every vertex whether it is, `caps` the same of the triangles.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] if the triangles do not form a closed oriented manifold.
     pub fn from_triangles(
         positions: &[[f32; 3]],
-        borders: &[u8],
+        fixed: &[bool],
         triangles: &[[u32; 3]],
         caps: &[bool],
     ) -> Result<Mesh> {
         let mut mesh = Mesh {
             positions: positions.iter().map(|&p| Vec3::from(p)).collect(),
-            borders: borders.to_vec(),
+            fixed: fixed.to_vec(),
+            pinned: vec![false; positions.len()],
             vertex_halfedge: vec![NONE; positions.len()],
             ..Mesh::default()
         };
@@ -297,42 +296,36 @@ impl Mesh {
         self.positions[v.0 as usize] = p;
     }
 
-    /// Border planes of a vertex: see [`Connectivity::borders`].
-    #[inline]
-    pub fn border(&self, v: Vertex) -> u8 {
-        self.borders[v.0 as usize] & !PINNED
-    }
-
-    /// Whether a vertex is pinned: it is neither removed nor relaxed.
+    /// Whether a vertex is pinned, as every fixed one is: it is neither removed nor moved by kernels.
     #[inline]
     pub fn is_pinned(&self, v: Vertex) -> bool {
-        self.borders[v.0 as usize] & PINNED != 0
+        self.fixed[v.0 as usize] || self.pinned[v.0 as usize]
     }
 
     /// Pins a vertex or lets it go.
     pub fn set_pinned(&mut self, v: Vertex, pinned: bool) {
-        let b = &mut self.borders[v.0 as usize];
-        *b = if pinned { *b | PINNED } else { *b & !PINNED };
+        self.pinned[v.0 as usize] = pinned;
     }
 
-    /// Whether a vertex is fixed along all three axes: it is moved by others only.
+    /// Whether a vertex is fixed: besides, no edit joins it to another fixed one.
     #[inline]
     pub fn is_fixed(&self, v: Vertex) -> bool {
-        self.border(v) == FIXED
+        self.fixed[v.0 as usize]
     }
 
-    /// Fixes a vertex and pins it, or lets it go.
+    /// Fixes a vertex, or lets it go, which is no longer pinned then.
     pub(crate) fn set_fixed(&mut self, v: Vertex, fixed: bool) {
-        self.borders[v.0 as usize] = if fixed { FIXED | PINNED } else { 0 };
+        self.fixed[v.0 as usize] = fixed;
+        self.pinned[v.0 as usize] = false;
     }
 
-    /// Whether the face only closes the mesh at the border of the volume.
+    /// Whether the face only closes the mesh.
     #[inline]
     pub fn is_cap(&self, f: Face) -> bool {
         self.caps[f.0 as usize]
     }
 
-    /// Whether a cap meets the isosurface proper at this edge.
+    /// Whether there is a cap on one side of the edge only.
     #[inline]
     pub fn is_crease(&self, e: Edge) -> bool {
         let h = e.halfedge();
@@ -396,7 +389,7 @@ impl Mesh {
         self.compacted_where(|v| !self.is_pinned(v))
     }
 
-    /// The vertices that are asked for and those beside them, with the faces between; the latter vertices are pinned and
+    /// The vertices that are asked for and those beside them, with the faces between; the latter vertices are held and
     /// come without their rings.
     pub fn compacted_where(&self, is_free: impl Fn(Vertex) -> bool) -> Compacted {
         let faces: Vec<Face> =
@@ -424,17 +417,12 @@ impl Mesh {
                 .collect(),
             ring_offsets: Vec::with_capacity(vertices.len() + 1),
             ring: Vec::with_capacity(self.n_faces * 3),
-            borders: vertices
-                .iter()
-                .map(|&v| self.borders[v.0 as usize] | if has_ring(v) { 0 } else { PINNED })
-                .collect(),
+            held: vertices.iter().map(|&v| u8::from(self.is_pinned(v) || !has_ring(v))).collect(),
         };
         connectivity.ring_offsets.push(0);
         for &v in &vertices {
             for h in self.spokes(v).filter(|_| has_ring(v)) {
-                let crease =
-                    if self.is_crease(h.edge()) && !self.is_pinned(v) { CREASE } else { 0 };
-                connectivity.ring.push(index[self.to(h).0 as usize] | crease);
+                connectivity.ring.push(index[self.to(h).0 as usize]);
             }
             connectivity.ring_offsets.push(connectivity.ring.len() as u32);
         }

@@ -23,6 +23,7 @@ mod march;
 mod mend;
 mod parameters;
 mod part;
+mod patch;
 mod polyline;
 mod record;
 mod region;
@@ -48,9 +49,9 @@ use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 use chords::split_chords;
-use exact::{Swept, Thinning};
 use initial::InitialMesh;
 use march::{Marched, march};
+use patch::{Swept, Thinning, patch};
 use region::Grid;
 use shared::Shared;
 
@@ -151,7 +152,7 @@ fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)>
     let kept = sweep.parameters.start.filter(|_| is_given);
     let error = KNOT_SHARE * sweep.parameters.error as f32;
     let thinning = Thinning { error, kept };
-    Ok((exact::patch(record, &inner, &sweep.exact, sweep.range, thinning), counts))
+    Ok((patch(record, &inner, &sweep.exact, sweep.range, thinning), counts))
 }
 
 /// The spectrum of what was swept.

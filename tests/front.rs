@@ -1,12 +1,15 @@
 //! The front: see `docs/decisions/0001-front.md`.
 
+mod data;
+
 use std::sync::Arc;
 
 use isospectrum::kernels::{Backend, Choice};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::{Parameters, Silent, TRACKED_AREA_SHARE, TRACKED_AREA_SHARES, compute};
+use isospectrum::verify::mesh_topology;
 use isospectrum::verify::{Limits, Sampling, verify};
-use isospectrum::volume::{Volume, phantom};
+use isospectrum::volume::{Volume, phantom, read_volume};
 
 fn spectrum(volume: &Arc<Volume>) -> Spectrum {
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
@@ -29,6 +32,26 @@ fn the_topology_is_exact_at_random_isovalues() {
         assert!(totals.isovalues >= 24, "{name}: {}", totals.isovalues);
         assert_eq!(totals.topology_right, totals.isovalues, "{name}");
         assert_eq!(totals.manifold, totals.isovalues, "{name}");
+    }
+}
+
+#[test]
+fn both_cells_of_a_face_change_at_its_saddle_at_once() {
+    // By its own arithmetic, a cell changed some numbers before the isovalue of the event of another: between the two
+    // nucleon was open.
+    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
+    let volume = Arc::new(read_volume(&path, &Default::default()).expect("nucleon"));
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    let parameters = Parameters { range: Some((189.0, 190.0)), ..Parameters::default() };
+    let spectrum = compute(&volume, &parameters, &backend, &Silent).expect("a spectrum");
+    let close = |c: &f64| (189.4..189.6).contains(c);
+    let near: Vec<f64> = spectrum.isovalues.iter().copied().filter(close).collect();
+    assert!(near.len() > 10, "{near:?}");
+    for pair in near.windows(2) {
+        let isovalue = 0.5 * (pair[0] + pair[1]);
+        let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
+        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+        assert!(found.is_closed_manifold(), "{isovalue}: {found:?}");
     }
 }
 

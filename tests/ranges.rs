@@ -2,9 +2,9 @@
 //!
 //! The oracle is the count of the isosurface on the grid, which knows no mesh.
 
+mod data;
 mod random;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use isospectrum::Error;
@@ -127,12 +127,7 @@ fn at_the_highest_sample_there_is_no_isosurface_but_that_around_the_volume() {
 
 #[test]
 fn nucleon_has_its_mesh_at_the_end_of_a_range() {
-    let folder = std::env::var("ISOSPECTRUM_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let path = Path::new(&folder).join("nucleon_41x41x41_uint8.raw");
-    if !path.is_file() {
-        eprintln!("NOT RUN: no {} (ISOSPECTRUM_DATA names the folder)", path.display());
-        return;
-    }
+    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
     let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
     let volume = Arc::new(volume);
     let spectrum = swept_over(&volume, (100.0, 110.0));

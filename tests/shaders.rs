@@ -7,7 +7,7 @@ use isospectrum::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
 use isospectrum::kernels::compact::{Draw, Moment};
 use isospectrum::kernels::gpu::REDUCE_WORKGROUPS;
 use isospectrum::kernels::shader::{self, ALL, Shader};
-use isospectrum::kernels::{CREASE, Status, ray, relax, step};
+use isospectrum::kernels::{Status, ray, relax, step};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Literal, Module};
 use std::mem::offset_of;
@@ -146,7 +146,6 @@ fn constants_are_equal_in_both_languages() {
         ("NUDGE", f64::from(step::NUDGE)),
         ("ZERO_LENGTH", f64::from(step::ZERO_LENGTH)),
         ("LONGEST_MOVE", f64::from(relax::LONGEST_MOVE)),
-        ("CREASE", f64::from(CREASE)),
         ("BY_NORMAL", f64::from(Status::Reached as u32)),
         ("BY_GRADIENT", f64::from(Status::ReachedByGradient as u32)),
         ("FAILED", f64::from(Status::Failed as u32)),
@@ -157,8 +156,6 @@ fn constants_are_equal_in_both_languages() {
     let reduce_module = parse(shader::REDUCE);
     assert_eq!(constant(&reduce_module, "REDUCE_WORKGROUPS"), f64::from(REDUCE_WORKGROUPS));
     assert_eq!(constant(&reduce_module, "FAILED"), f64::from(Status::Failed as u32));
-    let normals_module = parse(shader::NORMALS);
-    assert_eq!(constant(&normals_module, "NEIGHBOUR"), f64::from(!CREASE));
 }
 
 #[test]

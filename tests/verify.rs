@@ -1,6 +1,7 @@
 //! Verification finds what is wrong with a spectrum, and nothing with a right one.
 
-use std::path::Path;
+mod data;
+
 use std::sync::Arc;
 
 use isospectrum::extract::extract;
@@ -271,13 +272,8 @@ fn default_spectra_of_phantoms_keep_what_is_promised() {
 
 #[test]
 fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
-    let folder = std::env::var("ISOSPECTRUM_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let path = Path::new(&folder).join("nucleon_41x41x41_uint8.raw");
-    if path.is_file() {
-        keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
-    } else {
-        eprintln!("NOT RUN: no {} (ISOSPECTRUM_DATA names the folder)", path.display());
-    }
+    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
+    keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
 }
 
 #[test]

@@ -90,9 +90,11 @@ impl Kernels for CpuKernels {
             (&*self.field, &self.connectivity, &self.positions, &self.normals);
         let mut work: Vec<(Vec3, Status)> = vec![(Vec3::ZERO, Status::Reached); positions.len()];
         for_each(&mut work, |v, place| {
-            let border = connectivity.borders[v];
-            *place =
-                step::onto_isosurface(field, positions[v], normals[v], border, isovalue, reach);
+            *place = if connectivity.held[v] != 0 {
+                (positions[v], Status::Reached)
+            } else {
+                step::onto_isosurface(field, positions[v], normals[v], isovalue, reach)
+            };
         });
         let mut n_failed = 0;
         for (v, (q, status)) in work.into_iter().enumerate() {

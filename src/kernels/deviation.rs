@@ -15,7 +15,7 @@ pub fn face_deviation(field: &Field, a: Vec3, b: Vec3, c: Vec3, isovalue: f32, r
     if !barycentre.is_finite() {
         return reach;
     }
-    let place = field.locate(barycentre, 0);
+    let place = field.locate(barycentre);
     let values = field.corners(place.cell).map(|v| v - isovalue);
     let difference = interpolate(&values, place.local);
     if difference.abs() <= field.value_noise() {
@@ -33,7 +33,7 @@ pub fn face_deviation(field: &Field, a: Vec3, b: Vec3, c: Vec3, isovalue: f32, r
     let slab = Slab { isovalue, sign, lowest: f32::MIN };
     let mut nearest = reach;
     for way in [direction * -sign, direction * sign] {
-        if let Walk::Reached(t) = walk(field, barycentre, way, 0, slab, nearest) {
+        if let Walk::Reached(t) = walk(field, barycentre, way, slab, nearest) {
             nearest = nearest.min(t);
         }
     }

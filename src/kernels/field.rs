@@ -191,27 +191,18 @@ impl Field {
         })
     }
 
-    /// The place of a position (voxel frame). Along the axes of `border` the position is taken to
-    /// be exactly on its lattice plane, and the cell is the one inside the volume.
+    /// The place of a position (voxel frame).
     #[inline]
-    pub fn locate(&self, p: Vec3, border: u8) -> Place {
+    pub fn locate(&self, p: Vec3) -> Place {
         let last = self.dims - 1;
         let x = (p * self.inverse_cell_size).clamp(Vec3::NEG_ONE, self.dims.as_vec3());
-        let mut cell = x.floor().as_ivec3().min(last);
-        let mut local = x - cell.as_vec3();
-        for a in 0..3 {
-            if border >> a & 1 == 1 {
-                let plane = x[a].round() as i32;
-                cell[a] = plane.clamp(0, last[a] - 1);
-                local[a] = (plane - cell[a]) as f32;
-            }
-        }
-        Place { cell, local }
+        let cell = x.floor().as_ivec3().min(last);
+        Place { cell, local: x - cell.as_vec3() }
     }
 
     /// The field at a position of the voxel frame; beyond the layer around the volume, its value.
     pub fn value(&self, p: Vec3) -> f32 {
-        let place = self.locate(p, 0);
+        let place = self.locate(p);
         interpolate(&self.corners(place.cell), place.local)
     }
 
@@ -228,7 +219,7 @@ impl Field {
     /// The gradient at a position, per voxel: that of the cell which the position falls in, so on
     /// a face between cells that of the upper one.
     pub fn gradient(&self, p: Vec3) -> Vec3 {
-        self.gradient_in(self.locate(p, 0))
+        self.gradient_in(self.locate(p))
     }
 
     /// The gradient at a place of a given cell, per voxel. On a face each neighbour has its own.

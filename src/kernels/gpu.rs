@@ -114,7 +114,7 @@ pub struct GpuKernels {
     faces: Growable<[u32; 3]>,
     ring_offsets: Growable<u32>,
     ring: Growable<u32>,
-    borders: Growable<u8>,
+    held: Growable<u8>,
     positions: [Growable<[f32; 3]>; 2],
     normals: Growable<[f32; 3]>,
     forces: Growable<f32>,
@@ -155,7 +155,7 @@ impl GpuKernels {
             faces: Growable::new(gpu, "faces")?,
             ring_offsets: Growable::new(gpu, "ring offsets")?,
             ring: Growable::new(gpu, "ring")?,
-            borders: Growable::new(gpu, "borders")?,
+            held: Growable::new(gpu, "held")?,
             positions: [Growable::new(gpu, "positions")?, Growable::new(gpu, "moved positions")?],
             normals: Growable::new(gpu, "normals")?,
             forces: Growable::new(gpu, "forces")?,
@@ -177,7 +177,7 @@ impl GpuKernels {
         let [faces, distances] =
             [self.faces.buffer() as &dyn crate::gpu::Bind, self.distances.buffer()];
         let [ring_offsets, ring] = [self.ring_offsets.buffer(), self.ring.buffer()];
-        let (borders, vertex_normals) = (self.borders.buffer(), self.normals.buffer());
+        let (held, vertex_normals) = (self.held.buffer(), self.normals.buffer());
         let (forces, status) = (self.forces.buffer(), self.status.buffer());
         let both = |bind: &dyn Fn(&Points, &Points) -> Bindings| {
             let [a, b] = [self.positions[0].buffer(), self.positions[1].buffer()];
@@ -190,7 +190,7 @@ impl GpuKernels {
             project: both(&|positions, _| {
                 project.bind(
                     gpu,
-                    &[grid, samples, parameters, borders, vertex_normals, positions, status],
+                    &[grid, samples, parameters, held, vertex_normals, positions, status],
                 )
             }),
             relax: both(&|positions, moved| {
@@ -200,7 +200,7 @@ impl GpuKernels {
                         grid,
                         samples,
                         parameters,
-                        borders,
+                        held,
                         ring_offsets,
                         ring,
                         vertex_normals,
@@ -260,7 +260,7 @@ impl Kernels for GpuKernels {
         self.faces.set(gpu, &connectivity.faces)?;
         self.ring_offsets.set(gpu, &connectivity.ring_offsets)?;
         self.ring.set(gpu, &connectivity.ring)?;
-        self.borders.set(gpu, &connectivity.borders)?;
+        self.held.set(gpu, &connectivity.held)?;
         self.positions[0].set(gpu, positions)?;
         self.positions[1].resize(gpu, n)?;
         self.normals.resize(gpu, n)?;

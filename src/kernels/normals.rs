@@ -6,11 +6,11 @@
 //! adjacent faces' areas times their normals (thesis section 3.4). Faces are counter-clockwise seen
 //! from lower values, so normals point to lower values.
 
+use super::Connectivity;
 use super::step::unit;
-use super::{CREASE, Connectivity};
 use glam::Vec3;
 
-/// The one-ring of vertex `v`: neighbours counter-clockwise, marks included.
+/// The one-ring of vertex `v`: neighbours counter-clockwise.
 #[inline]
 pub(crate) fn one_ring(connectivity: &Connectivity, v: usize) -> &[u32] {
     let [start, end] = [connectivity.ring_offsets[v], connectivity.ring_offsets[v + 1]];
@@ -24,10 +24,10 @@ pub fn normal(connectivity: &Connectivity, positions: &[Vec3], v: usize) -> Vec3
     let Some(&last) = ring.last() else { return Vec3::ZERO };
     let p = positions[v];
     // Spokes are taken relative to the vertex: no large coordinates are multiplied.
-    let mut previous = positions[(last & !CREASE) as usize] - p;
+    let mut previous = positions[last as usize] - p;
     let mut sum = Vec3::ZERO;
     for &neighbour in ring {
-        let spoke = positions[(neighbour & !CREASE) as usize] - p;
+        let spoke = positions[neighbour as usize] - p;
         sum += previous.cross(spoke);
         previous = spoke;
     }

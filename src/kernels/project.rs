@@ -7,17 +7,9 @@ use super::step::onto_isosurface;
 use glam::Vec3;
 
 /// Moves one point (voxel frame) onto the isosurface of the field's value `isovalue` within
-/// `reach` voxels, along the normal `n` (towards lower values; any length), else along the gradient.
-/// Bit a of `border` holds component a fixed. `None` where the rule finds no way.
-pub fn project_point(
-    field: &Field,
-    p: Vec3,
-    n: Vec3,
-    border: u8,
-    isovalue: f32,
-    reach: f32,
-) -> Option<Vec3> {
-    match onto_isosurface(field, p, n, border, isovalue, reach) {
+/// `reach` voxels, along the normal `n` (towards lower values; any length), else along the gradient. `None` where the rule finds no way.
+pub fn project_point(field: &Field, p: Vec3, n: Vec3, isovalue: f32, reach: f32) -> Option<Vec3> {
+    match onto_isosurface(field, p, n, isovalue, reach) {
         (_, Status::Failed) => None,
         (q, _) => Some(q),
     }

@@ -52,16 +52,8 @@ pub enum Walk {
     Ended,
 }
 
-/// Walks from `from` along the unit vector `direction` for at most `reach` voxels. Axes in `border`
-/// are those of lattice planes the ray lies in; the direction has no component along them.
-pub fn walk(
-    field: &Field,
-    from: Vec3,
-    direction: Vec3,
-    border: u8,
-    slab: Slab,
-    reach: f32,
-) -> Walk {
+/// Walks from `from` along the unit vector `direction` for at most `reach` voxels.
+pub fn walk(field: &Field, from: Vec3, direction: Vec3, slab: Slab, reach: f32) -> Walk {
     let dims = field.dims();
     let d = direction * field.inverse_cell_size();
     let x = from * field.inverse_cell_size();
@@ -69,10 +61,6 @@ pub fn walk(
     let mut local = x - start.as_vec3();
     let step = steps(d);
     for a in 0..3 {
-        if border >> a & 1 == 1 {
-            start[a] = x[a].round() as i32;
-            local[a] = 0.0;
-        }
         // On a face the ray enters the lower cell if it goes down, and a ray within the upper
         // border plane of the volume uses the cell inside.
         if local[a] == 0.0 && (step[a] < 0 || step[a] == 0 && start[a] >= dims[a] - 1) {
@@ -369,7 +357,7 @@ mod tests {
             let slab = Slab { isovalue, sign, lowest: f32::MIN };
             // Marching in steps of 1/2000 voxel may step over a pair of roots; those are few.
             let expected = marched(&field, p, d, isovalue, reach);
-            match (walk(&field, p, d, 0, slab, reach), expected) {
+            match (walk(&field, p, d, slab, reach), expected) {
                 (Walk::Reached(t), Some(m)) => {
                     counts[0] += 1;
                     assert!(t <= m + 1e-4, "ray {i}: {t} after {m}");
@@ -395,7 +383,7 @@ mod tests {
         let field = noise([4, 4, 4], [1.0; 3]);
         let slab = Slab { isovalue: 100.0, sign: 1.0, lowest: f32::MIN };
         for d in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
-            assert_eq!(walk(&field, Vec3::splat(1.5), d, 0, slab, 100.0), Walk::Left);
+            assert_eq!(walk(&field, Vec3::splat(1.5), d, slab, 100.0), Walk::Left);
         }
     }
 
@@ -406,7 +394,7 @@ mod tests {
         for plane in [0.0, 4.0] {
             let p = Vec3::new(plane, 0.5, 2.5);
             // In the layer outside values fall to -21, below `lowest`; inside all is above -1.
-            assert_eq!(walk(&field, p, Vec3::Y, 1, slab, 3.0), Walk::Ended);
+            assert_eq!(walk(&field, p, Vec3::Y, slab, 3.0), Walk::Ended);
         }
     }
 }

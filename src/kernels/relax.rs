@@ -9,13 +9,11 @@
 //! shortest edge, and where it lands the field must fall along the vertex' own normal, because the
 //! nearest wrong sheet always faces the other way. What cannot be done is not done: the vertex
 //! keeps its place.
-//!
-//! Vertices of border planes relax within their planes and along crease edges only.
 
 use super::field::Field;
 use super::normals::one_ring;
-use super::step::{free_axes, onto_isosurface, unit};
-use super::{CREASE, Connectivity, Status};
+use super::step::{onto_isosurface, unit};
+use super::{Connectivity, Status};
 use glam::Vec3;
 
 /// Longest move of one iteration, in shortest edges of the vertex.
@@ -30,24 +28,19 @@ pub fn force(
     v: usize,
 ) -> (Vec3, f32) {
     let p = positions[v];
-    let border = connectivity.borders[v];
-    let mut sum = Vec3::ZERO;
-    let mut count = 0u32;
-    let mut shortest = f32::MAX;
-    for &neighbour in one_ring(connectivity, v) {
-        let spoke = positions[(neighbour & !CREASE) as usize] - p;
-        shortest = shortest.min(spoke.length());
-        if border == 0 || neighbour & CREASE != 0 {
-            sum += spoke;
-            count += 1;
-        }
-    }
-    if count == 0 {
+    let ring = one_ring(connectivity, v);
+    if connectivity.held[v] != 0 || ring.is_empty() {
         return (Vec3::ZERO, 0.0);
     }
-    let free = free_axes(border);
-    let n = unit(normal * free);
-    let umbrella = sum / count as f32 * free;
+    let mut sum = Vec3::ZERO;
+    let mut shortest = f32::MAX;
+    for &neighbour in ring {
+        let spoke = positions[neighbour as usize] - p;
+        shortest = shortest.min(spoke.length());
+        sum += spoke;
+    }
+    let n = unit(normal);
+    let umbrella = sum / ring.len() as f32;
     (umbrella - n * umbrella.dot(n), shortest)
 }
 
@@ -62,7 +55,6 @@ pub fn relaxed(
     strength: f32,
 ) -> (Vec3, f32) {
     let p = positions[v];
-    let border = connectivity.borders[v];
     let (tangential, shortest) = force(connectivity, positions, normal, v);
     let size = tangential.length();
     let length = (strength * size).min(LONGEST_MOVE * shortest);
@@ -70,8 +62,8 @@ pub fn relaxed(
         return (p, size);
     }
     let aside = p + tangential * (length / size);
-    let (q, status) = onto_isosurface(field, aside, normal, border, isovalue, shortest);
-    let place = field.locate(q, border);
-    let faces_along = field.gradient_in(place).dot(normal * free_axes(border)) <= 0.0;
+    let (q, status) = onto_isosurface(field, aside, normal, isovalue, shortest);
+    let place = field.locate(q);
+    let faces_along = field.gradient_in(place).dot(normal) <= 0.0;
     if status == Status::Failed || !faces_along { (p, size) } else { (q, size) }
 }

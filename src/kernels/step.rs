@@ -31,12 +31,6 @@ pub const NUDGE: f32 = 1e-3;
 /// A direction shorter than this has no direction: its square still is a normal number.
 pub const ZERO_LENGTH: f32 = 1e-15;
 
-/// 1 along the axes a vertex may move, 0 along those of its border planes.
-#[inline]
-pub fn free_axes(border: u8) -> Vec3 {
-    Vec3::from_array(std::array::from_fn(|a| if border >> a & 1 == 1 { 0.0 } else { 1.0 }))
-}
-
 /// The unit vector along `v`, or zero where `v` has no direction.
 #[inline]
 pub(crate) fn unit(v: Vec3) -> Vec3 {
@@ -44,27 +38,19 @@ pub(crate) fn unit(v: Vec3) -> Vec3 {
     if length > ZERO_LENGTH { v / length } else { Vec3::ZERO }
 }
 
-/// `moved`, with the components along border axes copied from `p` bit for bit.
-#[inline]
-pub(crate) fn keep_borders(moved: Vec3, p: Vec3, border: u8) -> Vec3 {
-    Vec3::from_array(std::array::from_fn(|a| if border >> a & 1 == 1 { p[a] } else { moved[a] }))
-}
-
 /// Moves `p` (voxel frame) onto the isosurface of the field's value `isovalue`, at most `reach`
-/// voxels, first along the normal `n`, then along the gradient; bit a of `border` holds component a
-/// fixed. Returns the new position, or the old one with [`Status::Failed`].
+/// voxels, first along the normal `n`, then along the gradient. Returns the new position, or the old one with [`Status::Failed`].
 pub fn onto_isosurface(
     field: &Field,
     p: Vec3,
     n: Vec3,
-    border: u8,
     isovalue: f32,
     reach: f32,
 ) -> (Vec3, Status) {
     if !(p.is_finite() && n.is_finite()) {
         return (p, Status::Failed);
     }
-    let place = field.locate(p, border);
+    let place = field.locate(p);
     let values = field.corners(place.cell).map(|v| v - isovalue);
     let difference = interpolate(&values, place.local);
     if difference.abs() <= field.value_noise() {
@@ -74,31 +60,30 @@ pub fn onto_isosurface(
     let lowest = -difference.abs() - field.slab_tolerance();
     let slab = Slab { isovalue, sign, lowest };
     // Normals point to lower values, so uphill is against them.
-    let along = unit(n * free_axes(border)) * -sign;
+    let along = unit(n) * -sign;
     if along != Vec3::ZERO {
         for direction in [along, -along] {
-            if let Walk::Reached(t) = walk(field, p, direction, border, slab, reach) {
-                return (keep_borders(p + direction * t, p, border), Status::Reached);
+            if let Walk::Reached(t) = walk(field, p, direction, slab, reach) {
+                return (p + direction * t, Status::Reached);
             }
         }
     }
-    match along_gradient(field, p, border, slab, reach) {
+    match along_gradient(field, p, slab, reach) {
         Some(q) => (q, Status::ReachedByGradient),
         None => (p, Status::Failed),
     }
 }
 
 /// Follows the gradient from `p` in short steps until the isovalue, for at most `reach` voxels.
-fn along_gradient(field: &Field, p: Vec3, border: u8, slab: Slab, reach: f32) -> Option<Vec3> {
-    let free = free_axes(border);
+fn along_gradient(field: &Field, p: Vec3, slab: Slab, reach: f32) -> Option<Vec3> {
     let mut q = p;
     let mut left = reach;
     // The way in which the last steps crossed a face, zero where they did not.
     let mut crossed = Vec3::ZERO;
     for _ in 0..MAX_GRADIENT_STEPS {
-        let place = field.locate(q, border);
+        let place = field.locate(q);
         let gradient = slope(&field.corners(place.cell), place.local) * field.inverse_cell_size();
-        let uphill = gradient * free * slab.sign;
+        let uphill = gradient * slab.sign;
         let back = uphill * crossed;
         let slides = back.cmplt(Vec3::ZERO);
         let direction = unit(Vec3::select(slides, Vec3::ZERO, uphill));
@@ -109,12 +94,12 @@ fn along_gradient(field: &Field, p: Vec3, border: u8, slab: Slab, reach: f32) ->
         let (axis, exit) = exit_of(place.local, d, steps(d), IVec3::ZERO);
         let past = exit.max(0.0) + NUDGE;
         let length = past.min(GRADIENT_STEP).min(left);
-        match walk(field, q, direction, border, slab, length) {
-            Walk::Reached(t) => return Some(keep_borders(q + direction * t, p, border)),
+        match walk(field, q, direction, slab, length) {
+            Walk::Reached(t) => return Some(q + direction * t),
             Walk::Left => return None,
             Walk::Ended => {}
         }
-        q = keep_borders(q + direction * length, p, border);
+        q += direction * length;
         left -= length;
         if left <= 0.0 {
             return None;

@@ -49,9 +49,8 @@ impl Mesh {
             if !self.has_face(self.face(h)) || self.face(h) == self.face(h.twin()) {
                 return fail(format!("edge {} does not join two faces", h.edge().0));
             }
-            if self.is_crease(h.edge()) && self.border(self.from(h)) & self.border(self.to(h)) == 0
-            {
-                return fail(format!("crease edge {} leaves the border of the volume", h.edge().0));
+            if self.is_cap(self.face(h)) && !self.is_fixed(self.to(h)) {
+                return fail(format!("vertex {} of a cap is not fixed", self.to(h).0));
             }
         }
         // A vertex with two fans of faces has half-edges that its one cycle does not reach.

@@ -39,40 +39,22 @@ pub struct Flipped {
 }
 
 impl Mesh {
-    /// Whether a face with these vertices may exist: none lies flat in a border plane, and a cap
-    /// keeps a vertex outside the volume.
-    fn may_be_face(&self, vertices: [Vertex; 3], cap: bool) -> bool {
-        let b = vertices.map(|v| self.border(v));
-        if cap { b.contains(&0) } else { b[0] & b[1] & b[2] == 0 }
-    }
-
     /// Whether the start of `h` may merge into its end.
     ///
     /// The thesis's two constraints (section 3.6): the one-rings share exactly the two vertices
     /// opposite the edge, and no edge of one ring is an edge of the other. Beyond them: no valence
-    /// falls below 3, a pinned vertex stays, a crease vertex merges only along its crease and never
-    /// leaves a border plane, no face becomes flat in a border plane, and no two fixed vertices are joined.
+    /// falls below 3, a pinned vertex stays, no two fixed vertices are joined, and no face comes between three.
     pub fn can_collapse(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
         if self.is_pinned(v) || !self.is_link_kept(h) {
             return false;
         }
-        let border = self.border(v);
-        if border != 0 {
-            let creases = self.spokes(v).filter(|s| self.is_crease(s.edge())).count();
-            if !self.is_crease(h.edge()) || self.border(w) & border != border || creases != 2 {
-                return false;
-            }
-        }
-        let joins_fixed =
-            |a: Vertex| a != w && self.is_fixed(a) && self.find_halfedge(w, a).is_none();
-        if self.is_fixed(w) && self.one_ring(v).any(joins_fixed) {
-            return false;
-        }
-        self.spokes(v).all(|s| {
+        let joins_fixed = |s: HalfEdge| {
             let (a, b) = (self.to(s), self.to(self.next(s)));
-            a == w || b == w || self.may_be_face([w, a, b], self.is_cap(self.face(s)))
-        })
+            let is_new = self.find_halfedge(w, a).is_none();
+            a != w && self.is_fixed(a) && (is_new || b != w && self.is_fixed(b))
+        };
+        !self.is_fixed(w) || !self.spokes(v).any(joins_fixed)
     }
 
     /// Whether the mesh stays a manifold of the same topology where the start of `h` merges into its end.
@@ -150,20 +132,16 @@ impl Mesh {
         self.face_halfedge[face.0 as usize] = new.0;
     }
 
-    /// Whether the edge may flip: it is no crease and not pinned at both ends, the vertices opposite
-    /// it are neither joined yet nor both fixed, no valence falls below 3, and no face becomes flat in a border plane.
+    /// Whether the edge may flip: it is not pinned at both ends, the vertices opposite it are neither joined yet nor both
+    /// fixed, and no valence falls below 3.
     pub fn can_flip(&self, e: Edge) -> bool {
         let h = e.halfedge();
         let (a, b) = (self.from(h), self.to(h));
         let (c, d) = (self.to(self.next(h)), self.to(self.next(h.twin())));
-        let cap = self.is_cap(self.face(h));
-        let is_fixed = self.is_crease(e) || self.is_pinned(a) && self.is_pinned(b);
-        !is_fixed
+        !(self.is_pinned(a) && self.is_pinned(b))
             && c != d
             && self.valence(a) > 3
             && self.valence(b) > 3
-            && self.may_be_face([a, d, c], cap)
-            && self.may_be_face([d, b, c], cap)
             && !(self.is_fixed(c) && self.is_fixed(d))
             && self.find_halfedge(c, d).is_none()
     }
@@ -217,12 +195,12 @@ impl Mesh {
         let t0 = h0.twin();
         let (h1, h2) = (self.next(h0), self.prev(h0));
         let (t1, t2) = (self.next(t0), self.prev(t0));
-        let (a, b, c, d) = (self.from(h0), self.to(h0), self.to(h1), self.to(t1));
+        let (b, c, d) = (self.to(h0), self.to(h1), self.to(t1));
         let (f, g) = (self.face(h0), self.face(t0));
-        let border = if self.is_crease(e) { self.border(a) & self.border(b) } else { 0 };
         let m = Vertex(self.positions.len() as u32);
         self.positions.push(position);
-        self.borders.push(border);
+        self.fixed.push(self.is_cap(f) || self.is_cap(g));
+        self.pinned.push(false);
         self.vertex_halfedge.push(NONE);
         let k0 = self.add_edge(m, b);
         let p0 = self.add_edge(m, c);
@@ -289,7 +267,7 @@ mod tests {
             }
         }
         let (np, nt) = (p.len(), t.len());
-        Mesh::from_triangles(&p, &vec![0; np], &t, &vec![false; nt]).expect("a torus is closed")
+        Mesh::from_triangles(&p, &vec![false; np], &t, &vec![false; nt]).expect("a torus is closed")
     }
 
     #[test]
@@ -377,7 +355,9 @@ mod tests {
     #[test]
     fn open_and_doubled_triangles_are_refused() {
         let p = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        assert!(Mesh::from_triangles(&p, &[0; 3], &[[0, 1, 2]], &[false]).is_err());
-        assert!(Mesh::from_triangles(&p, &[0; 3], &[[0, 1, 2], [0, 2, 1]], &[false; 2]).is_err());
+        assert!(Mesh::from_triangles(&p, &[false; 3], &[[0, 1, 2]], &[false]).is_err());
+        assert!(
+            Mesh::from_triangles(&p, &[false; 3], &[[0, 1, 2], [0, 2, 1]], &[false; 2]).is_err()
+        );
     }
 }

@@ -11,8 +11,8 @@ use super::{Face, Mesh, NONE, Vertex};
 pub(crate) struct Replacement {
     /// The faces that go.
     pub(crate) removed: Vec<Face>,
-    /// New vertices: position (voxel frame) and border planes.
-    pub(crate) vertices: Vec<(Vec3, u8)>,
+    /// New vertices: position (voxel frame), and whether it is fixed.
+    pub(crate) vertices: Vec<(Vec3, bool)>,
     /// The faces that come, and whether they are caps. A vertex below `first_new` is one of the mesh, others count
     /// through `vertices` from there.
     pub(crate) faces: Vec<([u32; 3], bool)>,
@@ -135,15 +135,16 @@ impl Mesh {
             .filter(|&v| self.vertex_halfedge[v as usize] == NONE && !used[v as usize])
             .rev()
             .collect();
-        let add = |&(position, border): &(Vec3, u8)| {
+        let add = |&(position, fixed): &(Vec3, bool)| {
             let v = free.pop().unwrap_or_else(|| {
                 self.positions.push(position);
-                self.borders.push(border);
+                self.fixed.push(fixed);
+                self.pinned.push(false);
                 self.vertex_halfedge.push(NONE);
                 self.positions.len() as u32 - 1
             });
             self.positions[v as usize] = position;
-            self.borders[v as usize] = border;
+            self.set_fixed(Vertex(v), fixed);
             Vertex(v)
         };
         replacement.vertices.iter().map(add).collect()
@@ -246,7 +247,7 @@ mod tests {
         assert_eq!((mesh.n_vertices(), mesh.n_faces(), mesh.euler()), (5, 6, 2));
         assert_eq!(made.gone, [top]);
         let fan = (0..4).map(|i| ([ring[i], ring[(i + 1) % 4], first_new], false)).collect();
-        let vertices = vec![(Vec3::Z, 0)];
+        let vertices = vec![(Vec3::Z, false)];
         let up = Replacement { removed: made.faces, vertices, faces: fan, first_new };
         let made = mesh.replace_faces(&up).expect("the same boundary");
         mesh.check().expect("the invariants hold");

@@ -11,5 +11,5 @@ pub(crate) fn octahedron(middle: Vec3, radius: f32) -> Mesh {
         .map(|p| (middle + radius * p).to_array());
     let triangles =
         [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
-    Mesh::from_triangles(&positions, &[0; 6], &triangles, &[false; 8]).expect("closed")
+    Mesh::from_triangles(&positions, &[false; 6], &triangles, &[false; 8]).expect("closed")
 }

@@ -67,29 +67,21 @@ impl SpectrumBuilder {
             )));
         }
         events.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
-        let isovalues = merged_isovalues(&self.patches);
         let mut spectrum = Spectrum {
             volume,
             range,
             tolerance,
             parameters,
             events,
-            isovalues,
+            isovalues: merged_isovalues(&self.patches),
             first_knot: vec![0],
             knots: Vec::new(),
             triangles: Vec::new(),
             collapses: Vec::new(),
         };
-        let mut patches = self.patches.into_iter();
-        // The first keeps its place in memory: often it is the only one, and large.
-        if let Some(first) = patches.next() {
-            begin(&mut spectrum, first);
+        for patch in self.patches {
+            append(&mut spectrum, patch);
         }
-        spectrum
-            .first_knot
-            .reserve_exact((n_vertices + 1).saturating_sub(spectrum.first_knot.len()));
-        spectrum.knots.reserve_exact(n_knots - spectrum.knots.len());
-        patches.for_each(|patch| append(&mut spectrum, patch));
         spectrum.check()?;
         Ok(spectrum)
     }
@@ -114,44 +106,35 @@ fn merged_isovalues(patches: &[Patch]) -> Vec<f64> {
     isovalues
 }
 
-/// The ranks of a patch's isovalues in a table that has all those in use.
-fn ranks(patch: &Patch, table: &[f64]) -> Vec<u32> {
-    patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect()
-}
-
-/// Makes one patch the first of a spectrum whose table of isovalues is complete.
-fn begin(spectrum: &mut Spectrum, patch: Patch) {
-    let ranks = ranks(&patch, &spectrum.isovalues);
-    let Patch { first_knot, mut knots, mut triangles, mut collapses, .. } = patch;
-    knots.iter_mut().for_each(|knot| knot.rank = ranks[knot.rank as usize]);
-    for t in &mut triangles {
-        (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
-    }
-    collapses.iter_mut().for_each(|c| c.rank = ranks[c.rank as usize]);
-    if !first_knot.is_empty() {
-        spectrum.first_knot = first_knot;
-    }
-    (spectrum.knots, spectrum.triangles, spectrum.collapses) = (knots, triangles, collapses);
-}
-
-/// Appends one patch to a spectrum whose table of isovalues is complete.
-fn append(spectrum: &mut Spectrum, patch: Patch) {
-    let ranks = ranks(&patch, &spectrum.isovalues);
+/// Appends one patch to a spectrum whose table of isovalues is complete. The first one is taken as it is: most spectra have no
+/// other.
+fn append(spectrum: &mut Spectrum, mut patch: Patch) {
+    let table = &spectrum.isovalues;
+    let ranks: Vec<u32> =
+        patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect();
     let rank = |local: u32| ranks[local as usize];
     let vertex_base = (spectrum.first_knot.len() - 1) as u32;
     let knot_base = spectrum.knots.len() as u32;
+    patch.knots.iter_mut().for_each(|k| k.rank = rank(k.rank));
+    for t in &mut patch.triangles {
+        t.vertices = t.vertices.map(|v| v + vertex_base);
+        (t.birth, t.death) = (rank(t.birth), rank(t.death));
+    }
+    for c in &mut patch.collapses {
+        (c.vertex, c.target) = (c.vertex + vertex_base, c.target + vertex_base);
+        c.rank = rank(c.rank);
+    }
     spectrum.first_knot.extend(patch.first_knot.iter().skip(1).map(|first| first + knot_base));
-    spectrum.knots.extend(patch.knots.iter().map(|knot| Knot { rank: rank(knot.rank), ..*knot }));
-    spectrum.triangles.extend(patch.triangles.iter().map(|t| Triangle {
-        vertices: t.vertices.map(|v| v + vertex_base),
-        birth: rank(t.birth),
-        death: rank(t.death),
-        cap: t.cap,
-    }));
-    spectrum.collapses.extend(patch.collapses.iter().map(|c| Collapse {
-        vertex: c.vertex + vertex_base,
-        target: c.target + vertex_base,
-        rank: rank(c.rank),
-        upward: c.upward,
-    }));
+    extend(&mut spectrum.knots, patch.knots);
+    extend(&mut spectrum.triangles, patch.triangles);
+    extend(&mut spectrum.collapses, patch.collapses);
+}
+
+/// Appends; what comes first is not copied.
+fn extend<T>(all: &mut Vec<T>, more: Vec<T>) {
+    if all.is_empty() {
+        *all = more;
+    } else {
+        all.extend(more);
+    }
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
-use super::exact::edge_trajectory;
+use super::patch::edge_trajectory;
 use super::record::{Life, Track};
 use super::region::{Grid, LatticeEdge};
 use super::shared::Shared;

@@ -118,7 +118,7 @@ fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Componen
     let n = ply.positions.len();
     let mesh = Mesh::from_triangles(
         &ply.positions,
-        &vec![0; n],
+        &vec![false; n],
         &ply.triangles,
         &vec![false; ply.triangles.len()],
     )?;
@@ -208,7 +208,7 @@ fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Componen
     let caps = vec![false; triangles.len()];
     Ok(Component {
         numbers: vertices.iter().map(|v| v.0).collect(),
-        mesh: Mesh::from_triangles(&positions, &vec![0; positions.len()], &triangles, &caps)?,
+        mesh: Mesh::from_triangles(&positions, &vec![false; positions.len()], &triangles, &caps)?,
     })
 }
 

@@ -1,10 +1,11 @@
-//! One march over the sampling isovalues for the whole isosurface, up and down from one, by steps of some length (`march/length.rs`): plan
-//! (`march/plan.rs`), exchange (`march/exchanges.rs`), move, check, slide (`march/slide.rs`), remesh, record.
+//! One march over the sampling isovalues for the whole isosurface, up and down from one, by steps (`march/step.rs`) of some length
+//! (`march/length.rs`): plan (`march/plan.rs`), exchange (`march/exchanges.rs`), move, check, slide (`march/slide.rs`), remesh, record.
 
 mod exchanges;
 mod length;
 mod plan;
 mod slide;
+mod step;
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Mutex, PoisonError};
@@ -14,19 +15,13 @@ use glam::Vec3;
 use super::calendar::{Calendar, Passage};
 use super::exact::Shown;
 use super::initial::InitialMesh;
-use super::mend::{Shape, mend, mend_faults};
 use super::record::Recorder;
 use super::region::{Grid, Region};
-use super::remesh::remesh;
-use super::tracked::{Tracked, place_on};
-use super::transport::{
-    Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults, typical_slope,
-};
+use super::tracked::Tracked;
+use super::transport::{Step, typical_slope};
 use crate::error::{Error, Result};
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
-use crate::mesh::{Face, Vertex};
-use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::{Counts, Parameters, Progress, Sweep};
 use crate::topology::exact::ExactField;
 use length::{LONGER, start};
@@ -36,15 +31,6 @@ const HOLD: u32 = 1;
 
 /// The longest that a block stays exact that cannot be tracked, steps.
 const LONGEST_HOLD: u32 = 32;
-
-/// A step is tried so often with more cells exact before it is taken as it is.
-const MOST_ROUNDS: usize = 6;
-
-/// So often faces that fold are mended before their cells become exact.
-const MOST_MENDED: usize = 3;
-
-/// After so many rounds the blocks around those named become exact as well.
-const NAMED_ALONE: usize = 3;
 
 /// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
 #[derive(Clone, Copy, Debug, Default)]
@@ -234,115 +220,9 @@ impl<'s, 'a> March<'s, 'a> {
         }
     }
 
-    /// Takes one step; does not where it is too long for too much of the mesh.
-    fn take(
-        &mut self,
-        state: &mut State,
-        step: Step,
-        is_long: bool,
-        kernels: &mut dyn Kernels,
-    ) -> Result<bool> {
-        self.step += 1;
-        if self.is_before_events(state, step) {
-            self.counts.too_long += 1;
-            return Ok(false);
-        }
-        let region = self.plan(state, [step.at, step.next]);
-        if is_long && !self.is_calm(state, &region) {
-            self.counts.too_long += 1;
-            return Ok(false);
-        }
-        let passage = Passage::between(self.exact(), step.at, step.next);
-        self.exchange(state, region, passage, kernels)?;
-        let mut again: Option<Again> = None;
-        let (mut mended, mut round) = (0, 0);
-        loop {
-            self.counts.repeated += u64::from(again.is_some());
-            let moved = self.moved(state, step, again.as_ref(), kernels)?;
-            if again.is_none() && self.is_too_long(state, step, &moved) {
-                log::debug!("{} to {} is too long: {:?}", step.at, step.next, moved.named);
-                self.counts.too_long += 1;
-                return Ok(false);
-            }
-            if mended < MOST_MENDED {
-                mended += 1;
-                if let Some(near) = self.mend_folded(state, step, &moved) {
-                    again = Some(self.again(moved, BTreeSet::new(), near));
-                    continue;
-                }
-            }
-            let mut stuck = None;
-            if moved.places.is_empty() || round >= MOST_ROUNDS {
-                stuck = self.slide(state, step, passage, &moved, round < 2 * MOST_ROUNDS).err();
-                if stuck.is_none() {
-                    break;
-                }
-            }
-            log::debug!(
-                "{} to {}: {:?} named, {} faces, {} exact blocks, {stuck:?}",
-                step.at,
-                step.next,
-                moved.named,
-                state.tracked.mesh.n_faces(),
-                state.region.blocks().len()
-            );
-            let named = self.named_blocks(&moved, stuck);
-            again = Some(self.give_way(state, named, round, passage, moved, kernels)?);
-            round += 1;
-        }
-        self.counts.steps += 1;
-        state.at = step.next;
-        let criteria = Criteria::new(self.field(), state.at, self.parameters());
-        self.mend_and_remesh(state, &criteria);
-        let faults = faults(&state.tracked, &criteria, self.parameters());
-        self.record.changed_all(&state.tracked, state.at);
-        if log::log_enabled!(log::Level::Debug) {
-            let all = crate::extract::count::count_parts(self.exact(), state.at, |_| true);
-            let own = crate::extract::count::count_parts(self.exact(), state.at, |c| {
-                !state.region.is_exact(c)
-            });
-            log::debug!(
-                "share tracked {:.3} of {} crossings; {} faces",
-                own.crossings.len() as f64 / all.crossings.len().max(1) as f64,
-                all.crossings.len(),
-                state.tracked.mesh.n_faces()
-            );
-        }
-        self.counts.faults += faults.len() as u64;
-        let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
-        let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
-        for b in places.into_iter().filter_map(|p| self.block_at(p)) {
-            self.back_off(state, b);
-        }
-        Ok(true)
-    }
-
-    /// Where the mesh is at the end of a step.
-    fn moved(
-        &self,
-        state: &State,
-        step: Step,
-        again: Option<&Again>,
-        kernels: &mut dyn Kernels,
-    ) -> Result<Moved> {
-        let transport = Transport {
-            tracked: &state.tracked,
-            region: &state.region,
-            exact: self.exact(),
-            field: self.field(),
-            parameters: self.parameters(),
-            step,
-            again,
-        };
-        transport.moved(kernels)
-    }
-
-    /// The blocks of what could not be tracked.
-    fn named_blocks(&mut self, moved: &Moved, stuck: Option<BTreeSet<u32>>) -> BTreeSet<u32> {
-        let Some(stuck) = stuck else {
-            return moved.places.iter().filter_map(|&p| self.block_at(p)).collect();
-        };
-        stuck
+    /// The blocks around places of the voxel frame.
+    fn blocks_at(&self, places: &[Vec3]) -> BTreeSet<u32> {
+        places.iter().filter_map(|&p| self.block_at(p)).collect()
     }
 
     /// The blocks around samples.
@@ -350,87 +230,6 @@ impl<'s, 'a> March<'s, 'a> {
         let samples = samples.into_iter().filter(|&s| self.is_sample(s));
         let octants = samples.flat_map(|s| (0..8).map(move |o| (s, o)));
         octants.filter_map(|(s, o)| self.grid.block_of_cell(self.grid.octant(s, o))).collect()
-    }
-
-    /// Blocks become exact for a while, where they are that already, or after a few rounds, those around them; the step
-    /// is to be taken again.
-    fn give_way(
-        &mut self,
-        state: &mut State,
-        named: BTreeSet<u32>,
-        round: usize,
-        passage: Passage,
-        before: Moved,
-        kernels: &mut dyn Kernels,
-    ) -> Result<Again> {
-        let mut region = state.region.clone();
-        for b in named {
-            self.back_off(state, b);
-            if !region.add(b) || round >= NAMED_ALONE {
-                for near in self.grid.blocks_around(b) {
-                    self.back_off(state, near);
-                    region.add(near);
-                }
-            }
-        }
-        let old = state.region.blocks().clone();
-        let added: Vec<u32> = region.blocks().difference(&old).copied().collect();
-        self.calendar.close_around(&mut region, passage, &added);
-        let fresh = self.exchange(state, region, passage, kernels)?;
-        let near = old.symmetric_difference(state.region.blocks()).copied().collect();
-        Ok(self.again(before, fresh, near))
-    }
-
-    /// Mends faces that fold on the way, most of them where the seam runs into the mesh. Returns the blocks of what changes,
-    /// if anything does.
-    fn mend_folded(&mut self, state: &mut State, step: Step, moved: &Moved) -> Option<Vec<u32>> {
-        let (exact, error) = (self.exact(), self.parameters().error as f32);
-        let start = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-        let end = |tracked: &Tracked, v: Vertex| {
-            let free = || moved.end(v).map_or(tracked.mesh.position(v), Vec3::from);
-            tracked.key(v).map_or_else(free, |e| place_on(exact, e, step.next))
-        };
-        let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
-        let shapes = [
-            Shape { criteria: criteria(step.at), most: MOST_OFF_REFINED * error, place: &start },
-            Shape { criteria: criteria(step.next), most: MOST_OFF * error, place: &end },
-        ];
-        let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
-        let places: Vec<Vec3> = corners.collect();
-        let n = mend(&mut state.tracked, &state.region, &shapes, &moved.folded);
-        log::debug!("{n} edits for {} folded faces", moved.folded.len());
-        if n == 0 {
-            return None;
-        }
-        self.record.changed_all(&state.tracked, state.at);
-        Some(places.into_iter().filter_map(|p| self.block_at(p)).collect())
-    }
-
-    /// Better triangles at the end of a step: what fails is mended before remeshing, which would not, and after it.
-    fn mend_and_remesh(&self, State { tracked, region, .. }: &mut State, criteria: &Criteria) {
-        mend_faults(tracked, region, criteria, self.parameters());
-        remesh(&mut tracked.mesh, criteria);
-        mend_faults(tracked, region, criteria, self.parameters());
-    }
-
-    /// A block could not be tracked: it stays exact for a while, which doubles where it was tracked again in vain.
-    fn back_off(&self, state: &mut State, block: u32) {
-        let reason = state.reasons.entry(block).or_default();
-        if reason.until > self.step {
-            return;
-        }
-        let again = reason.held > 0 && reason.until + reason.held + HOLD >= self.step;
-        reason.held = if again { (2 * reason.held).min(LONGEST_HOLD) } else { HOLD + 1 };
-        reason.until = self.step + reason.held;
-    }
-
-    /// To take a step again after some blocks have changed.
-    fn again(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: Vec<u32>) -> Again {
-        let grid = self.grid;
-        let marked =
-            |rings| grid.marked(changed.iter().flat_map(|&b| grid.blocks_within(b, rings)));
-        let [near, wide] = [1, 2].map(marked);
-        Again { before, fresh, near, wide }
     }
 
     /// The block around a place of the voxel frame.

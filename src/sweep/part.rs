@@ -13,8 +13,7 @@ use glam::Vec3;
 use super::exchange::Exchanged;
 use super::region::LatticeEdge;
 use super::tracked::{Tracked, parted};
-use crate::kernels::PINNED;
-use crate::mesh::{FIXED, Face, Mesh, Replacement, Vertex};
+use crate::mesh::{Face, Mesh, Replacement, Vertex};
 
 /// See the module.
 #[derive(Debug, Default)]
@@ -100,7 +99,7 @@ pub(super) fn join(whole: &Tracked, exchanged: &[&Exchanged]) -> Result<Joined, 
                 let place = made.mesh.position(v);
                 let n = origin.get(v.0 as usize).copied().flatten().map_or_else(
                     || {
-                        r.vertices.push((place, 0));
+                        r.vertices.push((place, false));
                         first_new + r.vertices.len() as u32 - 1
                     },
                     |o| o.0,
@@ -192,7 +191,7 @@ fn add_caps(
         }
         let hub = r.first_new + r.vertices.len() as u32;
         let middle = around.iter().map(|&v| place(v)).sum::<Vec3>() / around.len() as f32;
-        r.vertices.push((middle, FIXED | PINNED));
+        r.vertices.push((middle, true));
         for (i, &a) in around.iter().enumerate() {
             let b = around[(i + 1) % around.len()];
             r.faces.push(([b, a, hub], true));

@@ -88,7 +88,7 @@ impl Tracked {
         let place = |v: u32| Vec3::from(positions[v as usize]);
         let next = boundary(&triangles).map_err(place)?;
         let n_faces = triangles.len();
-        let mut borders = vec![0; positions.len()];
+        let mut fixed = vec![false; positions.len()];
         let mut seen: BTreeSet<u32> = BTreeSet::new();
         let mut hubs = Vec::new();
         for &first in next.keys() {
@@ -97,7 +97,7 @@ impl Tracked {
             }
             let hub = spare.pop().unwrap_or_else(|| {
                 positions.push([0.0; 3]);
-                borders.push(0);
+                fixed.push(false);
                 positions.len() as u32 - 1
             });
             hubs.push(hub);
@@ -116,11 +116,10 @@ impl Tracked {
             positions[hub as usize] = (sum / n).to_array();
         }
         let caps: Vec<bool> = (0..triangles.len()).map(|f| f >= n_faces).collect();
-        let fixed = crate::mesh::FIXED | crate::kernels::PINNED;
         for &v in seen.iter().chain(&hubs) {
-            borders[v as usize] = fixed;
+            fixed[v as usize] = true;
         }
-        let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps);
+        let mesh = Mesh::from_triangles(&positions, &fixed, &triangles, &caps);
         // Its own checks name no place; what is on the boundary is as good as any.
         let somewhere = |_| seen.first().map_or(Vec3::ZERO, |&v| positions[v as usize].into());
         let mesh = mesh.map_err(somewhere)?;

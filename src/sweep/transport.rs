@@ -19,10 +19,7 @@ use crate::topology::exact::ExactField;
 /// How far most vertices move in one projection, voxels.
 const SUB_STEP_LENGTH: f32 = 0.4;
 
-/// How far one projection may move a vertex, voxels.
-const REACH: f32 = 3.0;
-
-/// A vertex that moves farther in one step, in voxels, is no longer followed.
+/// A vertex that moves farther in one projection, or in one step, is no longer followed, voxels.
 const MOST_MOTION: f32 = 2.5;
 
 /// How far a vertex may be outside the volume, voxels.
@@ -168,7 +165,7 @@ impl Transport<'_> {
         let motion = expected_motion(self.field, before, at, next);
         let n = (motion / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
         for i in 1..=n as usize {
-            kernels.project(at + (next - at) * i as f64 / f64::from(n), REACH)?;
+            kernels.project(at + (next - at) * i as f64 / f64::from(n), MOST_MOTION)?;
         }
         let status = kernels.status()?;
         let mut positions = kernels.positions()?;

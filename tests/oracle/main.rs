@@ -2,6 +2,8 @@
 //! the eight corners. `make.py` beside this file wrote the files and `values.json`, and from the real volumes, which
 //! are not in the repository, `real.json`.
 
+#[path = "../data/mod.rs"]
+mod data;
 mod filters;
 
 use std::path::{Path, PathBuf};
@@ -124,13 +126,6 @@ fn lossy_jpeg_is_unpacked_to_within_a_grey_level() {
 
 #[test]
 fn real_volumes_have_the_samples_and_the_corners_that_other_programs_read() {
-    let folder = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        PathBuf::from,
-    );
-    if !folder.is_dir() {
-        eprintln!("NOT RUN: real volumes: no folder {} (set ISOSPECTRUM_DATA)", folder.display());
-        return;
-    }
+    let Some(folder) = data::folder("real volumes") else { return };
     assert_eq!(compare(&folder, &expected("real.json")), 8);
 }

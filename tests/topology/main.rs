@@ -9,6 +9,8 @@
 mod random;
 
 mod curves;
+#[path = "../data/mod.rs"]
+mod data;
 mod grid_count;
 mod real;
 

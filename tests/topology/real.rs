@@ -4,15 +4,8 @@ use super::*;
 
 /// A volume of the data folder, or a loud line that it is not there.
 fn real_volume(file: &str, dims: [usize; 3]) -> Option<Volume> {
-    let folder = std::env::var("ISOSPECTRUM_DATA").unwrap_or_else(|_| "../shared/data".to_owned());
-    let path = std::path::Path::new(&folder).join(file);
-    match std::fs::read(&path) {
-        Ok(bytes) => volume(dims, Samples::U8(bytes)),
-        Err(error) => {
-            eprintln!("NOT RUN: {}: {error} (ISOSPECTRUM_DATA names the folder)", path.display());
-            None
-        }
-    }
+    let path = crate::data::file("topology", file)?;
+    volume(dims, Samples::U8(std::fs::read(path).expect("readable")))
 }
 
 #[test]

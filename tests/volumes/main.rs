@@ -3,6 +3,8 @@
 //! their formulas.
 
 mod damaged;
+#[path = "../data/mod.rs"]
+mod data;
 mod dicom;
 mod phantoms;
 mod readers;

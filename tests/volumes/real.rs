@@ -1,23 +1,8 @@
-//! Real volumes, where they are: the folder ISOSPECTRUM_DATA, or `../shared/data`.
-
-use std::path::{Path, PathBuf};
+//! Real volumes, where they are.
 
 use isospectrum::volume::Volume;
 
-use crate::read_ok;
-
-/// The folder of real volumes, or `None` (said loudly) where there is none.
-fn real_volumes(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("NOT RUN: {test}: no folder {} (set ISOSPECTRUM_DATA)", folder.display());
-    None
-}
+use crate::{data, read_ok};
 
 fn mean(v: &Volume) -> f64 {
     let n = v.samples().len();
@@ -26,7 +11,7 @@ fn mean(v: &Volume) -> f64 {
 
 #[test]
 fn nucleon_is_the_same_from_its_nrrd_header_and_its_raw_file() {
-    let Some(folder) = real_volumes("nucleon") else { return };
+    let Some(folder) = data::folder("nucleon") else { return };
     let nrrd = read_ok(&folder.join("nucleon.nrrd"));
     let raw = read_ok(&folder.join("nucleon_41x41x41_uint8.raw"));
     assert_eq!(nrrd.dims(), [41, 41, 41]);
@@ -39,7 +24,7 @@ fn nucleon_is_the_same_from_its_nrrd_header_and_its_raw_file() {
 
 #[test]
 fn a_gzip_nrrd_from_medicine_has_the_values_its_source_lists() {
-    let Some(folder) = real_volumes("flair") else { return };
+    let Some(folder) = data::folder("flair") else { return };
     let v = read_ok(&folder.join("flair_124x160x140_uint8.nrrd"));
     assert_eq!(v.dims(), [124, 160, 140]);
     assert_eq!(v.range(), (0.0, 255.0));

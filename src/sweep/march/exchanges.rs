@@ -30,9 +30,6 @@ const MOST_NAMED: usize = 64;
 const NEAR: f32 = 1.0;
 const MOST_WIDER: usize = 4;
 
-/// Where an exchange is refused, so many blocks around the place are made exact at most.
-const MOST_NEAR: usize = 1000;
-
 impl March<'_, '_> {
     /// Makes the mesh that of another region, or of a larger one. Returns the vertices that have come or gone.
     ///
@@ -281,7 +278,7 @@ impl March<'_, '_> {
     /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
     fn add_ring(&self, region: &mut Region, block: Option<u32>) -> bool {
         let mut near: BTreeSet<u32> = block.into_iter().collect();
-        while near.len() < MOST_NEAR {
+        loop {
             let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
             let wider: BTreeSet<u32> = around.collect();
             let grown = wider.iter().fold(false, |any, &b| region.add(b) | any);
@@ -290,7 +287,6 @@ impl March<'_, '_> {
             }
             near = wider;
         }
-        false
     }
 }
 

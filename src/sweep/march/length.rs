@@ -20,9 +20,6 @@ const FAR: f64 = 0.25;
 /// A step is taken shorter where more than this share of the faces cannot follow it.
 const TOO_LONG_SHARE: f64 = 0.03;
 
-/// So often the range is halved in search of the start: as fine as the shortest step.
-const START_HALVINGS: usize = 14;
-
 /// The shortest step, as a share of the range; and of a grey level.
 const SHORTEST: f64 = 1e-4;
 const SHORTEST_OF_LEVEL: f64 = 0.125;
@@ -32,8 +29,8 @@ const SHORTEST_OF_LEVEL: f64 = 0.125;
 pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
     let (low, high) = sweep.range;
     let (mut below, mut above) = (low, high);
-    for _ in 0..START_HALVINGS {
-        // Halves do not overflow.
+    // Halves do not overflow.
+    while 0.5 * above - 0.5 * below > SHORTEST * (0.5 * high - 0.5 * low) {
         let middle = 0.5 * below + 0.5 * above;
         if calendar.work(sweep.range, [low, middle]) < 0.5 {
             below = middle;

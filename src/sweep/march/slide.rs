@@ -117,7 +117,6 @@ impl March<'_, '_> {
                     self.field(),
                     middle,
                     n,
-                    0,
                     criteria.isovalue,
                     reach,
                 );

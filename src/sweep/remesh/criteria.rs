@@ -88,7 +88,7 @@ impl<'a> Criteria<'a> {
         let (p, q) = (mesh.position(a), mesh.position(b));
         let middle = 0.5 * (p + q);
         let reach = 0.5 * p.distance(q);
-        project_point(self.field, middle, along, 0, self.isovalue, reach).unwrap_or(middle)
+        project_point(self.field, middle, along, self.isovalue, reach).unwrap_or(middle)
     }
 
     /// Distance of a vertex, along its normal, from the nearest other sheet of the isosurface;
@@ -105,7 +105,7 @@ impl<'a> Criteria<'a> {
             }
             let sign = if below { 1.0 } else { -1.0 };
             let slab = Slab { isovalue: self.isovalue, sign, lowest: f32::MIN };
-            if let Walk::Reached(t) = walk(self.field, from, direction, 0, slab, GAP_REACH) {
+            if let Walk::Reached(t) = walk(self.field, from, direction, slab, GAP_REACH) {
                 gap = gap.min(GAP_START + t);
             }
         }

@@ -132,7 +132,7 @@ mod tests {
         let positions =
             [[6.0, y, z], [14.0, y, z], [10.0, y - 4.0, low], [10.0, y + 4.0, low], [10.0, y, 2.0]];
         let triangles = [[0, 2, 3], [1, 3, 2], [2, 0, 4], [0, 3, 4], [3, 1, 4], [1, 2, 4]];
-        Mesh::from_triangles(&positions, &[0; 5], &triangles, &[false; 6]).expect("closed")
+        Mesh::from_triangles(&positions, &[false; 5], &triangles, &[false; 6]).expect("closed")
     }
 
     /// Whether the edge over the square goes along the ridge after all flips are made.
