@@ -18,8 +18,8 @@ use crate::topology::blocks::BlockTopology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
-/// What joining the borders takes of memory, bytes per critical point of all parts (measured: 430 of `bonsai`).
-const JOIN_BYTES_PER_POINT: f64 = 450.0;
+/// What joining the borders takes of memory, bytes per critical point of all parts (measured: 305 of `bonsai`).
+const JOIN_BYTES_PER_POINT: f64 = 350.0;
 
 /// What merging to one file takes of memory, bytes per triangle of all parts (measured: 112 of `bonsai`).
 const FILE_BYTES_PER_TRIANGLE: f64 = 130.0;
