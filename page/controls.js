@@ -17,8 +17,20 @@ const [NEAREST, FARTHEST] = [0.0002, 20];
 const MOST_EXTRAS = 6;
 const EXTRA_COLORS = ["d9a46c", "5fae84", "d184b4", "e0c95a", "c8503c", "8c7ac2"];
 
+/** What of the look is on or off, and has a box to be checked. */
+const SWITCHES = ["wireframe", "axes", "orthographic", "occlusion"];
+
 /** How far a pointer may move, CSS pixels, and still have clicked. */
 const CLICK = 4;
+
+function byId(id) {
+    return document.getElementById(id);
+}
+
+/** Does something at an event of an element, or of the one that has a name. */
+function on(target, event, action) {
+    (target.addEventListener ? target : byId(target)).addEventListener(event, action);
+}
 
 /** A place on the canvas as a point of the picture: -1 to 1, right and up. */
 function pointOf(canvas, { clientX, clientY }) {
@@ -111,6 +123,8 @@ function followKeys(viewer) {
         n: () => viewer.panel.nextEvent(1),
         p: () => viewer.panel.nextEvent(-1),
         g: () => viewer.setLook({ axes: !viewer.look.axes }),
+        o: () => viewer.setLook({ orthographic: !viewer.look.orthographic }),
+        d: () => viewer.setLook({ occlusion: !viewer.look.occlusion }),
         f: () => toggleFullscreen(),
         k: () => viewer.pick(pointed(), false),
         x: () => viewer.pick(pointed(), true),
@@ -135,13 +149,14 @@ function followKeys(viewer) {
         b: () => viewer.setLook({ open: !viewer.look.open }),
         h: () => toggleHelp(),
     };
+    for (let side = 0; side < 6; side++) keys[side + 1] = () => viewer.lookFrom(side);
     document.addEventListener("keydown", (event) => {
         const { target, key } = event;
         if (event.ctrlKey || event.metaKey || event.altKey) return;
         if (target.matches("input[type=text], select")) return;
         if (target.matches("button, a, input[type=checkbox]") && (key === " " || key === "Enter")) return;
-        if (document.getElementById("copied").open) return;
-        if (document.getElementById("help").open && key !== "h") return;
+        if (byId("copied").open) return;
+        if (byId("help").open && key !== "h") return;
         const onTarget = target.matches("canvas") ? (event.shiftKey ? onCanvasWithShift : onCanvas) : {};
         const action = onTarget[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
         if (!action) return;
@@ -157,7 +172,7 @@ function toggleFullscreen() {
 }
 
 function toggleHelp() {
-    const help = document.getElementById("help");
+    const help = byId("help");
     if (help.open) help.close();
     else help.showModal();
 }
@@ -221,71 +236,86 @@ class Panel {
     constructor(viewer, about) {
         this.viewer = viewer;
         this.samples = about.samples;
-        const element = (id) => document.getElementById(id);
         const { low, high } = viewer;
-        this.slider = element("slider");
+        this.slider = byId("slider");
         this.slider.max = SLIDER_STEPS;
-        this.slider.addEventListener("input", () => {
+        on(this.slider, "input", () => {
             const t = this.slider.value / SLIDER_STEPS;
             viewer.setIsovalue(low * (1 - t) + high * t);
         });
-        this.typed = element("isovalue");
-        this.printed = element("printed-isovalue");
+        this.typed = byId("isovalue");
+        this.printed = byId("printed-isovalue");
         const type = () => this.type();
-        this.typed.addEventListener("change", type);
-        this.typed.addEventListener("keydown", (event) => {
+        on(this.typed, "change", type);
+        on(this.typed, "keydown", (event) => {
             if (event.key === "Enter") type();
             if (event.key === "Escape") this.show();
         });
-        this.plot = new Plot(element("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
-        element("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
-        this.offer(about, element("offered"));
-        this.message = element("message");
-        this.loading = element("loading");
-        element("low").textContent = shownIsovalue(low, high - low);
-        element("high").textContent = shownIsovalue(high, high - low);
-        this.playButton = element("play");
-        this.playButton.addEventListener("click", () => viewer.play(!viewer.playing));
-        element("reset").addEventListener("click", () => viewer.reset());
-        this.wireframe = element("wireframe");
-        this.wireframe.addEventListener("change", () => viewer.setLook({ wireframe: this.wireframe.checked }));
-        this.axes = element("axes");
-        this.axes.addEventListener("change", () => viewer.setLook({ axes: this.axes.checked }));
-        element("speed").addEventListener("change", () => { viewer.speed = Number(element("speed").value); });
-        element("fullscreen").hidden = !document.fullscreenEnabled;
-        element("fullscreen").addEventListener("click", toggleFullscreen);
-        this.events = element("events");
+        this.plot = new Plot(byId("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
+        byId("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
+        this.offer(about, byId("offered"));
+        this.message = byId("message");
+        this.loading = byId("loading");
+        byId("low").textContent = shownIsovalue(low, high - low);
+        byId("high").textContent = shownIsovalue(high, high - low);
+        this.playButton = byId("play");
+        on(this.playButton, "click", () => viewer.play(!viewer.playing));
+        on("reset", "click", () => viewer.reset());
+        for (const name of SWITCHES) {
+            on(name, "change", () => viewer.setLook({ [name]: byId(name).checked }));
+        }
+        this.usePictures();
+        on("speed", "change", () => { viewer.speed = Number(byId("speed").value); });
+        byId("fullscreen").hidden = !document.fullscreenEnabled;
+        on("fullscreen", "click", toggleFullscreen);
+        this.events = byId("events");
         this.eventsText = shownEvents(about.curves.events.length, this.plot.marks.length);
-        element("plot").addEventListener("pointermove", (event) => this.readOut(this.plot.readOut(event)));
-        element("plot").addEventListener("pointerleave", () => this.readOut(null));
-        this.border = element("border");
-        this.border.addEventListener("change", () => viewer.setLook({ open: !this.border.checked }));
-        this.useComponents(element);
-        this.useColors(element);
-        this.useLayers(element);
+        on("plot", "pointermove", (event) => this.readOut(this.plot.readOut(event)));
+        on("plot", "pointerleave", () => this.readOut(null));
+        this.border = byId("border");
+        on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
+        this.useComponents();
+        this.useColors();
+        this.useLayers();
         for (const id of ["slider", "plot"]) {
-            element(id).addEventListener("wheel", (event) => {
+            on(id, "wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
                 event.preventDefault();
                 viewer.stepIsovalue(-linesOf(event) * (event.shiftKey ? FINE_STEP : STEP));
             }, { passive: false });
         }
-        element("previous").addEventListener("click", () => this.nextEvent(-1));
-        element("next").addEventListener("click", () => this.nextEvent(1));
-        element("screenshot").addEventListener("click", () => viewer.saveScreenshot());
+        on("previous", "click", () => this.nextEvent(-1));
+        on("next", "click", () => this.nextEvent(1));
+        on("screenshot", "click", () => viewer.saveScreenshot());
         for (const button of document.querySelectorAll("[data-format]")) {
-            button.addEventListener("click", () => viewer.saveMesh(button.dataset.format));
+            on(button, "click", () => viewer.saveMesh(button.dataset.format));
         }
-        element("copy-link").addEventListener("click", () => this.copy(linkTo(viewer)));
-        element("copy-embed").addEventListener("click", () => this.copy(embedOf(viewer)));
-        element("close-copied").addEventListener("click", () => element("copied").close());
-        element("more").addEventListener("click", () => {
+        on("copy-link", "click", () => this.copy(linkTo(viewer)));
+        on("copy-embed", "click", () => this.copy(embedOf(viewer)));
+        on("close-copied", "click", () => byId("copied").close());
+        on("more", "click", () => {
             const isMore = document.documentElement.classList.toggle("more");
-            element("more").setAttribute("aria-expanded", isMore);
-            element("more").textContent = isMore ? "Less" : "More";
+            byId("more").setAttribute("aria-expanded", isMore);
+            byId("more").textContent = isMore ? "Less" : "More";
         });
-        element("show-help").addEventListener("click", toggleHelp);
-        element("close-help").addEventListener("click", toggleHelp);
+        on("show-help", "click", toggleHelp);
+        on("close-help", "click", toggleHelp);
+    }
+
+    /** Pictures and films that are saved. */
+    usePictures() {
+        const { viewer } = this;
+        const field = byId("picture-size");
+        on(field, "change", () => {
+            const size = sizeOfText(field.value, viewer.renderer.largest);
+            field.setAttribute("aria-invalid", size === undefined);
+            setText(this.message, size === undefined ? `expected a size such as 1920x1080, at most ${viewer.renderer.largest} each way` : "");
+            if (size !== undefined) viewer.pictureSize = size ?? undefined;
+        });
+        on("transparent", "change", () => { viewer.isTransparent = byId("transparent").checked; });
+        on("film", "click", () => viewer.saveFilm());
+        // Not every browser packs films, and none does for pages that came over an open line.
+        byId("film").hidden = !window.VideoEncoder;
     }
 
     /** Copies a text, or shows it to be copied where that may not be. */
@@ -294,9 +324,9 @@ class Panel {
             await navigator.clipboard.writeText(text);
             this.message.textContent = "Copied.";
         } catch {
-            const field = document.getElementById("copied-text");
+            const field = byId("copied-text");
             field.value = text;
-            document.getElementById("copied").showModal();
+            byId("copied").showModal();
             field.select();
         }
     }
@@ -312,7 +342,7 @@ class Panel {
             button.type = "button";
             const text = shownIsovalue(isovalue, viewer.high - viewer.low);
             button.textContent = name === String(isovalue) ? text : `${name} (${text})`;
-            button.addEventListener("click", () => viewer.setIsovalue(isovalue));
+            on(button, "click", () => viewer.setIsovalue(isovalue));
             list.append(button);
         }
         plot.name(marks);
@@ -324,29 +354,29 @@ class Panel {
     }
 
     /** What colours, and how. */
-    useColors(element) {
+    useColors() {
         const { viewer } = this;
         const { maps, field } = viewer.about;
-        this.color = element("color");
+        this.color = byId("color");
         for (const [name, shown] of Object.entries(COLORS)) {
             if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
         }
-        this.color.addEventListener("change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
-        this.map = element("map");
+        on(this.color, "change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
+        this.map = byId("map");
         for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
-        this.map.addEventListener("change", () => viewer.setColoring({ map: this.map.value || null }));
-        this.scale = element("scale");
-        this.scale.addEventListener("change", () => {
+        on(this.map, "change", () => viewer.setColoring({ map: this.map.value || null }));
+        this.scale = byId("scale");
+        on(this.scale, "change", () => {
             const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
             const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
             this.scale.setAttribute("aria-invalid", !isScale);
             this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
             if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
         });
-        this.front = element("front");
-        this.front.addEventListener("input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
-        this.background = element("background");
-        this.background.addEventListener("change", () => viewer.setLook({ background: this.background.value }));
+        this.front = byId("front");
+        on(this.front, "input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
+        this.background = byId("background");
+        on(this.background, "change", () => viewer.setLook({ background: this.background.value }));
     }
 
     showColors() {
@@ -362,24 +392,24 @@ class Panel {
     }
 
     /** A plane that cuts, opacity, and other isosurfaces. */
-    useLayers(element) {
+    useLayers() {
         const { viewer } = this;
-        this.clip = element("clip");
-        this.clipShare = element("clip-share");
-        this.clipTurned = element("clip-turned");
+        this.clip = byId("clip");
+        this.clipShare = byId("clip-share");
+        this.clipTurned = byId("clip-turned");
         const clip = () => {
             const axis = "xyz".indexOf(this.clip.value);
             const share = Number(this.clipShare.value);
             viewer.setLook({ clip: this.clip.value ? { axis, share, turned: this.clipTurned.checked } : null });
         };
-        for (const control of [this.clip, this.clipShare, this.clipTurned]) control.addEventListener("input", clip);
-        this.opacity = element("opacity");
-        this.opacity.addEventListener("input", () => {
+        for (const control of [this.clip, this.clipShare, this.clipTurned]) on(control, "input", clip);
+        this.opacity = byId("opacity");
+        on(this.opacity, "input", () => {
             viewer.opacity = Number(this.opacity.value);
             viewer.request();
         });
-        this.also = element("also");
-        element("add-isovalue").addEventListener("click", () => {
+        this.also = byId("also");
+        on("add-isovalue", "click", () => {
             const front = EXTRA_COLORS[viewer.extras.length % EXTRA_COLORS.length];
             if (viewer.extras.length < MOST_EXTRAS) {
                 viewer.setExtras([...viewer.extras, { isovalue: viewer.isovalue, front, opacity: 0.4 }]);
@@ -406,14 +436,14 @@ class Panel {
         const name = shownIsovalue(extra.isovalue, high - low);
         const control = (type, label, value, change, rest) => {
             const input = Object.assign(document.createElement("input"), { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
-            input.addEventListener(type === "text" ? "change" : "input", () => {
+            on(input, type === "text" ? "change" : "input", () => {
                 change(input.value, input);
                 viewer.request();
             });
             return input;
         };
         const remove = Object.assign(document.createElement("button"), { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
-        remove.addEventListener("click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
+        on(remove, "click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
         const row = Object.assign(document.createElement("span"), { className: "group" });
         row.append(
             control("text", "Value", name, (text, input) => {
@@ -430,24 +460,24 @@ class Panel {
     }
 
     /** What shows and hides components. */
-    useComponents(element) {
+    useComponents() {
         const { viewer } = this;
-        this.largest = element("largest");
-        this.largest.addEventListener("change", () => viewer.select({ largest: Number(this.largest.value) || null }));
-        this.minVolume = element("min-volume");
-        this.minVolume.addEventListener("change", () => {
+        this.largest = byId("largest");
+        on(this.largest, "change", () => viewer.select({ largest: Number(this.largest.value) || null }));
+        this.minVolume = byId("min-volume");
+        on(this.minVolume, "change", () => {
             const volume = Number(this.minVolume.value);
             const isNumber = Number.isFinite(volume) && volume >= 0;
             this.minVolume.setAttribute("aria-invalid", !isNumber);
             this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
             if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
         });
-        this.pickers = { keep: element("pick-keep"), hide: element("pick-hide"), measure: element("pick-measure") };
+        this.pickers = { keep: byId("pick-keep"), hide: byId("pick-hide"), measure: byId("pick-measure") };
         for (const [name, button] of Object.entries(this.pickers)) {
-            button.addEventListener("click", () => this.pickNext(this.picking === name ? null : name));
+            on(button, "click", () => this.pickNext(this.picking === name ? null : name));
         }
-        this.showAll = element("show-all");
-        this.showAll.addEventListener("click", () => viewer.showAll());
+        this.showAll = byId("show-all");
+        on(this.showAll, "click", () => viewer.showAll());
     }
 
     /** The volume of a voxel in the world; the twin of voxel_volume in src/volume/placement.rs. */
@@ -509,9 +539,8 @@ class Panel {
         }
         this.showProgress();
         this.plot.show(isovalue);
-        this.wireframe.checked = look.wireframe;
+        for (const name of SWITCHES) byId(name).checked = look[name];
         this.border.checked = !look.open;
-        this.axes.checked = Boolean(look.axes);
         this.showSelection();
         this.showColors();
         this.showLayers();
@@ -544,7 +573,7 @@ class Panel {
         if (isWhole === this.isWhole) return;
         this.isWhole = isWhole;
         this.loading.hidden = isWhole;
-        for (const button of document.querySelectorAll("[data-format]")) button.disabled = !isWhole;
+        for (const button of document.querySelectorAll("[data-format], #film")) button.disabled = !isWhole;
     }
 
     /** A measure with its unit. */
@@ -556,7 +585,7 @@ class Panel {
     /** Shows the measures of the mesh; null while they are not known. */
     showMeasures(measures, components) {
         for (const [name, value] of Object.entries(measures)) {
-            setText(document.getElementById(`${name}-value`), value === null ? "…" : this.shownMeasure(name, value));
+            setText(byId(`${name}-value`), value === null ? "…" : this.shownMeasure(name, value));
         }
         const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
         const told = Object.entries(names).filter(([name]) => measures[name] !== null)
@@ -564,13 +593,13 @@ class Panel {
         // What is printed is measured before: the picture of another size comes without.
         const { isovalue } = this.viewer;
         if (told.length > 0 || this.printedIsovalue !== isovalue) {
-            document.getElementById("printed-measures").textContent = told.join("");
+            byId("printed-measures").textContent = told.join("");
             this.printedIsovalue = isovalue;
         }
         // Of the components that there are.
         if (components && components.nKept < components.n) {
             const text = `${shownNumber(measures.components)} of ${shownNumber(components.n)}`;
-            setText(document.getElementById("components-value"), text);
+            setText(byId("components-value"), text);
         }
     }
 }

@@ -29,7 +29,10 @@ class Viewer {
         this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
-        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes), background: "auto", clip: null };
+        this.look = {
+            wireframe: false, open: about.open, axes: Boolean(about.axes), orthographic: Boolean(about.orthographic),
+            occlusion: Boolean(about.occlusion), background: "auto", clip: null,
+        };
         // Other isosurfaces beside that of the slider: { isovalue, front (six digits), opacity }.
         this.opacity = 1;
         this.extras = (about.also ?? []).map((extra) => ({ ...extra }));
@@ -50,7 +53,7 @@ class Viewer {
     /** Draws with a renderer, which takes the place of what was in the page. */
     async use(renderer) {
         await renderer.load(this.spectrum, this.about.step);
-        document.getElementById("canvas").replaceWith(renderer.canvas);
+        byId("canvas").replaceWith(renderer.canvas);
         this.renderer = renderer;
         this.canvas = renderer.canvas;
         this.isListed = false;
@@ -102,8 +105,16 @@ class Viewer {
     }
 
     setLook(look) {
+        // What lies as far as the point looked at keeps its size.
+        const sizes = look.orthographic !== undefined && this.canvas ? [this.projection().distance] : [];
         Object.assign(this.look, look);
+        if (sizes.length > 0) this.view.distance *= sizes[0] / this.projection().distance;
         this.request();
+    }
+
+    /** Looks from a side of the world, upright. */
+    lookFrom(side) {
+        this.setView(viewFrom(side, this.about.basis));
     }
 
     /** Changes what the colours show, and how. */
@@ -217,14 +228,13 @@ class Viewer {
         this.setView({ ...this.firstView });
     }
 
-    projection() {
-        const { width, height } = this.canvas;
+    projection([width, height] = [this.canvas.width, this.canvas.height]) {
         return projectionOf(this.spectrum.info.volume, this.based(), width, height);
     }
 
-    /** The view and what its angles count from, which the author chose. */
+    /** The view, what its angles count from, which the author chose, and whether sight is parallel. */
     based() {
-        return { ...this.view, basis: this.about.basis };
+        return { ...this.view, basis: this.about.basis, orthographic: this.look.orthographic };
     }
 
     /** Starts or stops the sweep through all isovalues, to and fro. */
@@ -282,6 +292,7 @@ class Viewer {
             this.panel?.show();
             this.legend?.show(this.shown, this.isDark());
             this.overlay?.draw(this, this.projection());
+            this.cube?.draw(this.projection().axes);
             this.onShown?.(this.isovalue);
             this.rest();
             // The device may be lost meanwhile.
@@ -395,11 +406,11 @@ class Viewer {
         return background === "dark" || (background === "auto" && this.darkness.matches);
     }
 
-    looked() {
+    looked(projection = this.projection()) {
         const { background } = this.look;
         const behind = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
         const { clip } = this.look;
-        const plane = clip && planeOf(this.spectrum.info.volume, clip, this.projection());
+        const plane = clip && planeOf(this.spectrum.info.volume, clip, projection);
         return { ...this.look, background: behind, plane, pixelRatio: this.pixelRatio ?? 1 };
     }
 
@@ -435,19 +446,52 @@ class Viewer {
         save(blob, fileName(document.title, this.shownIsovalue(), format));
     }
 
-    async screenshot() {
-        return pngOf(await this.pixels(), this.shown, this.isDark());
+    /** The picture as PNG: of the size that is seen, or another one; on the background, or on nothing. */
+    async screenshot({ size = this.pictureSize, transparent = this.isTransparent } = {}) {
+        const picture = await this.pixels(size, transparent);
+        if (transparent) withStraightAlpha(picture);
+        return pngOf(canvasOf(document.createElement("canvas"), picture, this));
     }
 
-    /** What the picture shows, four bytes per pixel. */
-    pixels() {
+    /** What the picture shows, four bytes per pixel, colours times alpha. */
+    pixels(size, isTransparent = false) {
         this.prepare();
-        return this.renderer.read(this.layers(), this.looked(), this.projection());
+        const { width, height, clientHeight } = this.canvas;
+        const wanted = size ?? [width, height];
+        const projection = this.projection(wanted);
+        const look = { ...this.looked(projection), isTransparent };
+        if (size) look.pixelRatio = size[1] / clientHeight;
+        if (isTransparent) look.background = [0, 0, 0];
+        return this.renderer.read(this.layers(), look, projection, wanted);
     }
 
     async saveScreenshot() {
         save(await this.screenshot(), fileName(document.title, this.shownIsovalue(), "png"));
         this.request();
+    }
+
+    /** Saves a film of the sweep, or stops the one that is made. */
+    async saveFilm() {
+        if (this.filming) {
+            this.filming = null;
+            return;
+        }
+        // Other isovalues than the first are not there yet.
+        if (!this.isWhole) return;
+        const own = (this.filming = {});
+        const { message } = this.panel;
+        try {
+            const film = await filmOf(this, (share) => {
+                setText(message, `Film ${Math.round(100 * share)} %; again stops it`);
+                return this.filming !== own;
+            });
+            if (film) save(film, fileName(document.title, "sweep", "webm"));
+            setText(message, film ? "Film saved" : "Film stopped");
+        } catch (error) {
+            setText(message, `No film: ${error.message}`);
+        } finally {
+            if (this.filming === own) this.filming = null;
+        }
     }
 
     shownIsovalue() {

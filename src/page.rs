@@ -22,6 +22,7 @@ mod first;
 mod knots;
 mod letters;
 mod part;
+mod script;
 mod template;
 
 use base64::Engine as _;
@@ -38,33 +39,7 @@ use field::Field;
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
-
-/// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 23] = [
-    include_str!("../page/letters.js"),
-    include_str!("../page/file.js"),
-    include_str!("../page/connectivity.js"),
-    include_str!("../page/samples.js"),
-    include_str!("../page/trajectories.js"),
-    include_str!("../page/active.js"),
-    include_str!("../page/normals.js"),
-    include_str!("../page/surface.js"),
-    include_str!("../page/mesh.js"),
-    include_str!("../page/components.js"),
-    include_str!("../page/camera.js"),
-    include_str!("../page/colors.js"),
-    include_str!("../page/webgpu.js"),
-    include_str!("../page/webgl2.js"),
-    include_str!("../page/plot.js"),
-    include_str!("../page/overlay.js"),
-    include_str!("../page/download.js"),
-    include_str!("../page/controls.js"),
-    include_str!("../page/embed.js"),
-    include_str!("../page/viewer.js"),
-    include_str!("../page/address.js"),
-    include_str!("../page/decode.js"),
-    include_str!("../page/main.js"),
-];
+pub use script::script;
 
 /// The mesh that is seen first stands in the page by itself where it takes at most this part of the
 /// whole spectrum's bytes.
@@ -85,7 +60,8 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
-    /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits.
+    /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits. What it
+    /// says of parallel projection holds at first, too.
     pub camera: Camera,
     /// What the colours show at first; none of [`Color::Distance`] and [`Color::Normal`].
     pub color: Color,
@@ -97,6 +73,8 @@ pub struct Page<'a> {
     pub field: Option<&'a Sources>,
     /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
     pub axes: bool,
+    /// Whether hollows are darkened at first.
+    pub occlusion: bool,
     /// Which components are shown at first, sizes and places in the voxel frame.
     pub keep: Keep,
     /// The samples of the volume, to be seen behind the curves.
@@ -174,6 +152,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "isovalue": page.isovalue,
         "keep": page.keep,
         "axes": page.axes,
+        "orthographic": page.camera.orthographic,
+        "occlusion": page.occlusion,
         "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
         "field": field.as_ref().map(Field::about),
         "color": color,
@@ -204,65 +184,4 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         still: still.len(),
     };
     Ok((text, sizes))
-}
-
-/// All scripts as one, which leaves no name behind; without comments on lines of their own, without indentation, and
-/// without ends of lines inside of brackets and spaces after commas, which who reads the page has no use for.
-pub fn script() -> String {
-    let mut script = String::from("(() => {\n\"use strict\";\n");
-    let mut is_comment = false;
-    let mut before = "";
-    for line in SCRIPTS.iter().flat_map(|script| script.lines()) {
-        let text = line.trim();
-        is_comment |= text.starts_with("/**");
-        if !(is_comment || text.starts_with("//") || text.is_empty()) {
-            // Behind an opening bracket or a comma, and before a closing one, a statement goes on; but nothing is to come
-            // into a comment at the end of a line.
-            let goes_on =
-                before.ends_with(['{', '(', '[', ',']) || text.starts_with(['}', ')', ']']);
-            if goes_on && !before.contains("//") && !before.is_empty() {
-                script.pop();
-            }
-            script.push_str(&without_spaces_after_commas(text));
-            script.push('\n');
-            before = text;
-        }
-        is_comment &= !text.ends_with("*/");
-    }
-    script.push_str("})();\n");
-    script
-}
-
-/// A line of a script as it is, but for spaces after commas that stand in no text.
-fn without_spaces_after_commas(line: &str) -> String {
-    let has_text = line.contains(['"', '\'']);
-    // Where a text may go over several lines, or a regular expression hold a quote, all stays.
-    if line.contains('`') || has_text && line.contains('/') {
-        return line.to_owned();
-    }
-    let mut shorter = String::with_capacity(line.len());
-    let mut quote = None;
-    for c in line.chars() {
-        match quote {
-            None if c == ' ' && shorter.ends_with(',') => continue,
-            None if c == '"' || c == '\'' => quote = Some(c),
-            Some(open) if c == open => quote = None,
-            _ => {}
-        }
-        shorter.push(c);
-    }
-    shorter
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn spaces_stay_in_texts() {
-        let of = without_spaces_after_commas;
-        assert_eq!(of("f(a, b, \"c, d\", ['e, f', g])"), "f(a,b,\"c, d\",['e, f',g])");
-        assert_eq!(of("x = `${a}, b`, c"), "x = `${a}, b`, c");
-        assert_eq!(of("/[\"',] /.test(a), b"), "/[\"',] /.test(a), b");
-    }
 }

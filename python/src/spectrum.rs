@@ -431,6 +431,7 @@ impl Spectrum {
                 ends: Ends::default(),
                 field: None,
                 axes,
+                occlusion: false,
                 keep,
                 samples: samples.as_ref(),
                 statistics: statistics.as_ref(),

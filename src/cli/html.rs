@@ -71,6 +71,9 @@ pub(super) struct Html {
     /// Draw the box of the volume, the axes of the world and a scale bar
     #[arg(long)]
     axes: bool,
+    /// Darken hollows at first, by what is seen around each point: shows form where noise hides it
+    #[arg(long)]
+    occlusion: bool,
     #[command(flatten)]
     keep: KeepArguments,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
@@ -144,6 +147,7 @@ impl Html {
             ends: self.color.ends(),
             field: Some(&sources),
             axes: self.axes,
+            occlusion: self.occlusion,
             keep: self.keep.of(&spectrum),
             samples: samples.as_ref(),
             statistics: statistics.as_ref(),
@@ -206,6 +210,7 @@ impl Html {
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
+            occlusion: self.occlusion,
             ..View::default()
         };
         let mut renderer = Renderer::new(&gpu, spectrum)?;

@@ -7,8 +7,9 @@ use super::scene::Scene;
 use super::typed;
 use crate::spectrum::Measures;
 
-/// Height of the curves, points.
+/// Height of the curves, points, and as a share of the window's where that is less.
 const HEIGHT: f32 = 96.0;
+const SHARE: f32 = 0.14;
 
 /// How near to an event a click goes to it, points.
 const SNAP: f32 = 5.0;
@@ -57,7 +58,8 @@ pub(super) type Shown = [bool; CURVES.len()];
 pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<f64> {
     let points = scene.curves.points();
     legend(ui, scene.measures(), shown);
-    let size = Vec2::new(ui.available_width(), HEIGHT);
+    let size =
+        Vec2::new(ui.available_width(), HEIGHT.min(SHARE * ui.ctx().content_rect().height()));
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let rect = response.rect.shrink2(Vec2::new(6.0, 2.0));
     let axis = Axis { rect, range: scene.spectrum.range };
@@ -88,7 +90,7 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
     if let Some(isovalue) = hover {
         let isovalue = nearest_event(scene, &axis, isovalue).unwrap_or(isovalue);
         let text = typed::shown(isovalue);
-        let font = FontId::proportional(11.0);
+        let font = FontId::proportional(12.0);
         painter.text(rect.left_top(), Align2::LEFT_TOP, text, font, visuals.text_color());
     }
     let pointer = response.interact_pointer_pos()?;
