@@ -572,6 +572,8 @@ class Panel {
         const { isWhole } = this.viewer;
         if (isWhole === this.isWhole) return;
         this.isWhole = isWhole;
+        const [low, high] = (this.viewer.about.first ?? []).map((c) => shownIsovalue(c, this.viewer.high - this.viewer.low));
+        this.loading.textContent = low === high ? "Loading the other isovalues…" : `Isovalues ${low} to ${high} are there; loading the others…`;
         this.loading.hidden = isWhole;
         for (const button of document.querySelectorAll("[data-format], #film")) button.disabled = !isWhole;
     }

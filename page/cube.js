@@ -13,8 +13,8 @@ function sideNames({ placement: { space } }) {
 }
 
 /** The angles of a view from a side (0 to 5: +x, -x, +y and so on), counted from what those of the viewer count from. */
-function viewFrom(side, basis = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) {
-    const [x, y, z] = basis.map((column) => (side % 2 ? -1 : 1) * column[side >> 1]);
+function viewFrom(side, basis) {
+    const [x, y, z] = (basis ?? [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).map((column) => (side % 2 ? -1 : 1) * column[side >> 1]);
     const elevation = (Math.asin(Math.min(Math.max(z, -1), 1)) * 180) / Math.PI;
     // From above and from below, what lies behind is up.
     const isLevel = Math.abs(z) < 0.999;

@@ -113,8 +113,8 @@ async function start(script) {
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
         viewer.isWhole = false;
-        // The first mesh is that of the isovalue the page opens at.
-        if (viewer.isovalue !== viewer.firstIsovalue) viewer = null;
+        // What comes first is around the isovalue the page opens at.
+        if (viewer.isovalue !== viewer.nearestThere()) viewer = null;
     }
     const renderer = await opening;
     if (!renderer) {

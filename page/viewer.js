@@ -23,9 +23,8 @@ class Viewer {
         this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
         this.query = new Query(spectrum, about.step);
         this.selection = new Selection(about.keep);
-        // Until the whole spectrum is there, the mesh of one isovalue is.
+        // Until the whole spectrum is there, only isovalues around the first one are.
         this.isWhole = true;
-        this.firstIsovalue = this.isovalue;
         this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
@@ -333,7 +332,7 @@ class Viewer {
 
     /** Brings the mesh and the renderer's list of it to the isovalue. */
     update() {
-        const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
+        const isovalue = this.isWhole ? this.isovalue : this.nearestThere();
         const started = performance.now();
         this.updateExtras();
         if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
@@ -341,6 +340,12 @@ class Viewer {
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
+    }
+
+    /** The isovalue nearest to the wanted one of those that are there before all others. */
+    nearestThere() {
+        const [low, high] = this.about.first;
+        return Math.min(Math.max(this.isovalue, low), high);
     }
 
     /** Shows other isosurfaces, too. */

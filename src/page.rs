@@ -41,10 +41,6 @@ pub use knots::with_fewer_knots;
 pub use part::part;
 pub use script::script;
 
-/// The mesh that is seen first stands in the page by itself where it takes at most this part of the
-/// whole spectrum's bytes.
-const LARGEST_FIRST: usize = 4;
-
 /// What a page says and how it looks.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
@@ -96,7 +92,7 @@ pub struct Sizes {
     pub script: usize,
     /// The spectrum, compressed, before it becomes letters.
     pub data: usize,
-    /// The mesh that is seen first, compressed, before it becomes letters.
+    /// What is seen first, compressed, before it becomes letters.
     pub first: usize,
     /// The still picture, before base64.
     pub still: usize,
@@ -123,9 +119,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     }
     let field = page.field.and_then(|sources| Field::of(sources, page.ends));
     let data = data::compressed(spectrum, page.step, field.as_ref().map(|field| &field.codes[..]))?;
-    let first = first::compressed(spectrum, page.isovalue, page.step, field.as_ref())?;
-    // Not where it would make the page much larger.
-    let first = first.filter(|first| first.len() <= data.len() / LARGEST_FIRST).unwrap_or_default();
+    let first = first::first(spectrum, page.isovalue, page.step, field.as_ref(), data.len())?;
+    let (first, first_range) = first.map_or_else(Default::default, |f| (f.bytes, Some(f.range)));
     let still = match page.still {
         Some(image) => {
             let mut bytes = Vec::new();
@@ -150,6 +145,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "along": data::ALONG,
         "open": page.open,
         "isovalue": page.isovalue,
+        "first": first_range,
         "keep": page.keep,
         "axes": page.axes,
         "orthographic": page.camera.orthographic,

@@ -224,7 +224,7 @@ impl Html {
     fn tell(&self, spectrum: &Spectrum, sizes: Sizes) {
         let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
         log::info!(
-            "{}: {}, of which script {}, still picture {}, first mesh {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
+            "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
             self.output.display(),
             report::bytes(sizes.page as u64),
             report::bytes(sizes.script as u64),
