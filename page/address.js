@@ -20,6 +20,7 @@ function applyAddress(viewer) {
     if (Object.hasOwn(viewer.about.maps, asked.get("map"))) viewer.setColoring({ map: asked.get("map") });
     const clip = /^(-?)([xyz]),([\d.]+)$/.exec(asked.get("clip") ?? "");
     if (clip) viewer.setLook({ clip: { axis: "xyz".indexOf(clip[2]), share: Math.min(Number(clip[3]), 1), turned: clip[1] === "-" } });
+    else if (asked.has("clip")) viewer.setLook({ clip: null });
     const opacity = Number(asked.get("opacity"));
     if (asked.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
     for (const name of ["orthographic", "occlusion"]) {
@@ -63,12 +64,12 @@ function writeAddress(viewer) {
     const { color, map, low, high } = viewer.coloring;
     const { clip } = viewer.look;
     const told = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
-        ["clip", clip && `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
+        ["clip", !clip ? viewer.about.look.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
         ...["orthographic", "occlusion"].map((name) =>
-            [name, viewer.look[name] === Boolean(viewer.about[name]) ? null : Number(viewer.look[name])]),
-        ["opacity", viewer.opacity === 1 ? null : viewer.opacity],
+            [name, viewer.look[name] === (viewer.about[name] ?? viewer.about.look[name]) ? null : Number(viewer.look[name])]),
+        ["opacity", viewer.opacity === viewer.about.look.opacity ? null : viewer.opacity],
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
-            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || null],
+            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (viewer.about.look.also.length > 0 ? "" : null)],
         ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
         ["scale", low === null || high === null ? null : `${low}:${high}`]];
     for (const [name, value] of told) {

@@ -82,7 +82,7 @@ function followMessages(viewer) {
             if (size !== undefined && !(Array.isArray(size) && size.length === 2 && size.every(isSize))) {
                 throw new Error(`size, expected two whole numbers from 1 to ${largest}`);
             }
-            return viewer.screenshot({ size, transparent: transparent === undefined ? undefined : Boolean(transparent) });
+            return viewer.saves.screenshot({ size, transparent: transparent === undefined ? undefined : Boolean(transparent) });
         },
     };
     window.addEventListener("message", async ({ source, data }) => {

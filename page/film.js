@@ -9,7 +9,7 @@ const RATE = 25;
  */
 async function filmOf(viewer, isStopped) {
     const canvas = document.createElement("canvas");
-    const seen = viewer.pictureSize ?? [viewer.canvas.width, viewer.canvas.height];
+    const seen = viewer.saves.size ?? [viewer.canvas.width, viewer.canvas.height];
     // Packed colours are of two by two pixels.
     const size = ([canvas.width, canvas.height] = seen.map((n) => Math.max(2 * (n >> 1), 2)));
     const film = await WebM.open(canvas, RATE);
@@ -21,7 +21,7 @@ async function filmOf(viewer, isStopped) {
             if (isStopped(i / n)) return null;
             const t = i / (n - 1);
             viewer.isovalue = low * (1 - t) + high * t;
-            canvasOf(canvas, await viewer.pixels(size), viewer);
+            canvasOf(canvas, await viewer.saves.pixels(size), viewer);
             await film.add();
         }
         return await film.finish();

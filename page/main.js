@@ -80,8 +80,8 @@ async function present(viewer) {
     window.isospectrum = {
         setIsovalue: (isovalue) => viewer.setIsovalue(numberOf(isovalue)),
         getState: () => viewer.state(),
-        screenshot: () => viewer.screenshot(),
-        pixels: () => viewer.pixels(),
+        screenshot: () => viewer.saves.screenshot(),
+        pixels: () => viewer.saves.pixels(),
     };
     await viewer.frame(performance.now());
     performance.mark("picture");

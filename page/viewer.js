@@ -23,20 +23,21 @@ class Viewer {
         this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
         this.query = new Query(spectrum, about.step);
         this.selection = new Selection(about.keep);
+        this.saves = new Saves(this);
         // Until the whole spectrum is there, only isovalues around the first one are.
         this.isWhole = true;
         this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
         this.look = {
-            wireframe: false, open: about.open, axes: Boolean(about.axes), orthographic: Boolean(about.orthographic),
-            occlusion: Boolean(about.occlusion), background: "auto", clip: null,
+            wireframe: about.look.wireframe, open: about.open, axes: Boolean(about.axes), orthographic: about.orthographic,
+            occlusion: about.look.occlusion, background: about.look.background ?? "auto", clip: about.look.clip,
         };
         // Other isosurfaces beside that of the slider: { isovalue, front (six digits), opacity }.
-        this.opacity = 1;
-        this.extras = (about.also ?? []).map((extra) => ({ ...extra }));
+        this.opacity = about.look.opacity;
+        this.extras = about.look.also.map((extra) => ({ ...extra }));
         // What the colours show, and how.
-        this.coloring = { color: "none", map: null, low: null, high: null, front: null, version: 0, ...about.color };
+        this.coloring = { color: "none", map: null, low: null, high: null, front: about.look.front, version: 0, ...about.color };
         this.selection.isColoured = this.coloring.color === "component";
         this.firstView = { ...FIRST_VIEW, ...about.view };
         this.speed = 1;
@@ -439,64 +440,6 @@ class Viewer {
         // What is drawn may have caps where this has none.
         if (open !== this.look.open) this.isListed = false;
         return mesh;
-    }
-
-    saveMesh(format) {
-        // Another isosurface than the first is not there yet.
-        if (!this.isWhole) return;
-        const [encode, type] = FORMATS[format];
-        const { volume } = this.spectrum.info;
-        const mesh = { ...this.worldMesh(this.look.open, true), said: saidOfWorld(volume), placement: volume.placement };
-        const blob = new Blob([encode(mesh)], { type });
-        save(blob, fileName(document.title, this.shownIsovalue(), format));
-    }
-
-    /** The picture as PNG: of the size that is seen, or another one; on the background, or on nothing. */
-    async screenshot({ size = this.pictureSize, transparent = this.isTransparent } = {}) {
-        const picture = await this.pixels(size, transparent);
-        if (transparent) withStraightAlpha(picture);
-        return pngOf(canvasOf(document.createElement("canvas"), picture, this));
-    }
-
-    /** What the picture shows, four bytes per pixel, colours times alpha. */
-    pixels(size, isTransparent = false) {
-        this.prepare();
-        const { width, height, clientHeight } = this.canvas;
-        const wanted = size ?? [width, height];
-        const projection = this.projection(wanted);
-        const look = { ...this.looked(projection), isTransparent };
-        if (size) look.pixelRatio = size[1] / clientHeight;
-        if (isTransparent) look.background = [0, 0, 0];
-        return this.renderer.read(this.layers(), look, projection, wanted);
-    }
-
-    async saveScreenshot() {
-        save(await this.screenshot(), fileName(document.title, this.shownIsovalue(), "png"));
-        this.request();
-    }
-
-    /** Saves a film of the sweep, or stops the one that is made. */
-    async saveFilm() {
-        if (this.filming) {
-            this.filming = null;
-            return;
-        }
-        // Other isovalues than the first are not there yet.
-        if (!this.isWhole) return;
-        const own = (this.filming = {});
-        const { message } = this.panel;
-        try {
-            const film = await filmOf(this, (share) => {
-                setText(message, `Film ${Math.round(100 * share)} %; again stops it`);
-                return this.filming !== own;
-            });
-            if (film) save(film, fileName(document.title, "sweep", "webm"));
-            setText(message, film ? "Film saved" : "Film stopped");
-        } catch (error) {
-            setText(message, `No film: ${error.message}`);
-        } finally {
-            if (this.filming === own) this.filming = null;
-        }
     }
 
     shownIsovalue() {

@@ -28,9 +28,9 @@ mod template;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
-use crate::color::{Color, End, Ends, Map, Sources};
+use crate::color::{Color, End, Ends, Map, Sources, to_srgb};
 use crate::error::{Error, Result};
-use crate::render::{Camera, Image, Memory};
+use crate::render::{Background, Camera, Clip, Image, Memory, Surface, plain_color};
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
 
@@ -69,8 +69,8 @@ pub struct Page<'a> {
     pub field: Option<&'a Sources>,
     /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
     pub axes: bool,
-    /// Whether hollows are darkened at first.
-    pub occlusion: bool,
+    /// How the surface looks at first beside its colours.
+    pub look: Look,
     /// Which components are shown at first, sizes and places in the voxel frame.
     pub keep: Keep,
     /// The samples of the volume, to be seen behind the curves.
@@ -81,6 +81,89 @@ pub struct Page<'a> {
     pub marks: &'a [(f64, String)],
     /// Shown where nothing can be drawn.
     pub still: Option<&'a Image>,
+}
+
+/// How a page looks at first; the reader may change all of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Whether hollows are darkened.
+    pub occlusion: bool,
+    /// Whether the edges of triangles are drawn.
+    pub wireframe: bool,
+    /// How much of what lies behind the surface hides, 0 to 1.
+    pub opacity: f32,
+    /// A plane across an axis of the volume beyond which nothing is drawn.
+    pub clip: Option<Clip>,
+    /// What lies behind the surface; without it what the reader's page is like, light or dark.
+    pub background: Option<Background>,
+    /// Linear red, green and blue of the surface where it is plain; without it the usual colour.
+    pub front: Option<[f32; 3]>,
+    /// Other isosurfaces beside that of the slider.
+    pub also: Vec<Surface>,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Look {
+            occlusion: false,
+            wireframe: false,
+            opacity: 1.0,
+            clip: None,
+            background: None,
+            front: None,
+            also: Vec::new(),
+        }
+    }
+}
+
+impl Look {
+    /// As the page's scripts read it.
+    fn about(&self, spectrum: &Spectrum) -> Result<serde_json::Value> {
+        let opaque = |opacity: Option<f32>| opacity.unwrap_or(self.opacity);
+        for opacity in self.also.iter().map(|s| opaque(s.opacity)).chain([self.opacity]) {
+            if !(0.0..=1.0).contains(&opacity) {
+                return Err(Error::Usage(format!("opacity {opacity}, expected 0 to 1")));
+            }
+        }
+        let also = self.also.iter().enumerate().map(|(i, surface)| {
+            spectrum.check_isovalue(surface.isovalue)?;
+            let front = code_of(surface.color.unwrap_or_else(|| plain_color(i + 1)));
+            let opacity = opaque(surface.opacity);
+            Ok(serde_json::json!({ "isovalue": surface.isovalue, "front": front, "opacity": short(opacity) }))
+        });
+        Ok(serde_json::json!({
+            "occlusion": self.occlusion,
+            "wireframe": self.wireframe,
+            "opacity": short(self.opacity),
+            "clip": self.clip.map(|clip| clip_across(clip, spectrum)).transpose()?,
+            "background": self.background.map(Background::name),
+            "front": self.front.map(code_of),
+            "also": also.collect::<Result<Vec<_>>>()?,
+        }))
+    }
+}
+
+/// A share with as many digits as anyone sets.
+fn short(share: f32) -> f64 {
+    (1000.0 * f64::from(share)).round() / 1000.0
+}
+
+/// A linear colour as style sheets spell it, without the sign before.
+fn code_of(linear: [f32; 3]) -> String {
+    linear.map(to_srgb).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A plane as the page knows it: across an axis, at a share of the volume's length.
+fn clip_across(clip: Clip, spectrum: &Spectrum) -> Result<serde_json::Value> {
+    let across: Vec<usize> = (0..3).filter(|&axis| clip.normal[axis] != 0.0).collect();
+    let &[axis] = &across[..] else {
+        return Err(Error::Usage("a page cuts across an axis of the volume only".to_owned()));
+    };
+    let placement = &spectrum.volume.placement;
+    let size =
+        (spectrum.volume.dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel();
+    let share = (clip.offset / clip.normal[axis] / size).clamp(0.0, 1.0);
+    Ok(serde_json::json!({ "axis": axis, "share": share, "turned": clip.normal[axis] < 0.0 }))
 }
 
 /// What a page is made of, bytes.
@@ -149,7 +232,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "keep": page.keep,
         "axes": page.axes,
         "orthographic": page.camera.orthographic,
-        "occlusion": page.occlusion,
+        "look": page.look.about(spectrum)?,
         "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
         "field": field.as_ref().map(Field::about),
         "color": color,

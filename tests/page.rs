@@ -14,7 +14,7 @@ use isospectrum::color::{Color, Ends};
 use isospectrum::export::read_ply;
 use isospectrum::file;
 use isospectrum::gpu::Gpu;
-use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
+use isospectrum::page::{DEFAULT_STEP, Look, Page, html, part, script, with_fewer_knots};
 use isospectrum::render::{Camera, Renderer, View};
 use isospectrum::spectrum::{Keep, Query, Spectrum};
 use isospectrum::verify::mesh_topology;
@@ -63,7 +63,7 @@ fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
         ends: Ends::default(),
         field: None,
         axes: false,
-        occlusion: false,
+        look: Look::default(),
         keep: Keep::default(),
         samples: None,
         statistics: None,
@@ -356,6 +356,12 @@ fn write_sights(folder: &Folder, isovalue: f64) {
         folder.run(&[&base[..], &["--fit", "volume"], flags].concat());
     }
     folder.run(&["html", "s.isp", "-o", "sight.html", "--orthographic", "--occlusion"]);
+    let also = ["-c", "60%=red@0.9", "-c", "20%@0.3"];
+    let look = ["--clip", "-y:25%", "--wireframe", "--background", "dark"];
+    folder.run(&[&["html", "s.isp", "-o", "look.html"][..], &also, &look].concat());
+    let line =
+        folder.fails(&["html", "s.isp", "-o", "l.html", "--background", "transparent", "-q"], 2);
+    assert!(line.contains("expected white, light or dark"), "{line}");
 }
 
 /// Everything `tests/page/` compares the page with, in a folder.

@@ -431,7 +431,7 @@ impl Spectrum {
                 ends: Ends::default(),
                 field: None,
                 axes,
-                occlusion: false,
+                look: page::Look::default(),
                 keep,
                 samples: samples.as_ref(),
                 statistics: statistics.as_ref(),

@@ -104,6 +104,7 @@ impl View {
                 wireframe: self.wireframe.then_some(1.0),
                 occlusion: self.occlusion,
                 axes: self.axes,
+                scale_bar: self.axes,
                 color: self.color.shown(),
                 map: self.color.color_map,
                 ends: self.color.ends(),

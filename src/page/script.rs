@@ -6,7 +6,7 @@
 //! ends a block goes; of a loop without a body, which no script has, nothing would be left that a browser reads.
 
 /// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 28] = [
+const SCRIPTS: [&str; 31] = [
     include_str!("../../page/letters.js"),
     include_str!("../../page/file.js"),
     include_str!("../../page/connectivity.js"),
@@ -29,7 +29,10 @@ const SCRIPTS: [&str; 28] = [
     include_str!("../../page/webm.js"),
     include_str!("../../page/film.js"),
     include_str!("../../page/download.js"),
-    include_str!("../../page/controls.js"),
+    include_str!("../../page/saves.js"),
+    include_str!("../../page/isovalue.js"),
+    include_str!("../../page/hand.js"),
+    include_str!("../../page/panel.js"),
     include_str!("../../page/embed.js"),
     include_str!("../../page/viewer.js"),
     include_str!("../../page/address.js"),

@@ -148,7 +148,7 @@ mod tests {
             ends: Ends::default(),
             field: None,
             axes: false,
-            occlusion: false,
+            look: crate::page::Look::default(),
             keep: Keep::default(),
             samples: None,
             statistics: None,

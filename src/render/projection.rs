@@ -145,6 +145,7 @@ pub(crate) struct Projection {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Axis;
     use crate::volume::{Outside, Placement};
 
     fn volume(dims: [usize; 3], placement: Placement) -> VolumeInfo {

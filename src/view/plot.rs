@@ -11,6 +11,9 @@ use crate::spectrum::Measures;
 const HEIGHT: f32 = 96.0;
 const SHARE: f32 = 0.14;
 
+/// Size of the mark that tells a curve's colour, points.
+const MARK: Vec2 = Vec2::new(12.0, 6.0);
+
 /// How near to an event a click goes to it, points.
 const SNAP: f32 = 5.0;
 
@@ -130,7 +133,9 @@ fn legend(ui: &mut Ui, here: Option<Measures>, shown: &mut Shown) {
         for (curve, shown) in CURVES.iter().zip(shown) {
             let value =
                 here.map_or_else(String::new, |m| format!(" {}", typed::shown((curve.of)(&m))));
-            ui.visuals_mut().override_text_color = Some(curve.color);
+            // Colours that are told apart on a curve are not all read as words.
+            let (mark, _) = ui.allocate_exact_size(MARK, Sense::hover());
+            ui.painter().rect_filled(mark, 2.0, curve.color);
             ui.checkbox(shown, format!("{}{value}", curve.name));
         }
     });

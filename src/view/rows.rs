@@ -86,7 +86,8 @@ impl Window {
 
     pub(super) fn help(&mut self, context: &egui::Context) {
         let room = context.content_rect().height() - 80.0;
-        let window = egui::Window::new("help").open(&mut self.help).resizable(false);
+        let window =
+            egui::Window::new("help").open(&mut self.help).resizable(false).default_height(room);
         window.show(context, |ui| {
             ScrollArea::vertical().max_height(room).show(ui, |ui| {
                 egui::Grid::new("help").show(ui, |ui| {

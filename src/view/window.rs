@@ -344,7 +344,12 @@ impl eframe::App for Window {
         if let Some(command) = command {
             self.save(command, &context);
         }
-        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| self.picture(ui));
+        // A picture fills its part to the last pixel; words want ground under them.
+        let frame = match self.scene {
+            Some(_) => Frame::NONE,
+            None => Frame::central_panel(ui.style()),
+        };
+        CentralPanel::default().frame(frame).show(ui, |ui| self.picture(ui));
         self.progress(&context);
         self.chosen(&context);
         self.help(&context);

@@ -71,6 +71,27 @@ describe("sights", () => {
         await close();
     });
 
+    test("a page opens as its author chose, and the address tells what the reader changed of that", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, {}, "look.html");
+        const [low, high] = expected.range;
+        const { clip, wireframe, background, opacity, extras, isovalue } = await state(page);
+        assert.deepEqual({ clip, wireframe, background, opacity }, { clip: { axis: 1, share: 0.25, turned: true }, wireframe: true, background: "dark", opacity: 0.9 });
+        const at = (t) => low * (1 - t) + high * t;
+        assert.ok(Math.abs(isovalue - at(0.6)) < 1e-9 && Math.abs(extras[0].isovalue - at(0.2)) < 1e-9);
+        assert.deepEqual(extras.map(({ opacity: o }) => o), [0.3]);
+        await page.locator("summary").click();
+        assert.equal(await page.locator("#front").inputValue(), "#c8503c");
+        await page.locator("#clip").selectOption("");
+        await page.locator("#opacity").fill("1");
+        await page.locator("#also button").click();
+        await page.waitForFunction(() => /clip=no.*opacity=1&also=/.test(location.hash));
+        await reopen(page);
+        const again = await state(page);
+        assert.deepEqual([again.clip, again.opacity, again.extras], [null, 1, []]);
+        await close();
+    });
+
     test("what lies in the middle keeps its size in parallel projection, and is found under the pointer", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
