@@ -17,17 +17,13 @@
 //! or within a plateau is no special case.
 
 pub(crate) mod cell;
-mod component;
 pub mod count;
 mod lattice;
 mod polygons;
 
-use std::collections::HashMap;
-
 use crate::disjoint_sets::DisjointSets;
 use crate::topology::exact::ExactField;
 use cell::{CellSurface, EDGES};
-pub use component::extract_component;
 use lattice::{Cell, Crossings, for_each_crossed_cell};
 
 /// How near to a sample, as a fraction of the lattice edge, a vertex may lie: an isovalue that
@@ -50,11 +46,6 @@ pub struct Extraction {
     pub faces: Vec<[u32; 3]>,
     /// Per face: whether it lies in a cell of the layer around the volume.
     pub caps: Vec<bool>,
-    /// Per face: the lowest corner of its cell, a vertex of the padded grid.
-    pub cells: Vec<u32>,
-    /// Per vertex: bit `a` is set iff it lies on a lattice edge between two samples of the volume
-    /// that are both the first or both the last along axis `a`.
-    pub borders: Vec<u8>,
     /// Per vertex: its lattice edge as (vertex not above the isovalue, vertex above it) of the
     /// exact field; `None` for vertices inside a cell.
     pub crossings: Vec<Option<(u32, u32)>>,
@@ -79,85 +70,6 @@ impl Extraction {
             }
         }
         first.into_iter().map(|e| e.expect("every component crosses a lattice edge").1).collect()
-    }
-
-    /// Several meshes as one, their components one after the other.
-    pub(crate) fn joined(meshes: impl IntoIterator<Item = Extraction>) -> Extraction {
-        let mut all = Extraction::default();
-        for mesh in meshes {
-            let (n_vertices, n_components) = (all.positions.len() as u32, all.n_components as u32);
-            all.faces.extend(mesh.faces.iter().map(|f| f.map(|v| v + n_vertices)));
-            all.components.extend(mesh.components.iter().map(|c| c + n_components));
-            all.n_components += mesh.n_components;
-            all.positions.extend(mesh.positions);
-            all.caps.extend(mesh.caps);
-            all.cells.extend(mesh.cells);
-            all.borders.extend(mesh.borders);
-            all.crossings.extend(mesh.crossings);
-        }
-        all
-    }
-
-    /// Each component as a mesh of its own, in order.
-    pub fn into_components(self) -> Vec<Extraction> {
-        let one = || Extraction { n_components: 1, ..Extraction::default() };
-        let mut all: Vec<Extraction> = (0..self.n_components).map(|_| one()).collect();
-        let mut component_of = vec![u32::MAX; self.positions.len()];
-        for (face, &c) in self.faces.iter().zip(&self.components) {
-            face.iter().for_each(|&v| component_of[v as usize] = c);
-        }
-        let mut numbers = vec![u32::MAX; self.positions.len()];
-        for v in (0..self.positions.len()).filter(|&v| component_of[v] != u32::MAX) {
-            let mesh = &mut all[component_of[v] as usize];
-            numbers[v] = mesh.positions.len() as u32;
-            mesh.positions.push(self.positions[v]);
-            mesh.borders.push(self.borders[v]);
-            mesh.crossings.push(self.crossings[v]);
-        }
-        for (f, &c) in self.components.iter().enumerate() {
-            let mesh = &mut all[c as usize];
-            mesh.faces.push(self.faces[f].map(|v| numbers[v as usize]));
-            mesh.caps.push(self.caps[f]);
-            mesh.cells.push(self.cells[f]);
-            mesh.components.push(0);
-        }
-        all
-    }
-
-    /// The mesh of those components only for which `keep` holds, renumbered in order.
-    pub fn with_components(&self, mut keep: impl FnMut(u32) -> bool) -> Extraction {
-        let mut n_components = 0;
-        let renumbered: Vec<Option<u32>> = (0..self.n_components as u32)
-            .map(|c| {
-                keep(c).then(|| {
-                    n_components += 1;
-                    n_components as u32 - 1
-                })
-            })
-            .collect();
-        let mut kept = Extraction { n_components, ..Extraction::default() };
-        let mut vertices = vec![u32::MAX; self.positions.len()];
-        for f in 0..self.faces.len() {
-            if let Some(component) = renumbered[self.components[f] as usize] {
-                self.faces[f].iter().for_each(|&v| vertices[v as usize] = 0);
-                kept.faces.push(self.faces[f]);
-                kept.caps.push(self.caps[f]);
-                kept.cells.push(self.cells[f]);
-                kept.components.push(component);
-            }
-        }
-        for (v, vertex) in vertices.iter_mut().enumerate() {
-            if *vertex == 0 {
-                *vertex = kept.positions.len() as u32;
-                kept.positions.push(self.positions[v]);
-                kept.borders.push(self.borders[v]);
-                kept.crossings.push(self.crossings[v]);
-            }
-        }
-        for v in kept.faces.iter_mut().flatten() {
-            *v = vertices[*v as usize];
-        }
-        kept
     }
 }
 
@@ -198,8 +110,6 @@ struct Polygoniser<'f, 'v> {
 enum Numbering {
     /// In a walk over all cells.
     Walk(Crossings),
-    /// In any cells, in any order, by the two ends of the edge.
-    Found(HashMap<(u32, u32), u32>),
     /// Nowhere: the loops of a single cell meet each of its edges once.
     OneCell,
 }
@@ -222,22 +132,17 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
     /// Adds one cell's part of the isosurface.
     fn add_cell(&mut self, cell: &Cell) {
         let surface = CellSurface::of(self.field, cell, self.isovalue_key);
-        self.add_loops(cell, &surface, |_| true);
-    }
-
-    /// Adds some of the loops of a cell: both or none of two that a tunnel joins.
-    fn add_loops(&mut self, cell: &Cell, surface: &CellSurface, is_in: impl Fn(usize) -> bool) {
         let mut vertices = [u32::MAX; 12];
-        for l in (0..surface.n_loops()).filter(|&l| is_in(l)) {
+        for l in 0..surface.n_loops() {
             for &edge in surface.loop_edges(l) {
                 vertices[edge as usize] = self.edge_vertex(cell, edge as usize);
             }
         }
-        if let Some((first, second)) = surface.tunnel.filter(|t| is_in(t.0)) {
+        if let Some((first, second)) = surface.tunnel {
             let [first, second] = [first, second].map(|l| surface.loop_edges(l));
             self.add_annulus(cell, &vertices, first, second);
         }
-        for l in (0..surface.n_loops()).filter(|&l| is_in(l)) {
+        for l in 0..surface.n_loops() {
             if surface.tunnel.is_none_or(|(first, second)| l != first && l != second) {
                 self.add_disc(cell, &vertices, surface.loop_edges(l));
             }
@@ -246,7 +151,6 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
             cell.position[a] == 0 || cell.position[a] as usize == self.field.dims()[a] - 2
         });
         self.mesh.caps.resize(self.mesh.faces.len(), is_cap);
-        self.mesh.cells.resize(self.mesh.faces.len(), cell.corner);
     }
 
     /// The vertex on a lattice edge of a cell, made when first met.
@@ -254,12 +158,6 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         let next = self.mesh.positions.len();
         let (crossing, is_new) = match &mut self.crossings {
             Numbering::Walk(crossings) => crossings.vertex(cell, edge, next),
-            Numbering::Found(numbers) => {
-                let mut crossing = cell.crossing(&self.field.cell_offsets(), edge, next);
-                let number = *numbers.entry((crossing.low, crossing.high)).or_insert(next as u32);
-                crossing.vertex = number;
-                (crossing, number == next as u32)
-            }
             Numbering::OneCell => (cell.crossing(&self.field.cell_offsets(), edge, next), true),
         };
         if !is_new {
@@ -275,11 +173,6 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         let mut position = from.map(|x| x as f64);
         position[axis] += t;
         self.mesh.positions.push(self.to_voxel(position));
-        let dims = self.field.volume().dims().map(|d| d as i64);
-        let in_volume = (0..3).all(|n| from[n] >= 0 && to[n] < dims[n]);
-        let on_border = |n: usize| n != axis && (from[n] == 0 || from[n] == dims[n] - 1);
-        let borders = (0..3).filter(|&n| in_volume && on_border(n)).map(|n| 1 << n).sum();
-        self.mesh.borders.push(borders);
         self.mesh.crossings.push(Some((crossing.low, crossing.high)));
         crossing.vertex
     }
@@ -289,7 +182,6 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         let inside = polygons::settle(&self.values(cell), near, CELL_MARGIN);
         let position = std::array::from_fn(|a| cell.position[a] as f64 - 1.0 + inside[a]);
         self.mesh.positions.push(self.to_voxel(position));
-        self.mesh.borders.push(0);
         self.mesh.crossings.push(None);
         self.mesh.positions.len() as u32 - 1
     }

@@ -27,7 +27,6 @@
 
 mod bins;
 mod check;
-mod cross;
 mod edit;
 mod intersect;
 mod measure;
@@ -35,8 +34,6 @@ mod replace;
 #[cfg(test)]
 pub(crate) mod shapes;
 
-pub(crate) use bins::Bins;
-pub use cross::Crossed;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
 pub use measure::{area, bounds, nearest_on_triangle, normal, radius_ratio};

@@ -1,68 +1,58 @@
 //! The sweep: from a volume to its spectrum.
 //!
-//! The contour tree cuts the isovalues of every component into arcs: between its two events the
-//! topology of a component is constant. A mesh is extracted and remeshed at the start isovalue and
-//! tracked up and down through the arcs (`chain`, `track`); where arcs meet, surgery turns the meshes
-//! of some into those of others (`surgery`). Over stretches that no mesh gets through, and for
-//! components too small or too short-lived for one, the exact extraction shows (`lattice`): that
-//! depends on the field only, so a sweep always ends, and is right everywhere.
+//! # Theory
+//!
+//! The isosurface is tracked where it is calm, and exact where it is not. At every isovalue it is one mesh of two kinds of
+//! pieces. In the *exact* cells it is the exact extraction, whose vertices slide along lattice edges. Everywhere else it is
+//! the *tracked* mesh, of vertices that are moved with the isovalue and good triangles between them. Its boundary is the
+//! *seam*: the polyline of the exact extraction on the squares between the two, so that nothing has to be matched while the
+//! isovalue moves. Events take place in exact cells, so the tracked mesh knows none; and where nothing can be tracked,
+//! everything is exact, which depends on the field only. So a sweep always ends, and is right everywhere.
 
-mod advance;
-mod again;
-mod batches;
+mod area;
 mod block;
-mod border;
-mod caps;
-mod chain;
-mod course;
-mod criteria;
-mod crowd;
-mod flips;
-mod front;
-mod glide;
-mod graph;
-mod idle;
+mod calendar;
+mod check;
+mod chords;
+mod clusters;
+mod counts;
+mod exact;
+mod exchange;
 mod initial;
-mod lattice;
-mod missed;
-mod opening;
+mod march;
+mod mend;
 mod parameters;
-mod recorder;
-mod refine;
+mod part;
+mod polyline;
+mod record;
+mod region;
 mod remesh;
-mod simplify;
-mod start;
-mod surgery;
-#[cfg(test)]
-mod tests;
+mod shared;
 mod thin;
-mod toil;
-mod track;
 mod tracked;
-mod window;
+mod transport;
 
+pub(crate) use area::tell_shares;
 pub use block::{Block, compute_block};
+pub use counts::Counts;
 pub use parameters::{Parameters, Progress, Silent};
-pub(crate) use tracked::tell_shares;
+pub(crate) use shared::WholeEdge;
 
-use std::sync::Arc as Shared;
-use std::sync::Mutex;
-
-use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::extract::extract;
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
 use crate::spectrum::{Event, Spectrum, SpectrumBuilder, VolumeInfo};
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
-
-/// Components with fewer faces are left to the exact extraction, but where they last long; and those with fewer
-/// than the second, where they do not follow by themselves.
-const SMALL_FACES: usize = 300;
-const SMALLEST_FACES: usize = 40;
+use chords::split_chords;
+use exact::Swept;
+use initial::InitialMesh;
+use march::March;
+use region::Grid;
+use shared::Shared;
 
 /// Under this name the parameters of a spectrum tell the share of the isosurface's area, without caps, whose
 /// triangles are tracked, mean over the range; over the rest the exact extraction shows.
@@ -74,122 +64,17 @@ pub const TRACKED_AREA_SHARES: &str = "tracked_area_shares";
 /// Share of the tolerance by which knots may be off the trajectory that is left without them.
 const KNOT_SHARE: f32 = 0.15;
 
-/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-#[non_exhaustive]
-pub struct Counts {
-    /// Arcs of the contour tree that show inside the range, tracked or not.
-    pub arcs: u64,
-    /// Sampling steps taken.
-    pub steps: u64,
-    /// Sampling steps that failed a check and were taken shorter, by the check.
-    pub refused: Refused,
-    /// Times that a step was taken again because there were places that could not be tracked.
-    pub repeated: u64,
-    /// Exchanges between the tracked mesh and exact cells, cluster by cluster.
-    pub exchanges: u64,
-    /// How many of them were refused, and asked for otherwise.
-    pub exchanges_refused: u64,
-    /// Nodes of the contour tree passed by surgery on the meshes that arrived.
-    pub surgeries: u64,
-    /// Nodes where no surgery succeeded: the meshes end and others begin.
-    pub surgeries_failed: u64,
-    /// Meshes repaired between events: a block was replaced.
-    pub repairs: u64,
-    /// Components that had no mesh yet and were extracted and remeshed: at the start, and after parts have appeared.
-    pub begun: u64,
-    /// Components extracted and remeshed whose mesh was lost, to an event or on its way.
-    pub extracted_afresh: u64,
-    /// Stretches of arcs over which no mesh was tracked: the exact extraction shows there.
-    pub untracked: u64,
-    /// Arcs left to the exact extraction because no component was found where the contour tree has them.
-    pub lost: u64,
-}
-
-/// Sampling steps that failed a check, by the first check they failed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default)]
-#[non_exhaustive]
-pub struct Refused {
-    /// A vertex did not reach the isosurface within the rules of projection.
-    pub not_reached: u64,
-    /// A face looked away from its vertices' normals.
-    pub folded: u64,
-    /// Half-way between the two sampling isovalues the mesh left the tolerance.
-    pub off_midway: u64,
-    /// The mesh passed through itself.
-    pub intersecting: u64,
-    /// Part of it left the volume, where it wants a cap, or ran over one.
-    pub left_volume: u64,
-    /// It went by a bump of the isosurface.
-    pub missed: u64,
-}
-
-impl Refused {
-    fn add(&mut self, o: &Refused) {
-        self.not_reached += o.not_reached;
-        self.folded += o.folded;
-        self.off_midway += o.off_midway;
-        self.intersecting += o.intersecting;
-        self.left_volume += o.left_volume;
-        self.missed += o.missed;
-    }
-}
-
-impl Counts {
-    /// Under this name the parameters of a spectrum tell them.
-    const NAME: &str = "counts";
-
-    /// Those of the sweep that a spectrum comes from; none of a spectrum that another program wrote. What an older
-    /// version did not count is 0.
-    pub fn of(spectrum: &Spectrum) -> Option<Counts> {
-        let told = spectrum.parameters.get(Counts::NAME)?;
-        Counts::deserialize(told).ok()
-    }
-
-    pub(crate) fn add(&mut self, o: &Counts) {
-        self.arcs += o.arcs;
-        self.steps += o.steps;
-        self.repeated += o.repeated;
-        self.exchanges += o.exchanges;
-        self.exchanges_refused += o.exchanges_refused;
-        self.refused.add(&o.refused);
-        self.surgeries += o.surgeries;
-        self.surgeries_failed += o.surgeries_failed;
-        self.repairs += o.repairs;
-        self.begun += o.begun;
-        self.extracted_afresh += o.extracted_afresh;
-        self.untracked += o.untracked;
-        self.lost += o.lost;
-    }
-}
-
-/// A stretch of an arc: one component over an interval of isovalues without events on it.
-#[derive(Clone, Copy, Debug)]
-struct Piece {
-    arc: usize,
-    low: f64,
-    high: f64,
-}
-
-/// Everything a piece needs to be tracked.
+/// What does not change during a sweep.
 struct Sweep<'a> {
     exact: ExactField<'a>,
     topology: Topology,
-    field: Shared<Field>,
+    field: Arc<Field>,
     backend: &'a Backend,
     parameters: &'a Parameters,
     progress: &'a dyn Progress,
     /// The isovalues swept: those asked for, and one more where the isosurface does not end with them
     /// (see [`swept_end`]).
     range: (f64, f64),
-    /// Isovalue of each event of the topology, batches as one.
-    event_isovalues: Vec<f64>,
-    /// Meshes from outside that pieces start from.
-    initial: initial::InitialMeshes,
-    done: Mutex<f64>,
-    total: f64,
 }
 
 /// Computes the spectrum of a volume.
@@ -199,42 +84,25 @@ struct Sweep<'a> {
 /// [`Error::Usage`] for parameters that contradict the volume, [`Error::Input`] for a bad initial
 /// mesh, [`Error::Gpu`], [`Error::Interrupted`], [`Error::Internal`] where the volume's topology contradicts itself.
 pub fn compute(
-    volume: &Shared<Volume>,
+    volume: &Arc<Volume>,
     parameters: &Parameters,
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Spectrum> {
     let range = checked_range(volume, parameters)?;
-    let field = Shared::new(Field::new(volume.clone()));
+    let field = Arc::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
-    let mut sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
-    if let Some(given) = given {
-        sweep.initial = initial::on_arcs(&sweep, given)?;
-    }
-    let start = sweep.start_isovalue();
-    let whole = extract(&sweep.exact, start);
-    let pieces = sweep.pieces();
-    sweep.total = pieces.iter().map(|p| sweep.weight(p)).sum::<f64>().max(1e-300);
-    let mut counts = Counts { arcs: pieces.len() as u64, ..Counts::default() };
+    let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
+    let initial = given.map(|given| initial::placed(&sweep, given)).transpose()?;
+    let (swept, mut counts) = swept(&sweep, initial)?;
+    counts.arcs = sweep.topology.n_arcs_in(sweep.range) as u64;
     let mut builder = SpectrumBuilder::new();
-    let n_tracked = if !parameters.is_by_component() {
-        let swept = front::sweep(&sweep, start, &mut counts)?;
-        builder.push_patch(swept.patch);
-        swept.n_tracked
-    } else {
-        let swept = chain::sweep_all(&sweep, (start, &whole), &mut counts)?;
-        counts.untracked = swept.leftovers.len() as u64;
-        let patch = swept.log.patch(KNOT_SHARE * sweep.parameters.error as f32);
-        let n_tracked = patch.triangles.len();
-        builder.push_patch(patch);
-        builder.push_patch(lattice::patch(&sweep, &swept.leftovers)?);
-        n_tracked
-    };
+    builder.push_patch(swept.patch);
     let mut spectrum = finished(&sweep, builder, &counts)?;
     // Triangles are in the order of their patches until they are written.
-    let areas = tracked::shown_areas(&spectrum, n_tracked);
-    tracked::tell_shares(&mut spectrum, &areas);
+    let areas = area::shown_areas(&spectrum, swept.n_tracked);
+    area::tell_shares(&mut spectrum, &areas);
     Ok(spectrum)
 }
 
@@ -253,6 +121,35 @@ pub(crate) fn checked_range(volume: &Volume, parameters: &Parameters) -> Result<
     Err(Error::Usage(format!(
         "range {low} to {high}, expected inside the volume's {least} to {most}"
     )))
+}
+
+/// All of a sweep, as one patch: the march's record, and the exact cells while they are exact.
+fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)> {
+    let mut march = March::new(sweep);
+    let mut kernels = sweep.backend.kernels(&sweep.field)?;
+    march.run(sweep.start_isovalue(), initial, &mut *kernels)?;
+    log::info!("{:?}", march.counts);
+    let grid = Grid::of(&sweep.exact);
+    let (low, high) = sweep.range;
+    let mut shown = std::mem::take(&mut march.shown);
+    let shared = Shared::of(&sweep.exact);
+    let own = region::layer(grid).filter(|&cell| !shared.is_beyond(cell));
+    shown.extend(own.map(|cell| (cell, low, high)));
+    shown.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut joined: Vec<exact::Shown> = Vec::with_capacity(shown.len());
+    for s in shown {
+        match joined.last_mut() {
+            Some(last) if last.0 == s.0 && last.2 == s.1 => last.2 = s.2,
+            _ => joined.push(s),
+        }
+    }
+    let mut record = std::mem::take(&mut march.record);
+    let n_tracked = record.lives.len();
+    let mut inner = exact::extend(&mut record, &sweep.exact, &sweep.topology, &joined);
+    log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
+    split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
+    let error = KNOT_SHARE * sweep.parameters.error as f32;
+    Ok((exact::patch(record, &inner, &sweep.exact, sweep.range, error), march.counts))
 }
 
 /// The spectrum of what was swept.
@@ -279,28 +176,15 @@ impl<'a> Sweep<'a> {
     /// Finds the topology of a volume, and all else that does not change while it is swept.
     fn new(
         volume: &'a Volume,
-        field: Shared<Field>,
+        field: Arc<Field>,
         parameters: &'a Parameters,
         (backend, progress): (&'a Backend, &'a dyn Progress),
     ) -> Result<Self> {
         let exact = ExactField::new(volume)?;
         let topology = Topology::compute(&exact)?;
-        let event_isovalues = batches::batched_isovalues(&topology, volume.range());
         let (low, high) = parameters.range.unwrap_or(volume.range());
         let range = (low, swept_end(&exact, high));
-        Ok(Sweep {
-            exact,
-            topology,
-            field,
-            backend,
-            parameters,
-            progress,
-            range,
-            event_isovalues,
-            initial: initial::InitialMeshes::default(),
-            done: Mutex::new(0.0),
-            total: 1.0,
-        })
+        Ok(Sweep { exact, topology, field, backend, parameters, progress, range })
     }
 }
 
@@ -311,70 +195,29 @@ fn swept_end(exact: &ExactField, high: f64) -> f64 {
 }
 
 impl Sweep<'_> {
-    /// The isovalues between which an arc shows; equal where it never does.
-    fn shown(&self, arc: &crate::topology::Arc) -> (f64, f64) {
-        let at = |event: Option<u32>, else_at: f64| {
-            event.map_or(else_at, |e| self.event_isovalues[e as usize])
-        };
-        let low = at(arc.birth_event, arc.birth).max(self.range.0);
-        let high = at(arc.death_event, arc.death).min(self.range.1);
-        (low, high.max(low))
-    }
-
-    /// The arcs that show inside the range, as pieces, in the order of the contour tree.
-    fn pieces(&self) -> Vec<Piece> {
-        let arcs = self.topology.arcs.iter().enumerate();
-        let shown = arcs.map(|(arc, a)| (arc, self.shown(a)));
-        shown
-            .filter(|(_, (low, high))| low < high)
-            .map(|(arc, (low, high))| Piece { arc, low, high })
-            .collect()
-    }
-
     /// The events inside a range, those of the ramp left out.
     fn events(&self, (low, high): (f64, f64)) -> Vec<Event> {
         let inside = |e: &Event| low <= e.isovalue && e.isovalue <= high;
         self.topology.net_events().into_iter().filter(inside).collect()
     }
 
-    /// How much of the work a piece is thought to be.
-    fn weight(&self, piece: &Piece) -> f64 {
-        0.01 + (piece.high - piece.low) / (self.range.1 - self.range.0)
-    }
-
-    /// The isovalues of a piece at which its component is there. The events of a batch are shown at one isovalue, but
-    /// where samples are equal but for rounding, a batch reaches as far as the next one is away, so a piece may begin
-    /// to show before its component is, or show for longer. Where the range cuts all of that off, the piece itself.
-    fn alive(&self, piece: &Piece) -> (f64, f64) {
-        let arc = &self.topology.arcs[piece.arc];
-        let (low, high) = (piece.low.max(arc.birth), piece.high.min(arc.death));
-        if low < high { (low, high) } else { (piece.low, piece.high) }
-    }
-
-    /// The isovalue at which a piece is extracted: the middle of where its component is, between two samples' values
-    /// where samples are integers.
-    fn middle(&self, piece: &Piece) -> f64 {
-        let (low, high) = self.alive(piece);
+    /// The isovalue that the sweep starts from: as told, else the middle of the longest arc inside the range; between two
+    /// samples' values where samples are integers.
+    fn start_isovalue(&self) -> f64 {
+        if let Some(start) = self.parameters.start {
+            return start;
+        }
+        let arcs = self.topology.arcs.iter();
+        let shown = arcs.map(|a| (a.birth.max(self.range.0), a.death.min(self.range.1)));
+        let length = |(low, high): &(f64, f64)| high - low;
+        let longest = shown.filter(|a| a.0 < a.1).min_by(|a, b| length(b).total_cmp(&length(a)));
+        let Some((low, high)) = longest else { return self.range.0 };
         // Halves do not overflow; between neighbouring numbers the middle rounds to one of them.
         let middle = 0.5 * low + 0.5 * high;
         let middle = if middle < high { middle } else { low };
         let between = middle.floor() + 0.5;
         let integer = self.exact.volume().samples().is_integer();
         if integer && low < between && between < high { between } else { middle }
-    }
-
-    /// The isovalue that the sweep starts from: as told, else the middle of the longest arc.
-    fn start_isovalue(&self) -> f64 {
-        let length = |p: &Piece| p.high - p.low;
-        let longest = self.pieces().into_iter().min_by(|a, b| length(b).total_cmp(&length(a)));
-        self.parameters.start.unwrap_or_else(|| longest.map_or(self.range.0, |p| self.middle(&p)))
-    }
-
-    /// Tells the caller that more of the work is done.
-    fn advance_progress(&self, weight: f64) {
-        let mut done = self.done.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        *done += weight;
-        self.progress.report((*done / self.total).min(1.0), "tracking");
     }
 
     /// [`Error::Interrupted`] if the caller wants the sweep to stop.

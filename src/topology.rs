@@ -25,7 +25,6 @@
 pub mod blocks;
 mod contour_tree;
 pub mod critical;
-mod crossing;
 pub mod curves;
 pub mod dust;
 pub mod exact;
@@ -170,6 +169,11 @@ impl Topology {
         self.n_components[self.time(isovalue) as usize]
     }
 
+    /// How many arcs show somewhere in a range.
+    pub fn n_arcs_in(&self, range: (f64, f64)) -> usize {
+        n_arcs_in(&self.arcs, range)
+    }
+
     /// Euler characteristic of the isosurface, caps included; the total genus is
     /// `n_components_at - euler_at / 2`.
     pub fn euler_at(&self, isovalue: f64) -> i64 {
@@ -202,18 +206,6 @@ impl Topology {
             if self.depth[below as usize] > self.depth[above as usize] { below } else { above };
         let arc = self.arc_of_node[deeper as usize];
         (arc != NONE).then_some(arc as usize)
-    }
-
-    /// The lowest minimum of the component of {f <= c} that a sample not above c lies in, as the
-    /// number of its event; `None` is the layer.
-    pub fn sub_representative(&self, vertex: u32, isovalue: f64) -> Option<usize> {
-        self.event_of(self.join.representative_at(vertex, self.time(isovalue)))
-    }
-
-    /// The highest maximum of the component of {f > c} that a sample above c lies in, as the
-    /// number of its event; `None` is the layer.
-    pub fn sup_representative(&self, vertex: u32, isovalue: f64) -> Option<usize> {
-        self.event_of(self.split.representative_at(vertex, self.time(isovalue)))
     }
 
     /// Every minimum and every maximum with the saddle that ends its component of {f <= c} or of

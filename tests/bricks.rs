@@ -288,8 +288,9 @@ fn what_is_wrong_with_a_plan_is_one_line() {
     assert!(told.contains("part 8, expected 0 to 7"), "{told}");
     let told = folder.fails(&["plan", "--phantom", "blobs:9", "--brick", "3", "-o", "q.json"], 2);
     assert!(told.contains("bricks of 3 cells, expected 4 or more"), "{told}");
-    let component = ["plan", "--phantom", "blobs:9", "--by-component", "-o", "q.json"];
-    assert!(folder.fails(&component, 2).contains("--by-component"));
+    let start = ["--start", "0.4", "--initial-mesh", "m.ply", "-o", "q.json"];
+    let initial = [&["plan", "--phantom", "blobs:9"][..], &start].concat();
+    assert!(folder.fails(&initial, 2).contains("an initial mesh is one of the whole volume"));
     let changed = String::from_utf8(folder.read("p.json")).expect("text");
     folder.write("p.json", changed.replace("\"error\": 0.1", "\"error\": 0.2").as_bytes());
     assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("the plan was changed"));

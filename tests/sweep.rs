@@ -56,12 +56,6 @@ fn swept(volume: &Arc<Volume>, choice: Choice) -> Spectrum {
     compute(volume, &Parameters::default(), &backend(choice), &Silent).expect("a spectrum")
 }
 
-/// Component by component.
-fn swept_by_component(volume: &Arc<Volume>) -> Spectrum {
-    let parameters = Parameters { by_component: true, ..Parameters::default() };
-    compute(volume, &parameters, &backend(Choice::Cpu), &Silent).expect("a spectrum")
-}
-
 /// Mean over the range of the share of the area that is tracked.
 fn tracked_share(spectrum: &Spectrum) -> f64 {
     spectrum.parameters["tracked_area_share"].as_f64().expect("told")
@@ -163,11 +157,8 @@ fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
     let volume = simplified(&volume.expect("a valid volume"), 0.93).expect("a volume");
     let volume = Arc::new(volume);
     let spectrum = swept(&volume, Choice::Cpu);
-    let by_component = swept_by_component(&volume);
-    for spectrum in [spectrum, by_component] {
-        let steps = spectrum.parameters["counts"]["steps"].as_u64().expect("a count");
-        assert!((20..2_000).contains(&steps), "{steps} steps");
-    }
+    let steps = spectrum.parameters["counts"]["steps"].as_u64().expect("a count");
+    assert!((20..2_000).contains(&steps), "{steps} steps");
 }
 
 #[test]
@@ -252,13 +243,9 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
 #[test]
 fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
     let volume = volume("sphere:32");
-    left_along_the_border(&volume, &swept(&volume, Choice::Cpu));
-    left_along_the_border(&volume, &swept_by_component(&volume));
-}
-
-fn left_along_the_border(volume: &Volume, spectrum: &Spectrum) {
+    let spectrum = swept(&volume, Choice::Cpu);
     let (low, _) = spectrum.range;
-    let mut query = Query::new(spectrum);
+    let mut query = Query::new(&spectrum);
     let last = volume.dims().map(|d| (d - 1) as f32);
     let is_inside = |p: [f32; 3]| (0..3).all(|a| (0.0..=last[a]).contains(&p[a]));
     let mut n_measured = 0;
@@ -293,15 +280,11 @@ fn left_along_the_border(volume: &Volume, spectrum: &Spectrum) {
 #[test]
 fn most_triangles_live_through_a_merge() {
     let volume = volume("blobs:32");
-    let by_component = swept_by_component(&volume);
-    let counts = &by_component.parameters["counts"];
-    assert!(counts["surgeries"].as_u64().is_some_and(|n| n > 0), "{counts}");
-    for (spectrum, least) in [(swept(&volume, Choice::Cpu), 0.95), (by_component, 0.8)] {
-        // Seen from low values, the one part of the isosurface splits in two.
-        let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
-        let share = survival(&spectrum, &[split.isovalue]);
-        assert!(share > least, "{share} of the triangles live through {split:?}");
-    }
+    let spectrum = swept(&volume, Choice::Cpu);
+    // Seen from low values, the one part of the isosurface splits in two.
+    let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let share = survival(&spectrum, &[split.isovalue]);
+    assert!(share > 0.95, "{share} of the triangles live through {split:?}");
 }
 
 /// Three blobs in a row; the necks between them are the same, but for a trace.

@@ -528,7 +528,6 @@ fn parameters_of(given: &Bound<'_, PyDict>) -> PyResult<Parameters> {
             "relax" => parameters.relax_strength = number()?,
             "relax_force" => parameters.relax_force = number()?,
             "relax_iterations" => parameters.relax_iterations = value.extract()?,
-            "by_component" => parameters.by_component = value.extract()?,
             "initial_mesh" => parameters.initial_mesh = Some(value.extract()?),
             _ => return Err(usage(format!("parameter '{name}' is not known"))),
         }

@@ -103,7 +103,6 @@ def test_a_turned_world_is_that_of_the_program(run, tmp_path):
     (["--persistence", "0.04", "--range", "20%:0.6"], {"persistence": 0.04, "range": ("20%", 0.6)}),
     (["--min-component", "40"], {"min_component": 40}),
     (["--max-edge", "2", "--start", "p90"], {"max_edge": 2, "start": "p90"}),
-    (["--by-component"], {"by_component": True}),
 ])  # fmt: skip
 def test_parameters_mean_what_flags_mean(array, run, tmp_path, flags, options):
     np.save(tmp_path / "blobs.npy", array)

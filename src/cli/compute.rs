@@ -96,10 +96,6 @@ pub(super) struct ParameterArguments {
     /// Closed mesh to start from, at the isovalue of --start
     #[arg(long, value_name = "MESH.ply", requires = "start")]
     initial_mesh: Option<PathBuf>,
-    /// Track component by component, each left to the exact extraction as a whole where a place of it cannot be tracked:
-    /// less time where events are everywhere, worse triangles there; to go
-    #[arg(long)]
-    by_component: bool,
 }
 
 impl ParameterArguments {
@@ -121,7 +117,6 @@ impl ParameterArguments {
             relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
             start: self.start.map(|c| c.resolve(own_range, Some(samples))).transpose()?,
             initial_mesh: self.initial_mesh.clone(),
-            by_component: self.by_component,
         })
     }
 }

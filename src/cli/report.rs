@@ -71,7 +71,7 @@ pub(super) fn number_or_dash(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_owned(), number)
 }
 
-/// Counts that are not 0 by name, one level deep or two, for people: `arcs 45, refused.folded 69`.
+/// Counts that are not 0 by name, one level deep or, in files of earlier versions, two, for people: `arcs 45, refused.folded 69`.
 pub(super) fn counts(counts: &serde_json::Value) -> String {
     let Some(counts) = counts.as_object() else { return "-".to_owned() };
     let mut parts = Vec::new();

@@ -27,6 +27,9 @@ pub const SLAB_TOLERANCE: f32 = 1e-5;
 /// roundings of a value as large as the range.
 pub const VALUE_NOISE: f32 = 4.0 * f32::EPSILON;
 
+/// Within this distance a point lies in a border plane of the volume, voxels.
+const ON_PLANE: f32 = 1e-5;
+
 /// f32 samples with a range or a magnitude outside these bounds are mapped to 0..1, because ten
 /// ranges (the layer around the volume) or squares of differences would overflow or vanish.
 const EXTREME: (f64, f64) = (1e-12, 1e12);
@@ -210,6 +213,16 @@ impl Field {
     pub fn value(&self, p: Vec3) -> f32 {
         let place = self.locate(p, 0);
         interpolate(&self.corners(place.cell), place.local)
+    }
+
+    /// The highest corner of the volume, voxel frame.
+    pub fn top(&self) -> Vec3 {
+        (self.dims - 1).as_vec3() * self.cell_size
+    }
+
+    /// How steep the field is, seen from inside the volume: the layer around it is much steeper.
+    pub fn inner_slope(&self, p: Vec3) -> f32 {
+        self.gradient(p.clamp(Vec3::splat(ON_PLANE), self.top() - ON_PLANE)).length()
     }
 
     /// The gradient at a position, per voxel: that of the cell which the position falls in, so on

@@ -2,8 +2,7 @@
 
 use std::sync::Arc as Shared;
 
-use super::front::{self, WholeEdge};
-use super::{Counts, Parameters, Progress, Sweep, checked_range, finished, tracked};
+use super::{Counts, Parameters, Progress, Sweep, WholeEdge, area, checked_range, finished, swept};
 use crate::error::Result;
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
@@ -29,7 +28,7 @@ pub struct Block {
 ///
 /// # Errors
 ///
-/// [`Error::Usage`](crate::Error::Usage) for parameters that contradict the volume, or that track by component; [`Error::Gpu`](crate::Error::Gpu),
+/// [`Error::Usage`](crate::Error::Usage) for parameters that contradict the volume, or that name an initial mesh; [`Error::Gpu`](crate::Error::Gpu),
 /// [`Error::Interrupted`](crate::Error::Interrupted), [`Error::Internal`](crate::Error::Internal) as of [`compute`](super::compute).
 pub fn compute_block(
     volume: &Shared<Volume>,
@@ -42,12 +41,11 @@ pub fn compute_block(
     let field = Shared::new(Field::new(volume.clone()));
     progress.report(0.0, "topology");
     let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
-    let mut counts = Counts::default();
-    let swept = front::sweep(&sweep, sweep.start_isovalue(), &mut counts)?;
+    let (swept, counts) = swept(&sweep, None)?;
     let mut builder = SpectrumBuilder::new();
     builder.push_patch(swept.patch);
     let mut spectrum = finished(&sweep, builder, &counts)?;
     spectrum.events.clear();
-    let areas = tracked::shown_areas(&spectrum, swept.n_tracked);
+    let areas = area::shown_areas(&spectrum, swept.n_tracked);
     Ok(Block { spectrum, shared: swept.shared, areas, counts })
 }

@@ -3,8 +3,7 @@
 //! The mesh was made by another program, so nothing of it is taken on trust: it must be closed,
 //! oriented and manifold, lie inside the volume and on the isosurface, and have one component of
 //! the right topology for each component of the isosurface. Then its vertices are moved onto the
-//! isosurface, and every arc alive at the start isovalue starts from its component as it is,
-//! without remeshing.
+//! isosurface, and the sweep starts from the mesh as it is: only what lies in cells that are exact there is cut out of it.
 //!
 //! Which component of the isosurface a component of the mesh lies on is asked of the exact
 //! extraction at the same isovalue, by the nearest of its vertices to some of the mesh's.
@@ -18,12 +17,12 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 
-use super::{Parameters, Piece, Sweep};
+use super::{Parameters, Sweep};
 use crate::error::{Error, Result};
 use crate::export::{PlyMesh, read_ply};
 use crate::extract::{Extraction, extract};
 use crate::kernels::field::Field;
-use crate::mesh::{Mesh, Vertex, area, intersecting, normal};
+use crate::mesh::{Compacted, Mesh, Vertex, area, intersecting, normal};
 use crate::volume::Placement;
 use nearest::ExtractionVertices;
 
@@ -51,20 +50,10 @@ struct Component {
     mesh: Mesh,
 }
 
-/// The mesh to start from on each arc alive at the start isovalue, by arc; empty where no mesh
-/// was given.
-#[derive(Default)]
-pub(super) struct InitialMeshes {
-    isovalue: f64,
-    by_arc: BTreeMap<usize, Mesh>,
-}
-
-impl InitialMeshes {
-    /// The mesh that a piece starts from at an isovalue, if one was given for it.
-    pub(super) fn of(&self, piece: &Piece, isovalue: f64) -> Option<&Mesh> {
-        let is_start = isovalue == self.isovalue;
-        self.by_arc.get(&piece.arc).filter(|_| is_start)
-    }
+/// What a sweep starts from: the components of the given mesh as one mesh on the isosurface, voxel frame.
+pub(super) struct InitialMesh {
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Reads the initial mesh and checks all that can be checked without the topology of the volume.
@@ -223,28 +212,31 @@ fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Componen
     })
 }
 
-/// The given mesh on the arcs alive at its isovalue, its vertices moved onto the isosurface.
+/// The given mesh, its vertices moved onto the isosurface.
 ///
 /// # Errors
 ///
 /// [`Error::Input`] where the components of the mesh are not those of the isosurface, or the
 /// vertices cannot be moved onto it without faces that pass through each other.
-pub(super) fn on_arcs(sweep: &Sweep, given: Given) -> Result<InitialMeshes> {
+pub(super) fn placed(sweep: &Sweep, given: Given) -> Result<InitialMesh> {
     let Given { path, isovalue, components } = given;
     let extraction = extract(&sweep.exact, isovalue);
     let matched = matched(&extraction, &components, sweep).map_err(|e| named(&path, e))?;
     let crossings = extraction.component_crossings();
-    let mut by_arc = BTreeMap::new();
-    for (mut component, on) in components.into_iter().zip(matched) {
+    let mut initial = InitialMesh { positions: Vec::new(), triangles: Vec::new() };
+    for (component, on) in components.into_iter().zip(matched) {
         let (low, high) = crossings[on as usize];
         let arc = sweep.topology.arc_of(low, high, isovalue).ok_or_else(|| {
             Error::internal(format!("no arc of component {on} at isovalue {isovalue}"))
         })?;
         check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| named(&path, e))?;
-        project(&mut component, isovalue, sweep).map_err(|e| named(&path, e))?;
-        by_arc.insert(arc, component.mesh);
+        let (positions, faces) =
+            projected(&component, isovalue, sweep).map_err(|e| named(&path, e))?;
+        let first = initial.positions.len() as u32;
+        initial.positions.extend(positions);
+        initial.triangles.extend(faces.into_iter().map(|f| f.map(|v| v + first)));
     }
-    Ok(InitialMeshes { isovalue, by_arc })
+    Ok(initial)
 }
 
 fn check_euler(component: &Component, expected: i64) -> Result<()> {
@@ -315,27 +307,29 @@ fn missing(extraction: &Extraction, component: u32, n_found: usize) -> Error {
     ))
 }
 
-/// Moves the vertices of a component onto the isosurface.
-fn project(component: &mut Component, isovalue: f64, sweep: &Sweep) -> Result<()> {
+/// A component as positions and triangles, its vertices moved onto the isosurface.
+fn projected(
+    component: &Component,
+    isovalue: f64,
+    sweep: &Sweep,
+) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>)> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
-    let compacted = component.mesh.compacted();
-    kernels.load(&compacted.connectivity, &compacted.positions)?;
+    let Compacted { connectivity, positions, vertices, .. } = component.mesh.compacted();
+    kernels.load(&connectivity, &positions)?;
     kernels.project(isovalue, REACH)?;
     let positions = kernels.positions()?;
     let tolerance = sweep.parameters.error as f32;
-    for (i, &v) in compacted.vertices.iter().enumerate() {
-        let p = Vec3::from(positions[i]);
-        check_distance(component.numbers[v.0 as usize], p, isovalue, &sweep.field, tolerance)?;
-        component.mesh.set_position(v, p);
+    let number = |i: usize| component.numbers[vertices[i].0 as usize];
+    for (i, &p) in positions.iter().enumerate() {
+        check_distance(number(i), p.into(), isovalue, &sweep.field, tolerance)?;
     }
-    if let Some(&f) = intersecting(&positions, &compacted.connectivity.faces).first() {
-        let corners =
-            compacted.connectivity.faces[f as usize].map(|v| component.numbers[v as usize]);
+    if let Some(&f) = intersecting(&positions, &connectivity.faces).first() {
+        let corners = connectivity.faces[f as usize].map(|v| number(v as usize));
         return Err(Error::input(format!(
             "on the isosurface the triangle of vertices {corners:?} passes through another, expected none"
         )));
     }
-    Ok(())
+    Ok((positions, connectivity.faces))
 }
 
 /// A position for people.

@@ -35,28 +35,18 @@ pub struct Parameters {
     pub start: Option<f64>,
     /// Mesh from outside for `start`.
     pub initial_mesh: Option<PathBuf>,
-    /// Whether the surface is tracked component by component, each exact as a whole where a place of it cannot be tracked; as
-    /// versions before the front did, and where there is an initial mesh.
-    #[serde(default)]
-    pub by_component: bool,
 }
 
 impl Parameters {
-    /// Whether components are swept one by one: a mesh from outside is one's.
-    pub(crate) fn is_by_component(&self) -> bool {
-        self.by_component || self.initial_mesh.is_some()
-    }
-
     /// That what is swept may be a block of a volume.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where components are swept one by one.
+    /// [`Error::Usage`] where there is an initial mesh: it is one of the whole.
     pub(crate) fn check_for_blocks(&self) -> Result<()> {
-        if self.is_by_component() {
+        if self.initial_mesh.is_some() {
             return Err(Error::Usage(
-                "a component is no part of a brick, expected neither --by-component nor --initial-mesh"
-                    .to_owned(),
+                "an initial mesh is one of the whole volume, expected none with bricks".to_owned(),
             ));
         }
         Ok(())
@@ -79,7 +69,6 @@ impl Default for Parameters {
             max_edge: 4.0,
             start: None,
             initial_mesh: None,
-            by_component: false,
         }
     }
 }

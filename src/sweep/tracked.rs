@@ -1,69 +1,470 @@
-//! How much of the isosurface a spectrum shows by tracked triangles, and how much by the exact extraction.
+//! The tracked mesh with its boundary on the seam.
+//!
+//! # Invariants
+//!
+//! 1. The mesh is closed: every loop of its boundary is filled by a fan of caps around a vertex of its own, the *hub*.
+//!    So all edits of a closed mesh serve; caps and hubs are never recorded.
+//! 2. Every vertex of the boundary is bound to a lattice edge of the seam, the one of the exact extraction's polyline;
+//!    it is fixed. Hubs are fixed, and bound to none. No other vertex is fixed.
+//! 3. No two bound vertices whose lattice edges share an exact cell are joined by an edge inside the mesh: the exact
+//!    extraction might have the same edge.
 
-use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
-use crate::spectrum::{Spectrum, Triangle};
+use glam::Vec3;
 
-/// Isovalues at which the areas are compared, in the middle of equal parts of the range.
-const N_ISOVALUES: usize = 64;
+use super::region::{Grid, LatticeEdge, Link, Region};
+use crate::mesh::{Edge, Face, HalfEdge, Mesh, Vertex};
+use crate::topology::exact::ExactField;
 
-/// Triangles that are summed up at once: sums do not depend on the number of threads.
-const CHUNK: usize = 1 << 14;
+/// A place where the seam cannot do what it should: a sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stuck(pub(super) u32);
 
-/// The isovalues at which areas are compared, ascending.
-pub(crate) fn area_isovalues((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
-    (0..N_ISOVALUES).map(move |i| {
-        let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
-        low * (1.0 - share) + high * share
-    })
+/// See the module.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tracked {
+    pub(super) mesh: Mesh,
+    /// By vertex slot.
+    keys: Vec<Option<LatticeEdge>>,
+    at: HashMap<LatticeEdge, Vertex>,
 }
 
-/// The area, caps left out, that the first `n_tracked` triangles show at each of [`area_isovalues`], and that the others do.
-pub(super) fn shown_areas(spectrum: &Spectrum, n_tracked: usize) -> Vec<[f64; 2]> {
-    let ranked: Vec<Option<(f64, u32)>> =
-        area_isovalues(spectrum.range).map(|c| Some((c, spectrum.rank_at(c)?))).collect();
-    let known: Vec<(f64, u32)> = ranked.iter().copied().flatten().collect();
-    let tracked = areas(spectrum, &spectrum.triangles[..n_tracked], &known);
-    let others = areas(spectrum, &spectrum.triangles[n_tracked..], &known);
-    let mut found = tracked.into_iter().zip(others).map(|(t, o)| [t, o]);
-    ranked.iter().map(|r| r.and_then(|_| found.next()).unwrap_or_default()).collect()
+/// What edits at one isovalue have changed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Changes {
+    /// Faces that are gone, new, or have other vertices.
+    pub(super) faces: BTreeSet<Face>,
+    /// New vertices inside the mesh, and the ends of the edges that they have split.
+    pub(super) born: Vec<(Vertex, [Vertex; 2])>,
 }
 
-/// Tells in a spectrum's parameters which share of its area is tracked, where it has any.
-pub(crate) fn tell_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
-    let rounded = |x: f64| (1e4 * x).round() / 1e4;
-    let all = area_isovalues(spectrum.range).zip(areas);
-    let shares: Vec<(f64, f64)> =
-        all.filter(|(_, [t, o])| t + o > 0.0).map(|(c, [t, o])| (c, t / (t + o))).collect();
-    if shares.is_empty() {
-        return;
+impl Tracked {
+    /// The lattice edge that a vertex is bound to.
+    pub(super) fn key(&self, v: Vertex) -> Option<LatticeEdge> {
+        self.keys.get(v.0 as usize).copied().flatten()
     }
-    let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
-    let shares: Vec<(f64, f64)> = shares.into_iter().map(|(c, s)| (c, rounded(s))).collect();
-    spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!(rounded(mean));
-    spectrum.parameters[TRACKED_AREA_SHARES] = serde_json::json!(shares);
-}
 
-/// The area of some triangles, without caps, at each of some isovalues with their ranks.
-fn areas(spectrum: &Spectrum, triangles: &[Triangle], ranked: &[(f64, u32)]) -> Vec<f64> {
-    let of_chunk = |chunk: &[Triangle]| {
-        let mut sums = vec![0.0; ranked.len()];
-        for triangle in chunk.iter().filter(|t| !t.cap) {
-            let first = ranked.partition_point(|&(_, rank)| rank < triangle.birth);
-            let end = ranked.partition_point(|&(_, rank)| rank < triangle.death);
-            for (sum, &(isovalue, rank)) in sums[first..end].iter_mut().zip(&ranked[first..end]) {
-                let corner = |v| glam::Vec3::from(spectrum.vertex_at(v, rank, isovalue));
-                let [a, b, c] = triangle.vertices.map(corner);
-                *sum += 0.5 * f64::from((b - a).cross(c - a).length());
+    /// The vertex bound to a lattice edge.
+    pub(super) fn vertex_at(&self, e: LatticeEdge) -> Option<Vertex> {
+        self.at.get(&e).copied()
+    }
+
+    /// The bound vertices, ascending.
+    pub(super) fn bound(&self) -> impl Iterator<Item = (Vertex, LatticeEdge)> + '_ {
+        let slots = self.keys.iter().enumerate();
+        slots.filter_map(|(v, key)| key.map(|key| (Vertex(v as u32), key)))
+    }
+
+    pub(super) fn bind(&mut self, v: Vertex, e: LatticeEdge) {
+        if self.keys.len() <= v.0 as usize {
+            self.keys.resize(v.0 as usize + 1, None);
+        }
+        self.keys[v.0 as usize] = Some(e);
+        self.at.insert(e, v);
+        self.mesh.set_fixed(v, true);
+    }
+
+    fn unbind(&mut self, v: Vertex) {
+        if let Some(e) = self.keys.get_mut(v.0 as usize).and_then(Option::take)
+            && self.at.get(&e) == Some(&v)
+        {
+            self.at.remove(&e);
+        }
+    }
+
+    /// Unbinds vertices.
+    pub(super) fn unbind_all(&mut self, vertices: &[Vertex]) {
+        vertices.iter().for_each(|&v| self.unbind(v));
+    }
+
+    /// The mesh of some triangles, each vertex of whose boundary is bound by `key`. `positions` are by vertex slot.
+    pub(super) fn of(
+        mut positions: Vec<[f32; 3]>,
+        mut triangles: Vec<[u32; 3]>,
+        key: impl Fn(u32) -> Option<LatticeEdge>,
+        spare: &mut Vec<u32>,
+    ) -> std::result::Result<Tracked, Vec3> {
+        let place = |v: u32| Vec3::from(positions[v as usize]);
+        let next = boundary(&triangles).map_err(place)?;
+        let n_faces = triangles.len();
+        let mut borders = vec![0; positions.len()];
+        let mut seen: BTreeSet<u32> = BTreeSet::new();
+        let mut hubs = Vec::new();
+        for &first in next.keys() {
+            if seen.contains(&first) {
+                continue;
+            }
+            let hub = spare.pop().unwrap_or_else(|| {
+                positions.push([0.0; 3]);
+                borders.push(0);
+                positions.len() as u32 - 1
+            });
+            hubs.push(hub);
+            let (mut a, mut sum, mut n) = (first, Vec3::ZERO, 0.0);
+            loop {
+                let b = next[&a];
+                triangles.push([b, a, hub]);
+                sum += Vec3::from(positions[a as usize]);
+                n += 1.0;
+                seen.insert(a);
+                a = b;
+                if a == first {
+                    break;
+                }
+            }
+            positions[hub as usize] = (sum / n).to_array();
+        }
+        let caps: Vec<bool> = (0..triangles.len()).map(|f| f >= n_faces).collect();
+        let fixed = crate::mesh::FIXED | crate::kernels::PINNED;
+        for &v in seen.iter().chain(&hubs) {
+            borders[v as usize] = fixed;
+        }
+        let mesh = Mesh::from_triangles(&positions, &borders, &triangles, &caps);
+        // Its own checks name no place; what is on the boundary is as good as any.
+        let somewhere = |_| seen.first().map_or(Vec3::ZERO, |&v| positions[v as usize].into());
+        let mesh = mesh.map_err(somewhere)?;
+        let mut tracked = Tracked { mesh, ..Tracked::default() };
+        for v in seen {
+            if let Some(e) = key(v) {
+                tracked.bind(Vertex(v), e);
             }
         }
-        sums
-    };
-    let chunks: Vec<Vec<f64>> = triangles.par_chunks(CHUNK).map(of_chunk).collect();
-    let mut all = vec![0.0; ranked.len()];
-    for sums in chunks {
-        all.iter_mut().zip(sums).for_each(|(all, sum)| *all += sum);
+        Ok(tracked)
     }
-    all
+
+    /// Whether a half-edge is on the boundary, seen from the mesh.
+    pub(super) fn is_boundary(&self, h: HalfEdge) -> bool {
+        !self.mesh.is_cap(self.mesh.face(h)) && self.mesh.is_cap(self.mesh.face(h.twin()))
+    }
+
+    /// The vertex after another one on the boundary, or before it.
+    pub(super) fn along(&self, v: Vertex, forward: bool) -> Option<Vertex> {
+        let is_it = |h: &HalfEdge| self.is_boundary(if forward { *h } else { h.twin() });
+        self.mesh.spokes(v).find(is_it).map(|h| self.mesh.to(h))
+    }
+
+    /// Whether an edge has a face of the mesh proper on both sides.
+    pub(super) fn is_inner(&self, e: Edge) -> bool {
+        let h = e.halfedge();
+        !self.mesh.is_cap(self.mesh.face(h)) && !self.mesh.is_cap(self.mesh.face(h.twin()))
+    }
+
+    /// The seam goes over a sample: what was bound to its lattice edges on the seam is bound to the others.
+    ///
+    /// `place` is the sample's, and `at` tells where other vertices are. Every new vertex lies in `place`, so that the
+    /// surface does not change.
+    pub(super) fn pass(
+        &mut self,
+        region: &Region,
+        sample: u32,
+        place: Vec3,
+        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        changes: &mut Changes,
+    ) -> std::result::Result<(), Stuck> {
+        let stuck = Stuck(sample);
+        let Link::Cycle(cycle, n) = region.link(sample) else { return Err(stuck) };
+        let (cycle, n) = (&cycle[..n as usize], n as usize);
+        let grid = region.grid;
+        let edges: Vec<LatticeEdge> = cycle.iter().map(|&d| grid.edge(sample, d)).collect();
+        let is_old: Vec<bool> = edges.iter().map(|e| self.at.contains_key(e)).collect();
+        let starts: Vec<usize> =
+            (0..n).filter(|&i| is_old[i] && !is_old[(i + n - 1) % n]).collect();
+        let &[start] = &starts[..] else { return Err(stuck) };
+        let n_old = is_old.iter().filter(|o| **o).count();
+        let old: Vec<usize> = (0..n_old).map(|i| (start + i) % n).collect();
+        let mut run: Vec<Vertex> = old.iter().map(|&i| self.at[&edges[i]]).collect();
+        // The new edges in the order of the run: against the cycle.
+        let new: Vec<LatticeEdge> =
+            (0..n - n_old).map(|i| edges[(start + n - 1 - i) % n]).collect();
+        let (last, beyond) = (cycle[old[n_old - 1]], cycle[(old[n_old - 1] + 1) % n]);
+        let forward = self.runs_forward(&run, grid, sample, [last, beyond]).ok_or(stuck)?;
+        let ends = [(run[0], !forward), (run[n_old - 1], forward)]
+            .map(|(v, forward)| self.along(v, forward));
+        let [Some(before), Some(after)] = ends else { return Err(stuck) };
+        let touched: Vec<Vertex> = run.iter().copied().chain([before, after]).collect();
+        for v in &touched {
+            changes.faces.extend(self.faces_around(*v));
+        }
+        while run.len() > new.len() {
+            let can = |t: &Tracked, i: usize| {
+                t.mesh.find_halfedge(run[i], run[i + 1]).is_some_and(|h| t.mesh.is_link_kept(h))
+            };
+            let i = (0..run.len() - 1).find(|&i| can(self, i)).unwrap_or(0);
+            self.contract(run[i], run[i + 1], at, changes).ok_or(stuck)?;
+            run.remove(i);
+        }
+        run.iter().for_each(|&v| self.unbind(v));
+        let mut at_end = true;
+        while run.len() < new.len() {
+            let (a, b) = if at_end { (run[run.len() - 1], after) } else { (run[0], before) };
+            let h = self.mesh.find_halfedge(a, b).ok_or(stuck)?;
+            let v = self.mesh.split_edge(h.edge(), place).vertex;
+            self.mesh.set_fixed(v, true);
+            if at_end {
+                run.push(v);
+            } else {
+                run.insert(0, v);
+            }
+            at_end = !at_end;
+        }
+        for (&v, &e) in run.iter().zip(&new) {
+            self.bind(v, e);
+            self.mesh.set_position(v, place);
+        }
+        for &v in run.iter().chain([&before, &after]) {
+            if self.mesh.has_vertex(v) {
+                changes.faces.extend(self.faces_around(v));
+            }
+        }
+        self.cure_chords(region, &run, at, changes);
+        Ok(())
+    }
+
+    /// Whether the vertices of a run follow each other forwards on the boundary, and go on into the square that two
+    /// directions of a sample span; `None` if neither so nor backwards.
+    fn runs_forward(
+        &self,
+        run: &[Vertex],
+        grid: Grid,
+        sample: u32,
+        [last, beyond]: [u8; 2],
+    ) -> Option<bool> {
+        let corner = grid.beside(grid.beside(sample, last), beyond);
+        let sides = [grid.edge(corner, last ^ 1), grid.edge(corner, beyond ^ 1)];
+        [true, false].into_iter().find(|&forward| {
+            let follow = run.windows(2).all(|w| self.along(w[0], forward) == Some(w[1]));
+            let end = self.along(run[run.len() - 1], forward).and_then(|v| self.key(v));
+            follow && end.is_some_and(|e| sides.contains(&e))
+        })
+    }
+
+    pub(super) fn faces_around(&self, v: Vertex) -> Vec<Face> {
+        self.mesh.spokes(v).map(|h| self.mesh.face(h)).collect()
+    }
+
+    /// Merges a vertex of the boundary into the next one, edges first split that are in the way.
+    pub(super) fn contract(
+        &mut self,
+        a: Vertex,
+        b: Vertex,
+        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        changes: &mut Changes,
+    ) -> Option<()> {
+        let h = self.mesh.find_halfedge(a, b)?;
+        if !self.mesh.is_link_kept(h) {
+            let opposite = [h, h.twin()].map(|h| self.mesh.to(self.mesh.next(h)));
+            let common: Vec<Vertex> = self
+                .mesh
+                .one_ring(a)
+                .filter(|w| *w != b && !opposite.contains(w))
+                .filter(|&w| self.mesh.find_halfedge(b, w).is_some())
+                .collect();
+            for w in common {
+                let inner = [a, b].into_iter().find_map(|v| {
+                    self.mesh.find_halfedge(v, w).filter(|h| self.is_inner(h.edge()))
+                })?;
+                self.split_inner(inner.edge(), at, changes);
+            }
+        }
+        let h = self.mesh.find_halfedge(a, b)?;
+        if !self.mesh.is_link_kept(h) {
+            return None;
+        }
+        changes.faces.extend(self.faces_around(a));
+        self.unbind(a);
+        let collapsed = self.mesh.collapse(h);
+        changes.faces.extend(collapsed.faces);
+        changes.faces.extend(self.faces_around(b));
+        Some(())
+    }
+
+    /// Splits an edge inside the mesh in its middle.
+    fn split_inner(
+        &mut self,
+        e: Edge,
+        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        changes: &mut Changes,
+    ) -> Vertex {
+        let h = e.halfedge();
+        let ends = [self.mesh.from(h), self.mesh.to(h)];
+        let middle = 0.5 * (at(&self.mesh, ends[0]) + at(&self.mesh, ends[1]));
+        let split = self.mesh.split_edge(e, middle);
+        changes.faces.extend(self.faces_around(split.vertex));
+        changes.born.push((split.vertex, ends));
+        split.vertex
+    }
+
+    /// Splits the edges inside the mesh between bound vertices, one of them among those given, whose lattice edges
+    /// share an exact cell.
+    pub(super) fn cure_chords(
+        &mut self,
+        region: &Region,
+        vertices: &[Vertex],
+        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        changes: &mut Changes,
+    ) {
+        for &v in vertices {
+            let Some(e) = self.key(v).filter(|_| self.mesh.has_vertex(v)) else { continue };
+            let is_chord = |h: &HalfEdge| {
+                let other = self.key(self.mesh.to(*h));
+                self.is_inner(h.edge()) && other.is_some_and(|o| share_exact_cell(region, e, o))
+            };
+            let chords: Vec<Edge> =
+                self.mesh.spokes(v).filter(is_chord).map(|h| h.edge()).collect();
+            for chord in chords {
+                self.split_inner(chord, at, changes);
+            }
+        }
+    }
+
+    /// Samples of squares of the seam on which the boundary is not the exact extraction's polyline at an isovalue.
+    pub(super) fn other_polylines(
+        &self,
+        region: &Region,
+        field: &ExactField,
+        squares: impl Iterator<Item = super::region::Square>,
+        isovalue: f64,
+    ) -> Vec<u32> {
+        let joins = |[a, b]: [LatticeEdge; 2]| {
+            let ends = [a, b].map(|e| self.vertex_at(e));
+            let [Some(a), Some(b)] = ends else { return false };
+            self.along(a, true) == Some(b) || self.along(a, false) == Some(b)
+        };
+        let is_other = |s: &super::region::Square| {
+            region.is_seam(*s)
+                && !super::polyline::polyline(field, region.grid, *s, isovalue)
+                    .into_iter()
+                    .all(joins)
+        };
+        squares.filter(is_other).map(|s| s.corner).collect()
+    }
+}
+
+/// Whether two lattice edges are sides of one exact cell.
+pub(super) fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) -> bool {
+    let grid = region.grid;
+    let others = grid.cells_around(b);
+    grid.cells_around(a).into_iter().any(|c| others.contains(&c) && region.is_exact(c))
+}
+
+/// A corner of a triangle: the vertex, the triangle, and which of its corners.
+type Corner = (u32, u32, u32);
+
+/// Where triangles are joined in a vertex only, gives all parts but one a vertex of their own: numbers from `n_vertices` on.
+/// Returns the vertex that each of them was.
+pub(super) fn parted(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> {
+    let mut corners: Vec<Corner> = Vec::with_capacity(3 * triangles.len());
+    for (t, vertices) in triangles.iter().enumerate() {
+        corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
+    }
+    corners.sort_unstable();
+    let mut copies: Vec<(u32, Vec<Corner>)> = Vec::new();
+    let mut left: Vec<Corner> = Vec::new();
+    for around in corners.chunk_by(|a, b| a.0 == b.0) {
+        let beside = |&(_, t, i): &Corner| {
+            let t = triangles[t as usize];
+            [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
+        };
+        // Walk the fan of one corner both ways; what is left is another part.
+        left.clear();
+        left.extend(around);
+        let mut is_first = true;
+        while let Some(first) = left.pop() {
+            let (mut part, [mut start, mut end]) = (vec![first], beside(&first));
+            loop {
+                let next = left.iter().position(|c| {
+                    let [a, b] = beside(c);
+                    a == end || b == start
+                });
+                let Some(i) = next else { break };
+                let corner = left.swap_remove(i);
+                let [a, b] = beside(&corner);
+                if a == end {
+                    end = b;
+                } else {
+                    start = a;
+                }
+                part.push(corner);
+            }
+            if !is_first {
+                copies.push((first.0, part));
+            }
+            is_first = false;
+        }
+    }
+    for (n, (_, part)) in copies.iter().enumerate() {
+        for &(_, t, i) in part {
+            triangles[t as usize][i as usize] = (n_vertices + n) as u32;
+        }
+    }
+    copies.into_iter().map(|c| c.0).collect()
+}
+
+/// The boundary of some triangles: per vertex on it the next one; a vertex at which they are no manifold, if there is one.
+pub(super) fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
+    let mut sides: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
+    for t in triangles {
+        for i in 0..3 {
+            let (a, b) = (t[i], t[(i + 1) % 3]);
+            sides.push((a.min(b), a.max(b), a > b));
+        }
+    }
+    sides.sort_unstable();
+    let mut next = BTreeMap::new();
+    for group in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+        match group {
+            [(low, high, turned)] => {
+                let (a, b) = if *turned { (*high, *low) } else { (*low, *high) };
+                if next.insert(a, b).is_some() {
+                    return Err(a);
+                }
+            }
+            [(_, _, false), (_, _, true)] => {}
+            _ => return Err(group[0].0),
+        }
+    }
+    Ok(next)
+}
+
+/// Where a vertex on a lattice edge is at an isovalue, voxel frame.
+pub(super) fn place_on(field: &ExactField, e: LatticeEdge, isovalue: f64) -> Vec3 {
+    let to = e.from + field.strides()[e.axis as usize];
+    let (fa, fb) = (field.sample(e.from), field.sample(to));
+    let t = (isovalue - fa) / (fb - fa);
+    let t = if t.is_finite() { t.clamp(EDGE_MARGIN, 1.0 - EDGE_MARGIN) } else { 0.5 };
+    let mut p = field.position(e.from).map(|x| x as f64);
+    p[e.axis as usize] += t;
+    let size = field.volume().voxel_size();
+    Vec3::from(std::array::from_fn(|a| (p[a] * size[a]) as f32))
+}
+
+/// How near to a sample, as a share of the lattice edge, a vertex comes.
+pub(super) const EDGE_MARGIN: f64 = 1e-4;
+
+/// Where a sample is, voxel frame.
+pub(super) fn place_of(field: &ExactField, v: u32) -> Vec3 {
+    let size = field.volume().voxel_size();
+    let p = field.position(v);
+    Vec3::from(std::array::from_fn(|a| (p[a] as f64 * size[a]) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_joined_in_a_vertex_only_are_parted() {
+        // Two fans around vertex 0, and one that closes around vertex 9.
+        let mut triangles =
+            [[0, 1, 2], [0, 2, 3], [0, 4, 5], [9, 10, 11], [9, 11, 12], [9, 12, 10]];
+        assert_eq!(parted(&mut triangles, 13), [0]);
+        let around = |n: u32, t: &[[u32; 3]]| t.iter().filter(|t| t.contains(&n)).count();
+        let mut sizes = [around(0, &triangles), around(13, &triangles)];
+        sizes.sort_unstable();
+        assert_eq!(sizes, [1, 2]);
+        assert_eq!(around(9, &triangles), 3);
+        assert!(parted(&mut triangles, 14).is_empty());
+        assert!(boundary(&triangles).is_ok());
+    }
 }

@@ -94,8 +94,7 @@ def compute(
         and what is being done, in the thread that called.
     **parameters
         The sweep's others, as flags of ``isospectrum compute`` with ``_`` for ``-``: ``step``, ``samples``, ``min_quality``,
-        ``min_area``, ``refine_area``, ``max_edge``, ``relax``, ``relax_force``, ``relax_iterations``, ``initial_mesh``,
-        ``front``.
+        ``min_area``, ``refine_area``, ``max_edge``, ``relax``, ``relax_force``, ``relax_iterations``, ``initial_mesh``.
 
     Raises
     ------
@@ -168,7 +167,6 @@ _KNOWN = {
     "relax": ("a number from 0 to 1", lambda x: 0 <= x <= 1),
     "relax_force": ("0 or a number above", lambda x: 0 <= x < float("inf")),
     "relax_iterations": ("a whole number", lambda x: x >= 0),
-    "by_component": ("True or False", lambda x: isinstance(x, bool)),
     "initial_mesh": ("the path of a PLY file", lambda x: isinstance(x, (str, os.PathLike))),
 }
 

@@ -9,22 +9,22 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use super::exchange::Exchanged;
-use super::mend::mend_faults;
-use super::part::Part;
-use super::region::Region;
-use super::tracked::Tracked;
+use super::SIZING_GOAL;
+use super::criteria::{Criteria, extend_sizing, sizing};
+use super::flips::{Flips, flip_edges};
+use super::refine::{refine, split_long};
+use super::simplify::{Bounds, simplify};
 use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
 use crate::kernels::field::Field;
 use crate::kernels::{Connectivity, Kernels};
 use crate::mesh::{Compacted, Face, Mesh, Vertex};
 use crate::sweep::Parameters;
-use crate::sweep::criteria::{Criteria, extend_sizing, sizing};
-use crate::sweep::flips::{Flips, flip_edges};
-use crate::sweep::refine::{refine, split_long};
-use crate::sweep::remesh::SIZING_GOAL;
-use crate::sweep::simplify::{Bounds, simplify};
+use crate::sweep::exchange::Exchanged;
+use crate::sweep::mend::mend_faults;
+use crate::sweep::part::Part;
+use crate::sweep::region::Region;
+use crate::sweep::tracked::Tracked;
 
 /// Rounds of split, collapse, flip and relaxation.
 const ROUNDS: usize = 3;
@@ -36,11 +36,11 @@ const RELAXATIONS: u32 = 4;
 const COLLAPSE_SHARE: f32 = 0.5;
 
 /// What improvement knows of the sweep.
-pub(super) struct Improvement<'a> {
-    pub(super) field: &'a Field,
-    pub(super) region: &'a Region,
-    pub(super) parameters: &'a Parameters,
-    pub(super) isovalue: f64,
+pub(in crate::sweep) struct Improvement<'a> {
+    pub(in crate::sweep) field: &'a Field,
+    pub(in crate::sweep) region: &'a Region,
+    pub(in crate::sweep) parameters: &'a Parameters,
+    pub(in crate::sweep) isovalue: f64,
 }
 
 /// A part of the mesh that is new, or beside what is.
@@ -53,7 +53,7 @@ struct Fresh {
 
 impl Improvement<'_> {
     /// The parts of the mesh around its new vertices, improved; no two have a vertex in common.
-    pub(super) fn improved(
+    pub(in crate::sweep) fn improved(
         &self,
         whole: &Tracked,
         is_new: &(dyn Fn(Vertex) -> bool + Sync),
@@ -77,7 +77,7 @@ impl Improvement<'_> {
         all.par_iter_mut().for_each(|fresh| {
             let mesh = &mut fresh.made.mesh;
             let deviations = criteria.deviations(mesh);
-            refine(mesh, &criteria, &deviations, &mut Vec::new());
+            refine(mesh, &criteria, &deviations);
             flip_edges(mesh, &criteria, 2, Flips::ALL);
             mend_faults(&mut fresh.made, self.region, &criteria, self.parameters);
             fresh.pin(false);
@@ -178,7 +178,7 @@ fn parts(whole: &Tracked, is_new: &(dyn Fn(Vertex) -> bool + Sync)) -> Vec<Vec<F
 fn edit(mesh: &mut Mesh, criteria: &Criteria) {
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
-    split_long(mesh, criteria, &length, 1.4, &mut Vec::new());
+    split_long(mesh, criteria, &length, 1.4);
     extend_sizing(mesh, &mut length);
     simplify(mesh, criteria, &length, Bounds { short: 0.75, share: COLLAPSE_SHARE });
     flip_edges(mesh, criteria, 3, Flips::ALL);

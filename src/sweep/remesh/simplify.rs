@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::caps::follows_border;
 use super::criteria::Criteria;
 use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
 
@@ -91,10 +90,6 @@ fn collapse_quality(
         let after = [target, before[1], before[2]];
         worst_after = worst_after.min(radius_ratio(after));
         let longest = 1.5 * length[w.0 as usize].min(length[a.0 as usize]);
-        let is_cap = mesh.is_cap(mesh.face(s));
-        if is_cap && !follows_border(criteria.field, after) {
-            return 0.0;
-        }
         if target.distance(before[1]) > longest.max(before[0].distance(before[1])) {
             return 0.0;
         }
@@ -104,9 +99,6 @@ fn collapse_quality(
         return 0.0;
     }
     let wanted = bounds.share * criteria.error;
-    if !keeps_curve(mesh, criteria, h) {
-        return 0.0;
-    }
     let most = if worst_before < criteria.min_quality {
         faces.iter().map(|f| criteria.deviation(f.0)).fold(wanted, f32::max)
     } else {
@@ -114,16 +106,4 @@ fn collapse_quality(
     };
     let good = faces.iter().all(|&(before, after)| criteria.may_change(before, after, most));
     if good { worst_after } else { 0.0 }
-}
-
-/// Whether the border curve is within the tolerance after a collapse, if that is one along it.
-fn keeps_curve(mesh: &Mesh, criteria: &Criteria, h: HalfEdge) -> bool {
-    let (v, w) = (mesh.from(h), mesh.to(h));
-    let Some(next) = mesh.spokes(v).find(|s| *s != h && mesh.is_crease(s.edge())) else {
-        return true;
-    };
-    let (u, border) = (mesh.to(next), mesh.border(v));
-    let deviation =
-        |a: Vertex| criteria.curve_deviation(mesh.position(a), mesh.position(u), border);
-    border == 0 || deviation(w) <= criteria.error.max(deviation(v))
 }

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::{HOLD, March, State, sorted};
 use crate::mesh::Vertex;
-use crate::sweep::front::calendar::Passage;
-use crate::sweep::front::region::Region;
+use crate::sweep::calendar::Passage;
+use crate::sweep::region::Region;
 
 /// Boxes of so many blocks along a side are exact as a whole where more than this share of the blocks in them is that the
 /// surface is in.

@@ -6,14 +6,12 @@ use glam::Vec3;
 
 use super::{March, State};
 use crate::mesh::{Face, Mesh, Vertex, area};
-use crate::sweep::criteria::Criteria;
-use crate::sweep::front::calendar::Passage;
-use crate::sweep::front::check::{open_seam, unlike_parts};
-use crate::sweep::front::region::Link;
-use crate::sweep::front::tracked::{Changes, Tracked, place_of, place_on};
-use crate::sweep::front::transport::{
-    LEAST_AREA, MOST_OFF_REFINED, Moved, Step, distance_by_slope,
-};
+use crate::sweep::calendar::Passage;
+use crate::sweep::check::{open_seam, unlike_parts};
+use crate::sweep::region::Link;
+use crate::sweep::remesh::criteria::Criteria;
+use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
+use crate::sweep::transport::{LEAST_AREA, MOST_OFF_REFINED, Moved, Step, distance_by_slope};
 
 impl March<'_, '_> {
     /// Blocks in which the mesh is not watertight with the exact cells, or not like the isosurface.
@@ -104,7 +102,7 @@ impl March<'_, '_> {
                 self.record.roll_back(mark);
                 return Err(self.blocks_at_samples([stuck.0]));
             }
-            self.tally.passed += 1;
+            self.counts.passed += 1;
             passed_faces.extend(&changes.faces);
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
             for (v, between) in changes.born {

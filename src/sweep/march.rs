@@ -12,6 +12,7 @@ use glam::Vec3;
 
 use super::calendar::{Calendar, Passage};
 use super::exact::Shown;
+use super::initial::InitialMesh;
 use super::mend::{Shape, mend, mend_faults};
 use super::record::Recorder;
 use super::region::{Grid, Region};
@@ -20,11 +21,11 @@ use super::tracked::{Tracked, place_on};
 use super::transport::{
     Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults, typical_slope,
 };
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::kernels::Kernels;
 use crate::kernels::field::Field;
 use crate::mesh::{Face, Vertex};
-use crate::sweep::criteria::Criteria;
+use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::{Counts, Parameters, Sweep};
 use crate::topology::exact::ExactField;
 use length::LONGER;
@@ -43,32 +44,6 @@ const MOST_MENDED: usize = 3;
 
 /// After so many rounds the blocks around those named become exact as well.
 const NAMED_ALONE: usize = 3;
-
-/// What happened.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
-    pub(super) steps: usize,
-    pub(super) rounds: usize,
-    pub(super) exchanges: usize,
-    pub(super) refused_exchanges: usize,
-    pub(super) passed: usize,
-    pub(super) stuck: usize,
-    pub(super) too_long: usize,
-    pub(super) faults: usize,
-    pub(super) unresolved: usize,
-    pub(super) given_up: usize,
-}
-
-impl Tally {
-    /// What a spectrum keeps of it.
-    pub(super) fn tell(&self, counts: &mut Counts) {
-        let taken = self.steps - self.too_long;
-        counts.steps = taken as u64;
-        counts.repeated = (self.rounds - taken) as u64;
-        counts.exchanges = self.exchanges as u64;
-        counts.exchanges_refused = self.refused_exchanges as u64;
-    }
-}
 
 /// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
 #[derive(Clone, Copy, Debug, Default)]
@@ -96,7 +71,7 @@ pub(super) struct March<'s, 'a> {
     grid: Grid,
     pub(super) record: Recorder,
     pub(super) shown: Vec<Shown>,
-    pub(super) tally: Tally,
+    pub(super) counts: Counts,
     step: u32,
     /// Share of the work that is done.
     done: f64,
@@ -112,7 +87,7 @@ impl<'s, 'a> March<'s, 'a> {
             grid,
             record: Recorder::default(),
             shown: Vec::new(),
-            tally: Tally::default(),
+            counts: Counts::default(),
             step: 0,
             done: 0.0,
         }
@@ -130,21 +105,33 @@ impl<'s, 'a> March<'s, 'a> {
         self.sweep.parameters
     }
 
+    /// What a march begins with: everything is exact; or, with a mesh from outside, nothing is.
+    fn begun(&mut self, start: f64, initial: Option<InitialMesh>) -> Result<State> {
+        let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
+            // A closed mesh has no boundary that could be bound.
+            let tracked = Tracked::of(positions, triangles, |_| None, &mut Vec::new());
+            let tracked = tracked.map_err(|at| Error::internal(format!("initial mesh at {at}")))?;
+            (Region::open(self.grid), tracked)
+        } else {
+            let passage = Passage::between(self.exact(), start, start);
+            let blocks = self.calendar.blocks(self.grid, passage);
+            (Region::closed(self.grid, blocks), Tracked::default())
+        };
+        self.record.changed_all(&tracked, start);
+        let since = region.blocks().iter().map(|&b| (b, start)).collect();
+        Ok(State { tracked, region, since, reasons: HashMap::new(), at: start })
+    }
+
     /// Goes up and down from the start.
-    pub(super) fn run(&mut self, start: f64, kernels: &mut dyn Kernels) -> Result<()> {
+    pub(super) fn run(
+        &mut self,
+        start: f64,
+        initial: Option<InitialMesh>,
+        kernels: &mut dyn Kernels,
+    ) -> Result<()> {
         let (low, high) = self.sweep.range;
         let length = self.first_step(start);
-        let mut state = State {
-            tracked: Tracked::default(),
-            region: Region::closed(
-                self.grid,
-                self.calendar.blocks(self.grid, Passage::between(self.exact(), start, start)),
-            ),
-            since: HashMap::new(),
-            reasons: HashMap::new(),
-            at: start,
-        };
-        state.since = state.region.blocks().iter().map(|&b| (b, start)).collect();
+        let mut state = self.begun(start, initial)?;
         self.step = HOLD + 1;
         let around = [(start - length).max(low), (start + length).min(high)];
         let region = self.plan(&mut state, around);
@@ -240,14 +227,13 @@ impl<'s, 'a> March<'s, 'a> {
         kernels: &mut dyn Kernels,
     ) -> Result<bool> {
         self.step += 1;
-        self.tally.steps += 1;
         if self.is_before_events(state, step) {
-            self.tally.too_long += 1;
+            self.counts.too_long += 1;
             return Ok(false);
         }
         let region = self.plan(state, [step.at, step.next]);
         if is_long && !self.is_calm(state, &region) {
-            self.tally.too_long += 1;
+            self.counts.too_long += 1;
             return Ok(false);
         }
         let passage = Passage::between(self.exact(), step.at, step.next);
@@ -255,11 +241,11 @@ impl<'s, 'a> March<'s, 'a> {
         let mut again: Option<Again> = None;
         let (mut mended, mut round) = (0, 0);
         loop {
-            self.tally.rounds += 1;
+            self.counts.repeated += u64::from(again.is_some());
             let moved = self.moved(state, step, again.as_ref(), kernels)?;
             if again.is_none() && self.is_too_long(state, step, &moved) {
                 log::debug!("{} to {} is too long: {:?}", step.at, step.next, moved.named);
-                self.tally.too_long += 1;
+                self.counts.too_long += 1;
                 return Ok(false);
             }
             if mended < MOST_MENDED {
@@ -271,7 +257,6 @@ impl<'s, 'a> March<'s, 'a> {
             }
             let mut stuck = None;
             if moved.places.is_empty() || round >= MOST_ROUNDS {
-                self.tally.unresolved += moved.places.len();
                 stuck = self.slide(state, step, passage, &moved, round < 2 * MOST_ROUNDS).err();
                 if stuck.is_none() {
                     break;
@@ -289,6 +274,7 @@ impl<'s, 'a> March<'s, 'a> {
             again = Some(self.give_way(state, named, round, passage, moved, kernels)?);
             round += 1;
         }
+        self.counts.steps += 1;
         state.at = step.next;
         let criteria = Criteria::new(self.field(), state.at, self.parameters());
         self.mend_and_remesh(state, &criteria);
@@ -306,7 +292,7 @@ impl<'s, 'a> March<'s, 'a> {
                 state.tracked.mesh.n_faces()
             );
         }
-        self.tally.faults += faults.len();
+        self.counts.faults += faults.len() as u64;
         let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
         let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
         for b in places.into_iter().filter_map(|p| self.block_at(p)) {
@@ -340,7 +326,6 @@ impl<'s, 'a> March<'s, 'a> {
         let Some(stuck) = stuck else {
             return moved.places.iter().filter_map(|&p| self.block_at(p)).collect();
         };
-        self.tally.stuck += 1;
         stuck
     }
 

@@ -1,7 +1,6 @@
 //! Refinement: red-green quadrisection (thesis section 3.7) and splits of edges that are too long.
 
 use super::criteria::Criteria;
-use super::glide::{Born, split_edge_of};
 use crate::mesh::{Edge, Face, Mesh, Vertex, area};
 
 /// A face that deviates by more than this many tolerances is quadrisected; one that deviates less
@@ -9,13 +8,8 @@ use crate::mesh::{Edge, Face, Mesh, Vertex, area};
 const QUADRISECT_FROM: f32 = 2.0;
 
 /// Refines the faces that deviate too far and are large enough (thesis section 3.7). `deviations`
-/// by face slot. Adds the new vertices to `born`. Returns how many faces were marked.
-pub(crate) fn refine(
-    mesh: &mut Mesh,
-    criteria: &Criteria,
-    deviations: &[f32],
-    born: &mut Vec<Born>,
-) -> usize {
+/// by face slot. Returns how many faces were marked.
+pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -> usize {
     let deviation = |f: Face| deviations[f.0 as usize];
     let mut marked: Vec<Face> = mesh
         .faces()
@@ -28,7 +22,7 @@ pub(crate) fn refine(
     let n_far = marked.partition_point(|&f| deviation(f) > QUADRISECT_FROM * criteria.error);
     let near: Vec<(Face, [Vertex; 3])> =
         marked[n_far..].iter().map(|&f| (f, mesh.face_vertices(f))).collect();
-    quadrisect(mesh, criteria, &marked[..n_far], born);
+    quadrisect(mesh, criteria, &marked[..n_far]);
     for (f, vertices) in near {
         // A face that a neighbour's refinement has changed waits for the next round.
         if mesh.face_vertices(f) == vertices {
@@ -36,7 +30,7 @@ pub(crate) fn refine(
             let free = sides.iter().filter(|e| !is_fixed(mesh, **e));
             let longest = free.max_by(|a, b| mesh.length(**a).total_cmp(&mesh.length(**b)));
             if let Some(e) = longest {
-                split_edge(mesh, criteria, *e, born);
+                split_edge(mesh, criteria, *e);
             }
         }
     }
@@ -51,13 +45,8 @@ fn is_fixed(mesh: &Mesh, e: Edge) -> bool {
 
 /// Quadrisects the given faces, and bisects or quadrisects their neighbours so that no vertex ends
 /// up inside an edge: a face with two or three split edges is split in four, with one in two.
-/// New vertices are put onto the isosurface. Adds them to `born`, and returns them.
-pub(crate) fn quadrisect(
-    mesh: &mut Mesh,
-    criteria: &Criteria,
-    marked: &[Face],
-    born: &mut Vec<Born>,
-) -> Vec<Vertex> {
+/// New vertices are put onto the isosurface. Returns them.
+pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) -> Vec<Vertex> {
     let mut split = vec![false; mesh.edge_slots()];
     let mut stack: Vec<Face> = marked.to_vec();
     while let Some(f) = stack.pop() {
@@ -91,7 +80,7 @@ pub(crate) fn quadrisect(
     for &e in &edges {
         let h = e.halfedge();
         ends.push((mesh.from(h), mesh.to(h)));
-        middle.push(split_edge(mesh, criteria, e, born));
+        middle.push(split_edge(mesh, criteria, e));
     }
     let find = |a: Vertex, b: Vertex, sorted: &[((Vertex, Vertex), usize)]| {
         let key = (a.min(b), a.max(b));
@@ -115,15 +104,13 @@ pub(crate) fn quadrisect(
     middle
 }
 
-/// Splits every edge longer than `long` times the wanted length, longest first. Adds the new vertices
-/// to `born`.
+/// Splits every edge longer than `long` times the wanted length, longest first. Returns the new vertices.
 pub(crate) fn split_long(
     mesh: &mut Mesh,
     criteria: &Criteria,
     length: &[f32],
     long: f32,
-    born: &mut Vec<Born>,
-) {
+) -> Vec<Vertex> {
     let mut edges: Vec<(f32, Edge)> = mesh
         .edges()
         .filter_map(|e| {
@@ -135,45 +122,19 @@ pub(crate) fn split_long(
         })
         .collect();
     edges.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    for (_, e) in edges {
-        split_edge(mesh, criteria, e, born);
-    }
-}
-
-/// Splits the edges of the border curve that are off it: where the isosurface touches the border, faces beside the
-/// curve lie along the border, and their own deviation says nothing of it. Adds the new vertices to `born`.
-/// Returns how many edges were split.
-pub(crate) fn split_curve(mesh: &mut Mesh, criteria: &Criteria, born: &mut Vec<Born>) -> usize {
-    let is_off = |mesh: &Mesh, e: Edge| {
-        let h = e.halfedge();
-        let (a, b) = (mesh.from(h), mesh.to(h));
-        let border = mesh.border(a) & mesh.border(b);
-        mesh.is_crease(e)
-            && border.count_ones() == 1
-            && !(mesh.is_pinned(a) && mesh.is_pinned(b))
-            && mesh.length(e) > criteria.min_edge
-            && {
-                let off = criteria.curve_deviation(mesh.position(a), mesh.position(b), border);
-                off > criteria.error && off.is_finite()
-            }
-    };
-    let edges: Vec<Edge> = mesh.edges().filter(|&e| is_off(mesh, e)).collect();
-    for &e in &edges {
-        split_edge(mesh, criteria, e, born);
-    }
-    edges.len()
+    edges.into_iter().map(|(_, e)| split_edge(mesh, criteria, e)).collect()
 }
 
 /// Splits one edge in its middle and puts the new vertex onto the isosurface, unless a face would
 /// turn over there.
-fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge, born: &mut Vec<Born>) -> Vertex {
+fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
     let h = e.halfedge();
     let (a, b) = (mesh.from(h), mesh.to(h));
     let along = (mesh.face_normal(mesh.face(h)) + mesh.face_normal(mesh.face(h.twin())))
         .normalize_or_zero();
     let middle = 0.5 * (mesh.position(a) + mesh.position(b));
-    let m = split_edge_of(mesh, e, middle, born);
-    let p = criteria.edge_point(mesh, a, b, along, mesh.border(m));
+    let m = mesh.split_edge(e, middle).vertex;
+    let p = criteria.edge_point(mesh, a, b, along);
     let before: Vec<_> = mesh.spokes(m).map(|s| mesh.face_normal(mesh.face(s))).collect();
     mesh.set_position(m, p);
     let turned =
@@ -219,7 +180,7 @@ mod tests {
         let field = field();
         let criteria = Criteria::new(&field, isovalue, &Parameters::default());
         let n_vertices = mesh.n_vertices();
-        let added = quadrisect(mesh, &criteria, marked, &mut Vec::new());
+        let added = quadrisect(mesh, &criteria, marked);
         mesh.check().expect("refinement keeps the invariants");
         assert_eq!(mesh.euler(), 2);
         assert_eq!(mesh.n_vertices(), n_vertices + added.len());
@@ -273,11 +234,7 @@ mod tests {
             let mut mesh = octahedron();
             let mut deviations = [0.0; 8];
             deviations[3] = tolerances * criteria.error;
-            assert_eq!(
-                refine(&mut mesh, &criteria, &deviations, &mut Vec::new()),
-                n_marked,
-                "{tolerances}"
-            );
+            assert_eq!(refine(&mut mesh, &criteria, &deviations), n_marked, "{tolerances}");
             mesh.check().expect("refinement keeps the invariants");
             assert_eq!((mesh.n_faces(), mesh.euler()), (n_faces, 2), "{tolerances}");
         }
@@ -305,40 +262,9 @@ mod tests {
         let criteria = Criteria::new(&field, ISOVALUE, &Parameters::default());
         let mut mesh = octahedron();
         let edge = RADIUS * std::f32::consts::SQRT_2;
-        let mut added = Vec::new();
-        split_long(&mut mesh, &criteria, &[edge; 6], 1.01, &mut added);
-        assert_eq!(added.len(), 0);
-        split_long(&mut mesh, &criteria, &[0.9 * edge; 6], 1.01, &mut added);
+        assert_eq!(split_long(&mut mesh, &criteria, &[edge; 6], 1.01), []);
+        let added = split_long(&mut mesh, &criteria, &[0.9 * edge; 6], 1.01);
         mesh.check().expect("splits keep the invariants");
         assert_eq!((added.len(), mesh.n_vertices(), mesh.euler()), (12, 18, 2));
-    }
-
-    #[test]
-    fn edges_of_the_border_curve_that_are_off_it_are_split() {
-        // An octahedron whose top has passed the plane z = 16: its curve is a square, the isosurface's a circle.
-        let field = field();
-        let radius = 9.0f32;
-        let criteria =
-            Criteria::new(&field, 1.0 - f64::from(radius / HALF), &Parameters::default());
-        let mut mesh = shapes::octahedron(Vec3::splat(HALF), 14.0);
-        mesh.cross(Vertex(4), 4, |p, q| p.lerp(q, (14.0 - HALF) / 14.0));
-        let curve = |mesh: &Mesh| {
-            let on_curve = mesh.vertices().filter(|&v| mesh.border(v) == 4);
-            on_curve.map(|v| mesh.position(v)).collect::<Vec<_>>()
-        };
-        let on_isosurface = (radius * radius - HALF * HALF).sqrt();
-        for v in mesh.vertices().filter(|&v| mesh.border(v) == 4).collect::<Vec<_>>() {
-            let out = (mesh.position(v) - Vec3::new(HALF, HALF, 2.0 * HALF)).with_z(0.0);
-            let p = Vec3::new(HALF, HALF, 2.0 * HALF) + on_isosurface * out.normalize();
-            mesh.set_position(v, p);
-        }
-        assert_eq!(curve(&mesh).len(), 4);
-        let n = split_curve(&mut mesh, &criteria, &mut Vec::new());
-        mesh.check().expect("splits keep the invariants");
-        assert_eq!((n, curve(&mesh).len()), (4, 8));
-        for p in curve(&mesh) {
-            let off = p.distance(Vec3::new(HALF, HALF, 2.0 * HALF)) - on_isosurface;
-            assert!(off.abs() < 0.5, "{p} is {off} off the circle");
-        }
     }
 }

@@ -2,9 +2,9 @@
 
 use super::{March, State};
 use crate::sweep::Parameters;
-use crate::sweep::front::calendar::Passage;
-use crate::sweep::front::region::Region;
-use crate::sweep::front::transport::{Moved, Step, typical_slope};
+use crate::sweep::calendar::Passage;
+use crate::sweep::region::Region;
+use crate::sweep::transport::{Moved, Step, typical_slope};
 
 /// How far all but one in ten places move in a step, voxels.
 const STEP_LENGTH: f32 = 0.25;

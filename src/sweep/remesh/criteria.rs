@@ -9,20 +9,13 @@ use crate::kernels::project::project_point;
 use crate::kernels::ray::{Slab, Walk, walk};
 use crate::mesh::{Face, Mesh, Vertex, normal, radius_ratio};
 use crate::sweep::Parameters;
-use crate::sweep::caps::inner_gradient;
 
 /// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
 const SAMPLE_SHARE: f32 = 0.72;
 
-/// Shortest edge that refinement aims at, voxels; less on components that are hardly larger.
+/// Shortest edge that refinement aims at, voxels.
 const MIN_EDGE: f32 = 0.35;
-
-/// Even the shortest edges fit into a component so many times.
-const MOST_EDGES_ACROSS: f32 = 8.0;
-
-/// Even the longest edges fit into a component so many times: it does not become a tetrahedron.
-const FEWEST_EDGES_ACROSS: f32 = 3.0;
 
 /// Where the search for another sheet starts, voxels off the vertex.
 const GAP_START: f32 = 0.02;
@@ -77,24 +70,6 @@ impl<'a> Criteria<'a> {
         }
     }
 
-    /// The same criteria for a component as small as `mesh`.
-    pub(crate) fn for_size_of(self, mesh: &Mesh) -> Self {
-        let mut points = mesh.vertices().map(|v| mesh.position(v));
-        let first = points.next().unwrap_or_default();
-        let (low, high) = points.fold((first, first), |(l, h), p| (l.min(p), h.max(p)));
-        let extent = (high - low).max_element();
-        Criteria {
-            min_edge: self.min_edge.min(extent / MOST_EDGES_ACROSS),
-            max_edge: self.max_edge.min(extent / FEWEST_EDGES_ACROSS),
-            ..self
-        }
-    }
-
-    /// The same criteria with a larger tolerance.
-    pub(crate) fn coarser(self, times: f32) -> Self {
-        Criteria { error: times * self.error, ..self }
-    }
-
     /// Distance of a triangle's barycentre from the isosurface along its normal.
     pub(crate) fn deviation(&self, t: [Vec3; 3]) -> f32 {
         face_deviation(self.field, t[0], t[1], t[2], self.isovalue, 1.0)
@@ -109,27 +84,11 @@ impl<'a> Criteria<'a> {
 
     /// Where the middle of an edge belongs on the isosurface; the middle itself if the isosurface
     /// cannot be reached from it within half the edge.
-    pub(crate) fn edge_point(
-        &self,
-        mesh: &Mesh,
-        a: Vertex,
-        b: Vertex,
-        along: Vec3,
-        border: u8,
-    ) -> Vec3 {
+    pub(crate) fn edge_point(&self, mesh: &Mesh, a: Vertex, b: Vertex, along: Vec3) -> Vec3 {
         let (p, q) = (mesh.position(a), mesh.position(b));
         let middle = 0.5 * (p + q);
         let reach = 0.5 * p.distance(q);
-        project_point(self.field, middle, along, border, self.isovalue, reach).unwrap_or(middle)
-    }
-
-    /// How far the middle of an edge of the border curve, between `p` and `q` in the border planes `border`, is
-    /// from the curve in which the isosurface meets the border; infinite if that is not within half the edge.
-    pub(crate) fn curve_deviation(&self, p: Vec3, q: Vec3, border: u8) -> f32 {
-        let middle = 0.5 * (p + q);
-        let (down, reach) = (-inner_gradient(self.field, middle), 0.5 * p.distance(q));
-        project_point(self.field, middle, down, border, self.isovalue, reach)
-            .map_or(f32::INFINITY, |on_curve| on_curve.distance(middle))
+        project_point(self.field, middle, along, 0, self.isovalue, reach).unwrap_or(middle)
     }
 
     /// Distance of a vertex, along its normal, from the nearest other sheet of the isosurface;
@@ -187,16 +146,13 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
     let min_edge = criteria.min_edge.min(max_edge);
     let mut inverse_square = vec![0.0f32; mesh.vertex_slots()];
     let mut count = vec![0u32; mesh.vertex_slots()];
-    for f in mesh.faces() {
+    for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
         let [a, b, c] = mesh.corners(f);
         let square = (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a)) / 3.0;
         let wanted = square * (goal / deviations[f.0 as usize].max(1e-6)).clamp(0.2, 4.0);
         for v in mesh.face_vertices(f) {
-            // Along the border the isosurface proper decides.
-            if !mesh.is_cap(f) || mesh.border(v) == 0 {
-                inverse_square[v.0 as usize] += 1.0 / wanted.max(1e-12);
-                count[v.0 as usize] += 1;
-            }
+            inverse_square[v.0 as usize] += 1.0 / wanted.max(1e-12);
+            count[v.0 as usize] += 1;
         }
     }
     let mut length: Vec<f32> = inverse_square
@@ -208,10 +164,9 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
             },
         )
         .collect();
-    let is_proper = |v: Vertex| mesh.border(v) != 0 || !mesh.is_cap(mesh.face(mesh.outgoing(v)));
     length.par_iter_mut().with_min_len(256).enumerate().for_each(|(slot, l)| {
         let v = Vertex(slot as u32);
-        if mesh.has_vertex(v) && !mesh.is_pinned(v) && is_proper(v) {
+        if mesh.has_vertex(v) && !mesh.is_pinned(v) {
             *l = l.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE));
         }
     });

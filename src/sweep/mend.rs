@@ -14,7 +14,7 @@ use super::tracked::{Tracked, share_exact_cell};
 use super::transport::{MOST_OFF_REFINED, fault, faults};
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
 use crate::sweep::Parameters;
-use crate::sweep::criteria::Criteria;
+use crate::sweep::remesh::criteria::Criteria;
 
 /// How a mesh lies at an isovalue.
 pub(super) struct Shape<'a> {

@@ -13,7 +13,7 @@ use crate::kernels::field::Field;
 use crate::kernels::{Kernels, Status};
 use crate::mesh::{Compacted, Face, Vertex, area, intersecting, normal};
 use crate::sweep::Parameters;
-use crate::sweep::criteria::Criteria;
+use crate::sweep::remesh::criteria::Criteria;
 use crate::topology::exact::ExactField;
 
 /// How far most vertices move in one projection, voxels.
@@ -182,7 +182,7 @@ impl Transport<'_> {
         moved.positions = kernels.positions()?;
         moved.normals = kernels.normals()?;
         moved.vertices = compacted.vertices.clone();
-        let top = crate::sweep::caps::top(self.field);
+        let top = self.field.top();
         for i in (0..positions.len()).filter(|&i| moves(compacted.vertices[i])) {
             let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
             let far = p.distance(q) > MOST_MOTION || self.is_outside(q, top);
@@ -203,7 +203,7 @@ impl Transport<'_> {
         let inside = p.clamp(Vec3::ZERO, top);
         let value = self.field.value(inside) - self.field.isovalue(self.step.next);
         let most = self.parameters.error as f32;
-        beyond > OUTSIDE || value.abs() > most * crate::sweep::caps::inner_slope(self.field, inside)
+        beyond > OUTSIDE || value.abs() > most * self.field.inner_slope(inside)
     }
 
     /// Whether all of a face is there at the end of the step. Where the seam goes over a sample on the way, faces change
@@ -378,7 +378,7 @@ pub(super) fn expected_motion(field: &Field, positions: &[[f32; 3]], at: f64, ne
 
 /// The slope that nine of ten places reach.
 pub(super) fn typical_slope(field: &Field, places: impl Iterator<Item = Vec3>) -> Option<f32> {
-    let mut slopes: Vec<f32> = places.map(|p| crate::sweep::caps::inner_slope(field, p)).collect();
+    let mut slopes: Vec<f32> = places.map(|p| field.inner_slope(p)).collect();
     if slopes.is_empty() {
         return None;
     }

@@ -9,13 +9,13 @@ use super::{March, State};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Vertex, bounds};
-use crate::sweep::front::calendar::Passage;
-use crate::sweep::front::clusters::{Cluster, clusters};
-use crate::sweep::front::exchange::{Exchanged, Refused, exchange};
-use crate::sweep::front::improve::Improvement;
-use crate::sweep::front::part::join;
-use crate::sweep::front::region::Region;
-use crate::sweep::front::tracked::Tracked;
+use crate::sweep::calendar::Passage;
+use crate::sweep::clusters::{Cluster, clusters};
+use crate::sweep::exchange::{Exchanged, Refused, exchange};
+use crate::sweep::part::join;
+use crate::sweep::region::Region;
+use crate::sweep::remesh::improve::Improvement;
+use crate::sweep::tracked::Tracked;
 
 /// An exchange is tried so often before blocks that should be released there stay exact; before whole components of the
 /// mesh become exact; and before everything does.
@@ -91,9 +91,9 @@ impl March<'_, '_> {
             let (before, at, exact) = (&state.tracked, state.at, self.exact());
             let made: Vec<std::result::Result<Exchanged, Refused>> =
                 clusters.par_iter().map(|c| exchange(before, c, regions, exact, at)).collect();
-            self.tally.exchanges += clusters.len();
+            self.counts.exchanges += clusters.len() as u64;
             let refused = self.commit(state, &target, &clusters, made, new);
-            self.tally.refused_exchanges += refused.len();
+            self.counts.exchanges_refused += refused.len() as u64;
             log::debug!(
                 "{} of {} clusters refused: {:?}",
                 refused.len(),
@@ -242,7 +242,7 @@ impl March<'_, '_> {
         let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
         if added.is_empty() || attempt >= MOST_EXCHANGES {
             log::debug!("given up");
-            self.tally.given_up += 1;
+            self.counts.given_up += 1;
             *target = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
         } else {
             self.calendar.close_around(target, passage, &added);

@@ -3,15 +3,12 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::caps::follows_border;
 use super::criteria::Criteria;
 use crate::mesh::{Edge, Mesh, normal, radius_ratio};
 
 /// Which flips are made.
 #[derive(Clone, Copy)]
 pub(crate) struct Flips {
-    /// The edges before and after are at most so far apart, voxels: so far the surface jumps.
-    pub(crate) most_apart: f32,
     /// A flip must raise the worse radius ratio of the two triangles by this much,
     pub(crate) gain: f32,
     /// where that is below this one.
@@ -20,12 +17,7 @@ pub(crate) struct Flips {
 
 impl Flips {
     /// Whatever makes triangles better.
-    pub(crate) const ALL: Flips = Flips { most_apart: f32::INFINITY, gain: 0.02, poor: 1.0 };
-
-    /// Whatever makes triangles better and moves the surface by no more than so many voxels.
-    pub(crate) fn within(most_apart: f32) -> Flips {
-        Flips { most_apart, ..Flips::ALL }
-    }
+    pub(crate) const ALL: Flips = Flips { gain: 0.02, poor: 1.0 };
 }
 
 /// Triangles that deviate by more than this share of the tolerance are off: no flip makes any.
@@ -84,13 +76,6 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, flips: Flips) -> bo
     let (c, d) = (at(mesh.to(mesh.next(h))), at(mesh.to(mesh.next(h.twin()))));
     let before: [[Vec3; 3]; 2] = [[a, b, c], [b, a, d]];
     let after: [[Vec3; 3]; 2] = [[a, d, c], [d, b, c]];
-    if (c - a).dot((b - a).cross(d - c).normalize_or_zero()).abs() > flips.most_apart {
-        return false;
-    }
-    let is_cap = mesh.is_cap(mesh.face(h)) || mesh.is_cap(mesh.face(h.twin()));
-    if is_cap && after.iter().any(|&t| !follows_border(criteria.field, t)) {
-        return false;
-    }
     // Both new triangles face the side that both old ones face.
     let n = (normal(before[0]).normalize_or_zero() + normal(before[1]).normalize_or_zero())
         .normalize_or_zero();
@@ -104,7 +89,7 @@ fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, flips: Flips) -> bo
         let after = deviation(after);
         return after <= OFF_SHARE * criteria.error || after <= deviation(before);
     }
-    if is_cap || worst_after < NEARER_QUALITY {
+    if worst_after < NEARER_QUALITY {
         return false;
     }
     let far = deviation(before);
@@ -151,28 +136,21 @@ mod tests {
     }
 
     /// Whether the edge over the square goes along the ridge after all flips are made.
-    fn goes_along_ridge(slope: f32, most_apart: f32) -> bool {
+    fn goes_along_ridge(slope: f32) -> bool {
         let (field, mut mesh) = (roof(slope), across(slope));
         let criteria = Criteria::new(&field, ISOVALUE, &Parameters::default());
-        flip_edges(&mut mesh, &criteria, 2, Flips::within(most_apart));
+        flip_edges(&mut mesh, &criteria, 2, Flips::ALL);
         mesh.check().expect("flips keep the invariants");
         mesh.find_halfedge(Vertex(0), Vertex(1)).is_some()
     }
 
     #[test]
     fn an_edge_across_a_ridge_is_flipped_though_the_triangles_get_no_better() {
-        assert!(goes_along_ridge(0.3, f32::INFINITY));
+        assert!(goes_along_ridge(0.3));
     }
 
     #[test]
     fn triangles_that_follow_the_isosurface_stay() {
-        assert!(!goes_along_ridge(0.01, f32::INFINITY));
-    }
-
-    #[test]
-    fn the_surface_jumps_no_farther_than_told() {
-        // The two edges are 4 slopes apart.
-        assert!(goes_along_ridge(0.3, 1.3));
-        assert!(!goes_along_ridge(0.3, 1.1));
+        assert!(!goes_along_ridge(0.01));
     }
 }
