@@ -70,6 +70,11 @@ class Viewer {
         this.selection.forget();
         this.isWhole = true;
         this.isListed = false;
+        // The isosurfaces beside the first are to fit, too, unless the reader looks from elsewhere by now.
+        if (this.extras.length > 0 && this.fitted === JSON.stringify(this.view)) {
+            Object.assign(this.view, this.firstView);
+            this.isFitWanted = true;
+        }
         // The device may be lost just now; who brings it back takes over the whole, too.
         const { renderer } = this;
         try {
@@ -319,6 +324,7 @@ class Viewer {
         const { distance } = this.view;
         const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.based(), width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
+        this.fitted = JSON.stringify(this.view);
     }
 
     /** Gives the canvas as many pixels as it covers. */

@@ -85,7 +85,7 @@ describe("sights", () => {
         await page.locator("#clip").selectOption("");
         await page.locator("#opacity").fill("1");
         await page.locator("#also button").click();
-        await page.waitForFunction(() => /clip=no.*opacity=1&also=/.test(location.hash));
+        await page.waitForFunction(() => ["clip=no", "opacity=1", "also=&"].every((told) => `${location.hash}&`.includes(told)));
         await reopen(page);
         const again = await state(page);
         assert.deepEqual([again.clip, again.opacity, again.extras], [null, 1, []]);
