@@ -410,7 +410,7 @@ fn folder_for_the_browser() -> Folder {
     let shaded = shaded_pages(&folder);
     write_colors(&folder, isovalues[1]);
     write_up(&folder, isovalues[1]);
-    write_sights(&folder, isovalues[1]);
+    write_sights(&folder, isovalues[2]);
     let events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
     let expected = serde_json::json!({
         "range": [low, high],

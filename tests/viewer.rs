@@ -433,8 +433,10 @@ fn what_the_panel_offers_is_done() {
 #[test]
 fn what_render_draws_over_and_darkens_the_window_shows_too() {
     let server = Server::start();
-    let folder = Folder::with_spectrum();
-    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2"]);
+    let folder = Folder::new();
+    // A ring, which has a hollow.
+    folder.run(&["compute", "--phantom", "torus:14", "--backend", "cpu", "-o", "s.isp"]);
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.65"]);
     window.point(400, 250);
     let plain = window.picture();
     for (key, flags) in [
@@ -456,7 +458,7 @@ fn what_render_draws_over_and_darkens_the_window_shows_too() {
         assert!(seen.difference(&plain) > 0.005, "{key} changes the picture");
         if flags[0] != "--camera" {
             let size = format!("{}x{}", seen.width, seen.height());
-            let base = ["render", "s.isp", "-c", "0.2", "--size", &size, "-o", "r.png"];
+            let base = ["render", "s.isp", "-c", "0.65", "--size", &size, "-o", "r.png"];
             folder.run(&[&base[..], flags].concat());
             let rendered = Picture::read(&folder.path().join("r.png"));
             std::fs::remove_file(folder.path().join("r.png")).expect("removed");
@@ -468,7 +470,6 @@ fn what_render_draws_over_and_darkens_the_window_shows_too() {
         assert_eq!(window.picture().difference(&plain), 0.0, "and back after {key}");
     }
     let (isovalue, _) = window.seen();
-    // A ball has events where it comes and where its corners meet the border.
     window.input("key n");
     let up = window.wait_for_isovalue(|c| c > isovalue);
     window.input("key p");

@@ -36,6 +36,7 @@ pub(super) fn show(ui: &mut Ui, folder: &Path) -> Option<Choice> {
                 choice = Some(Choice::Open);
             }
             ui.add_space(6.0);
+            let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
             ui.label(format!("or drop files here; what is saved goes to {}", folder.display()));
             ui.add_space(14.0);
             ui.label("or try a built-in one");
