@@ -48,9 +48,9 @@ use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 use chords::split_chords;
-use exact::Swept;
+use exact::{Swept, Thinning};
 use initial::InitialMesh;
-use march::March;
+use march::{Marched, march};
 use region::Grid;
 use shared::Shared;
 
@@ -125,13 +125,11 @@ pub(crate) fn checked_range(volume: &Volume, parameters: &Parameters) -> Result<
 
 /// All of a sweep, as one patch: the march's record, and the exact cells while they are exact.
 fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)> {
-    let mut march = March::new(sweep);
-    let mut kernels = sweep.backend.kernels(&sweep.field)?;
-    march.run(sweep.start_isovalue(), initial, &mut *kernels)?;
-    log::info!("{:?}", march.counts);
+    let is_given = initial.is_some();
+    let Marched { mut record, mut shown, counts } = march(sweep, initial)?;
+    log::info!("{counts:?}");
     let grid = Grid::of(&sweep.exact);
     let (low, high) = sweep.range;
-    let mut shown = std::mem::take(&mut march.shown);
     let shared = Shared::of(&sweep.exact);
     let own = region::layer(grid).filter(|&cell| !shared.is_beyond(cell));
     shown.extend(own.map(|cell| (cell, low, high)));
@@ -143,13 +141,15 @@ fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)>
             _ => joined.push(s),
         }
     }
-    let mut record = std::mem::take(&mut march.record);
     let n_tracked = record.lives.len();
     let mut inner = exact::extend(&mut record, &sweep.exact, &sweep.topology, &joined);
     log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
     split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
+    // A mesh from outside is shown as it was given.
+    let kept = sweep.parameters.start.filter(|_| is_given);
     let error = KNOT_SHARE * sweep.parameters.error as f32;
-    Ok((exact::patch(record, &inner, &sweep.exact, sweep.range, error), march.counts))
+    let thinning = Thinning { error, kept };
+    Ok((exact::patch(record, &inner, &sweep.exact, sweep.range, thinning), counts))
 }
 
 /// The spectrum of what was swept.
@@ -199,25 +199,6 @@ impl Sweep<'_> {
     fn events(&self, (low, high): (f64, f64)) -> Vec<Event> {
         let inside = |e: &Event| low <= e.isovalue && e.isovalue <= high;
         self.topology.net_events().into_iter().filter(inside).collect()
-    }
-
-    /// The isovalue that the sweep starts from: as told, else the middle of the longest arc inside the range; between two
-    /// samples' values where samples are integers.
-    fn start_isovalue(&self) -> f64 {
-        if let Some(start) = self.parameters.start {
-            return start;
-        }
-        let arcs = self.topology.arcs.iter();
-        let shown = arcs.map(|a| (a.birth.max(self.range.0), a.death.min(self.range.1)));
-        let length = |(low, high): &(f64, f64)| high - low;
-        let longest = shown.filter(|a| a.0 < a.1).min_by(|a, b| length(b).total_cmp(&length(a)));
-        let Some((low, high)) = longest else { return self.range.0 };
-        // Halves do not overflow; between neighbouring numbers the middle rounds to one of them.
-        let middle = 0.5 * low + 0.5 * high;
-        let middle = if middle < high { middle } else { low };
-        let between = middle.floor() + 0.5;
-        let integer = self.exact.volume().samples().is_integer();
-        if integer && low < between && between < high { between } else { middle }
     }
 
     /// [`Error::Interrupted`] if the caller wants the sweep to stop.

@@ -58,6 +58,15 @@ impl Passage {
 }
 
 impl<'a> Calendar<'a> {
+    /// Which share of the work of a range is between two isovalues in it: the way along the range, and the samples passed,
+    /// half each.
+    pub(super) fn work(&self, (low, high): (f64, f64), [from, to]: [f64; 2]) -> f64 {
+        let n = |a: f64, b: f64| self.samples(Passage::between(self.field, a, b)).len() as f64;
+        // Halves do not overflow.
+        let way = (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low);
+        0.5 * (way + n(from, to) / n(low, high).max(1.0))
+    }
+
     pub(super) fn new(field: &'a ExactField<'a>, topology: &Topology) -> Calendar<'a> {
         let [nx, ny, nz] = field.dims();
         let [_, sy, sz] = field.strides();
@@ -106,8 +115,8 @@ impl<'a> Calendar<'a> {
     }
 
     /// The critical points passed, ascending.
-    pub(super) fn critical(&self, passage: Passage) -> impl Iterator<Item = Place> {
-        passage.of(&self.critical, |c| c.0).iter().map(|c| c.1)
+    pub(super) fn critical(&self, passage: Passage) -> &[(i128, Place)] {
+        passage.of(&self.critical, |c| c.0)
     }
 
     /// The blocks with flat squares over which an isosurface of the passage jumps.

@@ -11,6 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::exchange::Exchanged;
 use super::polyline::polyline;
@@ -19,37 +20,32 @@ use super::tracked::{Tracked, place_of};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::count::count_parts;
 use crate::extract::extract_cell;
-use crate::mesh::Vertex;
+use crate::mesh::{Edge, Vertex};
 use crate::topology::exact::ExactField;
 
-/// All squares between exact cells and others, ascending.
+/// All squares between exact cells and others.
 fn seam(region: &Region) -> Vec<Square> {
     let grid = region.grid;
-    let mut squares = Vec::new();
-    for &block in region.blocks() {
-        for cell in grid.cells_of(block) {
-            let sides = grid.squares_of(cell).into_iter();
-            squares.extend(sides.filter(|s| !region.is_exact(s.1)).map(|s| s.0));
-        }
-    }
-    let [nx, ny, nz] = grid.dims;
+    let blocks: Vec<u32> = region.blocks().iter().copied().collect();
+    let of_block = |block: u32| {
+        let sides = grid.cells_of(block).flat_map(move |cell| grid.squares_of(cell));
+        sides.filter(|s| !region.is_exact(s.1)).map(|s| s.0)
+    };
+    let mut squares: Vec<Square> =
+        blocks.into_par_iter().with_min_len(64).flat_map_iter(of_block).collect();
     for axis in 0..3usize {
         let [b, c] = [1, 2].map(|n| (axis + n) % 3);
-        let dims = [nx, ny, nz];
-        for j in 1..dims[b] - 2 {
-            for k in 1..dims[c] - 2 {
-                for plane in [1, dims[axis] - 2] {
+        for plane in [1, grid.dims[axis] - 2] {
+            let rows = (1..grid.dims[b] - 2).into_par_iter().flat_map_iter(|j| {
+                (1..grid.dims[c] - 2).map(move |k| {
                     let mut p = [0; 3];
                     (p[axis], p[b], p[c]) = (plane, j, k);
-                    let s = Square { corner: grid.vertex(p), axis: axis as u8 };
-                    if region.is_seam(s) {
-                        squares.push(s);
-                    }
-                }
-            }
+                    Square { corner: grid.vertex(p), axis: axis as u8 }
+                })
+            });
+            squares.par_extend(rows.filter(|&s| region.is_seam(s)));
         }
     }
-    squares.sort_unstable();
     squares
 }
 
@@ -297,35 +293,51 @@ pub(super) fn unlike_before(before: &Tracked, exchanged: &Exchanged, change: &Ch
     samples
 }
 
-/// Samples near which the mesh's boundary is not the exact extraction's polyline on the seam.
+/// Samples near which the mesh's boundary is not the exact extraction's polyline on the seam, ascending.
 pub(super) fn open_seam(
     tracked: &Tracked,
     region: &Region,
     field: &ExactField,
     isovalue: f64,
-) -> BTreeSet<u32> {
+) -> Vec<u32> {
     let mesh = &tracked.mesh;
-    let mut bad = BTreeSet::new();
-    let mut left: HashMap<[LatticeEdge; 2], usize> = HashMap::new();
-    for f in mesh.faces().filter(|&f| !mesh.is_cap(f)) {
-        for h in mesh.face_halfedges(f).into_iter().filter(|&h| tracked.is_boundary(h)) {
-            match [mesh.from(h), mesh.to(h)].map(|v| tracked.key(v)) {
-                [Some(a), Some(b)] => *left.entry([a.min(b), a.max(b)]).or_default() += 1,
-                keys => bad.extend(keys.into_iter().flatten().map(|e| e.from)),
+    let sorted = |[a, b]: [LatticeEdge; 2]| [a.min(b), a.max(b)];
+    let sides = (0..mesh.edge_slots() as u32).into_par_iter().map(Edge).with_min_len(1024);
+    let keys = sides.filter(|&e| mesh.has_edge(e) && mesh.is_crease(e)).map(|e| {
+        let h = e.halfedge();
+        [mesh.from(h), mesh.to(h)].map(|v| tracked.key(v))
+    });
+    let keys: Vec<[Option<LatticeEdge>; 2]> = keys.collect();
+    let mut bad = Vec::new();
+    let mut found = Vec::with_capacity(keys.len());
+    for keys in keys {
+        match keys {
+            [Some(a), Some(b)] => found.push(sorted([a, b])),
+            keys => bad.extend(keys.into_iter().flatten().map(|e| e.from)),
+        }
+    }
+    let wanted = seam(region).into_par_iter().with_min_len(256);
+    let wanted = wanted.flat_map_iter(|s| polyline(field, region.grid, s, isovalue)).map(sorted);
+    let mut wanted: Vec<[LatticeEdge; 2]> = wanted.collect();
+    found.par_sort_unstable();
+    wanted.par_sort_unstable();
+    // What is in one of the two and not in the other.
+    let (mut i, mut j) = (0, 0);
+    while i < found.len() || j < wanted.len() {
+        match (found.get(i), wanted.get(j)) {
+            (Some(f), Some(w)) if f == w => (i, j) = (i + 1, j + 1),
+            (Some(f), w) if w.is_none_or(|w| f < w) => {
+                bad.push(f[0].from);
+                i += 1;
+            }
+            (_, w) => {
+                bad.extend(w.map(|w| w[0].from));
+                j += 1;
             }
         }
     }
-    for s in seam(region) {
-        for [a, b] in polyline(field, region.grid, s, isovalue) {
-            match left.get_mut(&[a.min(b), a.max(b)]) {
-                Some(n) if *n > 0 => *n -= 1,
-                _ => {
-                    bad.insert(s.corner);
-                }
-            }
-        }
-    }
-    bad.extend(left.into_iter().filter(|(_, n)| *n > 0).map(|([a, _], _)| a.from));
+    bad.sort_unstable();
+    bad.dedup();
     bad
 }
 

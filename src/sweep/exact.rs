@@ -285,14 +285,22 @@ pub(in crate::sweep) struct Swept {
     pub(in crate::sweep) shared: Vec<(u32, WholeEdge)>,
 }
 
-/// One patch of all triangles, those of the tracked mesh first. `error`: by how much knots that are left out may be off,
-/// voxels.
+/// Which knots are left out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Thinning {
+    /// By how much they may be off, voxels.
+    pub(super) error: f32,
+    /// An isovalue at which none is.
+    pub(super) kept: Option<f64>,
+}
+
+/// One patch of all triangles, those of the tracked mesh first.
 pub(super) fn patch(
     record: Recorder,
     inner: &[Vec<(f64, Vec3)>],
     field: &ExactField,
     range: (f64, f64),
-    error: f32,
+    thinning: Thinning,
 ) -> Swept {
     let mut lives = record.lives;
     lives.par_sort_unstable_by(by_triangle);
@@ -306,7 +314,7 @@ pub(super) fn patch(
     let thinned: HashMap<u32, Vec<(f64, Vec3)>> = tracks
         .par_iter()
         .filter_map(|t| match t {
-            Track::Own(n) => Some((*n, thinned(&record.knots[*n as usize], error))),
+            Track::Own(n) => Some((*n, thinned(&record.knots[*n as usize], thinning))),
             _ => None,
         })
         .collect();
@@ -375,7 +383,7 @@ pub(super) fn patch(
 }
 
 /// The knots of one trajectory that stay, by isovalue.
-fn thinned(knots: &[OwnKnot], error: f32) -> Vec<(f64, Vec3)> {
+fn thinned(knots: &[OwnKnot], Thinning { error, kept }: Thinning) -> Vec<(f64, Vec3)> {
     let mut knots = knots.to_vec();
     knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
     knots.dedup_by(|b, a| a.isovalue == b.isovalue);
@@ -385,7 +393,7 @@ fn thinned(knots: &[OwnKnot], error: f32) -> Vec<(f64, Vec3)> {
             isovalue: k.isovalue,
             position: k.position,
             normal: k.normal,
-            stays: false,
+            stays: kept == Some(k.isovalue),
         })
         .collect();
     let stay = thin(&places, Bound::new(error, 1.0));

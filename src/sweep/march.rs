@@ -1,4 +1,4 @@
-//! One march over the sampling isovalues for the whole isosurface, by steps of some length (`march/length.rs`): plan
+//! One march over the sampling isovalues for the whole isosurface, up and down from one, by steps of some length (`march/length.rs`): plan
 //! (`march/plan.rs`), exchange (`march/exchanges.rs`), move, check, slide (`march/slide.rs`), remesh, record.
 
 mod exchanges;
@@ -7,6 +7,7 @@ mod plan;
 mod slide;
 
 use std::collections::{BTreeSet, HashMap};
+use std::sync::{Mutex, PoisonError};
 
 use glam::Vec3;
 
@@ -26,9 +27,9 @@ use crate::kernels::Kernels;
 use crate::kernels::field::Field;
 use crate::mesh::{Face, Vertex};
 use crate::sweep::remesh::criteria::Criteria;
-use crate::sweep::{Counts, Parameters, Sweep};
+use crate::sweep::{Counts, Parameters, Progress, Sweep};
 use crate::topology::exact::ExactField;
-use length::LONGER;
+use length::{LONGER, start};
 
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
@@ -64,33 +65,100 @@ struct State {
     at: f64,
 }
 
-/// See the module.
-pub(super) struct March<'s, 'a> {
-    sweep: &'s Sweep<'a>,
-    calendar: Calendar<'s>,
-    grid: Grid,
+/// How much of the work is done.
+struct Done<'s> {
+    share: Mutex<f64>,
+    progress: &'s dyn Progress,
+}
+
+impl Done<'_> {
+    /// Tells that more of it is.
+    fn tell(&self, share: f64) {
+        let mut done = self.share.lock().unwrap_or_else(PoisonError::into_inner);
+        *done += share;
+        self.progress.report(done.min(1.0), "tracking");
+    }
+}
+
+/// What both directions have written down.
+pub(super) struct Marched {
     pub(super) record: Recorder,
     pub(super) shown: Vec<Shown>,
     pub(super) counts: Counts,
+}
+
+/// Goes up and down from the start, both at once.
+pub(super) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<Marched> {
+    let calendar = Calendar::new(&sweep.exact, &sweep.topology);
+    let start = sweep.parameters.start.unwrap_or_else(|| start(sweep, &calendar));
+    let done = Done { share: Mutex::new(0.0), progress: sweep.progress };
+    let mut kernels = sweep.backend.kernels(&sweep.field)?;
+    let (low, high) = sweep.range;
+    let (mut up, mut state) = March::begun(sweep, &calendar, &done, (start, initial))?;
+    let length = up.first_step(start);
+    let around = [(start - length).max(low), (start + length).min(high)];
+    let region = up.plan(&mut state, around);
+    let passage = Passage::between(&sweep.exact, around[0], around[1]);
+    up.exchange(&mut state, region, passage, &mut *kernels)?;
+    let mut down = up.other();
+    let n_common = down.record.knots.len();
+    let begun = state.clone();
+    let (went_up, went_down) = rayon::join(
+        || up.go(state, high, length, &mut *kernels),
+        || down.go(begun, low, length, &mut *sweep.backend.kernels(&sweep.field)?),
+    );
+    went_up.and(went_down)?;
+    let March { mut record, mut shown, mut counts, .. } = up;
+    record.join(down.record, n_common);
+    shown.extend(down.shown);
+    counts.add(&down.counts);
+    sweep.progress.report(1.0, "tracking");
+    Ok(Marched { record, shown, counts })
+}
+
+/// A march in one direction.
+struct March<'s, 'a> {
+    sweep: &'s Sweep<'a>,
+    calendar: &'s Calendar<'s>,
+    grid: Grid,
+    record: Recorder,
+    shown: Vec<Shown>,
+    counts: Counts,
     step: u32,
-    /// Share of the work that is done.
-    done: f64,
+    done: &'s Done<'s>,
 }
 
 impl<'s, 'a> March<'s, 'a> {
-    pub(super) fn new(sweep: &'s Sweep<'a>) -> Self {
-        let exact = &sweep.exact;
-        let grid = Grid::of(exact);
-        March {
-            sweep,
-            calendar: Calendar::new(exact, &sweep.topology),
-            grid,
-            record: Recorder::default(),
-            shown: Vec::new(),
-            counts: Counts::default(),
-            step: 0,
-            done: 0.0,
-        }
+    /// Begins: everything is exact; or, with a mesh from outside, nothing is.
+    fn begun(
+        sweep: &'s Sweep<'a>,
+        calendar: &'s Calendar<'s>,
+        done: &'s Done<'s>,
+        (start, initial): (f64, Option<InitialMesh>),
+    ) -> Result<(March<'s, 'a>, State)> {
+        let grid = Grid::of(&sweep.exact);
+        let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
+            // A closed mesh has no boundary that could be bound.
+            let tracked = Tracked::of(positions, triangles, |_| None, &mut Vec::new());
+            let tracked = tracked.map_err(|at| Error::internal(format!("initial mesh at {at}")))?;
+            (Region::open(grid), tracked)
+        } else {
+            let passage = Passage::between(&sweep.exact, start, start);
+            (Region::closed(grid, calendar.blocks(grid, passage)), Tracked::default())
+        };
+        let mut record = Recorder::default();
+        record.changed_all(&tracked, start);
+        let (shown, counts, step) = (Vec::new(), Counts::default(), HOLD + 1);
+        let march = March { sweep, calendar, grid, record, shown, counts, step, done };
+        let since = region.blocks().iter().map(|&b| (b, start)).collect();
+        Ok((march, State { tracked, region, since, reasons: HashMap::new(), at: start }))
+    }
+
+    /// The same march, to go on otherwise from where it is: with nothing counted and shown.
+    fn other(&self) -> Self {
+        let March { sweep, calendar, grid, step, done, .. } = *self;
+        let (shown, counts) = (Vec::new(), Counts::default());
+        March { sweep, calendar, grid, record: self.record.clone(), shown, counts, step, done }
     }
 
     fn exact(&self) -> &'s ExactField<'a> {
@@ -105,56 +173,15 @@ impl<'s, 'a> March<'s, 'a> {
         self.sweep.parameters
     }
 
-    /// What a march begins with: everything is exact; or, with a mesh from outside, nothing is.
-    fn begun(&mut self, start: f64, initial: Option<InitialMesh>) -> Result<State> {
-        let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
-            // A closed mesh has no boundary that could be bound.
-            let tracked = Tracked::of(positions, triangles, |_| None, &mut Vec::new());
-            let tracked = tracked.map_err(|at| Error::internal(format!("initial mesh at {at}")))?;
-            (Region::open(self.grid), tracked)
-        } else {
-            let passage = Passage::between(self.exact(), start, start);
-            let blocks = self.calendar.blocks(self.grid, passage);
-            (Region::closed(self.grid, blocks), Tracked::default())
-        };
-        self.record.changed_all(&tracked, start);
-        let since = region.blocks().iter().map(|&b| (b, start)).collect();
-        Ok(State { tracked, region, since, reasons: HashMap::new(), at: start })
-    }
-
-    /// Goes up and down from the start.
-    pub(super) fn run(
-        &mut self,
-        start: f64,
-        initial: Option<InitialMesh>,
-        kernels: &mut dyn Kernels,
-    ) -> Result<()> {
-        let (low, high) = self.sweep.range;
-        let length = self.first_step(start);
-        let mut state = self.begun(start, initial)?;
-        self.step = HOLD + 1;
-        let around = [(start - length).max(low), (start + length).min(high)];
-        let region = self.plan(&mut state, around);
-        let passage = Passage::between(self.exact(), around[0], around[1]);
-        self.exchange(&mut state, region, passage, kernels)?;
-        let snapshot = self.record.snapshot();
-        let begun = state.clone();
-        self.go(&mut state, high, length, kernels)?;
-        self.record.restore(snapshot);
-        state = begun;
-        self.go(&mut state, low, length, kernels)?;
-        self.sweep.progress.report(1.0, "tracking");
-        Ok(())
-    }
-
     /// Marches to an isovalue.
     fn go(
         &mut self,
-        state: &mut State,
+        mut state: State,
         last: f64,
         mut length: f64,
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
+        let state = &mut state;
         let mut usual = length;
         while state.at != last {
             self.sweep.cancelled()?;
@@ -165,7 +192,7 @@ impl<'s, 'a> March<'s, 'a> {
                 length = 0.5 * (step.next - step.at).abs();
                 continue;
             }
-            self.tell_progress(step);
+            self.done.tell(self.calendar.work(self.sweep.range, [step.at, step.next]));
             if let Some(fixed) = self.fixed() {
                 (usual, length) = (fixed, fixed);
                 continue;
@@ -185,17 +212,6 @@ impl<'s, 'a> March<'s, 'a> {
             self.show(block, since, last);
         }
         Ok(())
-    }
-
-    /// Tells that a step is done: by the way along the range, and by the samples passed, half each.
-    fn tell_progress(&mut self, step: Step) {
-        let (low, high) = self.sweep.range;
-        let n = |a: f64, b: f64| {
-            self.calendar.samples(Passage::between(self.exact(), a, b)).len() as f64
-        };
-        let samples = n(step.at, step.next) / n(low, high).max(1.0);
-        self.done += 0.5 * ((step.next - step.at).abs() / (high - low) + samples);
-        self.sweep.progress.report(self.done.min(1.0), "tracking");
     }
 
     /// Writes down that a block was exact between two isovalues.

@@ -93,6 +93,22 @@ impl Recorder {
         self.restore(mark.snapshot);
     }
 
+    /// Adds what another recorder has written that was a copy of this one.
+    pub(super) fn join(&mut self, mut other: Recorder, n_common: usize) {
+        let n = self.knots.len() - n_common;
+        let mut knots = std::mem::take(&mut other.knots).into_iter();
+        for (own, others) in self.knots.iter_mut().zip(knots.by_ref().take(n_common)) {
+            own.extend(others);
+        }
+        self.knots.extend(knots);
+        let number = |t: Track| match t {
+            Track::Own(i) if i as usize >= n_common => Track::Own(i + n as u32),
+            t => t,
+        };
+        let others = other.lives.into_iter();
+        self.lives.extend(others.map(|l| Life { vertices: l.vertices.map(number), ..l }));
+    }
+
     /// The knots of a vertex's own trajectory.
     fn own(&mut self, v: Vertex) -> Option<&mut Vec<OwnKnot>> {
         match self.tracks.get(v.0 as usize) {

@@ -1,10 +1,10 @@
 //! How long a step is.
 
 use super::{March, State};
-use crate::sweep::Parameters;
-use crate::sweep::calendar::Passage;
+use crate::sweep::calendar::{Calendar, Passage};
 use crate::sweep::region::Region;
 use crate::sweep::transport::{Moved, Step, typical_slope};
+use crate::sweep::{Parameters, Sweep};
 
 /// How far all but one in ten places move in a step, voxels.
 const STEP_LENGTH: f32 = 0.25;
@@ -20,9 +20,31 @@ const FAR: f64 = 0.25;
 /// A step is taken shorter where more than this share of the faces cannot follow it.
 const TOO_LONG_SHARE: f64 = 0.03;
 
+/// So often the range is halved in search of the start: as fine as the shortest step.
+const START_HALVINGS: usize = 14;
+
 /// The shortest step, as a share of the range; and of a grey level.
 const SHORTEST: f64 = 1e-4;
 const SHORTEST_OF_LEVEL: f64 = 0.125;
+
+/// The isovalue that a sweep starts from: with half of the work on either side of it; between two samples' values where
+/// samples are integers.
+pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
+    let (low, high) = sweep.range;
+    let (mut below, mut above) = (low, high);
+    for _ in 0..START_HALVINGS {
+        // Halves do not overflow.
+        let middle = 0.5 * below + 0.5 * above;
+        if calendar.work(sweep.range, [low, middle]) < 0.5 {
+            below = middle;
+        } else {
+            above = middle;
+        }
+    }
+    let between = below.floor() + 0.5;
+    let integer = sweep.exact.volume().samples().is_integer();
+    if integer && low < between && between < high { between } else { below }
+}
 
 impl March<'_, '_> {
     /// From one isovalue at which samples may be passed to the next: a grey level, or nothing.

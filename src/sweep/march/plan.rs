@@ -36,7 +36,7 @@ impl March<'_, '_> {
             reason.until = reason.until.max(self.step + HOLD);
         }
         let mut region = Region::open(self.grid);
-        for &b in soon.iter().filter(|b| state.region.blocks().contains(b)) {
+        for &b in soon.iter().filter(|b| state.region.holds(**b)) {
             region.add(b);
         }
         for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1.until >= self.step) {
@@ -98,9 +98,13 @@ impl March<'_, '_> {
         blocks
     }
 
-    /// The blocks near something critical in a passage.
-    pub(super) fn busy(&self, passage: Passage) -> BTreeSet<u32> {
-        let cells = self.calendar.critical(passage).flat_map(|place| self.grid.cells_at(place));
-        cells.filter_map(|cell| self.grid.block_of_cell(cell)).collect()
+    /// The blocks near something critical in a passage, ascending.
+    pub(super) fn busy(&self, passage: Passage) -> Vec<u32> {
+        let places = self.calendar.critical(passage);
+        let cells = places.par_iter().flat_map_iter(|&(_, place)| self.grid.cells_at(place));
+        let mut blocks: Vec<u32> = cells.filter_map(|cell| self.grid.block_of_cell(cell)).collect();
+        blocks.par_sort_unstable();
+        blocks.dedup();
+        blocks
     }
 }
