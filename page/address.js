@@ -1,5 +1,5 @@
 // The part of the page's address after the hash, which leads back to what is seen:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
 // (keep: the number of components, min_volume: cubic voxels)
 
 /** What the address asks for. */
@@ -20,8 +20,12 @@ function applyAddress(viewer) {
     if (Object.hasOwn(viewer.about.maps, asked.get("map"))) viewer.setColoring({ map: asked.get("map") });
     const clip = /^(-?)([xyz]),([\d.]+)$/.exec(asked.get("clip") ?? "");
     if (clip) viewer.setLook({ clip: { axis: "xyz".indexOf(clip[2]), share: Math.min(Number(clip[3]), 1), turned: clip[1] === "-" } });
+    else if (asked.has("clip")) viewer.setLook({ clip: null });
     const opacity = Number(asked.get("opacity"));
     if (asked.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
+    for (const name of ["orthographic", "occlusion"]) {
+        if (asked.has(name)) viewer.setLook({ [name]: asked.get(name) !== "0" });
+    }
     if (asked.has("also")) viewer.setExtras(extrasOf(asked.get("also"), viewer));
     const [low, high] = (asked.get("scale") ?? "").split(":").map(Number);
     if (low < high) viewer.setColoring({ low, high });
@@ -60,10 +64,12 @@ function writeAddress(viewer) {
     const { color, map, low, high } = viewer.coloring;
     const { clip } = viewer.look;
     const told = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
-        ["clip", clip && `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
-        ["opacity", viewer.opacity === 1 ? null : viewer.opacity],
+        ["clip", !clip ? viewer.about.look.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
+        ...["orthographic", "occlusion"].map((name) =>
+            [name, viewer.look[name] === (viewer.about[name] ?? viewer.about.look[name]) ? null : Number(viewer.look[name])]),
+        ["opacity", viewer.opacity === viewer.about.look.opacity ? null : viewer.opacity],
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
-            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || null],
+            [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (viewer.about.look.also.length > 0 ? "" : null)],
         ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
         ["scale", low === null || high === null ? null : `${low}:${high}`]];
     for (const [name, value] of told) {

@@ -43,13 +43,16 @@ function boxOf({ dims, placement: { spacing, direction } }) {
     return { corners: corners.map((c) => c.map((x, i) => x - middle[i])), middle };
 }
 
-/** From where boxes just fit a picture, along the direction of sight from their middle: the least distance. */
-function fitDistance(axes, corners, width, height) {
+/**
+ * From where boxes just fit a picture, along the direction of sight from their middle: the least distance. Of parallel
+ * sight that is what the outline alone needs.
+ */
+function fitDistance(axes, corners, width, height, isParallel) {
     const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
     const tanX = (tanY * width) / height;
     return Math.max(...corners.map((c) => {
         const [x, y, z] = axes.map((axis) => dot(axis, c));
-        return z + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY));
+        return (isParallel ? 0 : z) + Math.max(Math.abs(x) / (FILL * tanX), Math.abs(y) / (FILL * tanY));
     }));
 }
 
@@ -73,7 +76,7 @@ function fitOf(volume, box, view, width, height) {
     const around = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
         alongWorld(direction, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
     const axes = axesOf(view);
-    const [fit, whole] = [around, corners].map((c) => fitDistance(axes, c, width, height));
+    const [fit, whole] = [around, corners].map((c) => fitDistance(axes, c, width, height, view.orthographic));
     const target = alongWorld(direction, least.map((x, axis) => 0.5 * (x + most[axis])));
     return {
         distance: Math.min(Math.max(fit / whole, NEAREST), FARTHEST),
@@ -91,10 +94,14 @@ function projectionOf(volume, view, width, height) {
     const axes = axesOf(view);
     const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
     const tanX = (tanY * width) / height;
-    const distance = view.distance * fitDistance(axes, corners, width, height);
+    const isParallel = Boolean(view.orthographic);
+    const distance = view.distance * fitDistance(axes, corners, width, height, isParallel);
     const radius = Math.max(...corners.map((p) => Math.hypot(...p))) + Math.hypot(...view.target);
     const far = distance + radius;
-    const near = Math.max(distance - radius, 1e-3 * far);
+    // What lies behind the eye is seen, too, where sight is parallel.
+    const near = isParallel ? distance - radius : Math.max(distance - radius, 1e-3 * far);
+    const reach = [tanX, tanY].map((tan) => (isParallel ? distance * tan : tan));
+    const depth = [isParallel ? 1 / (near - far) : far / (near - far), (isParallel ? near : near * far) / (near - far)];
 
     const eye = middle.map((x, i) => x + view.target[i]);
     // Columns: where each voxel axis goes, and the origin.
@@ -102,11 +109,11 @@ function projectionOf(volume, view, width, height) {
     for (const column of direction) eyeFromVoxel.push(...axes.map((axis) => dot(axis, column)), 0);
     eyeFromVoxel.push(...axes.map((axis) => -dot(axis, eye)), 1);
     eyeFromVoxel[14] -= distance;
-    const perspective = [
-        1 / tanX, 0, 0, 0,
-        0, 1 / tanY, 0, 0,
-        0, 0, far / (near - far), -1,
-        0, 0, (near * far) / (near - far), 0,
+    const clipFromEye = [
+        1 / reach[0], 0, 0, 0,
+        0, 1 / reach[1], 0, 0,
+        0, 0, depth[0], isParallel ? 0 : -1,
+        0, 0, depth[1], isParallel ? 1 : 0,
     ];
     // The inverse transpose of three columns are their cross products over the determinant.
     const columns = [0, 4, 8].map((at) => eyeFromVoxel.slice(at, at + 3));
@@ -115,16 +122,20 @@ function projectionOf(volume, view, width, height) {
         [...cross(columns[i], columns[j]).map((x) => scale * x), 0]);
     eyeFromNormal.push(0, 0, 0, 1);
     return {
-        clipFromVoxel: product(perspective, eyeFromVoxel),
+        clipFromVoxel: product(clipFromEye, eyeFromVoxel),
         eyeFromVoxel,
         eyeFromNormal,
         mirrored: determinant(direction) < 0,
         axes,
         eye,
         distance,
-        /** Depth is (depth[0] z + depth[1]) / -z; half width and height of the picture at a distance of 1. */
-        depth: [far / (near - far), (near * far) / (near - far)],
-        reach: [tanX, tanY],
+        isParallel,
+        /**
+         * Depth is (depth[0] z + depth[1]) / -z, half width and height of the picture those at a distance of 1; where sight
+         * is parallel depth comes without the division, and they are those at any distance.
+         */
+        depth,
+        reach,
     };
 }
 
@@ -158,7 +169,7 @@ function pointUnder(found, volume) {
  * The point of the mesh under a point of the picture (-1 to 1, right and up), voxel frame, on this side of a plane of the
  * eye frame; null beside the mesh.
  */
-function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e }, [x, y], plane) {
+function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e, isParallel }, [x, y], plane) {
     const { nTriangles, nVertices, corners, positions: p } = surface;
     // Each vertex in the picture, relative to the point, and its distance.
     const seen = new Float64Array(3 * nVertices);
@@ -166,22 +177,27 @@ function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e }, [x, 
         const w = m[3] * p[at] + m[7] * p[at + 1] + m[11] * p[at + 2] + m[15];
         seen[at] = (m[0] * p[at] + m[4] * p[at + 1] + m[8] * p[at + 2] + m[12]) / w - x;
         seen[at + 1] = (m[1] * p[at] + m[5] * p[at + 1] + m[9] * p[at + 2] + m[13]) / w - y;
-        seen[at + 2] = w;
+        seen[at + 2] = isParallel ? -(e[2] * p[at] + e[6] * p[at + 1] + e[10] * p[at + 2] + e[14]) : w;
     }
     let [nearest, found] = [Infinity, null];
     for (let t = 0; t < 3 * nTriangles; t += 3) {
         const [a, b, c] = [3 * corners[t], 3 * corners[t + 1], 3 * corners[t + 2]];
-        if (seen[a + 2] <= 0 || seen[b + 2] <= 0 || seen[c + 2] <= 0) continue;
+        if (!isParallel && (seen[a + 2] <= 0 || seen[b + 2] <= 0 || seen[c + 2] <= 0)) continue;
         const u = seen[b] * seen[c + 1] - seen[b + 1] * seen[c];
         const v = seen[c] * seen[a + 1] - seen[c + 1] * seen[a];
         const w = seen[a] * seen[b + 1] - seen[a + 1] * seen[b];
         const total = u + v + w;
         if (total === 0 || u / total < 0 || v / total < 0 || w / total < 0) continue;
-        // In space, shares are weighted by the distance.
-        const shares = [u / total / seen[a + 2], v / total / seen[b + 2], w / total / seen[c + 2]];
-        const depth = 1 / (shares[0] + shares[1] + shares[2]);
+        const shares = [u / total, v / total, w / total];
+        let depth = shares[0] * seen[a + 2] + shares[1] * seen[b + 2] + shares[2] * seen[c + 2];
+        if (!isParallel) {
+            // In space, shares are weighted by the distance.
+            [a, b, c].forEach((corner, i) => { shares[i] /= seen[corner + 2]; });
+            depth = 1 / (shares[0] + shares[1] + shares[2]);
+            shares.forEach((share, i) => { shares[i] = depth * share; });
+        }
         if (depth >= nearest) continue;
-        const at = [0, 1, 2].map((i) => depth * (shares[0] * p[a + i] + shares[1] * p[b + i] + shares[2] * p[c + i]));
+        const at = [0, 1, 2].map((i) => shares[0] * p[a + i] + shares[1] * p[b + i] + shares[2] * p[c + i]);
         const eye = (row) => e[row] * at[0] + e[4 + row] * at[1] + e[8 + row] * at[2] + e[12 + row];
         if (plane && plane[0] * eye(0) + plane[1] * eye(1) + plane[2] * eye(2) + plane[3] < 0) continue;
         [nearest, found] = [depth, at];

@@ -141,11 +141,11 @@ const NAME_COLORS = [
     [0.58, 245], [0.74, 60], [0.66, 165], [0.64, 350], [0.87, 95], [0.8, 220], [0.58, 35], [0.48, 310],
 ].map(([lightness, hue]) => `oklch(${lightness} 0.125 ${hue})`);
 
-/** Writes a legend on a picture that is saved: the same bar, with its ends, at the bottom on the left. */
+/** Writes a legend on a picture that is saved: the same bar, with its ends, where the page has it. */
 function drawLegend(context, { name, ends, map }, isDark) {
     const { height, width } = context.canvas;
     const letters = Math.max(0.026 * height, 12);
-    const [x, y, length, thick] = [letters, height - 3 * letters, 0.32 * width, 0.6 * letters];
+    const [x, y, length, thick] = [letters, 2.2 * letters, 0.32 * width, 0.6 * letters];
     const colors = hexOf(map) ?? NAME_COLORS;
     const gradient = context.createLinearGradient(x, 0, x + length, 0);
     colors.forEach((color, i) => {
@@ -155,7 +155,7 @@ function drawLegend(context, { name, ends, map }, isDark) {
     context.fillStyle = gradient;
     context.fillRect(x, y, length, thick);
     context.fillStyle = isDark ? "#e6e8ec" : "#181c22";
-    context.font = `${letters}px system-ui, sans-serif`;
+    Object.assign(context, { font: `${letters}px system-ui, sans-serif`, textAlign: "left" });
     context.fillText(name, x, y - 0.4 * letters);
     const texts = ends ? textsOf(ends) : ["1"];
     texts.forEach((text, i) => {

@@ -1,5 +1,5 @@
-// Files made in the page: the mesh at the present isovalue as STL, PLY or GLB, and pictures. The
-// twin of src/export/*.rs; little endian throughout.
+// Files made in the page: the mesh at the present isovalue as STL, PLY or GLB. The twin of src/export/*.rs; little endian
+// throughout.
 
 const MAKER = "isospectrum";
 
@@ -108,18 +108,6 @@ const FORMATS = {
     ply: [plyOf, "application/octet-stream"],
     glb: [glbOf, "model/gltf-binary"],
 };
-
-/** A picture of rows from the top as PNG, with the legend of what its colours show. */
-async function pngOf({ width, height, pixels }, shown, isDark) {
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [width, height];
-    const context = canvas.getContext("2d");
-    context.putImageData(new ImageData(pixels, width, height), 0, 0);
-    if (shown) drawLegend(context, shown, isDark);
-    return new Promise((resolve, reject) => {
-        canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("no picture"))), "image/png");
-    });
-}
 
 /** Hands a file to the reader. */
 function save(blob, name) {

@@ -1,10 +1,10 @@
 // Talks to a page that shows this one in a frame, by messages:
 //   { isospectrum: "setIsovalue", isovalue, id }  →  { isospectrum: "reply", id, result: state }
 //   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, each if it is to change
-//   { isospectrum: "setLook", look: { wireframe, open, largest, color }, id }, likewise
+//   { isospectrum: "setLook", look: { wireframe, open, axes, orthographic, occlusion, largest, color }, id }, likewise
 //   { isospectrum: "play", playing, id }          →  ... result: state
 //   { isospectrum: "getState", id }               →  ... result: { isovalue, low, high, view, ... }
-//   { isospectrum: "screenshot", id }             →  ... result: a PNG, as Blob
+//   { isospectrum: "screenshot", size, transparent, id }  →  ... result: a PNG, as Blob; size: [width, height], else as seen
 // A reply has `error` instead of `result` where something was wrong. Once the first picture is
 // there, { isospectrum: "ready", state } is sent unasked, and from then on { isospectrum: "isovalueChanged", isovalue }
 // with every picture that shows another one.
@@ -36,15 +36,15 @@ function viewOf(told) {
 
 /** Changes how the surface looks as far as it is told. */
 function setToldLook(viewer, told) {
-    for (const name of ["wireframe", "open"]) {
+    const switches = [...SWITCHES, "open"];
+    for (const name of switches) {
         if (told?.[name] !== undefined && typeof told[name] !== "boolean") throw new Error(`${name}, expected true or false`);
     }
     const largest = told?.largest;
     if (largest !== undefined && largest !== null && !(Number.isInteger(largest) && largest > 0)) {
         throw new Error("largest, expected null or a number of components");
     }
-    const { wireframe = viewer.look.wireframe, open = viewer.look.open } = told ?? {};
-    viewer.setLook({ wireframe, open });
+    viewer.setLook(Object.fromEntries(switches.filter((name) => told?.[name] !== undefined).map((name) => [name, told[name]])));
     const color = told?.color ?? viewer.coloring.color;
     if (!viewer.canShow(color)) throw new Error(`color, expected one of ${Object.keys(COLORS).filter((c) => viewer.canShow(c)).join(", ")}`);
     viewer.setColoring({ color });
@@ -76,7 +76,14 @@ function followMessages(viewer) {
             return viewer.state();
         },
         getState: () => viewer.state(),
-        screenshot: () => viewer.screenshot(),
+        screenshot: ({ size, transparent }) => {
+            const { largest } = viewer.renderer;
+            const isSize = (n) => Number.isInteger(n) && n >= 1 && n <= largest;
+            if (size !== undefined && !(Array.isArray(size) && size.length === 2 && size.every(isSize))) {
+                throw new Error(`size, expected two whole numbers from 1 to ${largest}`);
+            }
+            return viewer.saves.screenshot({ size, transparent: transparent === undefined ? undefined : Boolean(transparent) });
+        },
     };
     window.addEventListener("message", async ({ source, data }) => {
         // The frame around this page only. What it gets to know is no secret, so any origin may be it.

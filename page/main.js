@@ -12,7 +12,7 @@ async function openRenderer(names, about) {
     for (const name of names) {
         try {
             // A canvas that has had one kind of context gets no other.
-            return await RENDERERS[name].open(document.getElementById("canvas").cloneNode(false), about);
+            return await RENDERERS[name].open(byId("canvas").cloneNode(false), about);
         } catch (error) {
             console.info(`${name}: ${error.message}`);
         }
@@ -27,10 +27,10 @@ function renderersFor(wanted) {
 
 /** Says why there is only the still picture. */
 function showStill(sentence) {
-    document.getElementById("still").hidden = false;
-    document.getElementById("stage").hidden = true;
-    document.getElementById("controls").hidden = true;
-    document.getElementById("still-message").textContent = sentence;
+    byId("still").hidden = false;
+    byId("stage").hidden = true;
+    byId("controls").hidden = true;
+    byId("still-message").textContent = sentence;
 }
 
 /** Resolves when all of the page is there. */
@@ -41,7 +41,7 @@ function parsed() {
 
 /** The text of an element that is not needed again. */
 function taken(id) {
-    const element = document.getElementById(id);
+    const element = byId(id);
     const text = element.textContent;
     element.remove();
     return text;
@@ -65,13 +65,14 @@ async function drawOtherwise(viewer, renderer, error) {
 /** Shows what the viewer has, and listens to the reader. */
 async function present(viewer) {
     document.documentElement.classList.toggle("framed", IS_FRAMED);
-    document.getElementById("stage").hidden = false;
+    byId("stage").hidden = false;
     performance.mark("renderer");
-    document.getElementById("still").hidden = true;
-    document.getElementById("controls").hidden = false;
+    byId("still").hidden = true;
+    byId("controls").hidden = false;
     viewer.panel = new Panel(viewer, viewer.about);
-    viewer.overlay = new Overlay(document.getElementById("overlay"));
-    viewer.legend = new Legend(document.getElementById("legend"));
+    viewer.overlay = new Overlay(byId("overlay"));
+    viewer.cube = new Cube(byId("cube"), viewer);
+    viewer.legend = new Legend(byId("legend"));
     followKeys(viewer);
     window.addEventListener("hashchange", () => {
         if (location.hash !== viewer.address) applyAddress(viewer);
@@ -79,8 +80,8 @@ async function present(viewer) {
     window.isospectrum = {
         setIsovalue: (isovalue) => viewer.setIsovalue(numberOf(isovalue)),
         getState: () => viewer.state(),
-        screenshot: () => viewer.screenshot(),
-        pixels: () => viewer.pixels(),
+        screenshot: () => viewer.saves.screenshot(),
+        pixels: () => viewer.saves.pixels(),
     };
     await viewer.frame(performance.now());
     performance.mark("picture");
@@ -94,7 +95,7 @@ function viewerOf(spectrum, about) {
 }
 
 async function start(script) {
-    const about = JSON.parse(document.getElementById("about").textContent);
+    const about = JSON.parse(byId("about").textContent);
     performance.mark("start");
     // The device gets ready while the page arrives.
     const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
@@ -112,8 +113,8 @@ async function start(script) {
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
         viewer.isWhole = false;
-        // The first mesh is that of the isovalue the page opens at.
-        if (viewer.isovalue !== viewer.firstIsovalue) viewer = null;
+        // What comes first is around the isovalue the page opens at.
+        if (viewer.isovalue !== viewer.nearestThere()) viewer = null;
     }
     const renderer = await opening;
     if (!renderer) {

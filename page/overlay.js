@@ -11,12 +11,14 @@ class Overlay {
         this.svg = svg;
     }
 
-    /** Draws over a picture; nothing where nothing is wanted. */
-    draw({ look, canvas, measuredPoints = [], spectrum }, projection) {
+    /** Draws over a picture of a size, CSS pixels; nothing where nothing is wanted. */
+    draw({ look, canvas, measuredPoints = [], spectrum }, projection, size = [canvas.clientWidth, canvas.clientHeight]) {
         const isEmpty = !look.axes && measuredPoints.length === 0;
         this.svg.toggleAttribute("hidden", isEmpty);
-        if (isEmpty) return;
-        const size = [canvas.clientWidth, canvas.clientHeight];
+        if (isEmpty) {
+            this.svg.replaceChildren();
+            return;
+        }
         this.svg.setAttribute("viewBox", `0 0 ${size.join(" ")}`);
         const place = (p) => placeOnScreen(projection.clipFromVoxel, p, size);
         const { volume } = spectrum.info;
@@ -32,14 +34,13 @@ class Overlay {
     }
 }
 
-/** Where a point of the voxel frame is seen, CSS pixels, and how far away it is. */
+/** Where a point of the voxel frame is seen, CSS pixels, and its depth: farther is more, below 0 is behind the eye. */
 function placeOnScreen(m, [px, py, pz], [width, height]) {
     const at = (row) => m[row] * px + m[4 + row] * py + m[8 + row] * pz + m[12 + row];
-    const depth = at(3);
     return {
-        x: Number((width * (0.5 + (0.5 * at(0)) / depth)).toFixed(1)),
-        y: Number((height * (0.5 - (0.5 * at(1)) / depth)).toFixed(1)),
-        depth,
+        x: Number((width * (0.5 + (0.5 * at(0)) / at(3))).toFixed(1)),
+        y: Number((height * (0.5 - (0.5 * at(1)) / at(3))).toFixed(1)),
+        depth: at(2),
     };
 }
 
@@ -48,7 +49,7 @@ function boxLines({ dims, placement: { spacing } }, place) {
     const least = Math.min(...spacing);
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => place([0, 1, 2].map((axis) =>
         ((i >> axis) & 1) * (dims[axis] - 1) * (spacing[axis] / least))));
-    if (corners.some(({ depth }) => depth <= 0)) return [];
+    if (corners.some(({ depth }) => depth < 0)) return [];
     const nearest = corners.reduce((best, corner, i) => (corner.depth < corners[best].depth ? i : best), 0);
     const edges = [];
     for (let i = 0; i < 8; i++) {

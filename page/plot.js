@@ -33,7 +33,7 @@ class Plot {
         this.curve("components", curves.components, COMPONENT_CHANGES);
         this.drawMarks();
         // Beside the drawing, so that it moves without all else being drawn again.
-        this.cursor = document.getElementById("cursor");
+        this.cursor = byId("cursor");
         const point = (event) => choose(this.isovalueAt(event));
         svg.addEventListener("pointerdown", (event) => {
             if (event.button !== 0) return;
@@ -113,7 +113,7 @@ class Plot {
         this.svg.append(svgElement("path", {
             class: "histogram", d: `M0,${HEIGHT}${steps.join("")}V${HEIGHT}Z`,
         }));
-        document.getElementById("histogram-name").hidden = false;
+        byId("histogram-name").hidden = false;
     }
 
     /** A curve through evenly spaced isovalues; steps of counts, which `changes` tells of by kind of event. */

@@ -10,6 +10,8 @@ uniform vec3 back;
 uniform vec4 wire;
 uniform float wire_width;
 uniform bool mirrored;
+/// Whether all lines of sight have the direction of the eye frame's z axis.
+uniform bool parallel;
 uniform int palette;
 /// Linear colours of the map, evenly spaced.
 uniform vec4 map[33];
@@ -57,11 +59,13 @@ vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
 
 #ifdef CAP
 void main() {
-    vec3 way = vec3(place * reach, -1.0);
-    float away = -plane.w / dot(plane.xyz, way);
+    vec3 aside = vec3(place * reach, 0.0);
+    vec3 start = parallel ? aside : vec3(0.0);
+    vec3 way = vec3(parallel ? vec2(0.0) : aside.xy, -1.0);
+    float away = -(dot(plane.xyz, start) + plane.w) / dot(plane.xyz, way);
     vec3 lit = light(mix(front, vec3(0.75), 0.35), -normalize(plane.xyz), normalize(-way));
     color = vec4(opacity * lit, opacity);
-    gl_FragDepth = saturate((depth.y - depth.x * away) / away);
+    gl_FragDepth = saturate((depth.y - depth.x * away) / (parallel ? 1.0 : away));
 }
 #else
 vec3 altitudes_in_pixels() {
@@ -97,7 +101,7 @@ void main() {
         albedo = is_front ? shown : mix(0.5 * shown, back, 0.25);
     }
     vec3 n = normalize(is_front ? normal : -normal);
-    vec3 lit = light(albedo, n, normalize(-position));
+    vec3 lit = light(albedo, n, parallel ? vec3(0.0, 0.0, 1.0) : normalize(-position));
     if (wire_width > 0.0) {
         lit = mix(lit, wire.rgb, wire.a * wire_coverage(altitudes));
     }

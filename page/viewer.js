@@ -23,18 +23,21 @@ class Viewer {
         this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
         this.query = new Query(spectrum, about.step);
         this.selection = new Selection(about.keep);
-        // Until the whole spectrum is there, the mesh of one isovalue is.
+        this.saves = new Saves(this);
+        // Until the whole spectrum is there, only isovalues around the first one are.
         this.isWhole = true;
-        this.firstIsovalue = this.isovalue;
         this.view = { ...FIRST_VIEW, ...about.view };
         // Whether the next picture is to fit the surface; where the address says how to look, it does not.
         this.isFitWanted = true;
-        this.look = { wireframe: false, open: about.open, axes: Boolean(about.axes), background: "auto", clip: null };
+        this.look = {
+            wireframe: about.look.wireframe, open: about.open, axes: Boolean(about.axes), orthographic: about.orthographic,
+            occlusion: about.look.occlusion, background: about.look.background ?? "auto", clip: about.look.clip,
+        };
         // Other isosurfaces beside that of the slider: { isovalue, front (six digits), opacity }.
-        this.opacity = 1;
-        this.extras = (about.also ?? []).map((extra) => ({ ...extra }));
+        this.opacity = about.look.opacity;
+        this.extras = about.look.also.map((extra) => ({ ...extra }));
         // What the colours show, and how.
-        this.coloring = { color: "none", map: null, low: null, high: null, front: null, version: 0, ...about.color };
+        this.coloring = { color: "none", map: null, low: null, high: null, front: about.look.front, version: 0, ...about.color };
         this.selection.isColoured = this.coloring.color === "component";
         this.firstView = { ...FIRST_VIEW, ...about.view };
         this.speed = 1;
@@ -50,7 +53,7 @@ class Viewer {
     /** Draws with a renderer, which takes the place of what was in the page. */
     async use(renderer) {
         await renderer.load(this.spectrum, this.about.step);
-        document.getElementById("canvas").replaceWith(renderer.canvas);
+        byId("canvas").replaceWith(renderer.canvas);
         this.renderer = renderer;
         this.canvas = renderer.canvas;
         this.isListed = false;
@@ -67,6 +70,11 @@ class Viewer {
         this.selection.forget();
         this.isWhole = true;
         this.isListed = false;
+        // The isosurfaces beside the first are to fit, too, unless the reader looks from elsewhere by now.
+        if (this.extras.length > 0 && this.fitted === JSON.stringify(this.view)) {
+            Object.assign(this.view, this.firstView);
+            this.isFitWanted = true;
+        }
         // The device may be lost just now; who brings it back takes over the whole, too.
         const { renderer } = this;
         try {
@@ -102,8 +110,16 @@ class Viewer {
     }
 
     setLook(look) {
+        // What lies as far as the point looked at keeps its size.
+        const sizes = look.orthographic !== undefined && this.canvas ? [this.projection().distance] : [];
         Object.assign(this.look, look);
+        if (sizes.length > 0) this.view.distance *= sizes[0] / this.projection().distance;
         this.request();
+    }
+
+    /** Looks from a side of the world, upright. */
+    lookFrom(side) {
+        this.setView(viewFrom(side, this.about.basis));
     }
 
     /** Changes what the colours show, and how. */
@@ -217,14 +233,13 @@ class Viewer {
         this.setView({ ...this.firstView });
     }
 
-    projection() {
-        const { width, height } = this.canvas;
+    projection([width, height] = [this.canvas.width, this.canvas.height]) {
         return projectionOf(this.spectrum.info.volume, this.based(), width, height);
     }
 
-    /** The view and what its angles count from, which the author chose. */
+    /** The view, what its angles count from, which the author chose, and whether sight is parallel. */
     based() {
-        return { ...this.view, basis: this.about.basis };
+        return { ...this.view, basis: this.about.basis, orthographic: this.look.orthographic };
     }
 
     /** Starts or stops the sweep through all isovalues, to and fro. */
@@ -282,6 +297,7 @@ class Viewer {
             this.panel?.show();
             this.legend?.show(this.shown, this.isDark());
             this.overlay?.draw(this, this.projection());
+            this.cube?.draw(this.projection().axes);
             this.onShown?.(this.isovalue);
             this.rest();
             // The device may be lost meanwhile.
@@ -308,6 +324,7 @@ class Viewer {
         const { distance } = this.view;
         const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.based(), width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
+        this.fitted = JSON.stringify(this.view);
     }
 
     /** Gives the canvas as many pixels as it covers. */
@@ -322,7 +339,7 @@ class Viewer {
 
     /** Brings the mesh and the renderer's list of it to the isovalue. */
     update() {
-        const isovalue = this.isWhole ? this.isovalue : this.firstIsovalue;
+        const isovalue = this.isWhole ? this.isovalue : this.nearestThere();
         const started = performance.now();
         this.updateExtras();
         if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
@@ -330,6 +347,12 @@ class Viewer {
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
+    }
+
+    /** The isovalue nearest to the wanted one of those that are there before all others. */
+    nearestThere() {
+        const [low, high] = this.about.first;
+        return Math.min(Math.max(this.isovalue, low), high);
     }
 
     /** Shows other isosurfaces, too. */
@@ -395,11 +418,11 @@ class Viewer {
         return background === "dark" || (background === "auto" && this.darkness.matches);
     }
 
-    looked() {
+    looked(projection = this.projection()) {
         const { background } = this.look;
         const behind = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
         const { clip } = this.look;
-        const plane = clip && planeOf(this.spectrum.info.volume, clip, this.projection());
+        const plane = clip && planeOf(this.spectrum.info.volume, clip, projection);
         return { ...this.look, background: behind, plane, pixelRatio: this.pixelRatio ?? 1 };
     }
 
@@ -423,31 +446,6 @@ class Viewer {
         // What is drawn may have caps where this has none.
         if (open !== this.look.open) this.isListed = false;
         return mesh;
-    }
-
-    saveMesh(format) {
-        // Another isosurface than the first is not there yet.
-        if (!this.isWhole) return;
-        const [encode, type] = FORMATS[format];
-        const { volume } = this.spectrum.info;
-        const mesh = { ...this.worldMesh(this.look.open, true), said: saidOfWorld(volume), placement: volume.placement };
-        const blob = new Blob([encode(mesh)], { type });
-        save(blob, fileName(document.title, this.shownIsovalue(), format));
-    }
-
-    async screenshot() {
-        return pngOf(await this.pixels(), this.shown, this.isDark());
-    }
-
-    /** What the picture shows, four bytes per pixel. */
-    pixels() {
-        this.prepare();
-        return this.renderer.read(this.layers(), this.looked(), this.projection());
-    }
-
-    async saveScreenshot() {
-        save(await this.screenshot(), fileName(document.title, this.shownIsovalue(), "png"));
-        this.request();
     }
 
     shownIsovalue() {

@@ -44,7 +44,7 @@ class WebGl2Renderer {
     constructor(gl, canvas) {
         this.name = "WebGL2";
         Object.assign(this, { gl, canvas });
-        const text = (id) => document.getElementById(id).textContent.trimStart();
+        const text = (id) => byId(id).textContent.trimStart();
         const variant = (name) => text("fragment-glsl").replace("\n", `\n#define ${name}\n`);
         this.whole = this.linked(text("vertex-glsl"), text("fragment-glsl"));
         // Others are compiled when they are wanted.
@@ -142,9 +142,16 @@ class WebGl2Renderer {
     }
 
     /** Gets ready for what plain pictures do not need. */
-    prepare(layers, { plane }) {
+    prepare(layers, { plane, occlusion }) {
         if (plane || layers.some(({ opacity }) => opacity < 1)) this.more();
+        if (occlusion) this.occlusion ??= new WebGl2Occlusion(this);
         return null;
+    }
+
+    /** Most pixels of a picture each way. */
+    get largest() {
+        const { gl } = this;
+        return Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
     }
 
     /** Takes over the triangles of a surface and the normals at their corners. */
@@ -162,22 +169,32 @@ class WebGl2Renderer {
         gl.bufferData(gl.ARRAY_BUFFER, list32.subarray(0, 9 * nTriangles), gl.DYNAMIC_DRAW);
     }
 
+    /** Draws a picture of a size into `resolved`. */
+    paint(layers, look, projection, [width, height]) {
+        const { gl } = this;
+        this.resize(width, height);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
+        gl.viewport(0, 0, width, height);
+        gl.clearBufferfv(gl.COLOR, 0, [...look.background, look.isTransparent ? 0 : 1]);
+        gl.clearBufferfi(gl.DEPTH_STENCIL, 0, 1, 0);
+        gl.enable(gl.DEPTH_TEST);
+        gl.depthFunc(gl.LESS);
+        let nOpaque = layers.filter(({ opacity }) => opacity === 1).length;
+        for (const i of inOrder(layers)) {
+            this.drawLayer(this.layer(i), layers[i], look, projection);
+            // What one looks through lies over what is darkened.
+            if (--nOpaque === 0 && look.occlusion) this.occlusion?.draw(projection, [width, height]);
+        }
+        gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.samples);
+        gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.resolved);
+        gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    }
+
     /** Draws into the canvas. */
     draw(layers, look, projection) {
         const { gl } = this;
         const { width, height } = this.canvas;
-        this.resize(width, height);
-        gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
-        gl.viewport(0, 0, width, height);
-        gl.clearBufferfv(gl.COLOR, 0, [...look.background, 1]);
-        gl.clearBufferfi(gl.DEPTH_STENCIL, 0, 1, 0);
-        gl.enable(gl.DEPTH_TEST);
-        gl.depthFunc(gl.LESS);
-        for (const i of inOrder(layers)) this.drawLayer(this.layer(i), layers[i], look, projection);
-
-        gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.samples);
-        gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, this.resolved);
-        gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+        this.paint(layers, look, projection, [width, height]);
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
         gl.viewport(0, 0, width, height);
         gl.disable(gl.DEPTH_TEST);
@@ -238,6 +255,7 @@ class WebGl2Renderer {
         gl.uniform3fv(this.uniform(this.cap, "front"), layer.front.slice(0, 3));
         gl.uniform2fv(this.uniform(this.cap, "depth"), projection.depth);
         gl.uniform2fv(this.uniform(this.cap, "reach"), projection.reach);
+        gl.uniform1i(this.uniform(this.cap, "parallel"), projection.isParallel ? 1 : 0);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         gl.disable(gl.BLEND);
         gl.disable(gl.STENCIL_TEST);
@@ -266,6 +284,7 @@ class WebGl2Renderer {
         if (stops) gl.uniform4fv(at("map"), stops);
         gl.uniform1f(at("wire_width"), look.wireframe ? look.pixelRatio : 0);
         gl.uniform1i(at("mirrored"), projection.mirrored ? 1 : 0);
+        gl.uniform1i(at("parallel"), projection.isParallel ? 1 : 0);
         if (program === this.cut) this.setCut(program, layer, look);
         this.tables.forEach(([name, texture], unit) => {
             gl.activeTexture(gl.TEXTURE0 + unit);
@@ -274,13 +293,25 @@ class WebGl2Renderer {
         });
     }
 
-    /** Targets of the canvas's size. */
+    /** A texture of a picture's size, read by pixel. */
+    texture(format, [width, height]) {
+        const { gl } = this;
+        const texture = gl.createTexture();
+        gl.activeTexture(gl.TEXTURE0);
+        gl.bindTexture(gl.TEXTURE_2D, texture);
+        gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        return texture;
+    }
+
+    /** Targets of a picture's size. */
     resize(width, height) {
         if (this.size?.[0] === width && this.size?.[1] === height) return;
         const { gl } = this;
         for (const buffer of this.buffers ?? []) gl.deleteRenderbuffer(buffer);
         for (const target of [this.samples, this.resolved]) gl.deleteFramebuffer(target ?? null);
-        gl.deleteTexture(this.picture ?? null);
+        for (const texture of [this.picture, this.depth]) gl.deleteTexture(texture ?? null);
         this.samples = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.samples);
         this.buffers = [
@@ -293,16 +324,13 @@ class WebGl2Renderer {
             gl.framebufferRenderbuffer(gl.FRAMEBUFFER, attachment, gl.RENDERBUFFER, buffer);
             return buffer;
         });
-        this.picture = gl.createTexture();
-        gl.activeTexture(gl.TEXTURE0);
-        gl.bindTexture(gl.TEXTURE_2D, this.picture);
-        gl.texStorage2D(gl.TEXTURE_2D, 1, gl.SRGB8_ALPHA8, width, height);
-        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-        gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+        this.picture = this.texture(gl.SRGB8_ALPHA8, [width, height]);
+        this.depth = this.texture(gl.DEPTH24_STENCIL8, [width, height]);
         this.resolved = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.resolved);
-        gl.framebufferTexture2D(
-            gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.picture, 0);
+        for (const [attachment, texture] of [[gl.COLOR_ATTACHMENT0, this.picture], [gl.DEPTH_STENCIL_ATTACHMENT, this.depth]]) {
+            gl.framebufferTexture2D(gl.FRAMEBUFFER, attachment, gl.TEXTURE_2D, texture, 0);
+        }
         this.size = [width, height];
     }
 
@@ -325,12 +353,12 @@ class WebGl2Renderer {
         });
     }
 
-    /** Draws and reads back a picture: rows from the top, four bytes per pixel. */
-    async read(layers, look, projection) {
+    /** Draws and reads back a picture: rows from the top, four bytes per pixel, colours times alpha. */
+    async read(layers, look, projection, [width, height]) {
         this.prepare(layers, look);
-        this.draw(layers, look, projection);
+        this.paint(layers, look, projection, [width, height]);
         const { gl } = this;
-        const { width, height } = this.canvas;
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.resolved);
         const rows = new Uint8Array(4 * width * height);
         gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, rows);
         const pixels = new Uint8ClampedArray(rows.length);

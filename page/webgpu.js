@@ -76,6 +76,7 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
     if (stops) numbers.set(stops, 68);
     numbers[64] = look.wireframe ? look.pixelRatio : 0;
     words[65] = projection.mirrored ? 1 : 0;
+    words[66] = projection.isParallel ? 1 : 0;
     return frame;
 }
 
@@ -120,7 +121,7 @@ class WebGpuRenderer {
 
     async compile() {
         const { device } = this;
-        const text = (id) => document.getElementById(id).textContent;
+        const text = (id) => byId(id).textContent;
         const module = device.createShaderModule({ code: text("wgsl") });
         const cut = device.createShaderModule({ code: text("wgsl") + text("cut-wgsl") });
         const [vertex, fragment, all] = [1, 2, 3];
@@ -162,9 +163,20 @@ class WebGpuRenderer {
     }
 
     /** Gets ready for what plain pictures do not need. */
-    prepare(layers, { plane }) {
-        if (!plane && layers.every(({ opacity }) => opacity === 1)) return null;
-        return this.more ? null : (this.preparing ??= this.compileMore());
+    prepare(layers, { plane, occlusion }) {
+        const isCut = plane || layers.some(({ opacity }) => opacity < 1);
+        const cutting = isCut && !this.more ? (this.preparing ??= this.compileMore()) : null;
+        const darkening = occlusion && !this.occlusion ? (this.preparingDark ??= this.compileOcclusion()) : null;
+        return cutting && darkening ? cutting.then(() => darkening) : cutting ?? darkening;
+    }
+
+    async compileOcclusion() {
+        this.occlusion = await WebGpuOcclusion.compile(this.device, this.pictureFormat);
+    }
+
+    /** Most pixels of a picture each way. */
+    get largest() {
+        return this.device.limits.maxTextureDimension2D;
     }
 
     /** Takes over a spectrum; throws if the device refuses it. */
@@ -249,19 +261,19 @@ class WebGpuRenderer {
     /** Draws into the canvas. */
     draw(layers, look, projection) {
         const encoder = this.device.createCommandEncoder();
-        this.encode(encoder, layers, look, projection);
+        const size = [this.canvas.width, this.canvas.height];
+        this.encode(encoder, layers, look, projection, size);
         // Copied, not resolved into an sRGB view of the canvas: SwiftShader forgets to convert there.
         encoder.copyTextureToTexture(
             { texture: this.picture },
             { texture: this.context.getCurrentTexture() },
-            [this.canvas.width, this.canvas.height],
+            size,
         );
         this.device.queue.submit([encoder.finish()]);
     }
 
-    /** Textures of the canvas's size. */
-    resize() {
-        const { width, height } = this.canvas;
+    /** Textures of a picture's size. */
+    resize([width, height]) {
         if (this.picture?.width === width && this.picture?.height === height) return;
         for (const texture of [this.samples, this.depth, this.picture]) texture?.destroy();
         const texture = (format, sampleCount, usage) => this.device.createTexture({
@@ -271,33 +283,50 @@ class WebGpuRenderer {
             usage: GPUTextureUsage.RENDER_ATTACHMENT | usage,
         });
         this.samples = texture(this.pictureFormat, 4, 0);
-        this.depth = texture(DEPTH_FORMAT, 4, 0);
+        this.depth = texture(DEPTH_FORMAT, 4, GPUTextureUsage.TEXTURE_BINDING);
         this.picture = texture(this.pictureFormat, 1, GPUTextureUsage.COPY_SRC);
     }
 
     /** Records the drawing of the picture. */
-    encode(encoder, layers, look, projection) {
+    encode(encoder, layers, look, projection, size) {
+        this.resize(size);
+        const order = inOrder(layers);
+        const nOpaque = layers.filter(({ opacity }) => opacity === 1).length;
+        if (!look.occlusion || !this.occlusion || nOpaque === 0) {
+            this.encodeLayers(encoder, order, layers, look, projection, true, true);
+            return;
+        }
+        // What one looks through has no depth of its own: it lies over what is darkened.
+        this.encodeLayers(encoder, order.slice(0, nOpaque), layers, look, projection, true, false);
+        this.occlusion.encode(encoder, this, projection);
+        if (nOpaque < layers.length) {
+            this.encodeLayers(encoder, order.slice(nOpaque), layers, look, projection, false, true);
+        }
+    }
+
+    /** Records the drawing of some layers, the first and the last ones of the picture or not. */
+    encodeLayers(encoder, order, layers, look, projection, isFirst, isLast) {
         const { device } = this;
-        this.resize();
+        const [loadOp, storeOp] = [isFirst ? "clear" : "load", isLast ? "discard" : "store"];
         const pass = encoder.beginRenderPass({
             colorAttachments: [{
                 view: this.samples.createView(),
                 resolveTarget: this.picture.createView(),
-                clearValue: [...look.background, 1],
-                loadOp: "clear",
-                storeOp: "discard",
+                clearValue: [...look.background, look.isTransparent ? 0 : 1],
+                loadOp,
+                storeOp,
             }],
             depthStencilAttachment: {
                 view: this.depth.createView(),
                 depthClearValue: 1,
-                depthLoadOp: "clear",
-                depthStoreOp: "discard",
+                depthLoadOp: loadOp,
+                depthStoreOp: storeOp,
                 stencilClearValue: 0,
-                stencilLoadOp: "clear",
-                stencilStoreOp: "discard",
+                stencilLoadOp: loadOp,
+                stencilStoreOp: storeOp,
             },
         });
-        for (const i of inOrder(layers)) {
+        for (const i of order) {
             const { frame, cut, group, nTriangles } = this.layer(i);
             const isCut = Boolean(look.plane) || layers[i].opacity < 1;
             if (nTriangles === 0 || (isCut && !this.more)) continue;
@@ -326,18 +355,17 @@ class WebGpuRenderer {
         return this.device.queue.onSubmittedWorkDone();
     }
 
-    /** Draws and reads back a picture: rows from the top, four bytes per pixel. */
-    async read(layers, look, projection) {
+    /** Draws and reads back a picture: rows from the top, four bytes per pixel, colours times alpha. */
+    async read(layers, look, projection, [width, height]) {
         await this.prepare(layers, look);
         const { device } = this;
-        const { width, height } = this.canvas;
         const bytesPerRow = Math.ceil((4 * width) / 256) * 256;
         const buffer = device.createBuffer({
             size: bytesPerRow * height,
             usage: GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ,
         });
         const encoder = device.createCommandEncoder();
-        this.encode(encoder, layers, look, projection);
+        this.encode(encoder, layers, look, projection, [width, height]);
         encoder.copyTextureToBuffer({ texture: this.picture }, { buffer, bytesPerRow }, [width, height]);
         device.queue.submit([encoder.finish()]);
         await buffer.mapAsync(GPUMapMode.READ);

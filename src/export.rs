@@ -12,6 +12,7 @@
 //! | VTP | 32-bit floats; 64-bit where those lose more than a spectrum does | a comment |
 //! | 3MF | text, in millimetres where the unit is known | `millimeter` |
 //! | GLB | 32-bit floats around the origin, which is the node's translation | `extras` of the node |
+//! | USDA | text of 32-bit floats around the origin, which is the translation of the mesh | `metersPerUnit` |
 //!
 //! `SPACE=` is read by 3D Slicer, which takes millimetres: those that a volume of a patient's space is in.
 
@@ -21,6 +22,7 @@ mod ply;
 mod ply_read;
 mod stl;
 mod three_mf;
+mod usda;
 mod vtp;
 mod weld;
 
@@ -50,10 +52,12 @@ pub enum Format {
     Vtp,
     /// 3MF for printing, in millimetres.
     ThreeMf,
+    /// Universal Scene Description, as text.
+    Usda,
 }
 
 /// What is said where colours are asked of a format that has none.
-pub const NO_COLORS: &str = "STL and 3MF have no colours here; .ply, .obj, .glb and .vtp do";
+pub const NO_COLORS: &str = "STL and 3MF have no colours here; .ply, .obj, .glb, .vtp and .usda do";
 
 impl Format {
     /// Whether files of the format can hold colours.
@@ -61,11 +65,16 @@ impl Format {
         !matches!(self, Format::Stl | Format::ThreeMf)
     }
 
+    /// Whether one file of the format can hold several meshes, [`write_all_to`].
+    pub fn has_scenes(self) -> bool {
+        matches!(self, Format::Glb | Format::Usda)
+    }
+
     /// The format of a path by its extension, in either case.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] if the extension is none of `.ply`, `.stl`, `.obj`, `.glb`, `.vtp`, `.3mf`.
+    /// [`Error::Usage`] if the extension is none of `.ply`, `.stl`, `.obj`, `.glb`, `.vtp`, `.3mf`, `.usda`.
     pub fn of_path(path: &Path) -> Result<Format> {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         match extension.to_ascii_lowercase().as_str() {
@@ -75,8 +84,9 @@ impl Format {
             "glb" => Ok(Format::Glb),
             "vtp" => Ok(Format::Vtp),
             "3mf" => Ok(Format::ThreeMf),
+            "usda" => Ok(Format::Usda),
             _ => Err(Error::Usage(format!(
-                "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj, .glb, .vtp or .3mf",
+                "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj, .glb, .vtp, .3mf or .usda",
                 path.display()
             ))),
         }
@@ -169,6 +179,68 @@ pub fn write_colored_to(
         .map_err(|e| Error::io("-", e))
 }
 
+/// How one of several surfaces looks, and what it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Its isovalue.
+    pub isovalue: f64,
+    /// Linear red, green and blue where no colours show something.
+    pub color: [f32; 3],
+    /// How much of what lies behind it hides, 0 to 1.
+    pub opacity: f32,
+}
+
+/// How several meshes are in one file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Arrangement {
+    /// Beside each other.
+    Together,
+    /// One after the other, all of them in so many seconds.
+    Sweep {
+        /// How long it takes, more than 0.
+        seconds: f64,
+    },
+}
+
+/// A mesh of the voxel frame among several, without its caps where they are not wanted, and what its colours show.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// The mesh.
+    pub mesh: SurfaceMesh,
+    /// What it is and how it looks.
+    pub look: Look,
+    /// Numbers of its vertices or triangles, and the map that shows them.
+    pub shown: Option<(Attribute, Map)>,
+}
+
+/// Writes several meshes of the voxel frame into one file, in the world frame.
+///
+/// # Errors
+///
+/// [`Error::Usage`] for a format that holds one mesh a file ([`Format::has_scenes`]), and for no mesh; else as [`write_to`].
+pub fn write_all_to(
+    frames: Vec<Frame>,
+    arrangement: Arrangement,
+    placement: &Placement,
+    format: Format,
+    writer: &mut dyn Write,
+) -> Result<()> {
+    if !format.has_scenes() || frames.is_empty() {
+        return Err(Error::Usage("several meshes in one file, expected .glb or .usda".to_owned()));
+    }
+    let mut prepared_frames = Vec::new();
+    for Frame { mesh, look, shown } in frames {
+        let painted = shown
+            .map(|(attribute, map)| Painted::new(Colors { attribute: &attribute, map }, &mesh));
+        prepared_frames.push((prepared(&mesh, placement, Border::Closed, format)?, painted, look));
+    }
+    let written = match format {
+        Format::Glb => glb::write_all(&prepared_frames, arrangement, writer),
+        _ => usda::write_all(&prepared_frames, arrangement, writer),
+    };
+    written.and_then(|()| writer.flush()).map_err(|e| Error::io("-", e))
+}
+
 /// Numbers and colours as formats hold them.
 struct Painted {
     /// The name as files spell it.
@@ -249,8 +321,8 @@ fn prepared(
     };
     let largest = match format {
         // Vertex indices are 32-bit signed in PLY as most programs read it.
-        // So in 3MF, by its rules.
-        Format::Ply | Format::Vtp | Format::ThreeMf => i32::MAX as usize,
+        // So in 3MF and USD, by their rules.
+        Format::Ply | Format::Vtp | Format::ThreeMf | Format::Usda => i32::MAX as usize,
         Format::Stl | Format::Obj => u32::MAX as usize,
         // The length of a GLB file is 32 bits; a vertex takes 36 bytes, a triangle 12.
         Format::Glb => (u32::MAX as usize - (1 << 16)) / 48,
@@ -291,6 +363,7 @@ fn encode(
         Format::Glb => glb::write(placed, painted, writer),
         Format::Vtp => vtp::write(&placed, painted, writer),
         Format::ThreeMf => three_mf::write(&placed, writer),
+        Format::Usda => usda::write(&placed, painted, writer),
     }
 }
 

@@ -22,14 +22,15 @@ mod first;
 mod knots;
 mod letters;
 mod part;
+mod script;
 mod template;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
-use crate::color::{Color, End, Ends, Map, Sources};
+use crate::color::{Color, End, Ends, Map, Sources, to_srgb};
 use crate::error::{Error, Result};
-use crate::render::{Camera, Image, Memory};
+use crate::render::{Background, Camera, Clip, Image, Memory, Surface, plain_color};
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
 
@@ -38,37 +39,7 @@ use field::Field;
 pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
-
-/// The scripts, in the order in which they stand in the page; one subject each.
-const SCRIPTS: [&str; 23] = [
-    include_str!("../page/letters.js"),
-    include_str!("../page/file.js"),
-    include_str!("../page/connectivity.js"),
-    include_str!("../page/samples.js"),
-    include_str!("../page/trajectories.js"),
-    include_str!("../page/active.js"),
-    include_str!("../page/normals.js"),
-    include_str!("../page/surface.js"),
-    include_str!("../page/mesh.js"),
-    include_str!("../page/components.js"),
-    include_str!("../page/camera.js"),
-    include_str!("../page/colors.js"),
-    include_str!("../page/webgpu.js"),
-    include_str!("../page/webgl2.js"),
-    include_str!("../page/plot.js"),
-    include_str!("../page/overlay.js"),
-    include_str!("../page/download.js"),
-    include_str!("../page/controls.js"),
-    include_str!("../page/embed.js"),
-    include_str!("../page/viewer.js"),
-    include_str!("../page/address.js"),
-    include_str!("../page/decode.js"),
-    include_str!("../page/main.js"),
-];
-
-/// The mesh that is seen first stands in the page by itself where it takes at most this part of the
-/// whole spectrum's bytes.
-const LARGEST_FIRST: usize = 4;
+pub use script::script;
 
 /// What a page says and how it looks.
 #[derive(Clone, Debug)]
@@ -85,7 +56,8 @@ pub struct Page<'a> {
     pub step: f64,
     /// Whether caps are left out at first, so that one looks into the volume at its border.
     pub open: bool,
-    /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits.
+    /// The direction from which the surface is seen at first; the distance is a multiple of the one at which it fits. What it
+    /// says of parallel projection holds at first, too.
     pub camera: Camera,
     /// What the colours show at first; none of [`Color::Distance`] and [`Color::Normal`].
     pub color: Color,
@@ -97,6 +69,8 @@ pub struct Page<'a> {
     pub field: Option<&'a Sources>,
     /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
     pub axes: bool,
+    /// How the surface looks at first beside its colours.
+    pub look: Look,
     /// Which components are shown at first, sizes and places in the voxel frame.
     pub keep: Keep,
     /// The samples of the volume, to be seen behind the curves.
@@ -109,6 +83,89 @@ pub struct Page<'a> {
     pub still: Option<&'a Image>,
 }
 
+/// How a page looks at first; the reader may change all of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// Whether hollows are darkened.
+    pub occlusion: bool,
+    /// Whether the edges of triangles are drawn.
+    pub wireframe: bool,
+    /// How much of what lies behind the surface hides, 0 to 1.
+    pub opacity: f32,
+    /// A plane across an axis of the volume beyond which nothing is drawn.
+    pub clip: Option<Clip>,
+    /// What lies behind the surface; without it what the reader's page is like, light or dark.
+    pub background: Option<Background>,
+    /// Linear red, green and blue of the surface where it is plain; without it the usual colour.
+    pub front: Option<[f32; 3]>,
+    /// Other isosurfaces beside that of the slider.
+    pub also: Vec<Surface>,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Look {
+            occlusion: false,
+            wireframe: false,
+            opacity: 1.0,
+            clip: None,
+            background: None,
+            front: None,
+            also: Vec::new(),
+        }
+    }
+}
+
+impl Look {
+    /// As the page's scripts read it.
+    fn about(&self, spectrum: &Spectrum) -> Result<serde_json::Value> {
+        let opaque = |opacity: Option<f32>| opacity.unwrap_or(self.opacity);
+        for opacity in self.also.iter().map(|s| opaque(s.opacity)).chain([self.opacity]) {
+            if !(0.0..=1.0).contains(&opacity) {
+                return Err(Error::Usage(format!("opacity {opacity}, expected 0 to 1")));
+            }
+        }
+        let also = self.also.iter().enumerate().map(|(i, surface)| {
+            spectrum.check_isovalue(surface.isovalue)?;
+            let front = code_of(surface.color.unwrap_or_else(|| plain_color(i + 1)));
+            let opacity = opaque(surface.opacity);
+            Ok(serde_json::json!({ "isovalue": surface.isovalue, "front": front, "opacity": short(opacity) }))
+        });
+        Ok(serde_json::json!({
+            "occlusion": self.occlusion,
+            "wireframe": self.wireframe,
+            "opacity": short(self.opacity),
+            "clip": self.clip.map(|clip| clip_across(clip, spectrum)).transpose()?,
+            "background": self.background.map(Background::name),
+            "front": self.front.map(code_of),
+            "also": also.collect::<Result<Vec<_>>>()?,
+        }))
+    }
+}
+
+/// A share with as many digits as anyone sets.
+fn short(share: f32) -> f64 {
+    (1000.0 * f64::from(share)).round() / 1000.0
+}
+
+/// A linear colour as style sheets spell it, without the sign before.
+fn code_of(linear: [f32; 3]) -> String {
+    linear.map(to_srgb).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A plane as the page knows it: across an axis, at a share of the volume's length.
+fn clip_across(clip: Clip, spectrum: &Spectrum) -> Result<serde_json::Value> {
+    let across: Vec<usize> = (0..3).filter(|&axis| clip.normal[axis] != 0.0).collect();
+    let &[axis] = &across[..] else {
+        return Err(Error::Usage("a page cuts across an axis of the volume only".to_owned()));
+    };
+    let placement = &spectrum.volume.placement;
+    let size =
+        (spectrum.volume.dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel();
+    let share = (clip.offset / clip.normal[axis] / size).clamp(0.0, 1.0);
+    Ok(serde_json::json!({ "axis": axis, "share": share, "turned": clip.normal[axis] < 0.0 }))
+}
+
 /// What a page is made of, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
@@ -118,7 +175,7 @@ pub struct Sizes {
     pub script: usize,
     /// The spectrum, compressed, before it becomes letters.
     pub data: usize,
-    /// The mesh that is seen first, compressed, before it becomes letters.
+    /// What is seen first, compressed, before it becomes letters.
     pub first: usize,
     /// The still picture, before base64.
     pub still: usize,
@@ -145,9 +202,8 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
     }
     let field = page.field.and_then(|sources| Field::of(sources, page.ends));
     let data = data::compressed(spectrum, page.step, field.as_ref().map(|field| &field.codes[..]))?;
-    let first = first::compressed(spectrum, page.isovalue, page.step, field.as_ref())?;
-    // Not where it would make the page much larger.
-    let first = first.filter(|first| first.len() <= data.len() / LARGEST_FIRST).unwrap_or_default();
+    let first = first::first(spectrum, page.isovalue, page.step, field.as_ref(), data.len())?;
+    let (first, first_range) = first.map_or_else(Default::default, |f| (f.bytes, Some(f.range)));
     let still = match page.still {
         Some(image) => {
             let mut bytes = Vec::new();
@@ -172,8 +228,11 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "along": data::ALONG,
         "open": page.open,
         "isovalue": page.isovalue,
+        "first": first_range,
         "keep": page.keep,
         "axes": page.axes,
+        "orthographic": page.camera.orthographic,
+        "look": page.look.about(spectrum)?,
         "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
         "field": field.as_ref().map(Field::about),
         "color": color,
@@ -204,65 +263,4 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         still: still.len(),
     };
     Ok((text, sizes))
-}
-
-/// All scripts as one, which leaves no name behind; without comments on lines of their own, without indentation, and
-/// without ends of lines inside of brackets and spaces after commas, which who reads the page has no use for.
-pub fn script() -> String {
-    let mut script = String::from("(() => {\n\"use strict\";\n");
-    let mut is_comment = false;
-    let mut before = "";
-    for line in SCRIPTS.iter().flat_map(|script| script.lines()) {
-        let text = line.trim();
-        is_comment |= text.starts_with("/**");
-        if !(is_comment || text.starts_with("//") || text.is_empty()) {
-            // Behind an opening bracket or a comma, and before a closing one, a statement goes on; but nothing is to come
-            // into a comment at the end of a line.
-            let goes_on =
-                before.ends_with(['{', '(', '[', ',']) || text.starts_with(['}', ')', ']']);
-            if goes_on && !before.contains("//") && !before.is_empty() {
-                script.pop();
-            }
-            script.push_str(&without_spaces_after_commas(text));
-            script.push('\n');
-            before = text;
-        }
-        is_comment &= !text.ends_with("*/");
-    }
-    script.push_str("})();\n");
-    script
-}
-
-/// A line of a script as it is, but for spaces after commas that stand in no text.
-fn without_spaces_after_commas(line: &str) -> String {
-    let has_text = line.contains(['"', '\'']);
-    // Where a text may go over several lines, or a regular expression hold a quote, all stays.
-    if line.contains('`') || has_text && line.contains('/') {
-        return line.to_owned();
-    }
-    let mut shorter = String::with_capacity(line.len());
-    let mut quote = None;
-    for c in line.chars() {
-        match quote {
-            None if c == ' ' && shorter.ends_with(',') => continue,
-            None if c == '"' || c == '\'' => quote = Some(c),
-            Some(open) if c == open => quote = None,
-            _ => {}
-        }
-        shorter.push(c);
-    }
-    shorter
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn spaces_stay_in_texts() {
-        let of = without_spaces_after_commas;
-        assert_eq!(of("f(a, b, \"c, d\", ['e, f', g])"), "f(a,b,\"c, d\",['e, f',g])");
-        assert_eq!(of("x = `${a}, b`, c"), "x = `${a}, b`, c");
-        assert_eq!(of("/[\"',] /.test(a), b"), "/[\"',] /.test(a), b");
-    }
 }

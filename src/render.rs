@@ -23,6 +23,7 @@
 //! ```
 
 mod annotate;
+mod axis;
 mod camera;
 mod edges;
 mod image;
@@ -31,15 +32,19 @@ mod layout;
 mod look;
 mod occlusion;
 mod painter;
+mod passes;
 mod pipeline;
+mod projection;
 mod surface;
 mod table;
 mod tables;
 mod target;
 
 pub use crate::color::{Color, Ends, Map, linear};
-pub use camera::{Axis, BORDER, Camera, FIELD_OF_VIEW, FILL};
+pub use axis::Axis;
+pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
+pub use look::plain_color;
 pub use painter::Painter;
 pub use surface::{RESIDENT_BYTES, Renderer};
 pub use tables::Memory;

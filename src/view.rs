@@ -10,11 +10,17 @@
 //! and computing, the curves over the isovalue.
 
 mod actions;
+mod chooser;
 mod curves;
+mod empty;
 mod hand;
+mod history;
 mod loading;
+mod opened;
 mod options;
+mod picture;
 mod plot;
+mod rows;
 mod save;
 mod scene;
 mod typed;

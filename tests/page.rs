@@ -14,7 +14,7 @@ use isospectrum::color::{Color, Ends};
 use isospectrum::export::read_ply;
 use isospectrum::file;
 use isospectrum::gpu::Gpu;
-use isospectrum::page::{DEFAULT_STEP, Page, html, part, script, with_fewer_knots};
+use isospectrum::page::{DEFAULT_STEP, Look, Page, html, part, script, with_fewer_knots};
 use isospectrum::render::{Camera, Renderer, View};
 use isospectrum::spectrum::{Keep, Query, Spectrum};
 use isospectrum::verify::mesh_topology;
@@ -63,6 +63,7 @@ fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
         ends: Ends::default(),
         field: None,
         axes: false,
+        look: Look::default(),
         keep: Keep::default(),
         samples: None,
         statistics: None,
@@ -340,6 +341,29 @@ fn write_up(folder: &Folder, isovalue: f64) {
     folder.run(&[&base[..], &["--size", &size], &up].concat());
 }
 
+/// What the program draws in parallel projection, with dark hollows, both, and on nothing.
+fn write_sights(folder: &Folder, isovalue: f64) {
+    let isovalue = isovalue.to_string();
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    for (name, flags) in [
+        ("parallel", &["--orthographic"][..]),
+        ("hollows", &["--occlusion"]),
+        ("both", &["--orthographic", "--occlusion", "--clip", "y:50%"]),
+        ("nothing", &["--background", "transparent"]),
+    ] {
+        let picture = format!("sight-{name}.png");
+        let base = ["render", "s.isp", "-c", &isovalue, "-o", &picture, "--size", &size];
+        folder.run(&[&base[..], &["--fit", "volume"], flags].concat());
+    }
+    folder.run(&["html", "s.isp", "-o", "sight.html", "--orthographic", "--occlusion"]);
+    let also = ["-c", "60%=red@0.9", "-c", "20%@0.3"];
+    let look = ["--clip", "-y:25%", "--wireframe", "--background", "dark"];
+    folder.run(&[&["html", "s.isp", "-o", "look.html"][..], &also, &look].concat());
+    let line =
+        folder.fails(&["html", "s.isp", "-o", "l.html", "--background", "transparent", "-q"], 2);
+    assert!(line.contains("expected white, light or dark"), "{line}");
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();
@@ -386,6 +410,7 @@ fn folder_for_the_browser() -> Folder {
     let shaded = shaded_pages(&folder);
     write_colors(&folder, isovalues[1]);
     write_up(&folder, isovalues[1]);
+    write_sights(&folder, isovalues[2]);
     let events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
     let expected = serde_json::json!({
         "range": [low, high],

@@ -20,6 +20,9 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// How long the window gets to see one event before the next: events of one frame are seen at once.
 const BREATH: Duration = Duration::from_millis(400);
 
+/// Where the button that closes one of several spectra is, from the top left of the window.
+const CLOSE: (i32, i32) = (591, 566);
+
 /// Channels of a pixel may differ by this much between two ways to the same picture: rounding once.
 const SAME: u8 = 1;
 
@@ -425,6 +428,122 @@ fn what_the_panel_offers_is_done() {
     window.wait_for_isovalue(|c| c == 0.2);
     let frames = std::fs::read_dir(folder.path().join("s-sweep")).expect("a folder").count();
     assert_eq!(frames, 100);
+}
+
+#[test]
+fn what_render_draws_over_and_darkens_the_window_shows_too() {
+    let server = Server::start();
+    let folder = Folder::new();
+    // A ring, which has a hollow.
+    folder.run(&["compute", "--phantom", "torus:14", "--backend", "cpu", "-o", "s.isp"]);
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.65"]);
+    window.point(400, 250);
+    let plain = window.picture();
+    for (key, flags) in [
+        ("g", &["--axes"][..]),
+        ("d", &["--occlusion"]),
+        ("o", &["--orthographic"]),
+        ("1", &["--camera", "0,0"]),
+        ("6", &["--camera", "90,-90"]),
+    ] {
+        window.input(&format!("key {key}"));
+        if key == "1" || key == "6" || key == "o" {
+            // The others keep what fits; from elsewhere another distance does.
+            window.input("key r");
+        }
+        if key == "1" || key == "6" {
+            window.input(&format!("key {key}"));
+        }
+        let seen = window.picture();
+        assert!(seen.difference(&plain) > 0.005, "{key} changes the picture");
+        if flags[0] != "--camera" {
+            let size = format!("{}x{}", seen.width, seen.height());
+            let base = ["render", "s.isp", "-c", "0.65", "--size", &size, "-o", "r.png"];
+            folder.run(&[&base[..], flags].concat());
+            let rendered = Picture::read(&folder.path().join("r.png"));
+            std::fs::remove_file(folder.path().join("r.png")).expect("removed");
+            let difference = seen.difference(&rendered);
+            assert!(difference < TIES, "{difference} of the pixels differ with {flags:?}");
+            window.input(&format!("key {key}"));
+        }
+        window.input("key r");
+        assert_eq!(window.picture().difference(&plain), 0.0, "and back after {key}");
+    }
+    let (isovalue, _) = window.seen();
+    window.input("key n");
+    let up = window.wait_for_isovalue(|c| c > isovalue);
+    window.input("key p");
+    window.wait_for_isovalue(|c| c < up);
+}
+
+#[test]
+fn views_are_undone_and_done_again() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--wireframe"]);
+    window.point(400, 250);
+    let first = window.picture();
+    window.drag(1, (300, 200), (420, 260));
+    sleep(3 * BREATH);
+    let second = window.picture();
+    window.drag(1, (300, 200), (340, 300));
+    sleep(3 * BREATH);
+    let third = window.picture();
+    assert!(first.difference(&second) > 0.01 && second.difference(&third) > 0.01);
+    for (keys, wanted) in [
+        ("ctrl+z", &second),
+        ("ctrl+z", &first),
+        ("ctrl+z", &first),
+        ("ctrl+y", &second),
+        ("ctrl+shift+z", &third),
+    ] {
+        window.input(&format!("key {keys}"));
+        assert_eq!(window.picture().difference(wanted), 0.0, "{keys}");
+    }
+}
+
+#[test]
+fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    folder.run(&["compute", "--phantom", "torus:10", "--backend", "cpu", "-o", "torus.isp"]);
+    let window = Window::open_titled(&server, &folder, &[], "isospectrum");
+    let (width, screen) = server.screen();
+    // Letters are dark on light: the empty window can be read.
+    let row = |y: usize| &screen[y * width + 300..y * width + 900];
+    let light = (150..600).flat_map(row).filter(|p| p[0] > 200).count();
+    assert!(light > 450 * 600 * 8 / 10, "{light} pixels are light");
+
+    let open = |name: &str| {
+        window.input("key ctrl+o");
+        window.input(&format!("type --delay 60 {name}"));
+        window.input("key Return");
+        wait_for(name, || window.title().starts_with(name).then_some(()));
+    };
+    open("s.isp");
+    window.type_isovalue("0.2");
+    window.wait_for_isovalue(|c| c == 0.2);
+    window.point(400, 250);
+    window.input("key ctrl+s");
+    window.input("key ctrl+a");
+    window.input("type --delay 60 mine.ply");
+    window.input("key Return");
+    wait_for("the mesh", || folder.names().contains(&"mine.ply".to_owned()).then_some(()));
+    folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
+    assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is what extract writes");
+    // What cannot be saved is told, and the dialog stays until Escape.
+    window.input("key ctrl+s");
+    window.input("key ctrl+a");
+    window.input("type --delay 60 mine.doc");
+    window.input("key Return");
+    window.input("key Escape");
+    assert!(!folder.names().contains(&"mine.doc".to_owned()));
+
+    open("torus.isp");
+    // The list of what is open is behind the buttons; closing shows the one before, as it was.
+    window.click(CLOSE.0, CLOSE.1);
+    wait_for("the first one", || window.title().starts_with("s.isp").then_some(()));
+    assert_eq!(window.seen().0, 0.2);
 }
 
 #[test]

@@ -431,6 +431,7 @@ impl Spectrum {
                 ends: Ends::default(),
                 field: None,
                 axes,
+                look: page::Look::default(),
                 keep,
                 samples: samples.as_ref(),
                 statistics: statistics.as_ref(),

@@ -1,4 +1,4 @@
-//! `--camera` and `--up`: from where a surface is seen.
+//! `--camera`, `--up` and `--orthographic`: from where a surface is seen.
 
 use clap::Args;
 use isospectrum::render::{Axis, Camera};
@@ -13,11 +13,14 @@ pub(super) struct CameraArguments {
     /// that is y, of z it is x). Without it the z axis of the world points up
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     up: Option<Axis>,
+    /// Parallel projection: sizes do not depend on depth, and the scale bar holds all over the picture
+    #[arg(long)]
+    orthographic: bool,
 }
 
 impl CameraArguments {
     /// The camera that they tell.
     pub(super) fn camera(self) -> Camera {
-        Camera { up: self.up, ..self.camera.unwrap_or_default() }
+        Camera { up: self.up, orthographic: self.orthographic, ..self.camera.unwrap_or_default() }
     }
 }

@@ -5,17 +5,21 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Error;
 use isospectrum::color::{Color, Parts, Sources};
-use isospectrum::export::{Border, Colors, Format, NO_COLORS, write_colored_to, write_to};
+use isospectrum::export::{
+    Arrangement, Border, Colors, Format, Frame, Look, NO_COLORS, write_all_to, write_colored_to,
+    write_to,
+};
+use isospectrum::render::{Surface, plain_color};
 use isospectrum::spectrum::{Query, Spectrum};
 use serde::Serialize;
 
 use super::border_arguments::BorderArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::frames::{Pattern, Sweep};
-use super::isovalue::{Isovalue, in_spectrum};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::spectrum_file::Opened;
+use super::surface_argument::SurfaceArgument;
 use super::{empty, report, spectrum_file};
 
 /// Write the mesh at one isovalue
@@ -24,23 +28,25 @@ pub(super) struct Extract {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them;
-    /// again for several meshes
+    /// again for several meshes. C=COLOR@OPACITY, as render takes it, tells how each looks in a .glb or .usda of several
     #[arg(
         short = 'c',
         long,
-        value_name = "C",
+        value_name = "C[=COLOR][@OPACITY]",
         allow_hyphen_values = true,
         required_unless_present = "sweep"
     )]
-    isovalue: Vec<Isovalue>,
-    /// N isovalues from A to B, both included, e.g. 10%:90%:40
+    isovalue: Vec<SurfaceArgument>,
+    /// N isovalues from A to B, both included, e.g. 10%:90%:40; a .glb or .usda holds all of them and plays them in
+    /// twelve seconds
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
     sweep: Option<Sweep>,
-    /// Mesh to write: .ply, .stl, .obj, .glb, .vtp or .3mf; - is stdout; of several isovalues a pattern such as mesh-%d.ply, numbered
-    /// from 0, or a .pvd, which lists .vtp beside it with the isovalue as their time
+    /// Mesh to write: .ply, .stl, .obj, .glb, .vtp, .3mf or .usda; - is stdout; of several isovalues a pattern such as
+    /// mesh-%d.ply, numbered from 0, a .glb or .usda of all of them, or a .pvd, which lists .vtp beside it with the isovalue
+    /// as their time
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Format, where the name does not tell: ply, stl, obj, glb, vtp or 3mf
+    /// Format, where the name does not tell: ply, stl, obj, glb, vtp, 3mf or usda
     #[arg(long, value_name = "FORMAT")]
     format: Option<String>,
     #[command(flatten)]
@@ -63,14 +69,22 @@ struct Extracted {
     isovalue: f64,
     n_vertices: usize,
     n_triangles: usize,
-    bytes: u64,
+    /// Of its own file; none where several are in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes: Option<u64>,
 }
 
 /// The same of several isovalues.
 #[derive(Serialize)]
 struct Several {
     meshes: Vec<Extracted>,
+    /// Of the file that holds all of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes: Option<u64>,
 }
+
+/// How long a sweep in one file takes, seconds; as the page and the window play it.
+const SWEEP_SECONDS: f64 = 12.0;
 
 /// The list of a series of meshes as ParaView and PyVista read it: files beside it, with isovalues as their time.
 fn pvd(files: &[String], isovalues: &[f64]) -> String {
@@ -101,24 +115,20 @@ impl Extract {
             false => self.output.display().to_string(),
         };
         let pattern = PathBuf::from(pattern);
-        let outputs = match n_isovalues {
-            1 if !series && self.sweep.is_none() => vec![Output::open(&self.output, &inputs)?],
-            n => Pattern::of_any(&pattern)?.open(n as u32, &inputs)?,
+        let is_several = n_isovalues > 1 || self.sweep.is_some();
+        // A name without a place for a number is one file.
+        let is_scene =
+            is_several && format.has_scenes() && !pattern.display().to_string().contains('%');
+        let outputs = match is_several && !is_scene || series {
+            false => vec![Output::open(&self.output, &inputs)?],
+            true => Pattern::of_any(&pattern)?.open(n_isovalues as u32, &inputs)?,
         };
         if self.json && outputs.iter().any(Output::is_stdout) {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
         let opened = Opened::open(&self.spectrum)?;
-        let told = opened.told();
-        let isovalues = match self.sweep {
-            Some(sweep) => sweep.in_spectrum(told)?,
-            None => (self.isovalue.iter())
-                .map(|&written| {
-                    let isovalue = in_spectrum(written, told)?;
-                    told.check_isovalue(isovalue).map(|()| isovalue)
-                })
-                .collect::<isospectrum::Result<Vec<f64>>>()?,
-        };
+        let surfaces = self.surfaces(opened.told())?;
+        let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         let spectrum = opened.around(&isovalues)?;
         let files = outputs.iter().map(Output::name).collect::<Vec<_>>();
         if !format.has_colors() && !matches!(self.color.shown(), Color::None | Color::Normal) {
@@ -128,9 +138,16 @@ impl Extract {
         let sources = self.color.sources(&spectrum, volume)?;
         let mut query = Query::new(&spectrum);
         let mut written = Vec::new();
-        for (isovalue, output) in isovalues.into_iter().zip(outputs) {
-            let from = (&spectrum, &sources);
-            written.push(self.write(&mut query, from, isovalue, format, output)?);
+        let mut bytes = None;
+        if is_scene {
+            let output = outputs.into_iter().next().ok_or_else(|| Error::internal("no output"))?;
+            (written, bytes) =
+                self.write_scene(&mut query, (&spectrum, &sources), &surfaces, format, output)?;
+        } else {
+            for (surface, output) in surfaces.iter().zip(outputs) {
+                let frame = self.frame(&mut query, &spectrum, &sources, surface)?;
+                written.push(self.write(&spectrum, &frame, format, output)?);
+            }
         }
         if let Some(list) = list {
             let times: Vec<f64> = written.iter().map(|mesh| mesh.isovalue).collect();
@@ -139,22 +156,33 @@ impl Extract {
         if self.json {
             match &written[..] {
                 [one] => report::print_json("extract", one)?,
-                _ => report::print_json("extract", &Several { meshes: written })?,
+                _ => report::print_json("extract", &Several { meshes: written, bytes })?,
             }
         }
         Ok(())
     }
 
-    /// Writes the mesh of one isovalue.
-    fn write(
+    /// The isosurfaces that are asked for.
+    fn surfaces(&self, spectrum: &Spectrum) -> isospectrum::Result<Vec<Surface>> {
+        if let Some(sweep) = self.sweep {
+            return Ok(sweep.in_spectrum(spectrum)?.into_iter().map(Surface::from).collect());
+        }
+        let surface = |written: &SurfaceArgument| {
+            let surface = written.in_spectrum(spectrum)?;
+            spectrum.check_isovalue(surface.isovalue).map(|()| surface)
+        };
+        self.isovalue.iter().map(surface).collect()
+    }
+
+    /// The mesh of an isovalue as far as it is kept, and what its colours show.
+    fn frame(
         &self,
         query: &mut Query<&Spectrum>,
-        (spectrum, sources): (&Spectrum, &Sources),
-        isovalue: f64,
-        format: Format,
-        output: Output,
-    ) -> anyhow::Result<Extracted> {
-        let path = output.name();
+        spectrum: &Spectrum,
+        sources: &Sources,
+        surface: &Surface,
+    ) -> anyhow::Result<Frame> {
+        let Surface { isovalue, color, opacity } = *surface;
         let keep = self.keep.of(spectrum);
         let whole = query.mesh_at(isovalue)?;
         let (vertices, triangles) = query.parts();
@@ -162,27 +190,84 @@ impl Extract {
         let attribute = parts.attribute(self.color.shown(), sources, self.color.ends())?;
         let (mesh, kept) = whole.kept(&keep, self.border.is_open(spectrum));
         let attribute = attribute.map(|attribute| attribute.of_part(&kept));
-        empty::warn(spectrum, isovalue, self.border.is_open(spectrum));
-        empty::warn_of_components(mesh.triangles.len(), &keep);
-        let placement = &spectrum.volume.placement;
         let map = self.color.color_map;
         let map = map.unwrap_or_else(|| self.color.shown().usual_map(sources));
+        empty::warn(spectrum, isovalue, self.border.is_open(spectrum));
+        empty::warn_of_components(mesh.triangles.len(), &keep);
+        let look = Look {
+            isovalue,
+            color: color.unwrap_or_else(|| plain_color(0)),
+            opacity: opacity.unwrap_or(1.0),
+        };
+        Ok(Frame { mesh, look, shown: attribute.map(|attribute| (attribute, map)) })
+    }
+
+    /// Writes the mesh of one isovalue.
+    fn write(
+        &self,
+        spectrum: &Spectrum,
+        Frame { mesh, look, shown }: &Frame,
+        format: Format,
+        output: Output,
+    ) -> anyhow::Result<Extracted> {
+        let path = output.name();
+        let placement = &spectrum.volume.placement;
         let bytes = output
-            .write(|file| match &attribute {
-                Some(attribute) => {
-                    let colors = Colors { attribute, map };
-                    write_colored_to(&mesh, placement, colors, format, file)
+            .write(|file| match shown {
+                Some((attribute, map)) => {
+                    let colors = Colors { attribute, map: *map };
+                    write_colored_to(mesh, placement, colors, format, file)
                 }
-                None => write_to(&mesh, placement, Border::Closed, format, file),
+                None => write_to(mesh, placement, Border::Closed, format, file),
             })
             .map_err(spectrum_file::named(&self.spectrum))?;
         let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
         log::info!(
             "{path}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
-            report::number(isovalue),
+            report::number(look.isovalue),
             report::bytes(bytes)
         );
-        Ok(Extracted { isovalue, n_vertices, n_triangles, bytes })
+        Ok(Extracted { isovalue: look.isovalue, n_vertices, n_triangles, bytes: Some(bytes) })
+    }
+
+    /// Writes the meshes of several isovalues into one file; what they are, and its bytes.
+    fn write_scene(
+        &self,
+        query: &mut Query<&Spectrum>,
+        (spectrum, sources): (&Spectrum, &Sources),
+        surfaces: &[Surface],
+        format: Format,
+        output: Output,
+    ) -> anyhow::Result<(Vec<Extracted>, Option<u64>)> {
+        let path = output.name();
+        let mut frames = Vec::new();
+        for (i, surface) in surfaces.iter().enumerate() {
+            let mut frame = self.frame(query, spectrum, sources, surface)?;
+            if surface.color.is_none() && self.sweep.is_none() {
+                frame.look.color = plain_color(i);
+            }
+            frames.push(frame);
+        }
+        let written: Vec<Extracted> = (frames.iter())
+            .map(|Frame { mesh, look, .. }| Extracted {
+                isovalue: look.isovalue,
+                n_vertices: mesh.positions.len(),
+                n_triangles: mesh.triangles.len(),
+                bytes: None,
+            })
+            .collect();
+        let arrangement = match self.sweep {
+            Some(_) => Arrangement::Sweep { seconds: SWEEP_SECONDS },
+            None => Arrangement::Together,
+        };
+        let placement = &spectrum.volume.placement;
+        let bytes = output
+            .write(|file| write_all_to(frames, arrangement, placement, format, file))
+            .map_err(spectrum_file::named(&self.spectrum))?;
+        let n_triangles: usize = written.iter().map(|mesh| mesh.n_triangles).sum();
+        let (n, bytes_told) = (written.len(), report::bytes(bytes));
+        log::info!("{path}: {n} meshes of {n_triangles} triangles together, {bytes_told}");
+        Ok((written, Some(bytes)))
     }
 
     fn format(&self) -> isospectrum::Result<Format> {

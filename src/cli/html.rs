@@ -6,8 +6,8 @@ use std::str::FromStr;
 use clap::Args;
 use isospectrum::color::Sources;
 use isospectrum::gpu::Gpu;
-use isospectrum::page::{self, DEFAULT_STEP, Page, Sizes};
-use isospectrum::render::{Background, Image, Renderer, View};
+use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
+use isospectrum::render::{Background, Image, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::sweep::Progress as _;
 use isospectrum::volume::{Histogram, Statistics, Volume};
@@ -15,13 +15,15 @@ use isospectrum::{Error, Result};
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
+use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::compute::{not_negative, positive};
+use super::compute::{not_negative, positive, share};
 use super::isovalue::{Isovalue, IsovalueRange};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::progress::Bar;
 use super::spectrum_file::Opened;
+use super::surface_argument::SurfaceArgument;
 use super::{empty, report};
 
 /// Pages of more bytes than this are warned of: they load slowly and are hard to send.
@@ -39,9 +41,10 @@ pub(super) struct Html {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Isovalue it opens at: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of
-    /// them; else 50%, or the nearest with more than a trace to see
-    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
-    isovalue: Option<Isovalue>,
+    /// them; else 50%, or the nearest with more than a trace to see. Again for others that stay in sight, each as render
+    /// takes it, e.g. 1200=bone or -200=skin@0.3; the first one's colour and opacity are those of the slider's
+    #[arg(short = 'c', long, value_name = "C[=COLOR][@OPACITY]", allow_hyphen_values = true)]
+    isovalue: Vec<SurfaceArgument>,
     /// Isovalues to offer by name, e.g. 120=bone,40=skin,top:1%; each written as --isovalue
     #[arg(long, value_name = "C[=NAME],...", value_delimiter = ',', allow_hyphen_values = true)]
     mark: Vec<Mark>,
@@ -72,6 +75,22 @@ pub(super) struct Html {
     /// Draw the box of the volume, the axes of the world and a scale bar
     #[arg(long)]
     axes: bool,
+    /// Darken hollows at first, by what is seen around each point: shows form where noise hides it
+    #[arg(long)]
+    occlusion: bool,
+    /// Draw the edges of the triangles at first
+    #[arg(long)]
+    wireframe: bool,
+    /// What lies behind the surface at first: white, light or dark; else what the reader's page is like
+    #[arg(long, value_name = "WHAT")]
+    background: Option<Background>,
+    /// Cut at first along a plane across an axis of the volume, at a share of its length or a length from the first sample:
+    /// x:50%, z:12.5, or -x:50% for the other side
+    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
+    clip: Option<ClipArgument>,
+    /// How much of what lies behind the surface hides at first, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
+    opacity: f64,
     #[command(flatten)]
     keep: KeepArguments,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
@@ -116,7 +135,7 @@ impl Html {
         let volume = self.volume_of(&spectrum)?;
         let statistics = volume.as_ref().map(Statistics::of).or_else(|| spectrum.statistics());
         let resolve = |c: Isovalue| c.resolve(spectrum.range, statistics.as_ref());
-        let told = self.isovalue.map(resolve).transpose()?;
+        let (told, look) = self.look(&spectrum, statistics.as_ref())?;
         let marks = (self.mark.iter())
             .map(|mark| {
                 let isovalue = resolve(mark.isovalue)?;
@@ -126,11 +145,12 @@ impl Html {
             .collect::<Result<Vec<_>>>()?;
         let samples = volume.as_ref().map(Histogram::of);
         let sources = self.color.sources(&spectrum, None)?;
-        let isovalue = told.unwrap_or_else(|| spectrum.shown_first());
+        let isovalue = told.map_or_else(|| spectrum.shown_first(), |surface| surface.isovalue);
         empty::warn(&spectrum, isovalue, self.border.is_open(&spectrum));
         let bar = Bar::new(quiet);
         bar.report(0.1, "drawing the still picture");
-        let still = self.still(&spectrum, isovalue, &sources)?;
+        let shown = told.unwrap_or_else(|| isovalue.into());
+        let still = self.still(&spectrum, shown, &look, &sources)?;
         let page = Page {
             title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
             caption: self.caption.as_deref(),
@@ -144,6 +164,7 @@ impl Html {
             ends: self.color.ends(),
             field: Some(&sources),
             axes: self.axes,
+            look,
             keep: self.keep.of(&spectrum),
             samples: samples.as_ref(),
             statistics: statistics.as_ref(),
@@ -157,6 +178,32 @@ impl Html {
         output.write_bytes(text.as_bytes())?;
         self.tell(&spectrum, sizes);
         Ok(())
+    }
+
+    /// The first isosurface, if it is told, and how it looks beside which others.
+    fn look(
+        &self,
+        spectrum: &Spectrum,
+        samples: Option<&Statistics>,
+    ) -> Result<(Option<Surface>, Look)> {
+        if self.background == Some(Background::Transparent) {
+            return Err(Error::Usage(
+                "background 'transparent', expected white, light or dark".into(),
+            ));
+        }
+        let surfaces = self.isovalue.iter().map(|surface| surface.resolve(spectrum.range, samples));
+        let mut surfaces = surfaces.collect::<Result<Vec<_>>>()?.into_iter();
+        let first = surfaces.next();
+        let look = Look {
+            occlusion: self.occlusion,
+            wireframe: self.wireframe,
+            opacity: first.and_then(|surface| surface.opacity).unwrap_or(self.opacity as f32),
+            clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
+            background: self.background,
+            front: first.and_then(|surface| surface.color),
+            also: surfaces.collect(),
+        };
+        Ok((first, look))
     }
 
     /// What of a spectrum goes into the page.
@@ -187,7 +234,8 @@ impl Html {
     fn still(
         &self,
         spectrum: &Spectrum,
-        isovalue: f64,
+        shown: Surface,
+        look: &Look,
         sources: &Sources,
     ) -> Result<Option<Image>> {
         let gpu = match Gpu::new(self.adapter.as_deref()) {
@@ -209,20 +257,27 @@ impl Html {
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
+            occlusion: look.occlusion,
+            wireframe: look.wireframe.then_some(1.0),
+            clip: look.clip,
+            opacity: look.opacity,
             ..View::default()
         };
         let mut renderer = Renderer::new(&gpu, spectrum)?;
         renderer.set_sources(sources.clone());
-        if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
+        let surfaces: Vec<Surface> =
+            std::iter::once(shown).chain(look.also.iter().copied()).collect();
+        let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
+        if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
             view.fit(&spectrum.volume, bounds);
         }
-        renderer.draw(isovalue, &view).map(Some)
+        renderer.draw_all(&surfaces, &view).map(Some)
     }
 
     fn tell(&self, spectrum: &Spectrum, sizes: Sizes) {
         let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
         log::info!(
-            "{}: {}, of which script {}, still picture {}, first mesh {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
+            "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
             self.output.display(),
             report::bytes(sizes.page as u64),
             report::bytes(sizes.script as u64),

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use isospectrum::gpu::Gpu;
-use isospectrum::render::{Background, Camera, Renderer, Surface, View};
+use isospectrum::render::{Background, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -59,9 +59,6 @@ pub(super) struct Render {
     size: Size,
     #[command(flatten)]
     camera: CameraArguments,
-    /// Parallel projection: sizes do not depend on depth, and the scale bar holds all over the picture
-    #[arg(long)]
-    orthographic: bool,
     /// What fills the picture: the surface (those of all pictures of a sweep), or the volume, so that pictures of
     /// several isovalues show all in one size
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface)]
@@ -258,7 +255,7 @@ impl Render {
         View {
             width,
             height,
-            camera: Camera { orthographic: self.orthographic, ..self.camera.camera() },
+            camera: self.camera.camera(),
             wireframe: self.wireframe.then_some(1.0),
             color: self.color.shown(),
             map: self.color.color_map,

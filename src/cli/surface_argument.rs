@@ -4,9 +4,10 @@ use std::str::FromStr;
 
 use isospectrum::render::{Surface, linear};
 use isospectrum::spectrum::Spectrum;
+use isospectrum::volume::Statistics;
 use isospectrum::{Error, Result};
 
-use super::isovalue::{Isovalue, in_spectrum};
+use super::isovalue::Isovalue;
 
 /// Colours by name, as they are seen (sRGB).
 const NAMED: [(&str, u32); 12] = [
@@ -39,8 +40,21 @@ impl SurfaceArgument {
     ///
     /// Usage, where its isovalue needs the samples and the spectrum tells nothing of them.
     pub(super) fn in_spectrum(self, spectrum: &Spectrum) -> Result<Surface> {
+        self.resolve(spectrum.range, spectrum.statistics().as_ref())
+    }
+
+    /// The same in a range, by what is known of the samples.
+    ///
+    /// # Errors
+    ///
+    /// As [`SurfaceArgument::in_spectrum`].
+    pub(super) fn resolve(
+        self,
+        range: (f64, f64),
+        samples: Option<&Statistics>,
+    ) -> Result<Surface> {
         Ok(Surface {
-            isovalue: in_spectrum(self.isovalue, spectrum)?,
+            isovalue: self.isovalue.resolve(range, samples)?,
             color: self.color.map(linear),
             opacity: self.opacity,
         })

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isospectrum::render::{Background, Camera, View as Look};
+use isospectrum::render::{Background, View as Look};
 use isospectrum::spectrum::Keep;
 use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
@@ -38,12 +38,15 @@ pub(super) struct View {
     size: Size,
     #[command(flatten)]
     camera: CameraArguments,
-    /// Parallel projection: sizes do not depend on depth
-    #[arg(long)]
-    orthographic: bool,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
+    /// Darken hollows, by what is seen around each point: shows form where noise hides it
+    #[arg(long)]
+    occlusion: bool,
+    /// Draw the box of the volume, the axes of the world and a scale bar
+    #[arg(long)]
+    axes: bool,
     #[command(flatten)]
     color: ColorArguments,
     #[command(flatten)]
@@ -97,8 +100,11 @@ impl View {
             view: Look {
                 width: self.size.width,
                 height: self.size.height,
-                camera: Camera { orthographic: self.orthographic, ..self.camera.camera() },
+                camera: self.camera.camera(),
                 wireframe: self.wireframe.then_some(1.0),
+                occlusion: self.occlusion,
+                axes: self.axes,
+                scale_bar: self.axes,
                 color: self.color.shown(),
                 map: self.color.color_map,
                 ends: self.color.ends(),

@@ -1,24 +1,32 @@
-//! GLB: binary glTF 2.0 with one mesh, its positions, normals and indices.
+//! GLB: binary glTF 2.0: one mesh with its positions, normals and indices; or several, beside each other or as a flip-book.
 //!
-//! Positions are around the origin of the volume, which is the translation of the node: far away, 32-bit floats would
+//! Positions are around the origin of the volume, which is the translation of the nodes: far away, 32-bit floats would
 //! lose the shape.
+//!
+//! A flip-book is an animation in which each mesh has its node, and all but one of them are scaled to nothing, in steps: every
+//! program that plays animations plays it, whatever the meshes have in common. `KHR_node_visibility` stands beside, by
+//! `KHR_animation_pointer`, for those that would rather not draw than draw nothing; who knows it not passes it over.
 
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
-use super::{Painted, Placed};
-use crate::spectrum::SurfaceMesh;
+use super::{Arrangement, Look, Painted, Placed};
 use crate::volume::{Placement, Space, Unit};
 
-/// glTF's number for 32-bit floating point components.
+/// glTF's numbers for components: 8-bit, 16-bit and 32-bit unsigned whole numbers, 32-bit floats.
+const UNSIGNED_BYTE: u32 = 5121;
+const UNSIGNED_SHORT: u32 = 5123;
+const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 
-/// glTF's number for 16-bit unsigned components.
-const UNSIGNED_SHORT: u32 = 5123;
+/// glTF's numbers for what a buffer view is read as: attributes, and corners of triangles.
+const ATTRIBUTES: u32 = 34962;
+const CORNERS: u32 = 34963;
 
-/// glTF's number for 32-bit unsigned components.
-const UNSIGNED_INT: u32 = 5125;
+/// The names of the extensions of a flip-book.
+const VISIBILITY: &str = "KHR_node_visibility";
+const POINTER: &str = "KHR_animation_pointer";
 
 /// Writes a mesh. An empty mesh becomes an empty scene, as glTF has no empty buffers.
 ///
@@ -29,125 +37,268 @@ pub(super) fn write(
     painted: Option<&Painted>,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
-    let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
-    let positions = placed.mesh.positions.iter().map(around).collect();
-    let mesh = &SurfaceMesh { positions, ..placed.mesh };
-    let painted = painted.filter(|_| !mesh.triangles.is_empty());
-    let mut json = description(mesh, &placed.placement);
-    if let Some(painted) = painted {
-        describe_colors(&mut json, mesh, painted);
+    let mut file = File::default();
+    if !placed.mesh.triangles.is_empty() {
+        let mesh = file.mesh(&placed, painted, None);
+        file.nodes.push(node(&placed.placement, mesh));
     }
-    let mut json = json.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let per_vertex = if painted.is_some() { 24 + COLOR_BYTES } else { 24 };
-    let binary_length = per_vertex * mesh.positions.len() + 12 * mesh.triangles.len();
-    let has_binary = binary_length > 0;
-    let total = 12 + 8 + json.len() + if has_binary { 8 + binary_length } else { 0 };
-
-    writer.write_all(b"glTF")?;
-    for number in [2, total as u32, json.len() as u32] {
-        writer.write_all(&number.to_le_bytes())?;
-    }
-    writer.write_all(b"JSON")?;
-    writer.write_all(&json)?;
-    if has_binary {
-        writer.write_all(&(binary_length as u32).to_le_bytes())?;
-        writer.write_all(b"BIN\0")?;
-        for x in mesh.positions.iter().chain(&mesh.normals).flatten() {
-            writer.write_all(&x.to_le_bytes())?;
-        }
-        for v in mesh.triangles.iter().flatten() {
-            writer.write_all(&v.to_le_bytes())?;
-        }
-        if let Some(painted) = painted {
-            for [r, g, b] in &painted.linear {
-                for share in [*r, *g, *b, 1.0] {
-                    writer.write_all(&((share * 65535.0).round() as u16).to_le_bytes())?;
-                }
-            }
-            for x in &painted.numbers {
-                // A number that is none is no JSON and no glTF either.
-                writer.write_all(&(if x.is_finite() { *x } else { 0.0 }).to_le_bytes())?;
-            }
-        }
-    }
-    Ok(())
+    file.write(json!({}), writer)
 }
 
-/// Bytes of the colour of a vertex and of the number that it shows.
-const COLOR_BYTES: usize = 12;
-
-/// Adds colours (linear, as glTF has them) and the numbers that they show, in an attribute of the application's own,
-/// behind what there is.
-fn describe_colors(json: &mut Value, mesh: &SurfaceMesh, painted: &Painted) {
-    let (n, m) = (mesh.positions.len(), mesh.triangles.len());
-    let start = 24 * n + 12 * m;
-    let name = format!("_{}", painted.name.to_ascii_uppercase());
-    let add = |list: &mut Value, more: Value| list.as_array_mut().map(|list| list.push(more));
-    for (offset, length, stride) in [(start, 8 * n, 8), (start + 8 * n, 4 * n, 4)] {
-        add(
-            &mut json["bufferViews"],
-            json!({ "buffer": 0, "byteOffset": offset, "byteLength": length, "byteStride": stride, "target": 34962 }),
-        );
+/// Writes several meshes, beside each other or one after the other.
+pub(super) fn write_all(
+    frames: &[(Placed, Option<Painted>, Look)],
+    arrangement: Arrangement,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    let mut file = File::default();
+    let mut channels = Vec::new();
+    for (i, (placed, painted, look)) in frames.iter().enumerate() {
+        // A node without a mesh is what is seen of an empty one.
+        let has_mesh = !placed.mesh.triangles.is_empty();
+        let material = match arrangement {
+            Arrangement::Together => Some(material(look, painted.is_some())),
+            Arrangement::Sweep { .. } => None,
+        };
+        let mut node = match has_mesh {
+            true => node(&placed.placement, file.mesh(placed, painted.as_ref(), material)),
+            false => json!({}),
+        };
+        node["name"] = json!(format!("isovalue {}", look.isovalue));
+        node["extras"]["isovalue"] = json!(look.isovalue);
+        if let Arrangement::Sweep { seconds } = arrangement {
+            let page = seconds / frames.len() as f64;
+            file.turn(&mut channels, &mut node, (i, frames.len()), page as f32);
+        }
+        file.nodes.push(node);
     }
-    add(
-        &mut json["accessors"],
-        json!({ "bufferView": 3, "componentType": UNSIGNED_SHORT, "normalized": true, "count": n, "type": "VEC4" }),
-    );
-    add(
-        &mut json["accessors"],
-        json!({ "bufferView": 4, "componentType": FLOAT, "count": n, "type": "SCALAR" }),
-    );
-    let attributes = &mut json["meshes"][0]["primitives"][0]["attributes"];
-    attributes["COLOR_0"] = json!(3);
-    attributes[name] = json!(4);
-    json["buffers"][0]["byteLength"] = json!(start + COLOR_BYTES * n);
-}
-
-fn description(mesh: &SurfaceMesh, placement: &Placement) -> Value {
-    let asset = json!({
-        "version": "2.0",
-        "generator": concat!("isospectrum ", env!("CARGO_PKG_VERSION")),
-    });
-    if mesh.triangles.is_empty() {
-        return json!({ "asset": asset, "scene": 0, "scenes": [{}] });
-    }
-    let (n, m) = (mesh.positions.len(), mesh.triangles.len());
-    let bound = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
-        let points = mesh.positions.iter().copied();
-        points.reduce(|a, b| std::array::from_fn(|i| pick(a[i], b[i]))).unwrap_or_default()
+    let more = match arrangement {
+        Arrangement::Together => json!({}),
+        Arrangement::Sweep { .. } => json!({
+            "animations": [{ "name": "sweep", "channels": channels, "samplers": file.samplers }],
+            "extensionsUsed": [POINTER, VISIBILITY],
+        }),
     };
-    let attribute = json!({ "bufferView": 0, "componentType": FLOAT, "count": n, "type": "VEC3" });
-    let (mut position, mut normal) = (attribute.clone(), attribute);
-    position["min"] = json!(bound(f32::min));
-    position["max"] = json!(bound(f32::max));
-    normal["bufferView"] = json!(1);
-    json!({
-        "asset": asset,
-        "scene": 0,
-        "scenes": [{ "nodes": [0] }],
-        "nodes": [node(placement)],
-        "meshes": [{ "primitives": [{
-            "attributes": { "POSITION": 0, "NORMAL": 1 },
-            "indices": 2,
-        }] }],
-        "accessors": [
-            position,
-            normal,
-            { "bufferView": 2, "componentType": UNSIGNED_INT, "count": 3 * m, "type": "SCALAR" },
-        ],
-        "bufferViews": [
-            { "buffer": 0, "byteOffset": 0, "byteLength": 12 * n, "byteStride": 12, "target": 34962 },
-            { "buffer": 0, "byteOffset": 12 * n, "byteLength": 12 * n, "byteStride": 12, "target": 34962 },
-            { "buffer": 0, "byteOffset": 24 * n, "byteLength": 12 * m, "target": 34963 },
-        ],
-        "buffers": [{ "byteLength": 24 * n + 12 * m }],
-    })
+    file.write(more, writer)
 }
 
-/// The node of the mesh, where it lies and in what.
-fn node(placement: &Placement) -> Value {
-    let mut node = json!({ "mesh": 0 });
+/// A file on its way.
+#[derive(Default)]
+struct File {
+    nodes: Vec<Value>,
+    meshes: Vec<Value>,
+    materials: Vec<Value>,
+    samplers: Vec<Value>,
+    accessors: Vec<Value>,
+    views: Vec<Value>,
+    bytes: Vec<u8>,
+}
+
+impl File {
+    /// Adds bytes as a view, each element so many bytes, to be read as what is told; its number.
+    fn view(
+        &mut self,
+        bytes: impl Iterator<Item = u8>,
+        stride: Option<usize>,
+        target: Option<u32>,
+    ) -> usize {
+        let start = self.bytes.len();
+        self.bytes.extend(bytes);
+        let mut view =
+            json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start });
+        if let Some(stride) = stride {
+            view["byteStride"] = json!(stride);
+        }
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
+        // What comes behind begins where four bytes do.
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.push(view);
+        self.views.len() - 1
+    }
+
+    fn accessor(&mut self, accessor: Value) -> usize {
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    /// Adds a mesh that is not empty, its colours (linear, as glTF has them) and the numbers that they show, in an attribute of
+    /// the application's own; its number.
+    fn mesh(
+        &mut self,
+        placed: &Placed,
+        painted: Option<&Painted>,
+        material: Option<Value>,
+    ) -> usize {
+        let mesh = &placed.mesh;
+        let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
+        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(around).collect();
+        let (n, m) = (positions.len(), mesh.triangles.len());
+        let bound = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
+            let points = positions.iter().copied();
+            points.reduce(|a, b| std::array::from_fn(|i| pick(a[i], b[i]))).unwrap_or_default()
+        };
+        let (least, most) = (bound(f32::min), bound(f32::max));
+        let floats = |rows: &[[f32; 3]]| {
+            rows.iter().flatten().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>()
+        };
+        let view = self.view(floats(&positions).into_iter(), Some(12), Some(ATTRIBUTES));
+        let position = self.accessor(json!({
+            "bufferView": view, "componentType": FLOAT, "count": n, "type": "VEC3", "min": least, "max": most,
+        }));
+        let view = self.view(floats(&mesh.normals).into_iter(), Some(12), Some(ATTRIBUTES));
+        let normal = self.accessor(
+            json!({ "bufferView": view, "componentType": FLOAT, "count": n, "type": "VEC3" }),
+        );
+        let corners = mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes());
+        let view = self.view(corners, None, Some(CORNERS));
+        let indices = self.accessor(json!({
+            "bufferView": view, "componentType": UNSIGNED_INT, "count": 3 * m, "type": "SCALAR",
+        }));
+        let mut primitive =
+            json!({ "attributes": { "POSITION": position, "NORMAL": normal }, "indices": indices });
+        if let Some(painted) = painted {
+            let shares = painted.linear.iter().flat_map(|&[r, g, b]| [r, g, b, 1.0]);
+            let colors = shares.flat_map(|share| ((share * 65535.0).round() as u16).to_le_bytes());
+            let view = self.view(colors, Some(8), Some(ATTRIBUTES));
+            primitive["attributes"]["COLOR_0"] = json!(self.accessor(json!({
+                "bufferView": view, "componentType": UNSIGNED_SHORT, "normalized": true, "count": n, "type": "VEC4",
+            })));
+            // A number that is none is no JSON and no glTF either.
+            let numbers = painted.numbers.iter().map(|&x| if x.is_finite() { x } else { 0.0 });
+            let view = self.view(numbers.flat_map(f32::to_le_bytes), Some(4), Some(ATTRIBUTES));
+            let name = format!("_{}", painted.name.to_ascii_uppercase());
+            primitive["attributes"][name] = json!(self.accessor(json!({
+                "bufferView": view, "componentType": FLOAT, "count": n, "type": "SCALAR",
+            })));
+        }
+        if let Some(material) = material {
+            primitive["material"] = json!(self.materials.len());
+            self.materials.push(material);
+        }
+        self.meshes.push(json!({ "primitives": [primitive] }));
+        self.meshes.len() - 1
+    }
+
+    /// Shows a node as page `i` of `n` of a flip-book, each so many seconds.
+    fn turn(
+        &mut self,
+        channels: &mut Vec<Value>,
+        node: &mut Value,
+        (i, n): (usize, usize),
+        page: f32,
+    ) {
+        let number = self.nodes.len();
+        let mut keys = vec![(0.0, i == 0)];
+        if i > 0 {
+            keys.push((page * i as f32, true));
+        }
+        // The last one stays until the end, which this tells.
+        keys.push((page * (i + 1) as f32, i + 1 == n));
+        let times: Vec<f32> = keys.iter().map(|key| key.0).collect();
+        let view = self.view(times.iter().flat_map(|t| t.to_le_bytes()), None, None);
+        let input = self.accessor(json!({
+            "bufferView": view, "componentType": FLOAT, "count": keys.len(), "type": "SCALAR",
+            "min": [times[0]], "max": [times[times.len() - 1]],
+        }));
+        let scales = keys.iter().flat_map(|key| [f32::from(u8::from(key.1)); 3]);
+        let view = self.view(scales.flat_map(f32::to_le_bytes), None, None);
+        let scale = self.accessor(json!({ "bufferView": view, "componentType": FLOAT, "count": keys.len(), "type": "VEC3" }));
+        let view = self.view(keys.iter().map(|key| u8::from(key.1)), None, None);
+        let visible = self.accessor(json!({
+            "bufferView": view, "componentType": UNSIGNED_BYTE, "count": keys.len(), "type": "SCALAR",
+        }));
+        for (output, target) in [
+            (scale, json!({ "node": number, "path": "scale" })),
+            (
+                visible,
+                json!({
+                    "path": "pointer",
+                    "extensions": { POINTER: { "pointer": format!("/nodes/{number}/extensions/{VISIBILITY}/visible") } },
+                }),
+            ),
+        ] {
+            channels.push(json!({ "sampler": self.samplers.len(), "target": target }));
+            self.samplers
+                .push(json!({ "input": input, "output": output, "interpolation": "STEP" }));
+        }
+        // Before it is played, and where it is not, the first one is seen. One that knows the visibility alone shows nothing
+        // of the others, as their scale is nothing.
+        node["extensions"][VISIBILITY] = json!({ "visible": true });
+        if i > 0 {
+            node["scale"] = json!([0.0, 0.0, 0.0]);
+        }
+    }
+
+    /// Writes the file; `more` is what else its description has.
+    fn write(self, more: Value, writer: &mut dyn Write) -> io::Result<()> {
+        let generator = concat!("isospectrum ", env!("CARGO_PKG_VERSION"));
+        let mut json = json!({ "asset": { "version": "2.0", "generator": generator }, "scene": 0, "scenes": [{}] });
+        let lists = [
+            ("nodes", self.nodes),
+            ("meshes", self.meshes),
+            ("materials", self.materials),
+            ("accessors", self.accessors),
+            ("bufferViews", self.views),
+        ];
+        if !lists[0].1.is_empty() {
+            json["scenes"][0]["nodes"] = json!((0..lists[0].1.len()).collect::<Vec<_>>());
+        }
+        // glTF has no empty lists.
+        for (name, list) in lists {
+            if !list.is_empty() {
+                json[name] = Value::Array(list);
+            }
+        }
+        if !self.bytes.is_empty() {
+            json["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        }
+        if let Value::Object(more) = more {
+            more.into_iter().for_each(|(name, value)| json[name] = value);
+        }
+        let mut json = json.to_string().into_bytes();
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let has_binary = !self.bytes.is_empty();
+        let total = 12 + 8 + json.len() + if has_binary { 8 + self.bytes.len() } else { 0 };
+        let total = u32::try_from(total).map_err(|_| {
+            io::Error::other(format!("{total} bytes, expected less than 4 GiB in GLB"))
+        })?;
+
+        writer.write_all(b"glTF")?;
+        for number in [2, total, json.len() as u32] {
+            writer.write_all(&number.to_le_bytes())?;
+        }
+        writer.write_all(b"JSON")?;
+        writer.write_all(&json)?;
+        if has_binary {
+            writer.write_all(&(self.bytes.len() as u32).to_le_bytes())?;
+            writer.write_all(b"BIN\0")?;
+            writer.write_all(&self.bytes)?;
+        }
+        Ok(())
+    }
+}
+
+/// How one of several surfaces looks; where colours show something they are seen as they are.
+fn material(look: &Look, is_painted: bool) -> Value {
+    let [r, g, b] = if is_painted { [1.0; 3] } else { look.color };
+    let mut material = json!({
+        "name": format!("isovalue {}", look.isovalue),
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [r, g, b, look.opacity], "metallicFactor": 0.0, "roughnessFactor": 0.6,
+        },
+        "doubleSided": true,
+    });
+    if look.opacity < 1.0 {
+        material["alphaMode"] = json!("BLEND");
+    }
+    material
+}
+
+/// The node of a mesh, where it lies and in what.
+fn node(placement: &Placement, mesh: usize) -> Value {
+    let mut node = json!({ "mesh": mesh });
     if placement.origin != [0.0; 3] {
         node["translation"] = json!(placement.origin);
     }

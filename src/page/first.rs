@@ -1,15 +1,72 @@
-//! The mesh that a page shows first, as a spectrum of that one isosurface.
+//! What a page shows first: a spectrum of the isovalues around the first one, or of that one isosurface alone.
 //!
-//! It is drawn while the whole is still being unpacked. Its packing is that of the whole, so the page
-//! needs no second reader; each vertex has two knots at one place, and the second takes next to nothing.
+//! It is drawn, and can be moved through, while the whole is still being unpacked. Its packing is that of the whole, so the page
+//! needs no second reader.
 
 use super::data;
 use super::field::Field;
+use super::part::part;
 use crate::error::Result;
 use crate::spectrum::{Knot, Query, Spectrum, Triangle};
 
-/// The raw deflate stream of the isosurface of `isovalue`; none where nothing is to be seen.
-pub(super) fn compressed(
+/// It takes at most this part of the whole spectrum's bytes, and so many bytes: what a page unpacks in a fraction of a second.
+const SMALLEST_PART: usize = 8;
+const MOST_BYTES: usize = 700_000;
+
+/// One isosurface alone may take this part of the whole spectrum's bytes: nothing smaller can be shown.
+const SMALLEST_PART_OF_ONE: usize = 4;
+
+/// The widest range that is tried is this part of the whole one; then it is halved so many times.
+const WIDEST: f64 = 0.25;
+const HALVINGS: i32 = 8;
+
+/// What is shown first.
+pub(super) struct First {
+    /// A raw deflate stream.
+    pub(super) bytes: Vec<u8>,
+    /// The isovalues that it covers.
+    pub(super) range: (f64, f64),
+}
+
+/// The isovalues around `isovalue` that go into a page apart; `whole` is how many bytes all of them take. None where nothing is
+/// to be seen, or it would make the page much larger.
+pub(super) fn first(
+    spectrum: &Spectrum,
+    isovalue: f64,
+    step: f64,
+    field: Option<&Field>,
+    whole: usize,
+) -> Result<Option<First>> {
+    let Some(alone) = alone(spectrum, isovalue, step, field)? else { return Ok(None) };
+    let (low, high) = spectrum.range;
+    let most = (whole / SMALLEST_PART).min(MOST_BYTES);
+    // Numbers of another field stand at the knots of the whole, which a part cuts.
+    let halvings = if field.is_some() { 0..0 } else { 0..HALVINGS };
+    for halving in halvings {
+        let half = 0.5 * WIDEST * (high - low) * 0.5f64.powi(halving);
+        let range = ((isovalue - half).max(low), (isovalue + half).min(high));
+        if range.0 >= range.1 {
+            break;
+        }
+        let around = part(spectrum, range)?;
+        // Packing what is clearly too much takes time for nothing.
+        let about = around.knots.len() as f64 / spectrum.knots.len().max(1) as f64 * whole as f64;
+        if about > 2.0 * most as f64 {
+            continue;
+        }
+        let around = Spectrum { range: spectrum.range, events: Vec::new(), ..around };
+        let bytes = data::compressed(&around, step, None)?;
+        if bytes.len() <= most {
+            return Ok(Some(First { bytes, range }));
+        }
+    }
+    let fits = alone.len() <= whole / SMALLEST_PART_OF_ONE;
+    Ok(fits.then_some(First { bytes: alone, range: (isovalue, isovalue) }))
+}
+
+/// The raw deflate stream of the isosurface of `isovalue`, each vertex with two knots at one place, of which the second takes
+/// next to nothing; none where nothing is to be seen.
+fn alone(
     spectrum: &Spectrum,
     isovalue: f64,
     step: f64,

@@ -6,6 +6,8 @@ const TEMPLATE: &str = include_str!("../../page/page.html");
 const STYLE: &str = include_str!("../../page/page.css");
 const WGSL: &str = include_str!("../../shaders/surface.wgsl");
 const CUT: &str = include_str!("../../shaders/cut.wgsl");
+const OCCLUSION: &str = include_str!("../../shaders/occlusion.wgsl");
+const OCCLUSION_GLSL: &str = include_str!("../../page/occlusion.frag.glsl");
 const VERTEX_GLSL: &str = include_str!("../../page/surface.vert.glsl");
 const FRAGMENT_GLSL: &str = include_str!("../../page/surface.frag.glsl");
 
@@ -48,6 +50,8 @@ pub(super) fn filled(parts: &Parts) -> String {
         "style" => STYLE.into(),
         "wgsl" => WGSL.into(),
         "cut" => CUT.into(),
+        "occlusion" => OCCLUSION.into(),
+        "occlusion-glsl" => OCCLUSION_GLSL.into(),
         "vertex" => VERTEX_GLSL.into(),
         "fragment" => FRAGMENT_GLSL.into(),
         // In JSON a '<' stands in strings only, where it has another spelling that ends no script.
@@ -144,6 +148,7 @@ mod tests {
             ends: Ends::default(),
             field: None,
             axes: false,
+            look: crate::page::Look::default(),
             keep: Keep::default(),
             samples: None,
             statistics: None,

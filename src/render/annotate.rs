@@ -8,7 +8,7 @@ use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 
 use super::{Background, FIELD_OF_VIEW, Image, View};
 use crate::color::{Attribute, Map, Scale, to_srgb};
-use crate::render::camera::Projection;
+use crate::render::projection::Projection;
 use crate::volume::{Placement, Unit};
 
 /// Height of letters as a share of the picture's, and the least that is read, pixels.

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::Background;
-use super::camera::{Projection, corners};
+use super::projection::{Projection, corners};
 use super::target::{COLOR_FORMAT, DEPTH_FORMAT, Target};
 use crate::color::linear;
 use crate::spectrum::VolumeInfo;

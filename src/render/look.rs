@@ -1,7 +1,7 @@
 //! How the surfaces of a picture look, as the shader reads it.
 
-use super::camera::Projection;
 use super::layout::{Cut, Frame, Palette};
+use super::projection::Projection;
 use super::{Surface, View, tables};
 use crate::color::{Color, Map};
 use crate::spectrum::Spectrum;
@@ -19,6 +19,12 @@ const SIDES: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 
 
 /// How light the side towards higher values is of a surface that has a colour of its own, over the other side.
 const DARK_SIDE: f32 = 0.45;
+
+/// Linear red, green and blue of the plain side towards lower values of a surface by its place among those of a picture.
+pub fn plain_color(place: usize) -> [f32; 3] {
+    let [r, g, b, _] = SIDES[place % 2];
+    [r, g, b]
+}
 
 /// What is the same for every corner of a surface.
 pub(super) fn frame(

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::camera::Projection;
+use super::projection::Projection;
 use super::target::{COLOR_FORMAT, Target};
 
 const SHADER: &str = include_str!("../../shaders/occlusion.wgsl");

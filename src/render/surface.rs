@@ -1,11 +1,9 @@
 //! The renderer of one spectrum: a [`Painter`] and what it paints, picture by picture.
 
-use super::annotate::Sheet;
 use super::painter::Painter;
-use super::target::unmultiply;
-use super::{Background, Image, Surface, View};
+use super::{Image, Surface, View};
 use crate::color::{Attribute, Sources};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::spectrum::{Keep, Spectrum, VolumeInfo};
 
@@ -26,7 +24,7 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::Gpu`] if the device refuses or is lost.
+    /// [`crate::Error::Gpu`] if the device refuses or is lost.
     pub fn new(gpu: &Gpu, spectrum: &'a Spectrum) -> Result<Self> {
         Self::with_budget(gpu, spectrum, RESIDENT_BYTES)
     }
@@ -36,7 +34,7 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::Gpu`] if the device refuses or is lost.
+    /// [`crate::Error::Gpu`] if the device refuses or is lost.
     pub fn with_budget(gpu: &Gpu, spectrum: &'a Spectrum, bytes: u64) -> Result<Self> {
         Ok(Renderer { spectrum, painter: Painter::new(gpu, spectrum, bytes)? })
     }
@@ -45,8 +43,8 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] outside [`Spectrum::range`], [`Error::Usage`] if the view makes no sense
-    /// or is too large for the device, [`Error::Gpu`] if the device refuses or is lost.
+    /// [`crate::Error::Range`] outside [`Spectrum::range`], [`crate::Error::Usage`] if the view makes no sense
+    /// or is too large for the device, [`crate::Error::Gpu`] if the device refuses or is lost.
     pub fn draw(&mut self, isovalue: f64, view: &View) -> Result<Image> {
         self.draw_all(&[isovalue.into()], view)
     }
@@ -55,20 +53,10 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     ///
-    /// As [`Renderer::draw`], and [`Error::Usage`] for an opacity that is none.
+    /// As [`Renderer::draw`], and [`crate::Error::Usage`] for an opacity that is none.
     pub fn draw_all(&mut self, surfaces: &[Surface], view: &View) -> Result<Image> {
         self.painter.paint(self.spectrum, surfaces, view)?;
-        let image = self.painter.read()?;
-        let mut image = image.ok_or_else(|| Error::Gpu("nothing was drawn".into()))?;
-        if view.background == Background::Transparent {
-            unmultiply(&mut image);
-        }
-        let View { camera, look_at, width, height, .. } = *view;
-        let volume = &self.spectrum.volume;
-        let projection = camera.projection(volume, look_at, width, height);
-        let shown = self.painter.attribute().map(|attribute| (attribute, self.painter.map(view)));
-        Sheet::new(&mut image, view.background).write(view, &volume.placement, &projection, shown);
-        Ok(image)
+        self.painter.picture(self.spectrum, view)
     }
 
     /// What is known of the volume.
@@ -81,7 +69,7 @@ impl<'a> Renderer<'a> {
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] outside [`Spectrum::range`].
+    /// [`crate::Error::Range`] outside [`Spectrum::range`].
     pub fn bounds(&mut self, isovalues: &[f64], keep: &Keep) -> Result<Option<[[f64; 3]; 2]>> {
         let mut bounds: Option<[[f64; 3]; 2]> = None;
         for &isovalue in isovalues {

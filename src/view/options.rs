@@ -3,6 +3,7 @@
 use eframe::egui::{Color32, ComboBox, DragValue, Rect, RichText, Sense, Slider, Ui, vec2};
 use glam::DVec3;
 
+use super::chooser;
 use super::scene::Scene;
 use super::typed;
 use crate::color::{Map, Scale, to_srgb};
@@ -65,14 +66,22 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         }
     });
     legend(ui, scene, view);
-    let mut wireframe = view.wireframe.is_some();
-    if ui.checkbox(&mut wireframe, "edges (W)").changed() {
-        view.wireframe = wireframe.then_some(1.0);
-    }
-    let mut caps = !view.open;
-    if ui.checkbox(&mut caps, "caps at the border").changed() {
-        view.open = !caps;
-    }
+    ui.horizontal(|ui| {
+        let mut wireframe = view.wireframe.is_some();
+        if ui.checkbox(&mut wireframe, "edges (W)").changed() {
+            view.wireframe = wireframe.then_some(1.0);
+        }
+        if ui.checkbox(&mut view.axes, "axes (G)").changed() {
+            view.scale_bar = view.axes;
+        }
+    });
+    ui.horizontal(|ui| {
+        let mut caps = !view.open;
+        if ui.checkbox(&mut caps, "caps (B)").changed() {
+            view.open = !caps;
+        }
+        ui.checkbox(&mut view.occlusion, "dark hollows (D)");
+    });
     ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
     ui.horizontal(|ui| {
         let mut is_dark = view.background == Background::Dark;
@@ -189,7 +198,7 @@ fn saves(ui: &mut Ui, options: &mut Options) -> Option<Command> {
         if ui.button("picture (S)").clicked() {
             command = Some(Command::Picture);
         }
-        for extension in ["ply", "stl", "obj", "glb"] {
+        for extension in chooser::WRITTEN.into_iter().filter(|&extension| extension != "png") {
             if ui.button(extension).clicked() {
                 command = Some(Command::Mesh(extension));
             }

@@ -7,8 +7,12 @@ use super::scene::Scene;
 use super::typed;
 use crate::spectrum::Measures;
 
-/// Height of the curves, points.
+/// Height of the curves, points, and as a share of the window's where that is less.
 const HEIGHT: f32 = 96.0;
+const SHARE: f32 = 0.14;
+
+/// Size of the mark that tells a curve's colour, points.
+const MARK: Vec2 = Vec2::new(12.0, 6.0);
 
 /// How near to an event a click goes to it, points.
 const SNAP: f32 = 5.0;
@@ -57,7 +61,8 @@ pub(super) type Shown = [bool; CURVES.len()];
 pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<f64> {
     let points = scene.curves.points();
     legend(ui, scene.measures(), shown);
-    let size = Vec2::new(ui.available_width(), HEIGHT);
+    let size =
+        Vec2::new(ui.available_width(), HEIGHT.min(SHARE * ui.ctx().content_rect().height()));
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let rect = response.rect.shrink2(Vec2::new(6.0, 2.0));
     let axis = Axis { rect, range: scene.spectrum.range };
@@ -88,7 +93,7 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
     if let Some(isovalue) = hover {
         let isovalue = nearest_event(scene, &axis, isovalue).unwrap_or(isovalue);
         let text = typed::shown(isovalue);
-        let font = FontId::proportional(11.0);
+        let font = FontId::proportional(12.0);
         painter.text(rect.left_top(), Align2::LEFT_TOP, text, font, visuals.text_color());
     }
     let pointer = response.interact_pointer_pos()?;
@@ -128,7 +133,9 @@ fn legend(ui: &mut Ui, here: Option<Measures>, shown: &mut Shown) {
         for (curve, shown) in CURVES.iter().zip(shown) {
             let value =
                 here.map_or_else(String::new, |m| format!(" {}", typed::shown((curve.of)(&m))));
-            ui.visuals_mut().override_text_color = Some(curve.color);
+            // Colours that are told apart on a curve are not all read as words.
+            let (mark, _) = ui.allocate_exact_size(MARK, Sense::hover());
+            ui.painter().rect_filled(mark, 2.0, curve.color);
             ui.checkbox(shown, format!("{}{value}", curve.name));
         }
     });

@@ -20,6 +20,26 @@ fn stem(folder: &Path, scene: &Scene) -> PathBuf {
     folder.join(if plain.is_empty() { "spectrum".into() } else { plain })
 }
 
+/// The name that a picture has where nobody says another.
+pub(super) fn usual_name(scene: &Scene) -> String {
+    let path = free_path(Path::new(""), scene, "png");
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Writes what is seen to a path, which is replaced: a picture or a mesh, by its extension; what there is to say.
+///
+/// # Errors
+///
+/// As [`picture`] and [`mesh`].
+pub(super) fn save_as(path: &Path, scene: &mut Scene, view: &View) -> Result<String> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        write_picture(path, scene, view)?;
+        return Ok(format!("saved {}", path.display()));
+    }
+    let n_triangles = write_mesh(path, scene, view)?;
+    Ok(mesh_saved(path, n_triangles))
+}
+
 /// `stem-37.2.png`, or `stem-37.2-2.png` where that exists.
 fn free_path(folder: &Path, scene: &Scene, extension: &str) -> PathBuf {
     let stem = stem(folder, scene).display().to_string();
@@ -59,6 +79,12 @@ pub(super) fn mesh(
     extension: &str,
 ) -> Result<(PathBuf, usize)> {
     let path = free_path(folder, scene, extension);
+    let n_triangles = write_mesh(&path, scene, view)?;
+    Ok((path, n_triangles))
+}
+
+/// Writes the mesh; how many triangles.
+fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
     let mut query = Query::new(&*scene.spectrum);
     let mut mesh = SurfaceMesh::default();
     for isovalue in scene.isovalues() {
@@ -70,9 +96,8 @@ pub(super) fn mesh(
         mesh.caps.extend(one.caps);
     }
     let border = if view.open { Border::Open } else { Border::Closed };
-    export::write(&mesh, &scene.spectrum.volume.placement, border, &path)?;
-    let n_triangles = mesh.caps.iter().filter(|&&is_cap| !(view.open && is_cap)).count();
-    Ok((path, n_triangles))
+    export::write(&mesh, &scene.spectrum.volume.placement, border, path)?;
+    Ok(mesh.caps.iter().filter(|&&is_cap| !(view.open && is_cap)).count())
 }
 
 /// What to say of a mesh that was saved: an empty file alone is a riddle.

@@ -12,7 +12,7 @@ use super::hand;
 use super::loading::Loaded;
 use super::typed;
 use crate::color::Sources;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::export::place_in_world;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, SHOWN_FORMAT, Surface, View};
@@ -38,6 +38,8 @@ pub(super) struct Scene {
     pub(super) painter: Painter,
     painted: Option<(Vec<f64>, View)>,
     texture: Option<Shown>,
+    /// What is written over the picture, and of which isovalue and view.
+    sheet: Option<((f64, View), egui::TextureHandle)>,
     /// Nanoseconds the device took for the last picture.
     cost: Arc<AtomicU64>,
 }
@@ -81,6 +83,7 @@ impl Scene {
             spectrum,
             painted: None,
             texture: None,
+            sheet: None,
             cost: Arc::default(),
         })
     }
@@ -153,7 +156,44 @@ impl Scene {
     pub(super) fn picture(&mut self, view: &View) -> Result<Image> {
         self.painted = None;
         self.painter.paint(&self.spectrum, &surfaces(&self.isovalues()), view)?;
-        self.painter.read()?.ok_or_else(|| Error::Gpu("nothing was drawn".into()))
+        self.painter.picture(&self.spectrum, view)
+    }
+
+    /// What is written over the picture, if anything is: as `render` writes it.
+    pub(super) fn written(
+        &mut self,
+        window: &egui::Context,
+        view: &View,
+    ) -> Option<egui::TextureId> {
+        if !view.axes && self.painter.attribute().is_none() {
+            self.sheet = None;
+            return None;
+        }
+        let wanted = (self.isovalue, view.clone());
+        if let Some((_, sheet)) = self.sheet.as_ref().filter(|(shown, _)| *shown == wanted) {
+            return Some(sheet.id());
+        }
+        let pixels = vec![0; 4 * view.width as usize * view.height as usize];
+        let mut image = Image { width: view.width, height: view.height, pixels };
+        self.painter.write_on(&mut image, &self.spectrum, view);
+        let size = [view.width, view.height].map(|n| n as usize);
+        let sheet = egui::ColorImage::from_rgba_unmultiplied(size, &image.pixels);
+        let sheet = window.load_texture("sheet", sheet, egui::TextureOptions::NEAREST);
+        let id = sheet.id();
+        self.sheet = Some((wanted, sheet));
+        Some(id)
+    }
+
+    /// Goes to the next isovalue with events, up or down; whether there is one.
+    pub(super) fn next_event(&mut self, is_up: bool) -> bool {
+        let next = match is_up {
+            true => self.events.iter().find(|&&c| c > self.isovalue),
+            false => self.events.iter().rfind(|&&c| c < self.isovalue),
+        };
+        let (low, high) = self.spectrum.range;
+        let next = next.copied().filter(|c| (low..=high).contains(c));
+        self.isovalue = next.unwrap_or(self.isovalue);
+        next.is_some()
     }
 
     /// The painter's texture, known to the window; a picture of another size is another texture.

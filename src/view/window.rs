@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use eframe::egui::{
-    self, Align2, CentralPanel, Color32, Frame, Panel, PointerButton, ProgressBar, Rect, Response,
-    Sense, TextEdit, Theme, Ui, ViewportCommand, pos2, vec2,
+    self, CentralPanel, FontId, Frame, Panel, ScrollArea, TextStyle, Theme, Ui, ViewportCommand,
 };
-use glam::DVec2;
 
-use super::actions::{self, Action, HELP};
+use super::actions::{self, Action};
+use super::chooser::{Chooser, Purpose};
+use super::history::History;
 use super::loading::{Loaded, Loading, Source};
 use super::options::{self, Command, Options};
 use super::save::{self, Sweep};
@@ -28,32 +28,48 @@ const SWEEP_SECONDS: f64 = 12.0;
 /// Longest a message stays.
 const MESSAGE_TIME: Duration = Duration::from_secs(12);
 
+/// Height of the smallest letters, points.
+const LEAST_LETTERS: f32 = 11.5;
+
+/// Most spectra that are open at once: each lies on the device.
+const MOST_SCENES: usize = 8;
+
 /// The window.
 pub(super) struct Window {
-    gpu: Arc<Gpu>,
-    render_state: eframe::egui_wgpu::RenderState,
+    pub(super) gpu: Arc<Gpu>,
+    pub(super) render_state: eframe::egui_wgpu::RenderState,
     /// A second field that colours can show.
-    field: Option<Volume>,
-    scene: Option<Scene>,
-    loading: Option<Loading>,
-    sweep: Option<Sweep>,
-    view: View,
-    first_camera: Camera,
+    pub(super) field: Option<Volume>,
+    pub(super) scene: Option<Scene>,
+    pub(super) loading: Option<Loading>,
+    pub(super) sweep: Option<Sweep>,
+    pub(super) view: View,
+    pub(super) first_camera: Camera,
     /// Whether the next picture fits the surface that it shows.
-    is_to_fit: bool,
-    options: Options,
-    curves: plot::Shown,
-    parameters: Parameters,
-    folder: PathBuf,
+    pub(super) is_to_fit: bool,
+    pub(super) options: Options,
+    pub(super) history: History,
+    /// The dialog that is open.
+    pub(super) chooser: Option<Chooser>,
+    /// Other spectra that were opened, in the order in which they were.
+    pub(super) others: Vec<(u32, Scene)>,
+    /// The number of the one that is shown, and of the next one.
+    pub(super) number: u32,
+    pub(super) next_number: u32,
+    /// Files that wait until the one before is there.
+    pub(super) waiting: Vec<PathBuf>,
+    pub(super) curves: plot::Shown,
+    pub(super) parameters: Parameters,
+    pub(super) folder: PathBuf,
     /// What is being typed into the field of the isovalue.
-    typed: Option<String>,
+    pub(super) typed: Option<String>,
     /// Direction of the sweep that plays.
-    playing: Option<f64>,
-    help: bool,
-    message: Option<(String, f64)>,
-    title: String,
+    pub(super) playing: Option<f64>,
+    pub(super) help: bool,
+    pub(super) message: Option<(String, f64)>,
+    pub(super) title: String,
     /// Where an error goes that ends the window.
-    failure: Arc<Mutex<Option<Error>>>,
+    pub(super) failure: Arc<Mutex<Option<Error>>>,
 }
 
 impl Window {
@@ -68,6 +84,9 @@ impl Window {
         let render_state =
             render_state.ok_or_else(|| Error::Gpu("the window has no device".into()))?;
         let context = &creation.egui_ctx;
+        context.all_styles_mut(|style| {
+            style.text_styles.insert(TextStyle::Small, FontId::proportional(LEAST_LETTERS));
+        });
         let Opening { content, volume, field, isovalue, view, parameters, folder, .. } = opening;
         let mut window = Window {
             gpu,
@@ -80,6 +99,12 @@ impl Window {
             is_to_fit: true,
             view,
             options: Options::default(),
+            history: History::default(),
+            chooser: None,
+            others: Vec::new(),
+            number: 0,
+            next_number: 0,
+            waiting: Vec::new(),
             curves: [true, false, true, false],
             parameters,
             folder,
@@ -105,7 +130,7 @@ impl Window {
         Ok(window)
     }
 
-    fn load(&mut self, source: Source, context: &egui::Context) {
+    pub(super) fn load(&mut self, source: Source, context: &egui::Context) {
         self.loading = Some(Loading::start(source, self.parameters.clone(), context));
     }
 
@@ -115,11 +140,18 @@ impl Window {
         if !scene.painter.sources().have(self.view.color) {
             self.view.color = Color::None;
         }
-        if let Some(mut old) = self.scene.replace(scene) {
-            old.close(&self.render_state);
+        let number = std::mem::replace(&mut self.number, self.next_number);
+        self.next_number += 1;
+        if let Some(before) = self.scene.replace(scene) {
+            self.others.push((number, before));
+        }
+        // The oldest goes.
+        if self.others.len() == MOST_SCENES {
+            self.others.remove(0).1.close(&self.render_state);
         }
         (self.sweep, self.playing, self.typed) = (None, None, None);
         self.reset();
+        self.history = History::default();
         Ok(())
     }
 
@@ -130,13 +162,13 @@ impl Window {
     }
 
     /// Shows a line for a while.
-    fn say(&mut self, context: &egui::Context, text: impl Into<String>) {
+    pub(super) fn say(&mut self, context: &egui::Context, text: impl Into<String>) {
         let until = context.input(|input| input.time) + MESSAGE_TIME.as_secs_f64();
         self.message = Some((text.into(), until));
         context.request_repaint_after(MESSAGE_TIME);
     }
 
-    fn say_result(&mut self, context: &egui::Context, result: Result<String>) {
+    pub(super) fn say_result(&mut self, context: &egui::Context, result: Result<String>) {
         self.say(context, result.unwrap_or_else(|error| error.to_string()));
     }
 
@@ -149,9 +181,12 @@ impl Window {
                 self.say(context, error.to_string());
             }
         }
-        let dropped: Option<PathBuf> =
-            context.input(|input| Some(input.raw.dropped_files.first()?.path().to_owned()));
-        if let Some(path) = dropped {
+        let dropped: Vec<PathBuf> = context.input(|input| {
+            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
+        });
+        self.waiting.extend(dropped);
+        if self.loading.is_none() && !self.waiting.is_empty() {
+            let path = self.waiting.remove(0);
             self.load(Source::File(path), context);
         }
     }
@@ -163,6 +198,28 @@ impl Window {
                 self.view.wireframe = self.view.wireframe.is_none().then_some(1.0);
             }
             (Action::Reset, _) => self.reset(),
+            (Action::Axes, _) => {
+                self.view.axes = !self.view.axes;
+                self.view.scale_bar = self.view.axes;
+            }
+            (Action::Occlusion, _) => self.view.occlusion = !self.view.occlusion,
+            (Action::Caps, _) => self.view.open = !self.view.open,
+            (Action::Zoom(factor), _) => hand::zoom(&mut self.view, factor),
+            (Action::Undo, _) => _ = self.history.undo(&mut self.view),
+            (Action::Redo, _) => _ = self.history.redo(&mut self.view),
+            (Action::Open, _) => self.choose(Purpose::Open),
+            (Action::SaveAs, _) => self.choose(Purpose::Save),
+            (Action::Orthographic, Some(scene)) => {
+                let is_parallel = !self.view.camera.orthographic;
+                self.view.set_orthographic(&scene.spectrum.volume, is_parallel);
+            }
+            (Action::Side(side), Some(scene)) => {
+                self.view.camera = self.view.camera.from_side(side, &scene.spectrum.volume);
+            }
+            (Action::Event { is_up }, Some(scene)) => {
+                self.playing = None;
+                scene.next_event(is_up);
+            }
             (Action::Step { notches, is_fine }, Some(scene)) => {
                 self.playing = None;
                 scene.step_by(notches, is_fine);
@@ -224,124 +281,6 @@ impl Window {
         }
     }
 
-    /// The picture, in all of the rest of the window.
-    fn picture(&mut self, ui: &mut Ui) {
-        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        let Some(scene) = &mut self.scene else {
-            let hint = "drop a spectrum (.isp) or a volume here";
-            let color = ui.visuals().text_color();
-            let font = egui::FontId::proportional(18.0);
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, hint, font, color);
-            return;
-        };
-        // The texture has a pixel for each of the window's, so both begin on one.
-        let scale = ui.pixels_per_point();
-        let corner = pos2((rect.left() * scale).round(), (rect.top() * scale).round());
-        let size = (rect.size() * scale).floor().max(vec2(1.0, 1.0));
-        let largest = self.gpu.device().limits().max_texture_dimension_2d;
-        self.view.width = (size.x as u32).min(largest);
-        self.view.height = (size.y as u32).min(largest);
-        if std::mem::take(&mut self.is_to_fit)
-            && let Err(error) = scene.fit(&mut self.view)
-        {
-            let text = error.to_string();
-            return self.say(ui.ctx(), text);
-        }
-        let corner = corner / scale;
-        let shown = Rect::from_min_size(corner, size / scale);
-        drag(&response, scale, scene, &mut self.view);
-        if response.double_clicked()
-            && let Some(at) = response.interact_pointer_pos()
-        {
-            let pixel = (at - corner) * scale;
-            let pixel = DVec2::new(f64::from(pixel.x), f64::from(pixel.y));
-            self.view.look_at = scene.point_under(&self.view, pixel).map(|p| p.to_array());
-        }
-        let wheel = if response.contains_pointer() { ui.input(actions::wheel) } else { None };
-        if let Some(Action::Step { notches, is_fine }) = wheel {
-            self.playing = None;
-            scene.step_by(notches, is_fine);
-        }
-        match scene.paint(&self.render_state, &self.view) {
-            Ok(texture) => {
-                let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-                ui.painter().image(texture, shown, whole, Color32::WHITE);
-            }
-            Err(error) => self.say(ui.ctx(), error.to_string()),
-        }
-    }
-
-    /// The isovalue: typed, and on the slider.
-    fn isovalue(&mut self, ui: &mut Ui) {
-        let Some(scene) = &mut self.scene else { return };
-        let mut complaint = None;
-        ui.horizontal(|ui| {
-            ui.label("isovalue");
-            let mut text = self.typed.clone().unwrap_or_else(|| typed::shown(scene.isovalue));
-            let field =
-                ui.add(TextEdit::singleline(&mut text).id_salt("isovalue").desired_width(110.0));
-            if field.changed() {
-                self.typed = Some(text.clone());
-            }
-            if field.lost_focus() && self.typed.take().is_some() {
-                let range = scene.spectrum.range;
-                match typed::isovalue(&text, range, scene.statistics.as_ref()) {
-                    Ok(isovalue) => (scene.isovalue, self.playing) = (isovalue, None),
-                    Err(error) => complaint = Some(error),
-                }
-            }
-            let play = if self.playing.is_some() { "stop (Space)" } else { "play (Space)" };
-            if ui.button(play).clicked() {
-                self.playing = if self.playing.is_some() { None } else { Some(1.0) };
-            }
-            ui.toggle_value(&mut self.help, "help (H)");
-            if let Some((message, _)) = &self.message {
-                ui.label(message);
-            }
-        });
-        if let Some(isovalue) = plot::show(ui, scene, &mut self.curves) {
-            (scene.isovalue, self.playing) = (isovalue, None);
-        }
-        if let Some(complaint) = complaint {
-            self.say(ui.ctx(), complaint);
-        }
-    }
-
-    /// How far a computation or a sweep is, with a way to stop it.
-    fn progress(&mut self, context: &egui::Context) {
-        let (share, text) = match (&self.loading, &self.sweep) {
-            (Some(loading), _) => loading.progress(),
-            (None, Some(sweep)) => (sweep.share(), "saving pictures".into()),
-            (None, None) => return,
-        };
-        let anchor = vec2(0.0, 40.0);
-        let area = egui::Window::new("working").title_bar(false).resizable(false);
-        area.anchor(Align2::CENTER_TOP, anchor).show(context, |ui| {
-            ui.add(ProgressBar::new(share as f32).show_percentage().desired_width(260.0));
-            ui.horizontal(|ui| {
-                if ui.button("cancel").clicked() {
-                    self.loading = None;
-                    if let (Some(sweep), Some(scene)) = (self.sweep.take(), &mut self.scene) {
-                        sweep.finish(scene);
-                    }
-                }
-                ui.label(text);
-            });
-        });
-    }
-
-    fn help(&mut self, context: &egui::Context) {
-        egui::Window::new("help").open(&mut self.help).resizable(false).show(context, |ui| {
-            egui::Grid::new("help").show(ui, |ui| {
-                for (input, meaning) in HELP {
-                    ui.strong(input);
-                    ui.label(meaning);
-                    ui.end_row();
-                }
-            });
-        });
-    }
-
     /// The title tells what is seen.
     fn name_window(&mut self, context: &egui::Context) {
         let title = match (&self.scene, &self.loading) {
@@ -357,32 +296,6 @@ impl Window {
         if title != self.title {
             context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
-        }
-    }
-}
-
-/// What dragging on the picture does.
-fn drag(response: &Response, scale: f32, scene: &Scene, view: &mut View) {
-    let pixels = response.drag_delta() * scale;
-    let by = DVec2::new(f64::from(pixels.x), f64::from(pixels.y));
-    let is_down = |button| response.ctx.input(|input| input.pointer.button_down(button));
-    if response.dragged() && by != DVec2::ZERO {
-        let (left, middle, right) = (
-            is_down(PointerButton::Primary),
-            is_down(PointerButton::Middle),
-            is_down(PointerButton::Secondary),
-        );
-        match (left, middle || right) {
-            (true, true) => hand::zoom(view, (-0.01 * by.y).exp()),
-            (true, false) => hand::turn(view, by),
-            (false, true) => hand::shift(view, &scene.spectrum.volume, by),
-            (false, false) => {}
-        }
-    }
-    if response.contains_pointer() {
-        let zoom = response.ctx.input(egui::InputState::zoom_delta);
-        if zoom != 1.0 {
-            hand::zoom(view, f64::from(zoom));
         }
     }
 }
@@ -406,7 +319,9 @@ impl eframe::App for Window {
         if self.message.as_ref().is_some_and(|(_, until)| context.input(|i| i.time) > *until) {
             self.message = None;
         }
-        for action in actions::pressed(&context) {
+        // A dialog takes the keys.
+        let pressed = if self.chooser.is_some() { Vec::new() } else { actions::pressed(&context) };
+        for action in pressed {
             self.act(action, &context);
         }
         self.advance(&context);
@@ -419,16 +334,24 @@ impl eframe::App for Window {
             }
         });
         let mut command = None;
-        Panel::right("options").default_size(230.0).show(ui, |ui| {
-            if let Some(scene) = &mut self.scene {
-                command = options::show(ui, scene, &mut self.view, &mut self.options);
-            }
-        });
+        if let Some(scene) = &mut self.scene {
+            Panel::right("options").default_size(230.0).show(ui, |ui| {
+                ScrollArea::vertical().show(ui, |ui| {
+                    command = options::show(ui, scene, &mut self.view, &mut self.options);
+                });
+            });
+        }
         if let Some(command) = command {
             self.save(command, &context);
         }
-        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| self.picture(ui));
+        // A picture fills its part to the last pixel; words want ground under them.
+        let frame = match self.scene {
+            Some(_) => Frame::NONE,
+            None => Frame::central_panel(ui.style()),
+        };
+        CentralPanel::default().frame(frame).show(ui, |ui| self.picture(ui));
         self.progress(&context);
+        self.chosen(&context);
         self.help(&context);
         self.name_window(&context);
     }

@@ -1,5 +1,5 @@
 //! Isovalues as people write them: `37.2`, `50%` of the range, `p99` of the samples, `2.5sigma` above their mean, and
-//! `top:1%`, above which that share of the samples lies. The page reads them by the same rules (`page/controls.js`).
+//! `top:1%`, above which that share of the samples lies. The page reads them by the same rules (`page/isovalue.js`).
 
 use std::str::FromStr;
 

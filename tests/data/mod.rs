@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 /// The folder of real volumes; `None`, said loudly, where there is none.
-pub fn folder(test: &str) -> Option<PathBuf> {
+pub(crate) fn folder(test: &str) -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let folder = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(beside, PathBuf::from);
     if folder.is_dir() {
@@ -15,7 +15,7 @@ pub fn folder(test: &str) -> Option<PathBuf> {
 }
 
 /// One file of the folder; `None`, said loudly, where there is none.
-pub fn file(test: &str, name: &str) -> Option<PathBuf> {
+pub(crate) fn file(test: &str, name: &str) -> Option<PathBuf> {
     let path = folder(test)?.join(name);
     if path.is_file() {
         return Some(path);

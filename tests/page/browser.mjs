@@ -103,6 +103,8 @@ export async function sizeAsNative(page) {
     const { width, height } = expected;
     const style = `position: fixed; left: 0; top: 0; width: ${width}px; height: ${height}px; z-index: 1`;
     await page.locator("#stage").evaluate((stage, text) => { stage.style.cssText = text; }, style);
+    // The cube lies over the picture.
+    await page.locator("#cube").evaluate((cube) => { cube.style.display = "none"; });
 }
 
 /** Opens the page anew at the address that it has by now. */

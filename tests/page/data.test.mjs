@@ -157,12 +157,21 @@ for (const [name, isovalues] of Object.entries(expected.shaded)) {
     });
 }
 
-test("the mesh that is seen first is that of the whole at its isovalue", () => {
+test("what is seen first is that of the whole at the isovalues that it covers", () => {
+    const { about } = embedded();
+    const [low, high] = about.first;
+    assert.ok(low < about.isovalue && about.isovalue < high, `${low} to ${high}`);
+    // Not at the ends, where a triangle that is born or dies there counts for one and not for the other.
+    const shares = [0.02, 0.3, 0.71, 0.98];
+    for (const c of [about.isovalue, ...shares.map((t) => low * (1 - t) + high * t)]) compareFirst(c);
+});
+
+function compareFirst(isovalue) {
     const { about, spectrum, first } = embedded();
     const { Query } = decoder();
     const [whole, alone] = [spectrum, first].map((s) => {
         const query = new Query(s, about.step);
-        query.moveTo(about.isovalue, false);
+        query.moveTo(isovalue, false);
         return query.mesh(true);
     });
     assert.equal(alone.triangles.length, whole.triangles.length);
@@ -175,7 +184,7 @@ test("the mesh that is seen first is that of the whole at its isovalue", () => {
             assert.ok(Math.abs(x - wanted[i]) <= (about.along + 1) * about.step, `${x}, expected ${wanted[i]}`);
         });
     }
-});
+}
 
 test("active triangles are those whose lifetime contains the rank, after moves of any size", () => {
     const { spectrum } = embedded();

@@ -4,8 +4,9 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { address, expected, folder, launch, open, settled, show, state, watched } from "./browser.mjs";
+import { address, expected, folder, launch, open, pixels, settled, show, state, watched } from "./browser.mjs";
 import { componentsOf, parsePly } from "./meshes.mjs";
+import { FAR, difference } from "./pixels.mjs";
 
 const [low, high] = expected.range;
 const at = (share) => low + share * (high - low);
@@ -100,17 +101,24 @@ describe("inputs", () => {
         await page.waitForFunction(() => window.isospectrum?.getState().nPictures > 0);
         const first = await state(page);
         assert.ok(!first.isWhole && first.nTriangles > 0);
-        await page.getByText("Loading the other isovalues").waitFor();
-        await page.evaluate((c) => window.isospectrum.setIsovalue(c), at(0.75));
-        await settled(page);
-        assert.equal((await state(page)).nTriangles, first.nTriangles, "the first mesh stays");
+        await page.getByText(/Isovalues .* to .* are there; loading the others/).waitFor();
+        const [low, high] = await page.evaluate(() => JSON.parse(document.getElementById("about").textContent).first);
+        // One moves among those that are there; beyond, the last of them stays.
+        const seen = [];
+        for (const c of [0.9 * low + 0.1 * first.isovalue, high, at(0.75)]) {
+            await page.evaluate((isovalue) => window.isospectrum.setIsovalue(isovalue), c);
+            await settled(page);
+            seen.push(await pixels(page));
+        }
+        assert.ok(high < at(0.75) && difference(seen[0], seen[1], FAR).share > 0.001, "what is there moves");
+        assert.equal(difference(seen[1], seen[2], FAR).share, 0, "the last one stays");
         await page.evaluate(() => window.answer({ error: "not today" }));
         await page.waitForFunction(() => document.documentElement.dataset.ready);
         await settled(page);
         const whole = await state(page);
         assert.ok(whole.isWhole && whole.isovalue === at(0.75));
-        assert.notEqual(whole.nTriangles, first.nTriangles);
-        await page.getByText("Loading the other isovalues").waitFor({ state: "hidden" });
+        assert.ok(difference(seen[2], await pixels(page), FAR).share > 0.001);
+        await page.locator("#loading").waitFor({ state: "hidden" });
         await close();
     });
 

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::{Sheet, Stand};
 use crate::render::Background;
-use crate::render::camera::Projection;
+use crate::render::projection::Projection;
 use crate::volume::Placement;
 
 /// Colours of the axes on light and on dark; those of `page/page.css`.

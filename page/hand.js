@@ -1,0 +1,161 @@
+// What the reader does with pointers, wheel and keys. Every input only says what is wanted; the next picture shows the latest
+// of it.
+
+/** Steps of the isovalue as shares of the range, usual and fine ones. */
+const STEP = 1 / 200;
+const FINE_STEP = 1 / 4000;
+const DEGREES_PER_PIXEL = 0.4;
+/** What a key turns, degrees, moves, CSS pixels, and zooms by. */
+const KEY_DEGREES = 5;
+const KEY_PIXELS = 24;
+const KEY_ZOOM = 1.15;
+/** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
+const [NEAREST, FARTHEST] = [0.0002, 20];
+
+/** How far a pointer may move, CSS pixels, and still have clicked. */
+const CLICK = 4;
+
+/** A place on the canvas as a point of the picture: -1 to 1, right and up. */
+function pointOf(canvas, { clientX, clientY }) {
+    const { left, top, width, height } = canvas.getBoundingClientRect();
+    return [(2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height];
+}
+
+/** Pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
+function followPointers(canvas, viewer) {
+    const pointers = new Map();
+    const spread = () => {
+        const [a, b] = [...pointers.values()];
+        return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, size: Math.hypot(a.x - b.x, a.y - b.y) };
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+        canvas.setPointerCapture(event.pointerId);
+        const { clientX: x, clientY: y, button } = event;
+        pointers.set(event.pointerId, { x, y, moves: button === 1 || button === 2, button, from: [x, y] });
+        event.preventDefault();
+        canvas.focus({ preventScroll: true });
+    });
+    canvas.addEventListener("pointermove", (event) => {
+        viewer.pointed = pointOf(canvas, event);
+        viewer.tellPlace();
+        const pointer = pointers.get(event.pointerId);
+        if (!pointer) return;
+        const before = pointers.size === 2 ? spread() : null;
+        const [dx, dy] = [event.clientX - pointer.x, event.clientY - pointer.y];
+        [pointer.x, pointer.y] = [event.clientX, event.clientY];
+        if (before) {
+            const after = spread();
+            viewer.move(after.x - before.x, after.y - before.y);
+            if (before.size > 0 && after.size > 0) viewer.zoom(before.size / after.size);
+        } else if (pointer.moves) viewer.move(dx, dy);
+        else viewer.rotate(-DEGREES_PER_PIXEL * dx, DEGREES_PER_PIXEL * dy);
+    });
+    canvas.addEventListener("pointerup", (event) => {
+        const { from, button } = pointers.get(event.pointerId) ?? {};
+        const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= CLICK;
+        if (isClick) viewer.panel?.click(pointOf(canvas, event));
+    });
+    canvas.addEventListener("pointerleave", () => {
+        viewer.pointed = null;
+        viewer.tellPlace();
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+        canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("dblclick", (event) => {
+        if (!viewer.panel?.picking) viewer.recentre(pointOf(canvas, event));
+    });
+    canvas.addEventListener("wheel", (event) => {
+        // In a frame the wheel alone scrolls the page around it. A pinch on a touchpad arrives with Ctrl.
+        if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
+        event.preventDefault();
+        if (event.shiftKey) viewer.stepIsovalue(-linesOf(event) * STEP);
+        else viewer.zoom(Math.exp(0.25 * linesOf(event)));
+    }, { passive: false });
+}
+
+/** Whether another page shows this one in a frame. */
+const IS_FRAMED = typeof window !== "undefined" && window.parent !== window;
+
+/** How far a wheel was turned, in notches; with Shift some browsers turn it sideways. */
+function linesOf({ deltaMode, deltaX, deltaY }) {
+    return (deltaY || deltaX) / (deltaMode === 0 ? 100 : 3);
+}
+
+/** Keys anywhere in the page, except where text is typed. */
+function followKeys(viewer) {
+    const onCanvas = {
+        ArrowRight: () => viewer.rotate(KEY_DEGREES, 0),
+        ArrowLeft: () => viewer.rotate(-KEY_DEGREES, 0),
+        ArrowUp: () => viewer.rotate(0, KEY_DEGREES),
+        ArrowDown: () => viewer.rotate(0, -KEY_DEGREES),
+    };
+    const onCanvasWithShift = {
+        ArrowRight: () => viewer.move(KEY_PIXELS, 0),
+        ArrowLeft: () => viewer.move(-KEY_PIXELS, 0),
+        ArrowUp: () => viewer.move(0, -KEY_PIXELS),
+        ArrowDown: () => viewer.move(0, KEY_PIXELS),
+    };
+    const pointed = () => viewer.pointed ?? [0, 0];
+    const keys = {
+        "+": () => viewer.zoom(1 / KEY_ZOOM),
+        "=": () => viewer.zoom(1 / KEY_ZOOM),
+        "-": () => viewer.zoom(KEY_ZOOM),
+        _: () => viewer.zoom(KEY_ZOOM),
+        n: () => viewer.panel.nextEvent(1),
+        p: () => viewer.panel.nextEvent(-1),
+        g: () => viewer.setLook({ axes: !viewer.look.axes }),
+        o: () => viewer.setLook({ orthographic: !viewer.look.orthographic }),
+        d: () => viewer.setLook({ occlusion: !viewer.look.occlusion }),
+        f: () => toggleFullscreen(),
+        k: () => viewer.pick(pointed(), false),
+        x: () => viewer.pick(pointed(), true),
+        a: () => viewer.showAll(),
+        c: () => viewer.setColoring({ color: viewer.coloring.color === "none" ? "component" : "none" }),
+        "]": (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
+        "[": (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        "}": () => viewer.stepIsovalue(FINE_STEP),
+        "{": () => viewer.stepIsovalue(-FINE_STEP),
+        ArrowRight: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
+        ArrowUp: (fine) => viewer.stepIsovalue(fine ? FINE_STEP : STEP),
+        ArrowLeft: (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        ArrowDown: (fine) => viewer.stepIsovalue(fine ? -FINE_STEP : -STEP),
+        PageUp: () => viewer.stepIsovalue(10 * STEP),
+        PageDown: () => viewer.stepIsovalue(-10 * STEP),
+        Home: () => viewer.setIsovalue(viewer.low),
+        End: () => viewer.setIsovalue(viewer.high),
+        " ": () => viewer.play(!viewer.playing),
+        r: () => viewer.reset(),
+        s: () => viewer.saves.picture(),
+        w: () => viewer.setLook({ wireframe: !viewer.look.wireframe }),
+        b: () => viewer.setLook({ open: !viewer.look.open }),
+        h: () => toggleHelp(),
+    };
+    for (let side = 0; side < 6; side++) keys[side + 1] = () => viewer.lookFrom(side);
+    document.addEventListener("keydown", (event) => {
+        const { target, key } = event;
+        if (event.ctrlKey || event.metaKey || event.altKey) return;
+        if (target.matches("input[type=text], select")) return;
+        if (target.matches("button, a, input[type=checkbox]") && (key === " " || key === "Enter")) return;
+        if (byId("copied").open) return;
+        if (byId("help").open && key !== "h") return;
+        const onTarget = target.matches("canvas") ? (event.shiftKey ? onCanvasWithShift : onCanvas) : {};
+        const action = onTarget[key] ?? keys[key.length === 1 ? key.toLowerCase() : key];
+        if (!action) return;
+        event.preventDefault();
+        action(event.shiftKey);
+    });
+}
+
+function toggleFullscreen() {
+    // A frame may not be allowed to.
+    if (document.fullscreenElement) document.exitFullscreen();
+    else document.documentElement.requestFullscreen?.().catch((error) => console.info(error.message));
+}
+
+function toggleHelp() {
+    const help = byId("help");
+    if (help.open) help.close();
+    else help.showModal();
+}

@@ -1,0 +1,104 @@
+#version 300 es
+// The fragment stages of shaders/occlusion.wgsl. Same names, same order; each pixel has one depth here, and rows go upwards.
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+
+/// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division where sight is parallel.
+uniform vec2 depth;
+/// Half width and half height of the picture at a distance of 1; at any where sight is parallel.
+uniform vec2 reach;
+/// Width and height of the picture, pixels.
+uniform vec2 size;
+/// How far things darken each other, voxels.
+uniform float radius;
+uniform bool parallel;
+uniform sampler2D depths;
+uniform sampler2D seen;
+
+out vec4 color;
+
+const int N_NEIGHBOURS = 40;
+const float N_TURNS = 11.0;
+const float LEAST_PIXELS = 2.0;
+const float BIAS = 0.015;
+const float STRENGTH = 14.0;
+const float DARKEST = 0.1;
+const int SMOOTHED = 3;
+const float APART = 0.35;
+const float PI = 3.14159265;
+
+float z_of(float at) {
+    return parallel ? (at - depth.y) / depth.x : -depth.y / (at + depth.x);
+}
+
+ivec2 inside(ivec2 pixel) {
+    return clamp(pixel, ivec2(0), ivec2(size) - 1);
+}
+
+float depth_at(ivec2 pixel) {
+    return texelFetch(depths, inside(pixel), 0).r;
+}
+
+#ifdef SEEN
+vec3 point_at(ivec2 pixel) {
+    float z = z_of(depth_at(pixel));
+    vec2 place = 2.0 * (vec2(inside(pixel)) + 0.5) / size - 1.0;
+    return vec3(place * reach * (parallel ? 1.0 : -z), z);
+}
+
+vec3 along(vec3 before, vec3 here, vec3 after) {
+    vec3 onwards = after - here;
+    vec3 backwards = here - before;
+    return abs(onwards.z) < abs(backwards.z) ? onwards : backwards;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 here = point_at(pixel);
+    vec3 right = along(point_at(pixel - ivec2(1, 0)), here, point_at(pixel + ivec2(1, 0)));
+    vec3 up = along(point_at(pixel - ivec2(0, 1)), here, point_at(pixel + ivec2(0, 1)));
+    vec3 normal = normalize(cross(right, up));
+    float per_voxel = 0.5 * size.y / (reach.y * (parallel ? 1.0 : -here.z));
+    float pixels = radius * per_voxel;
+    if (depth_at(pixel) >= 1.0 || pixels < LEAST_PIXELS) {
+        color = vec4(1.0);
+        return;
+    }
+    // The noise of WebGPU's rows, which go downwards.
+    vec2 place = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y);
+    float turned = 2.0 * PI * fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715))));
+    float squared = radius * radius;
+    float hidden = 0.0;
+    for (int i = 0; i < N_NEIGHBOURS; i++) {
+        float share = (float(i) + 0.5) / float(N_NEIGHBOURS);
+        float angle = 2.0 * PI * N_TURNS * share + turned;
+        vec2 offset = share * pixels * vec2(cos(angle), -sin(angle));
+        vec3 way = point_at(pixel + ivec2(roundEven(offset))) - here;
+        float far = dot(way, way);
+        float fade = max(squared - far, 0.0) / squared;
+        float above = max(dot(way, normal) - BIAS * radius, 0.0);
+        hidden += fade * above / (sqrt(far) + 0.05 * radius);
+    }
+    color = vec4(mix(DARKEST, 1.0, exp(-STRENGTH * hidden / float(N_NEIGHBOURS))));
+}
+#else
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float own = depth_at(pixel);
+    // What has the depth of nothing has samples of the surface, too: this is drawn over those alone.
+    float z = z_of(min(own, 0.9999999));
+    float sum = 0.0;
+    float weights = 0.0;
+    for (int y = -SMOOTHED; y <= SMOOTHED; y++) {
+        for (int x = -SMOOTHED; x <= SMOOTHED; x++) {
+            ivec2 at = inside(pixel + ivec2(x, y));
+            float off = abs(z_of(depth_at(at)) - z) / (APART * radius);
+            float weight = clamp(1.0 - off, 0.0, 1.0) + 1e-4;
+            sum += weight * texelFetch(seen, at, 0).r;
+            weights += weight;
+        }
+    }
+    color = vec4(vec3(sum / weights), 1.0);
+}
+#endif

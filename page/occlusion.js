@@ -1,0 +1,119 @@
+// Darkness in hollows, over the opaque surfaces of a picture: the twin of src/render/occlusion.rs, on WebGPU with
+// shaders/occlusion.wgsl and on WebGL2 with page/occlusion.frag.glsl.
+
+/** How far things darken each other, as a share of the half height of the picture where one looks at. */
+const RADIUS = 0.14;
+
+/** The shader's Sight: depth, reach, size, radius, and whether sight is parallel. */
+function sightOf({ depth, reach, distance, isParallel }, [width, height]) {
+    return [...depth, ...reach, width, height, RADIUS * reach[1] * (isParallel ? 1 : distance), isParallel];
+}
+
+class WebGpuOcclusion {
+    static async compile(device, format) {
+        const module = device.createShaderModule({ code: byId("occlusion-wgsl").textContent });
+        const pipeline = (entryPoint, target, count) => device.createRenderPipelineAsync({
+            layout: "auto",
+            vertex: { module, entryPoint: "picture_vertex" },
+            fragment: { module, entryPoint, targets: [target] },
+            multisample: { count },
+        });
+        const multiply = {
+            color: { srcFactor: "dst", dstFactor: "zero" },
+            alpha: { srcFactor: "zero", dstFactor: "one" },
+        };
+        const occlusion = new WebGpuOcclusion();
+        occlusion.device = device;
+        occlusion.seen = await pipeline("seen_fragment", { format: "r8unorm" }, 1);
+        occlusion.darken = await pipeline("darken_fragment", { format, blend: multiply }, 4);
+        occlusion.sight = device.createBuffer({ size: 32, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+        return occlusion;
+    }
+
+    /** Records the darkening of what samples show, as their depth tells. */
+    encode(encoder, { samples, depth, picture }, projection) {
+        const { device, sight } = this;
+        const size = [picture.width, picture.height];
+        const numbers = new Float32Array(sightOf(projection, size));
+        new Uint32Array(numbers.buffer)[7] = projection.isParallel ? 1 : 0;
+        device.queue.writeBuffer(sight, 0, numbers);
+        if (this.texture?.width !== size[0] || this.texture?.height !== size[1]) {
+            this.texture?.destroy();
+            const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING;
+            this.texture = device.createTexture({ size, format: "r8unorm", usage });
+        }
+        const textures = [depth.createView({ aspect: "depth-only" }), this.texture.createView()];
+        const pass = (pipeline, n, target) => {
+            const entries = [{ buffer: sight }, ...textures.slice(0, n)].map((resource, binding) => ({ binding, resource }));
+            const drawn = encoder.beginRenderPass({ colorAttachments: [{ storeOp: "store", ...target }] });
+            drawn.setPipeline(pipeline);
+            drawn.setBindGroup(0, device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }));
+            drawn.draw(3);
+            drawn.end();
+        };
+        pass(this.seen, 1, { view: textures[1], loadOp: "clear" });
+        pass(this.darken, 2, { view: samples.createView(), resolveTarget: picture.createView(), loadOp: "load" });
+    }
+}
+
+/** A triangle over all of the picture, behind every surface. */
+const BEHIND_VERTEX = `#version 300 es
+void main() {
+    gl_Position = vec4(vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0, 0.999999, 1.0);
+}`;
+
+class WebGl2Occlusion {
+    constructor(renderer) {
+        const text = byId("occlusion-glsl").textContent.trimStart();
+        this.renderer = renderer;
+        this.seen = renderer.linked(BEHIND_VERTEX, text.replace("\n", "\n#define SEEN\n"));
+        this.darken = renderer.linked(BEHIND_VERTEX, text);
+        this.target = renderer.gl.createFramebuffer();
+    }
+
+    /** Darkens what the renderer's samples show, as their depth tells. */
+    draw(projection, size) {
+        const { renderer, target } = this;
+        const { gl, samples, resolved, depth } = renderer;
+        gl.bindFramebuffer(gl.READ_FRAMEBUFFER, samples);
+        gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, resolved);
+        gl.blitFramebuffer(0, 0, ...size, 0, 0, ...size, gl.DEPTH_BUFFER_BIT, gl.NEAREST);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+        if (this.size?.[0] !== size[0] || this.size?.[1] !== size[1]) {
+            gl.deleteTexture(this.texture ?? null);
+            this.texture = renderer.texture(gl.R8, size);
+            gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
+            this.size = size;
+        }
+        gl.bindVertexArray(null);
+        gl.disable(gl.DEPTH_TEST);
+        this.pass(this.seen, [depth], projection, size);
+        // Over samples of surfaces alone, whose depth is less.
+        gl.bindFramebuffer(gl.FRAMEBUFFER, samples);
+        gl.enable(gl.DEPTH_TEST);
+        gl.depthFunc(gl.GREATER);
+        gl.depthMask(false);
+        gl.enable(gl.BLEND);
+        gl.blendFuncSeparate(gl.DST_COLOR, gl.ZERO, gl.ZERO, gl.ONE);
+        this.pass(this.darken, [depth, this.texture], projection, size);
+        gl.disable(gl.BLEND);
+        gl.depthMask(true);
+        gl.depthFunc(gl.LESS);
+    }
+
+    pass(program, textures, projection, size) {
+        const { gl } = this.renderer;
+        const at = (name) => gl.getUniformLocation(program, name);
+        gl.useProgram(program);
+        const sight = sightOf(projection, size);
+        ["depth", "reach", "size"].forEach((name, i) => gl.uniform2f(at(name), sight[2 * i], sight[2 * i + 1]));
+        gl.uniform1f(at("radius"), sight[6]);
+        gl.uniform1i(at("parallel"), sight[7] ? 1 : 0);
+        textures.forEach((texture, unit) => {
+            gl.activeTexture(gl.TEXTURE0 + unit);
+            gl.bindTexture(gl.TEXTURE_2D, texture);
+            gl.uniform1i(at(["depths", "seen"][unit]), unit);
+        });
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+}

@@ -1,0 +1,414 @@
+// The controls below the picture: slider, typed isovalue, buttons, and what they show.
+
+/** Steps of the slider. */
+const SLIDER_STEPS = 10000;
+
+/** Other isosurfaces that can be shown at once, and the colours that they have at first. */
+const MOST_EXTRAS = 6;
+const EXTRA_COLORS = ["d9a46c", "5fae84", "d184b4", "e0c95a", "c8503c", "8c7ac2"];
+
+/** What of the look is on or off, and has a box to be checked. */
+const SWITCHES = ["wireframe", "axes", "orthographic", "occlusion"];
+
+function byId(id) {
+    return document.getElementById(id);
+}
+
+/** Does something at an event of an element, or of the one that has a name. */
+function on(target, event, action) {
+    (target.addEventListener ? target : byId(target)).addEventListener(event, action);
+}
+
+/** Changes a text; the same one again would be laid out again. */
+function setText(element, text) {
+    if (element.textContent !== text) element.textContent = text;
+}
+
+/** The address that leads back to what is seen. */
+function linkTo(viewer) {
+    writeAddress(viewer);
+    return `${location.href.split("#")[0]}${viewer.address}`;
+}
+
+/** The frame that shows it in another page. */
+function embedOf(viewer) {
+    const quoted = (text) => text.replace(/&/g, "&amp;").replace(/"/g, "&quot;");
+    return `<iframe src="${quoted(linkTo(viewer))}" title="${quoted(document.title)}" width="720" height="480" `
+        + 'style="border: 0" loading="lazy" allow="clipboard-write; fullscreen"></iframe>';
+}
+
+/** Slider, typed isovalue and buttons. */
+class Panel {
+    constructor(viewer, about) {
+        this.viewer = viewer;
+        this.samples = about.samples;
+        const { low, high } = viewer;
+        this.slider = byId("slider");
+        this.slider.max = SLIDER_STEPS;
+        on(this.slider, "input", () => {
+            const t = this.slider.value / SLIDER_STEPS;
+            viewer.setIsovalue(low * (1 - t) + high * t);
+        });
+        this.typed = byId("isovalue");
+        this.printed = byId("printed-isovalue");
+        const type = () => this.type();
+        on(this.typed, "change", type);
+        on(this.typed, "keydown", (event) => {
+            if (event.key === "Enter") type();
+            if (event.key === "Escape") this.show();
+        });
+        this.plot = new Plot(byId("plot"), about, [low, high], (c) => viewer.setIsovalue(c));
+        byId("events").textContent = shownEvents(about.curves.events.length, this.plot.marks.length);
+        this.offer(about, byId("offered"));
+        this.message = byId("message");
+        this.loading = byId("loading");
+        byId("low").textContent = shownIsovalue(low, high - low);
+        byId("high").textContent = shownIsovalue(high, high - low);
+        this.playButton = byId("play");
+        on(this.playButton, "click", () => viewer.play(!viewer.playing));
+        on("reset", "click", () => viewer.reset());
+        for (const name of SWITCHES) {
+            on(name, "change", () => viewer.setLook({ [name]: byId(name).checked }));
+        }
+        this.usePictures();
+        on("speed", "change", () => { viewer.speed = Number(byId("speed").value); });
+        byId("fullscreen").hidden = !document.fullscreenEnabled;
+        on("fullscreen", "click", toggleFullscreen);
+        this.events = byId("events");
+        this.eventsText = shownEvents(about.curves.events.length, this.plot.marks.length);
+        on("plot", "pointermove", (event) => this.readOut(this.plot.readOut(event)));
+        on("plot", "pointerleave", () => this.readOut(null));
+        this.border = byId("border");
+        on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
+        this.useComponents();
+        this.useColors();
+        this.useLayers();
+        for (const id of ["slider", "plot"]) {
+            on(id, "wheel", (event) => {
+                if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
+                event.preventDefault();
+                viewer.stepIsovalue(-linesOf(event) * (event.shiftKey ? FINE_STEP : STEP));
+            }, { passive: false });
+        }
+        on("previous", "click", () => this.nextEvent(-1));
+        on("next", "click", () => this.nextEvent(1));
+        on("screenshot", "click", () => viewer.saves.picture());
+        for (const button of document.querySelectorAll("[data-format]")) {
+            on(button, "click", () => viewer.saves.mesh(button.dataset.format));
+        }
+        on("copy-link", "click", () => this.copy(linkTo(viewer)));
+        on("copy-embed", "click", () => this.copy(embedOf(viewer)));
+        on("close-copied", "click", () => byId("copied").close());
+        on("more", "click", () => {
+            const isMore = document.documentElement.classList.toggle("more");
+            byId("more").setAttribute("aria-expanded", isMore);
+            byId("more").textContent = isMore ? "Less" : "More";
+        });
+        on("show-help", "click", toggleHelp);
+        on("close-help", "click", toggleHelp);
+    }
+
+    /** Pictures and films that are saved. */
+    usePictures() {
+        const { viewer } = this;
+        const field = byId("picture-size");
+        on(field, "change", () => {
+            const size = sizeOfText(field.value, viewer.renderer.largest);
+            field.setAttribute("aria-invalid", size === undefined);
+            setText(this.message, size === undefined ? `expected a size such as 1920x1080, at most ${viewer.renderer.largest} each way` : "");
+            if (size !== undefined) viewer.saves.size = size ?? undefined;
+        });
+        on("transparent", "change", () => { viewer.saves.isTransparent = byId("transparent").checked; });
+        on("film", "click", () => viewer.saves.film());
+        // Not every browser packs films, and none does for pages that came over an open line.
+        byId("film").hidden = !window.VideoEncoder;
+    }
+
+    /** Copies a text, or shows it to be copied where that may not be. */
+    async copy(text) {
+        try {
+            await navigator.clipboard.writeText(text);
+            this.message.textContent = "Copied.";
+        } catch {
+            const field = byId("copied-text");
+            field.value = text;
+            byId("copied").showModal();
+            field.select();
+        }
+    }
+
+    /** Buttons of the isovalues that the author marked, else of some that may be worth a look. */
+    offer({ marks, suggested }, list) {
+        const { viewer, plot } = this;
+        const offered = marks.length > 0 ? marks : suggested;
+        list.hidden = offered.length === 0;
+        list.append(marks.length > 0 ? "Isovalues" : "Suggested");
+        for (const [isovalue, name] of offered) {
+            const button = document.createElement("button");
+            button.type = "button";
+            const text = shownIsovalue(isovalue, viewer.high - viewer.low);
+            button.textContent = name === String(isovalue) ? text : `${name} (${text})`;
+            on(button, "click", () => viewer.setIsovalue(isovalue));
+            list.append(button);
+        }
+        plot.name(marks);
+    }
+
+    /** Says what is pointed at, in place of how many events there are. */
+    readOut(text) {
+        setText(this.events, text ?? this.eventsText);
+    }
+
+    /** What colours, and how. */
+    useColors() {
+        const { viewer } = this;
+        const { maps, field } = viewer.about;
+        this.color = byId("color");
+        for (const [name, shown] of Object.entries(COLORS)) {
+            if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
+        }
+        on(this.color, "change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
+        this.map = byId("map");
+        for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
+        on(this.map, "change", () => viewer.setColoring({ map: this.map.value || null }));
+        this.scale = byId("scale");
+        on(this.scale, "change", () => {
+            const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
+            const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
+            this.scale.setAttribute("aria-invalid", !isScale);
+            this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
+            if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
+        });
+        this.front = byId("front");
+        on(this.front, "input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
+        this.background = byId("background");
+        on(this.background, "change", () => viewer.setLook({ background: this.background.value }));
+    }
+
+    showColors() {
+        const { coloring, look } = this.viewer;
+        const { color, map, low, high, front } = coloring;
+        this.color.value = color;
+        this.map.value = map ?? "";
+        const hasScale = color !== "none" && color !== "component";
+        for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
+        this.front.parentElement.hidden = color !== "none";
+        if (front) this.front.value = `#${front}`;
+        if (document.activeElement !== this.scale) this.scale.value = low === null ? "" : `${low}:${high}`;
+        this.background.value = look.background;
+    }
+
+    /** A plane that cuts, opacity, and other isosurfaces. */
+    useLayers() {
+        const { viewer } = this;
+        this.clip = byId("clip");
+        this.clipShare = byId("clip-share");
+        this.clipTurned = byId("clip-turned");
+        const clip = () => {
+            const axis = "xyz".indexOf(this.clip.value);
+            const share = Number(this.clipShare.value);
+            viewer.setLook({ clip: this.clip.value ? { axis, share, turned: this.clipTurned.checked } : null });
+        };
+        for (const control of [this.clip, this.clipShare, this.clipTurned]) on(control, "input", clip);
+        this.opacity = byId("opacity");
+        on(this.opacity, "input", () => {
+            viewer.opacity = Number(this.opacity.value);
+            viewer.request();
+        });
+        this.also = byId("also");
+        on("add-isovalue", "click", () => {
+            const front = EXTRA_COLORS[viewer.extras.length % EXTRA_COLORS.length];
+            if (viewer.extras.length < MOST_EXTRAS) {
+                viewer.setExtras([...viewer.extras, { isovalue: viewer.isovalue, front, opacity: 0.4 }]);
+            }
+        });
+    }
+
+    showLayers() {
+        const { clip } = this.viewer.look;
+        this.clip.value = clip ? "xyz"[clip.axis] : "";
+        for (const control of [this.clipShare, this.clipTurned]) control.parentElement.hidden = !clip;
+        if (clip) [this.clipShare.value, this.clipTurned.checked] = [clip.share, clip.turned];
+        this.opacity.value = this.viewer.opacity;
+        const { extras } = this.viewer;
+        if (extras === this.shownExtras) return;
+        this.shownExtras = extras;
+        this.also.replaceChildren(...extras.map((extra) => this.extraRow(extra)));
+    }
+
+    /** The controls of another isosurface. */
+    extraRow(extra) {
+        const { viewer } = this;
+        const { low, high } = viewer;
+        const name = shownIsovalue(extra.isovalue, high - low);
+        const control = (type, label, value, change, rest) => {
+            const input = Object.assign(document.createElement("input"), { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
+            on(input, type === "text" ? "change" : "input", () => {
+                change(input.value, input);
+                viewer.request();
+            });
+            return input;
+        };
+        const remove = Object.assign(document.createElement("button"), { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
+        on(remove, "click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
+        const row = Object.assign(document.createElement("span"), { className: "group" });
+        row.append(
+            control("text", "Value", name, (text, input) => {
+                const { isovalue, problem } = isovalueOfText(text, low, high, this.samples);
+                input.setAttribute("aria-invalid", Boolean(problem));
+                this.message.textContent = problem ?? "";
+                if (!problem) extra.isovalue = isovalue;
+            }),
+            control("color", "Colour", `#${extra.front}`, (value) => { extra.front = value.slice(1); }),
+            control("range", "Opacity", extra.opacity, (value) => { extra.opacity = Number(value); }, { min: 0.05, max: 1, step: 0.05 }),
+            remove,
+        );
+        return row;
+    }
+
+    /** What shows and hides components. */
+    useComponents() {
+        const { viewer } = this;
+        this.largest = byId("largest");
+        on(this.largest, "change", () => viewer.select({ largest: Number(this.largest.value) || null }));
+        this.minVolume = byId("min-volume");
+        on(this.minVolume, "change", () => {
+            const volume = Number(this.minVolume.value);
+            const isNumber = Number.isFinite(volume) && volume >= 0;
+            this.minVolume.setAttribute("aria-invalid", !isNumber);
+            this.message.textContent = isNumber ? "" : "expected a volume, 0 or above";
+            if (isNumber) viewer.select({ minVolume: volume / this.voxelVolume() });
+        });
+        this.pickers = { keep: byId("pick-keep"), hide: byId("pick-hide"), measure: byId("pick-measure") };
+        for (const [name, button] of Object.entries(this.pickers)) {
+            on(button, "click", () => this.pickNext(this.picking === name ? null : name));
+        }
+        this.showAll = byId("show-all");
+        on(this.showAll, "click", () => viewer.showAll());
+    }
+
+    /** The volume of a voxel in the world; the twin of voxel_volume in src/volume/placement.rs. */
+    voxelVolume() {
+        const { spacing, direction } = this.viewer.spectrum.info.volume.placement;
+        return Math.min(...spacing) ** 3 * Math.abs(determinant(direction));
+    }
+
+    /** What the next click on the surface does: keeps or hides a component, or nothing. */
+    pickNext(picking) {
+        this.picking = picking;
+        for (const [name, button] of Object.entries(this.pickers)) {
+            button.setAttribute("aria-pressed", name === picking);
+        }
+        this.viewer.canvas.classList.toggle("picks", Boolean(picking));
+        if (picking === "measure") this.viewer.measure(null);
+    }
+
+    click(point) {
+        if (!this.picking) return;
+        if (this.picking === "measure") {
+            const distance = this.viewer.measure(point);
+            if (distance !== null) this.message.textContent = `Distance ${shownNumber(distance)}${unitOf(this.viewer.spectrum.info.volume)}`;
+            return;
+        }
+        const isHiding = this.picking === "hide";
+        if (this.viewer.pick(point, isHiding) && !isHiding) this.pickNext(null);
+    }
+
+    /** Goes to the next isovalue with events in a direction. */
+    nextEvent(direction) {
+        const { viewer, plot } = this;
+        const isovalue = plot.nextMark(viewer.isovalue, direction);
+        if (isovalue !== undefined) viewer.setIsovalue(isovalue);
+    }
+
+    type() {
+        const { low, high } = this.viewer;
+        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.samples);
+        this.typed.setAttribute("aria-invalid", Boolean(problem));
+        this.message.textContent = problem ?? "";
+        if (!problem) this.viewer.setIsovalue(isovalue);
+    }
+
+    /** Shows what the viewer does. */
+    show() {
+        const { isovalue, low, high, look, playing } = this.viewer;
+        const text = shownIsovalue(isovalue, high - low);
+        const t = (isovalue - low) / (high - low);
+        this.slider.value = Math.round(SLIDER_STEPS * (Number.isFinite(t) ? t : 0.5));
+        const percent = `${Math.round(100 * (Number.isFinite(t) ? t : 0.5))} %`;
+        this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${percent} of the range`);
+        if (this.shown !== isovalue) {
+            this.typed.value = text;
+            this.printed.textContent = text;
+            this.typed.setAttribute("aria-invalid", false);
+            this.message.textContent = "";
+            this.shown = isovalue;
+        }
+        this.showProgress();
+        this.plot.show(isovalue);
+        for (const name of SWITCHES) byId(name).checked = look[name];
+        this.border.checked = !look.open;
+        this.showSelection();
+        this.showColors();
+        this.showLayers();
+        setText(this.playButton, playing ? "Pause" : "Play");
+        if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
+            this.playButton.setAttribute("aria-pressed", playing);
+        }
+    }
+
+    showSelection() {
+        const { selection } = this.viewer;
+        const { largest, minVolume } = selection;
+        const wanted = largest === null ? "" : String(largest);
+        if (this.largest.value !== wanted) {
+            if (![...this.largest.options].some((option) => option.value === wanted)) {
+                this.largest.append(new Option(`${wanted} largest`, wanted));
+            }
+            this.largest.value = wanted;
+        }
+        if (this.shownMinVolume !== minVolume) {
+            this.shownMinVolume = minVolume;
+            this.minVolume.value = String(Number((minVolume * this.voxelVolume()).toPrecision(6)));
+        }
+        this.showAll.disabled = selection.isAll;
+    }
+
+    /** Says while only the first mesh is there; what needs the others waits. */
+    showProgress() {
+        const { isWhole } = this.viewer;
+        if (isWhole === this.isWhole) return;
+        this.isWhole = isWhole;
+        const [low, high] = (this.viewer.about.first ?? []).map((c) => shownIsovalue(c, this.viewer.high - this.viewer.low));
+        this.loading.textContent = low === high ? "Loading the other isovalues…" : `Isovalues ${low} to ${high} are there; loading the others…`;
+        this.loading.hidden = isWhole;
+        for (const button of document.querySelectorAll("[data-format], #film")) button.disabled = !isWhole;
+    }
+
+    /** A measure with its unit. */
+    shownMeasure(name, value) {
+        const power = { area: "²", volume: "³" }[name];
+        return shownNumber(value) + (power ? unitOf(this.viewer.spectrum.info.volume, power) : "");
+    }
+
+    /** Shows the measures of the mesh; null while they are not known. */
+    showMeasures(measures, components) {
+        for (const [name, value] of Object.entries(measures)) {
+            setText(byId(`${name}-value`), value === null ? "…" : this.shownMeasure(name, value));
+        }
+        const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
+        const told = Object.entries(names).filter(([name]) => measures[name] !== null)
+            .map(([name, text]) => `, ${text} ${this.shownMeasure(name, measures[name])}`);
+        // What is printed is measured before: the picture of another size comes without.
+        const { isovalue } = this.viewer;
+        if (told.length > 0 || this.printedIsovalue !== isovalue) {
+            byId("printed-measures").textContent = told.join("");
+            this.printedIsovalue = isovalue;
+        }
+        // Of the components that there are.
+        if (components && components.nKept < components.n) {
+            const text = `${shownNumber(measures.components)} of ${shownNumber(components.n)}`;
+            setText(byId("components-value"), text);
+        }
+    }
+}

@@ -1,0 +1,63 @@
+// Pictures that are saved: of any size, also on nothing, with the legend and what lies over the picture.
+
+/** Divides colours by alpha, in linear light: the average over the samples of a pixel counts those beside the surface as black. */
+function withStraightAlpha({ pixels }) {
+    const linear = (byte) => (byte <= 10 ? byte / 255 / 12.92 : ((byte / 255 + 0.055) / 1.055) ** 2.4);
+    const shown = (x) => 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+    for (let i = 0; i < pixels.length; i += 4) {
+        const alpha = pixels[i + 3] / 255;
+        if (alpha === 0 || alpha === 1) continue;
+        for (let k = i; k < i + 3; k++) pixels[k] = shown(Math.min(linear(pixels[k]) / alpha, 1));
+    }
+}
+
+/** Draws shapes of an SVG as the page shows them. */
+function drawShapes(context, svg, scale) {
+    context.save();
+    context.scale(scale, scale);
+    for (const shape of svg.children) {
+        const style = getComputedStyle(shape);
+        Object.assign(context, { globalAlpha: style.opacity, strokeStyle: style.stroke, fillStyle: style.fill, lineCap: "round" });
+        context.lineWidth = parseFloat(style.strokeWidth);
+        const at = (name) => Number(shape.getAttribute(name));
+        if (shape.tagName === "text") {
+            Object.assign(context, { font: `${style.fontWeight} ${style.fontSize} ${style.fontFamily}`, textAlign: "center", textBaseline: "middle" });
+            context.fillText(shape.textContent, at("x"), at("y"));
+            continue;
+        }
+        const path = new Path2D(shape.getAttribute("d") ?? "");
+        if (shape.tagName === "circle") path.arc(at("cx"), at("cy"), at("r"), 0, 2 * Math.PI);
+        if (style.fill !== "none") context.fill(path);
+        if (style.stroke !== "none") context.stroke(path);
+    }
+    context.restore();
+}
+
+/** A canvas with a picture of rows from the top, the legend of what its colours show, and what lies over it. */
+function canvasOf(canvas, { width, height, pixels }, viewer) {
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    const context = canvas.getContext("2d", { willReadFrequently: true });
+    context.putImageData(new ImageData(pixels, width, height), 0, 0);
+    if (viewer.overlay) {
+        // In CSS pixels of the size that the page has.
+        const scale = height / viewer.canvas.clientHeight;
+        viewer.overlay.draw(viewer, viewer.projection([width, height]), [width / scale, height / scale]);
+        drawShapes(context, viewer.overlay.svg, scale);
+        viewer.overlay.draw(viewer, viewer.projection());
+    }
+    if (viewer.shown) drawLegend(context, viewer.shown, viewer.isDark());
+    return canvas;
+}
+
+function pngOf(canvas) {
+    return new Promise((resolve, reject) => {
+        canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("no picture"))), "image/png");
+    });
+}
+
+/** Width and height that a text such as 1920x1080 means; null where it is empty, nothing where it means none. */
+function sizeOfText(text, largest) {
+    if (text.trim() === "") return null;
+    const size = /^\s*(\d+)\s*[x×]\s*(\d+)\s*$/.exec(text)?.slice(1).map(Number);
+    return size?.every((n) => n >= 1 && n <= largest) ? size : undefined;
+}

@@ -1,0 +1,68 @@
+//! An axis of a volume, as flags spell it.
+
+use std::str::FromStr;
+
+use crate::error::{Error, Result};
+
+/// An axis of a volume, one way or the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// From the first sample of a row to the last.
+    X,
+    /// From the first row to the last.
+    Y,
+    /// From the first slice to the last.
+    Z,
+    /// Against x.
+    MinusX,
+    /// Against y.
+    MinusY,
+    /// Against z.
+    MinusZ,
+}
+
+impl Axis {
+    /// Every axis, in the order of the documentation.
+    pub const ALL: [Axis; 6] =
+        [Axis::X, Axis::Y, Axis::Z, Axis::MinusX, Axis::MinusY, Axis::MinusZ];
+
+    /// The name as flags spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axis::X => "x",
+            Axis::Y => "y",
+            Axis::Z => "z",
+            Axis::MinusX => "-x",
+            Axis::MinusY => "-y",
+            Axis::MinusZ => "-z",
+        }
+    }
+
+    /// Its number, from 0, and 1 or -1.
+    pub(super) fn number_and_sign(self) -> (usize, f64) {
+        match self {
+            Axis::X => (0, 1.0),
+            Axis::Y => (1, 1.0),
+            Axis::Z => (2, 1.0),
+            Axis::MinusX => (0, -1.0),
+            Axis::MinusY => (1, -1.0),
+            Axis::MinusZ => (2, -1.0),
+        }
+    }
+}
+
+impl FromStr for Axis {
+    type Err = Error;
+
+    /// Reads the name as flags spell it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for any other text.
+    fn from_str(text: &str) -> Result<Self> {
+        Axis::ALL.into_iter().find(|axis| axis.name() == text).ok_or_else(|| {
+            let names = Axis::ALL.map(Axis::name).join(", ");
+            Error::Usage(format!("axis '{text}', expected one of {names}"))
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! The picture in the window: drawing it, and what the hand does on it.
+
+use std::time::Duration;
+
+use eframe::egui::{self, Color32, PointerButton, Rect, Response, Sense, Ui, pos2, vec2};
+use glam::DVec2;
+
+use super::actions::{self, Action};
+use super::chooser::Purpose;
+use super::empty::{self, Choice};
+use super::hand;
+use super::history::REST;
+use super::loading::Source;
+use super::scene::Scene;
+use super::window::Window;
+use crate::render::View;
+use crate::volume::phantom;
+
+impl Window {
+    /// The picture, in all of the rest of the window.
+    pub(super) fn picture(&mut self, ui: &mut Ui) {
+        let Some(scene) = &mut self.scene else {
+            if self.loading.is_none() {
+                self.offer(ui);
+            }
+            return;
+        };
+        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        // The texture has a pixel for each of the window's, so both begin on one.
+        let scale = ui.pixels_per_point();
+        let corner = pos2((rect.left() * scale).round(), (rect.top() * scale).round());
+        let size = (rect.size() * scale).floor().max(vec2(1.0, 1.0));
+        let largest = self.gpu.device().limits().max_texture_dimension_2d;
+        self.view.width = (size.x as u32).min(largest);
+        self.view.height = (size.y as u32).min(largest);
+        if std::mem::take(&mut self.is_to_fit)
+            && let Err(error) = scene.fit(&mut self.view)
+        {
+            let text = error.to_string();
+            return self.say(ui.ctx(), text);
+        }
+        let corner = corner / scale;
+        let shown = Rect::from_min_size(corner, size / scale);
+        drag(&response, scale, scene, &mut self.view);
+        if response.double_clicked()
+            && let Some(at) = response.interact_pointer_pos()
+        {
+            let pixel = (at - corner) * scale;
+            let pixel = DVec2::new(f64::from(pixel.x), f64::from(pixel.y));
+            self.view.look_at = scene.point_under(&self.view, pixel).map(|p| p.to_array());
+        }
+        let wheel = if response.contains_pointer() { ui.input(actions::wheel) } else { None };
+        if let Some(Action::Step { notches, is_fine }) = wheel {
+            self.playing = None;
+            scene.step_by(notches, is_fine);
+        }
+        match scene.paint(&self.render_state, &self.view) {
+            Ok(texture) => {
+                let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+                ui.painter().image(texture, shown, whole, Color32::WHITE);
+                if let Some(sheet) = scene.written(ui.ctx(), &self.view) {
+                    ui.painter().image(sheet, shown, whole, Color32::WHITE);
+                }
+            }
+            Err(error) => self.say(ui.ctx(), error.to_string()),
+        }
+        self.remember(ui.ctx());
+    }
+
+    /// Keeps views in which one came to rest.
+    fn remember(&mut self, context: &egui::Context) {
+        let (time, is_held) = context.input(|input| (input.time, input.pointer.any_down()));
+        if self.history.watch(&self.view, time, is_held) {
+            context.request_repaint_after(Duration::from_secs_f64(REST));
+        }
+    }
+
+    /// What the window offers while there is nothing in it.
+    fn offer(&mut self, ui: &mut Ui) {
+        match empty::show(ui, &self.folder) {
+            Some(Choice::Open) => self.choose(Purpose::Open),
+            Some(Choice::Phantom(name)) => match phantom(name) {
+                Ok(volume) => self.load(Source::Volume(volume.into()), ui.ctx()),
+                Err(error) => self.say(ui.ctx(), error.to_string()),
+            },
+            None => {}
+        }
+    }
+}
+
+/// What dragging on the picture does.
+fn drag(response: &Response, scale: f32, scene: &Scene, view: &mut View) {
+    let pixels = response.drag_delta() * scale;
+    let by = DVec2::new(f64::from(pixels.x), f64::from(pixels.y));
+    let is_down = |button| response.ctx.input(|input| input.pointer.button_down(button));
+    if response.dragged() && by != DVec2::ZERO {
+        let (left, middle, right) = (
+            is_down(PointerButton::Primary),
+            is_down(PointerButton::Middle),
+            is_down(PointerButton::Secondary),
+        );
+        match (left, middle || right) {
+            (true, true) => hand::zoom(view, (-0.01 * by.y).exp()),
+            (true, false) => hand::turn(view, by),
+            (false, true) => hand::shift(view, &scene.spectrum.volume, by),
+            (false, false) => {}
+        }
+    }
+    if response.contains_pointer() {
+        let zoom = response.ctx.input(egui::InputState::zoom_delta);
+        if zoom != 1.0 {
+            hand::zoom(view, f64::from(zoom));
+        }
+    }
+}

@@ -1,0 +1,253 @@
+// From where and how one looks: parallel projection, dark hollows, the cube; pictures and films that are saved.
+
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { readFileSync } from "node:fs";
+import { after, before, describe, test } from "node:test";
+import { expected, folder, launch, open, pixels, reopen, settled, show, sizeAsNative, state, watched } from "./browser.mjs";
+import { FAR, coverage, decodePng, difference, readPng } from "./pixels.mjs";
+
+/** As pictures.test.mjs says. */
+const TO_NATIVE = { mean: 0.2, share: 0.005 };
+
+/**
+ * Where hollows are dark: what is seen of the sky is eight bits, smoothed over 49 pixels; the depths that it is found from
+ * differ where outlines do, and darken what lies within the radius, 34 pixels here. WebGL2 knows one depth of a pixel, not
+ * one of each of its samples.
+ */
+const HOLLOWS = { mean: 0.6, share: 0.01 };
+
+function assertAlike(a, b, bound, what) {
+    const found = difference(a, b, FAR);
+    const said = `${what}: mean ${found.mean.toFixed(4)}, share ${found.share.toFixed(5)}`;
+    console.log(said);
+    assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
+}
+
+const native = (name) => readPng(join(folder, `sight-${name}.png`));
+
+describe("sights", () => {
+    let browser;
+    before(async () => { browser = await launch(); });
+    after(() => browser.close());
+
+    test("parallel projection and dark hollows are those of native pictures", async () => {
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(browser);
+            for (const [name, hash, bound] of [
+                ["parallel", { orthographic: "1" }, TO_NATIVE],
+                ["hollows", { occlusion: "1" }, HOLLOWS],
+                ["both", { orthographic: "1", occlusion: "1", clip: "y,0.5" }, HOLLOWS],
+            ]) {
+                await page.goto("about:blank");
+                await open(page, { renderer, view: expected.view, isovalue: String(expected.isovalues[2]), ...hash });
+                await sizeAsNative(page);
+                await show(page, expected.isovalues[2]);
+                const picture = await pixels(page);
+                assertAlike(picture, native(name), bound, `${renderer}, ${name}`);
+                const plain = readPng(join(folder, "native-2.png"));
+                assert.ok(difference(picture, plain, FAR).share > 0.003, `${name} differs from what is plain`);
+                const screen = decodePng(await page.locator("canvas").screenshot());
+                assertAlike(picture, screen, { mean: 0, share: 0 }, `${renderer}, ${name} on the screen`);
+            }
+            await close();
+        }
+    });
+
+    test("what the author and the reader chose holds, and the address leads back to it", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, {}, "sight.html");
+        const { orthographic, occlusion } = await state(page);
+        assert.deepEqual([orthographic, occlusion], [true, true]);
+        await page.keyboard.press("o");
+        await settled(page);
+        assert.equal(await page.getByLabel("Parallel").isChecked(), false);
+        await page.locator("summary").click();
+        await page.getByLabel("Dark hollows").uncheck();
+        await page.waitForFunction(() => location.hash.includes("occlusion=0") && location.hash.includes("orthographic=0"));
+        await reopen(page);
+        const again = await state(page);
+        assert.deepEqual([again.orthographic, again.occlusion], [false, false]);
+        await close();
+    });
+
+    test("a page opens as its author chose, and the address tells what the reader changed of that", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, {}, "look.html");
+        const [low, high] = expected.range;
+        const { clip, wireframe, background, opacity, extras, isovalue } = await state(page);
+        assert.deepEqual({ clip, wireframe, background, opacity }, { clip: { axis: 1, share: 0.25, turned: true }, wireframe: true, background: "dark", opacity: 0.9 });
+        const at = (t) => low * (1 - t) + high * t;
+        assert.ok(Math.abs(isovalue - at(0.6)) < 1e-9 && Math.abs(extras[0].isovalue - at(0.2)) < 1e-9);
+        assert.deepEqual(extras.map(({ opacity: o }) => o), [0.3]);
+        await page.locator("summary").click();
+        assert.equal(await page.locator("#front").inputValue(), "#c8503c");
+        await page.locator("#clip").selectOption("");
+        await page.locator("#opacity").fill("1");
+        await page.locator("#also button").click();
+        await page.waitForFunction(() => ["clip=no", "opacity=1", "also=&"].every((told) => `${location.hash}&`.includes(told)));
+        await reopen(page);
+        const again = await state(page);
+        assert.deepEqual([again.clip, again.opacity, again.extras], [null, 1, []]);
+        await close();
+    });
+
+    test("what lies in the middle keeps its size in parallel projection, and is found under the pointer", async () => {
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(browser);
+            await open(page, { renderer, isovalue: String(expected.isovalues[2]) });
+            const before = coverage(await pixels(page));
+            await page.keyboard.press("o");
+            await settled(page);
+            const after = coverage(await pixels(page));
+            assert.ok(Math.abs(after / before - 1) < 0.15 && after !== before, `${before} to ${after}`);
+            // Along a line of sight there are two layers or more; that which is nearer is picked: it turns up in the middle.
+            const box = await page.locator("canvas").boundingBox();
+            const [x, y] = [box.x + 0.62 * box.width, box.y + 0.5 * box.height];
+            await page.mouse.dblclick(x, y);
+            await settled(page);
+            const { view } = await state(page);
+            const towards = ([a, e]) => [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
+            const back = towards([view.azimuth, view.elevation].map((degrees) => (degrees * Math.PI) / 180));
+            const along = view.target.reduce((sum, t, i) => sum + t * back[i], 0);
+            assert.ok(view.target.some((t) => t !== 0) && along > 0, `a point before the middle: ${view.target}`);
+            await close();
+        }
+    });
+
+    test("the cube and its keys look from the sides of the world", async () => {
+        const { page, close } = await watched(browser);
+        await open(page);
+        const named = () => page.locator("#cube text").allTextContents();
+        assert.deepEqual((await named()).sort(), ["x", "y", "z"]);
+        await page.locator("#cube g", { hasText: "z" }).click();
+        await settled(page);
+        let { view } = await state(page);
+        assert.deepEqual([view.azimuth, view.elevation], [270, 90]);
+        assert.deepEqual(await named(), ["z"]);
+        for (const [key, azimuth, elevation, name] of [["1", 0, 0, "x"], ["2", 180, 0, "-x"], ["3", 90, 0, "y"], ["4", 270, 0, "-y"], ["6", 90, -90, "-z"]]) {
+            await page.keyboard.press(key);
+            await settled(page);
+            ({ view } = await state(page));
+            assert.deepEqual([view.azimuth, view.elevation], [azimuth, elevation], key);
+            assert.deepEqual(await named(), [name], key);
+        }
+        await close();
+        // Where -x points up, z looks from aside.
+        const up = await watched(browser);
+        await open(up.page, {}, "up.html");
+        await up.page.keyboard.press("2");
+        await settled(up.page);
+        assert.equal((await state(up.page)).view.elevation, 90);
+        await up.close();
+    });
+
+    test("pictures are saved in any size, on nothing, with what lies over them", async () => {
+        for (const renderer of ["webgpu", "webgl2"]) {
+            const { page, close } = await watched(browser);
+            const saved = async () => {
+                const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#screenshot").click()]);
+                return decodePng(readFileSync(await download.path()));
+            };
+            await open(page, { renderer, view: expected.view, isovalue: String(expected.isovalues[2]) });
+            await page.locator("summary").click();
+            const field = page.getByLabel("Saved pictures");
+            await field.fill("640x480");
+            await field.press("Tab");
+            await page.getByLabel("transparent").check();
+            const picture = await saved();
+            assert.deepEqual([picture.width, picture.height], [640, 480]);
+            assert.deepEqual([...picture.pixels.slice(0, 4)], [0, 0, 0, 0]);
+            const wanted = native("nothing");
+            // On white, so that colours without alpha do not count.
+            const onWhite = ({ pixels: p, ...size }) => ({
+                ...size, pixels: p.map((x, i) => (i % 4 === 3 ? 255 : (x * p[i - (i % 4) + 3] + 255 * (255 - p[i - (i % 4) + 3])) / 255)),
+            });
+            assertAlike(onWhite(picture), onWhite(wanted), TO_NATIVE, `${renderer}, on nothing`);
+            await page.getByLabel("transparent").uncheck();
+            await page.getByLabel("Axes").check();
+            const withAxes = await saved();
+            const plain = readPng(join(folder, "native-2.png"));
+            const share = difference(withAxes, plain, FAR).share;
+            assert.ok(share > 0.003 && share < 0.05, `axes and scale bar are on the picture: ${share}`);
+            // What cannot be a size changes nothing.
+            await field.fill("12");
+            await field.press("Tab");
+            assert.match(await page.locator("#message").textContent(), /expected a size/);
+            assert.deepEqual([(await saved()).width], [640]);
+            await close();
+        }
+    });
+
+    test("a film of the sweep is a WebM of every picture", async () => {
+        const { page, context, close } = await watched(browser);
+        await open(page, { isovalue: String(expected.isovalues[2]) });
+        await page.locator("#speed").selectOption("4");
+        await page.locator("summary").click();
+        await page.getByLabel("Saved pictures").fill("321x240");
+        await page.getByLabel("Saved pictures").press("Tab");
+        const [download] = await Promise.all([page.waitForEvent("download", { timeout: 120_000 }), page.locator("#film").click()]);
+        assert.equal(download.suggestedFilename(), "A-torus-more-sweep.webm");
+        const bytes = readFileSync(await download.path());
+        const found = elementsOf(bytes);
+        assert.equal(found.get(0x4282)[0].toString(), "webm");
+        const [width, height] = [0xb0, 0xba].map((id) => Number(found.get(id)[0].readBigUInt64BE()));
+        assert.deepEqual([width, height], [320, 240]);
+        // Twelve seconds at four times the speed, 25 pictures each.
+        assert.equal(found.get(0x4489)[0].readDoubleBE(), 3000);
+        assert.equal(found.get(0xa3).length, 75);
+        // Places of clusters are where clusters are.
+        const segment = bytes.indexOf(Buffer.from([0x18, 0x53, 0x80, 0x67])) + 12;
+        for (const place of found.get(0xf1)) {
+            assert.equal(bytes.readUInt32BE(segment + Number(place.readBigUInt64BE())), 0x1f43b675);
+        }
+        // The browser plays it: its pictures differ as isosurfaces do.
+        const other = await context.newPage();
+        const shares = await other.evaluate(async (base64) => {
+            const video = document.createElement("video");
+            const blob = new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], { type: "video/webm" });
+            const canvas = new OffscreenCanvas(320, 240);
+            const context = canvas.getContext("2d", { willReadFrequently: true });
+            const decoded = [];
+            video.muted = true;
+            video.src = URL.createObjectURL(blob);
+            await new Promise((resolve, reject) => { video.onloadeddata = resolve; video.onerror = () => reject(new Error(video.error.message)); });
+            for (const time of [0.02, 1.5, 2.2]) {
+                video.currentTime = time;
+                await new Promise((resolve) => { video.onseeked = resolve; });
+                context.drawImage(video, 0, 0);
+                const { data } = context.getImageData(0, 0, 320, 240);
+                let n = 0;
+                for (let i = 0; i < data.length; i += 4) n += data[i] < 200;
+                decoded.push(n / (320 * 240));
+            }
+            return [video.duration, ...decoded];
+        }, bytes.toString("base64"));
+        assert.ok(Math.abs(shares[0] - 3) < 0.1, `duration ${shares[0]}`);
+        assert.ok(new Set(shares.slice(1).map((x) => x.toFixed(2))).size > 1 && shares[2] > 0.01, `covers ${shares.slice(1)}`);
+        assert.equal((await state(page)).isovalue.toFixed(6), expected.isovalues[2].toFixed(6), "the isovalue is as before");
+        // Pressed again it stops, and saves nothing.
+        await page.locator("#film").click();
+        await page.waitForFunction(() => document.getElementById("message").textContent.startsWith("Film "));
+        await page.locator("#film").click();
+        await page.waitForFunction(() => document.getElementById("message").textContent === "Film stopped");
+        await close();
+    });
+});
+
+/** The elements of a WebM with eight bytes of length each: contents by number. */
+function elementsOf(bytes, found = new Map()) {
+    const nested = new Set([0x1a45dfa3, 0x18538067, 0x1549a966, 0x1654ae6b, 0xae, 0xe0, 0x1f43b675, 0x1c53bb6b, 0xbb, 0xb7]);
+    for (let at = 0; at < bytes.length; ) {
+        const n = Math.clz32(bytes[at]) - 24 + 1;
+        const id = bytes.readUIntBE(at, n);
+        const length = Number(bytes.readBigUInt64BE(at + n) & 0xffffffffffffffn);
+        const content = bytes.subarray(at + n + 8, at + n + 8 + length);
+        assert.equal(content.length, length, `element ${id.toString(16)} is as long as it tells`);
+        if (!found.has(id)) found.set(id, []);
+        found.get(id).push(content);
+        if (nested.has(id)) elementsOf(content, found);
+        at += n + 8 + length;
+    }
+    return found;
+}
