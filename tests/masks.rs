@@ -37,8 +37,6 @@ fn masked() -> Folder {
         "m.isp",
         "--mask",
         "ball_16x16x16_uint8.raw",
-        "--error",
-        "0.2",
         "--backend",
         "cpu",
     ]);

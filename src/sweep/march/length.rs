@@ -89,6 +89,7 @@ impl March<'_, '_> {
             let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
             let whole = low + multiple * fixed;
             next = if (whole - at).abs() <= 1.001 * length { whole } else { next };
+            next = if next == at { neighbour(at, last) } else { next };
             return if (next - at).abs() >= left { last } else { next };
         }
         if self.exact().volume().samples().is_integer() {
@@ -102,6 +103,10 @@ impl March<'_, '_> {
             } else {
                 next
             };
+        }
+        // Where numbers are farther apart than steps are long.
+        if next == at {
+            next = neighbour(at, last);
         }
         if (next - at).abs() >= 0.8 * left { last } else { next }
     }
@@ -129,6 +134,7 @@ impl March<'_, '_> {
         let (low, high) = self.sweep.range;
         // Between two grey levels nothing is passed, but the surface comes near the samples of either.
         (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low))
+            || step.next == neighbour(step.at, step.next)
     }
 
     /// Whether too much of the mesh cannot follow a step.
@@ -136,4 +142,9 @@ impl March<'_, '_> {
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
         !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
+}
+
+/// The number beside one, on the way to another.
+fn neighbour(at: f64, to: f64) -> f64 {
+    if to > at { at.next_up() } else { at.next_down() }
 }
