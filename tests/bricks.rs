@@ -226,7 +226,7 @@ fn a_sample_that_is_no_number_is_named_by_slabs_too() {
     assert!(folder.fails(&plan, 3).contains("sample (2, 1, 1) is NaN, expected finite values"));
     folder.run(&[&plan[..], &["--nan-as", "0.25"]].concat());
     folder.write("v_5x4x3_float32.raw", &bytes[..90]);
-    assert!(folder.fails(&plan, 3).contains("90 bytes, too few for 5x4x3 float32"));
+    assert!(folder.fails(&plan, 3).contains("90 bytes, expected 240 for 5x4x3 float32"));
     folder.write("v_5x4x3_float32.raw", &[&bytes[..], b"more"].concat());
     assert!(folder.fails(&plan, 3).contains("244 bytes, expected 240"));
 }

@@ -46,13 +46,13 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     Both { folder, file: Arc::new(file), split }
 }
 
-/// The triangles of a mesh by the bits of their corners, each from its lowest corner on, in order.
+/// The triangles of a mesh by the bits of their corners, each from where its corners are the lowest, in order.
 fn triangles(mesh: &SurfaceMesh) -> Vec<([[u32; 3]; 3], bool)> {
     let one = |(corners, &cap): (&[u32; 3], &bool)| {
-        let mut at = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
-        let lowest = (0..3).min_by_key(|&i| at[i]).unwrap_or(0);
-        at.rotate_left(lowest);
-        (at, cap)
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
+        // At a sample's value corners may coincide: then the lowest one alone does not tell.
+        let turned = [[a, b, c], [b, c, a], [c, a, b]];
+        (turned.into_iter().min().unwrap_or([a, b, c]), cap)
     };
     let mut all: Vec<_> = mesh.triangles.iter().zip(&mesh.caps).map(one).collect();
     all.sort_unstable();

@@ -29,8 +29,17 @@ const OUTSIDE: f32 = 0.05;
 pub(super) const LEAST_AREA: f32 = 1e-3;
 
 /// So many tolerances a face may be off half-way and at the end of a step, before it is refined; and afterwards.
-pub(super) const MOST_OFF: f32 = 4.0;
+const MOST_OFF: f32 = 4.0;
 pub(super) const MOST_OFF_REFINED: f32 = 2.0;
+
+/// What is refined jumps by as much as it was off: with large tolerances no more than this, voxels, or so many of them.
+const MOST_JUMP: f32 = 0.5;
+const MOST_JUMP_TOLERANCES: f32 = 2.5;
+
+/// How far a face may be off at the end of a step before it is refined, voxels.
+pub(super) fn most_off(error: f32) -> f32 {
+    (MOST_OFF * error).min(MOST_JUMP.max(MOST_JUMP_TOLERANCES * error))
+}
 
 /// Where the vertices are after a step.
 #[derive(Default)]
@@ -222,8 +231,8 @@ impl Transport<'_> {
         let ends = Criteria::new(self.field, next, self.parameters);
         let midway = Criteria::new(self.field, 0.5 * (at + next), self.parameters);
         // At the end of the step they are refined; half-way they stay as they are.
-        let [most, most_midway] =
-            [MOST_OFF, MOST_OFF_REFINED].map(|x| x * self.parameters.error as f32);
+        let error = self.parameters.error as f32;
+        let [most, most_midway] = [most_off(error), MOST_OFF_REFINED * error];
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);

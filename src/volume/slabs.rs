@@ -77,8 +77,10 @@ impl Slabs {
         let length = input::open(&plain.path)?.1;
         if plain.end().is_none_or(|end| end > length) {
             let ([x, y, z], t) = (plain.dims, plain.sample_type);
+            let expected =
+                plain.end().map_or("more than memory can hold".to_owned(), |end| end.to_string());
             return Err(Error::input(format!(
-                "{}: {length} bytes, too few for {x}x{y}x{z} {t}",
+                "{}: {length} bytes, expected {expected} for {x}x{y}x{z} {t}",
                 plain.path.display()
             )));
         }

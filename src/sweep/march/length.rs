@@ -32,6 +32,10 @@ pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
     // Halves do not overflow.
     while 0.5 * above - 0.5 * below > SHORTEST * (0.5 * high - 0.5 * low) {
         let middle = 0.5 * below + 0.5 * above;
+        // Where numbers are farther apart than that.
+        if middle <= below || middle >= above {
+            break;
+        }
         if calendar.work(sweep.range, [low, middle]) < 0.5 {
             below = middle;
         } else {
