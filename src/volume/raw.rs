@@ -105,8 +105,8 @@ pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<Plain>>
         big_endian: options.big_endian,
         placement: Placement::default(),
     };
-    let (found, expected) = (crate::input::open(path)?.1, plain.end());
-    if expected.is_some_and(|expected| found > expected) {
+    let found = crate::input::open(path)?.1;
+    if plain.end() != Some(found) {
         return Err(wrong_length(path, found, (dims, sample_type)));
     }
     Ok(Some(plain))
