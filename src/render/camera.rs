@@ -115,7 +115,7 @@ impl Camera {
     /// The same camera, looking from a side of the world (0 to 5: +x, -x, +y, -y, +z, -z) at a volume, upright; from above
     /// and from below with what lies behind upwards. Twin: `page/cube.js`.
     pub fn from_side(self, side: usize, volume: &VolumeInfo) -> Camera {
-        let sign = if side % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if side.is_multiple_of(2) { 1.0 } else { -1.0 };
         let mut towards = DVec3::ZERO;
         towards[side / 2 % 3] = sign;
         let DVec3 { x, y, z } = self.basis(volume).transpose() * towards;
@@ -162,7 +162,7 @@ mod tests {
         for up in [None, Some(Axis::X), Some(Axis::MinusY)] {
             for side in 0..6 {
                 let mut wanted = DVec3::ZERO;
-                wanted[side / 2] = if side % 2 == 0 { 1.0 } else { -1.0 };
+                wanted[side / 2] = if side.is_multiple_of(2) { 1.0 } else { -1.0 };
                 let camera = Camera { up, distance: 3.0, ..Camera::default() };
                 let from = camera.from_side(side, &volume);
                 assert_eq!((from.up, from.distance), (up, 3.0));

@@ -230,11 +230,11 @@ pub(super) fn placed(sweep: &Sweep, given: Given) -> Result<InitialMesh> {
             Error::internal(format!("no arc of component {on} at isovalue {isovalue}"))
         })?;
         check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| named(&path, e))?;
-        let (positions, faces) =
+        let InitialMesh { positions, triangles } =
             projected(&component, isovalue, sweep).map_err(|e| named(&path, e))?;
         let first = initial.positions.len() as u32;
         initial.positions.extend(positions);
-        initial.triangles.extend(faces.into_iter().map(|f| f.map(|v| v + first)));
+        initial.triangles.extend(triangles.into_iter().map(|t| t.map(|v| v + first)));
     }
     Ok(initial)
 }
@@ -307,12 +307,8 @@ fn missing(extraction: &Extraction, component: u32, n_found: usize) -> Error {
     ))
 }
 
-/// A component as positions and triangles, its vertices moved onto the isosurface.
-fn projected(
-    component: &Component,
-    isovalue: f64,
-    sweep: &Sweep,
-) -> Result<(Vec<[f32; 3]>, Vec<[u32; 3]>)> {
+/// A component, its vertices moved onto the isosurface.
+fn projected(component: &Component, isovalue: f64, sweep: &Sweep) -> Result<InitialMesh> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let Compacted { connectivity, positions, vertices, .. } = component.mesh.compacted();
     kernels.load(&connectivity, &positions)?;
@@ -329,7 +325,7 @@ fn projected(
             "on the isosurface the triangle of vertices {corners:?} passes through another, expected none"
         )));
     }
-    Ok((positions, connectivity.faces))
+    Ok(InitialMesh { positions, triangles: connectivity.faces })
 }
 
 /// A position for people.
