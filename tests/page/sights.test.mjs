@@ -24,6 +24,28 @@ function assertAlike(a, b, bound, what) {
     assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
 }
 
+/** Where a pixel is darker by more than this, of 255, its hollow is seen; rounding and outlines aside. */
+const SEEN = 5;
+
+/**
+ * How much of what hollows darken is missing or too much, as a share of it, over all pixels where native pictures show some:
+ * each pixel turns its spiral by its own place, and depth is rounded to 24 bits from matrices of single precision.
+ */
+const MISSED = 0.25;
+
+/** Pixels that hollows darken in native pictures, and the share of that which a picture misses. */
+function missed(picture, plain, dark) {
+    let [n, darkened, off] = [0, 0, 0];
+    for (let i = 0; i < dark.pixels.length; i += 4) {
+        const by = plain.pixels[i] - dark.pixels[i];
+        if (by <= SEEN) continue;
+        n++;
+        darkened += by;
+        off += Math.abs(picture.pixels[i] - dark.pixels[i]);
+    }
+    return { n, share: off / darkened };
+}
+
 const native = (name) => readPng(join(folder, `sight-${name}.png`));
 
 describe("sights", () => {
@@ -46,7 +68,11 @@ describe("sights", () => {
                 const picture = await pixels(page);
                 assertAlike(picture, native(name), bound, `${renderer}, ${name}`);
                 const plain = readPng(join(folder, "native-2.png"));
-                assert.ok(difference(picture, plain, FAR).share > 0.003, `${name} differs from what is plain`);
+                if (name === "hollows") {
+                    const { n, share } = missed(picture, plain, native(name));
+                    console.log(`${renderer}: ${n} pixels in hollows, ${share.toFixed(3)} of their darkness missed`);
+                    assert.ok(n > 1000 && share < MISSED, `${n} pixels, ${share} missed`);
+                } else assert.ok(difference(picture, plain, FAR).share > 0.003, `${name} differs from what is plain`);
                 const screen = decodePng(await page.locator("canvas").screenshot());
                 assertAlike(picture, screen, { mean: 0, share: 0 }, `${renderer}, ${name} on the screen`);
             }
