@@ -58,6 +58,11 @@ impl History {
         false
     }
 
+    /// Takes whatever is seen next for a view that rests: what was seen before it is nothing to come back to.
+    pub(super) fn settle(&mut self) {
+        self.rested = None;
+    }
+
     fn keep(&mut self, sight: Sight) {
         if self.past.len() == MOST {
             self.past.remove(0);

@@ -13,32 +13,30 @@ use super::history::REST;
 use super::loading::Source;
 use super::scene::Scene;
 use super::window::Window;
+use crate::error::Result;
 use crate::render::View;
 use crate::volume::phantom;
 
 impl Window {
     /// The picture, in all of the rest of the window.
     pub(super) fn picture(&mut self, ui: &mut Ui) {
-        let Some(scene) = &mut self.scene else {
+        if self.scene.is_none() {
             if self.loading.is_none() {
                 self.offer(ui);
             }
             return;
-        };
+        }
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         // The texture has a pixel for each of the window's, so both begin on one.
         let scale = ui.pixels_per_point();
         let corner = pos2((rect.left() * scale).round(), (rect.top() * scale).round());
         let size = (rect.size() * scale).floor().max(vec2(1.0, 1.0));
         let largest = self.gpu.device().limits().max_texture_dimension_2d;
-        self.view.width = (size.x as u32).min(largest);
-        self.view.height = (size.y as u32).min(largest);
-        if std::mem::take(&mut self.is_to_fit)
-            && let Err(error) = scene.fit(&mut self.view)
-        {
-            let text = error.to_string();
-            return self.say(ui.ctx(), text);
+        self.resize([size.x, size.y].map(|n| (n as u32).min(largest)));
+        if let Err(error) = self.fit() {
+            return self.say(ui.ctx(), error.to_string());
         }
+        let Some(scene) = &mut self.scene else { return };
         let corner = corner / scale;
         let shown = Rect::from_min_size(corner, size / scale);
         drag(&response, scale, scene, &mut self.view);
@@ -65,6 +63,32 @@ impl Window {
             Err(error) => self.say(ui.ctx(), error.to_string()),
         }
         self.remember(ui.ctx());
+    }
+
+    /// Takes the size that the picture has from now on. What was made to fit another size, and is seen as it was then, is made to
+    /// fit this one: parts of a window have their sizes from its second frame on.
+    fn resize(&mut self, [width, height]: [u32; 2]) {
+        let is_other = [self.view.width, self.view.height] != [width, height];
+        (self.view.width, self.view.height) = (width, height);
+        let seen = self.scene.as_ref().map(|scene| (self.view.camera, scene.isovalue));
+        if is_other && self.fitted.is_some() && self.fitted == seen {
+            hand::reset(&mut self.view, &self.first_camera);
+            self.is_to_fit = true;
+            self.history.settle();
+        }
+    }
+
+    /// Makes the view fit the surface where that is wanted.
+    ///
+    /// # Errors
+    ///
+    /// As the scene's.
+    pub(super) fn fit(&mut self) -> Result<()> {
+        let Some(scene) = self.scene.as_mut().filter(|_| self.is_to_fit) else { return Ok(()) };
+        self.is_to_fit = false;
+        scene.fit(&mut self.view)?;
+        self.fitted = Some((self.view.camera, scene.isovalue));
+        Ok(())
     }
 
     /// Keeps views in which one came to rest.

@@ -47,6 +47,8 @@ pub(super) struct Window {
     pub(super) first_camera: Camera,
     /// Whether the next picture fits the surface that it shows.
     pub(super) is_to_fit: bool,
+    /// The view that was made to fit, and of which isovalue.
+    pub(super) fitted: Option<(Camera, f64)>,
     pub(super) options: Options,
     pub(super) history: History,
     /// The dialog that is open.
@@ -97,6 +99,7 @@ impl Window {
             sweep: None,
             first_camera: view.camera,
             is_to_fit: true,
+            fitted: None,
             view,
             options: Options::default(),
             history: History::default(),
@@ -233,6 +236,10 @@ impl Window {
     }
 
     fn save(&mut self, command: Command, context: &egui::Context) {
+        // What was asked for before this shows in it.
+        if let Err(error) = self.fit() {
+            return self.say(context, error.to_string());
+        }
         let Some(scene) = &mut self.scene else { return };
         let result = match command {
             Command::Picture => save::picture(&self.folder, scene, &self.view)
