@@ -24,28 +24,6 @@ function assertAlike(a, b, bound, what) {
     assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
 }
 
-/** Where a pixel is darker by more than this, of 255, its hollow is seen; rounding and outlines aside. */
-const SEEN = 5;
-
-/**
- * How much of what hollows darken is missing or too much, as a share of it, over all pixels where native pictures show some:
- * each pixel turns its spiral by its own place, and depth is rounded to 24 bits from matrices of single precision.
- */
-const MISSED = 0.25;
-
-/** Pixels that hollows darken in native pictures, and the share of that which a picture misses. */
-function missed(picture, plain, dark) {
-    let [n, darkened, off] = [0, 0, 0];
-    for (let i = 0; i < dark.pixels.length; i += 4) {
-        const by = plain.pixels[i] - dark.pixels[i];
-        if (by <= SEEN) continue;
-        n++;
-        darkened += by;
-        off += Math.abs(picture.pixels[i] - dark.pixels[i]);
-    }
-    return { n, share: off / darkened };
-}
-
 const native = (name) => readPng(join(folder, `sight-${name}.png`));
 
 describe("sights", () => {
