@@ -117,7 +117,8 @@ impl<'a> Window<'a> {
             if let Some(status) = window.process.try_wait().expect("a state") {
                 panic!("the window ended: {status}");
             }
-            let found = server.xdotool(&format!("search --name {word}"));
+            // One that is not seen yet takes no focus.
+            let found = server.xdotool(&format!("search --onlyvisible --name {word}"));
             found.lines().next().map(str::to_owned)
         });
         // What a window manager does with a new window; there is none.
