@@ -216,6 +216,11 @@ impl Transport<'_> {
         })
     }
 
+    /// The middle of a face where it comes from, which lies in cells of the mesh; where it goes, it may be in others.
+    fn middle(&self, f: Face) -> Vec3 {
+        self.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0
+    }
+
     /// Names faces that are turned over or off.
     fn check_faces(&self, compacted: &Compacted, moved: &mut Moved) {
         let Step { at, next } = self.step;
@@ -231,13 +236,12 @@ impl Transport<'_> {
             .with_min_len(256)
             .filter_map(|(&slot, t)| {
                 let [a, m] = [t.map(end), t.map(middle)];
-                let barycentre = a.iter().sum::<Vec3>() / 3.0;
                 if !self.stays(slot) || area(a) < LEAST_AREA {
                     return None;
                 }
                 let is_off = || is_off(&midway, m, most_midway).then_some(3);
                 let check = fault(&ends, a, most).or_else(is_off)?;
-                Some((check, barycentre, slot))
+                Some((check, self.middle(slot), slot))
             })
             .collect();
         for (check, place, slot) in found {
@@ -287,8 +291,7 @@ impl Transport<'_> {
         let crossing = intersecting(&positions, &faces);
         for f in crossing.into_iter().map(|f| f as usize).filter(|&f| f < slots.len()) {
             moved.folded.push(slots[f]);
-            let corners = faces[f].map(|v| Vec3::from(positions[v as usize]));
-            moved.name(4, corners.iter().sum::<Vec3>() / 3.0);
+            moved.name(4, self.middle(slots[f]));
         }
     }
 

@@ -10,7 +10,7 @@ use crate::sweep::calendar::Passage;
 use crate::sweep::check::{open_seam, unlike_parts};
 use crate::sweep::region::Link;
 use crate::sweep::remesh::criteria::Criteria;
-use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
+use crate::sweep::tracked::{Changes, place_of, place_on};
 use crate::sweep::transport::{LEAST_AREA, MOST_OFF_REFINED, Moved, Step, distance_by_slope};
 
 impl March<'_, '_> {
@@ -35,7 +35,7 @@ impl March<'_, '_> {
     /// Blocks of faces that are far from the isosurface where the seam has gone over a sample: it may be fast.
     fn strained(
         &self,
-        tracked: &Tracked,
+        State { tracked, region, .. }: &State,
         faces: &BTreeSet<Face>,
         ends: &HashMap<Vertex, Vec3>,
         step: Step,
@@ -54,16 +54,28 @@ impl March<'_, '_> {
         let corners = alive.map(|&f| mesh.face_vertices(f).map(place));
         let off =
             corners.filter(|&t| area(t) >= LEAST_AREA && distance_by_slope(&criteria, t) > most);
-        off.filter_map(|t| self.block_at(t.iter().sum::<Vec3>() / 3.0)).collect()
+        let is_free = |b: &u32| !region.holds(*b);
+        off.flat_map(|t| {
+            let middle = self.blocks_at(&[t.iter().sum::<Vec3>() / 3.0]);
+            if middle.iter().all(is_free) {
+                return middle;
+            }
+            // It reaches into exact cells.
+            let corners: BTreeSet<u32> = self.blocks_at(&t).into_iter().filter(is_free).collect();
+            if corners.is_empty() { middle } else { corners }
+        })
+        .collect()
     }
 
-    /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step.
+    /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step; unless blocks are
+    /// named, or others are to be, for which the seam is not asked in the end.
     pub(super) fn slide(
         &mut self,
         state: &mut State,
         step: Step,
         passage: Passage,
         moved: &Moved,
+        named: BTreeSet<u32>,
         asks: bool,
     ) -> std::result::Result<(), BTreeSet<u32>> {
         let exact = self.exact();
@@ -76,7 +88,7 @@ impl March<'_, '_> {
             samples.reverse();
         }
         let criteria = Criteria::new(self.field(), step.next, self.parameters());
-        let mut strained: BTreeSet<u32> = BTreeSet::new();
+        let mut strained = named;
         let mut passed_faces: BTreeSet<Face> = BTreeSet::new();
         let mut last = step.at;
         for sample in samples {
@@ -85,7 +97,7 @@ impl March<'_, '_> {
             }
             let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
             if value != last {
-                strained.extend(self.strained(&state.tracked, &passed_faces, &ends, step, last));
+                strained.extend(self.strained(state, &passed_faces, &ends, step, last));
                 passed_faces.clear();
                 last = value;
             }
@@ -100,7 +112,8 @@ impl March<'_, '_> {
             if let Err(stuck) = passed {
                 state.tracked = before;
                 self.record.roll_back(mark);
-                return Err(self.blocks_at_samples([stuck.0]));
+                strained.extend(self.blocks_at_samples([stuck.0]));
+                return Err(strained);
             }
             self.counts.passed += 1;
             passed_faces.extend(&changes.faces);
@@ -130,7 +143,7 @@ impl March<'_, '_> {
                 ends.insert(v, end);
             }
         }
-        strained.extend(self.strained(&state.tracked, &passed_faces, &ends, step, last));
+        strained.extend(self.strained(state, &passed_faces, &ends, step, last));
         let bad = match asks {
             true if !strained.is_empty() => strained,
             _ => self.unlike(state, step.next),

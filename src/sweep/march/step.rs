@@ -16,8 +16,8 @@ use crate::sweep::remesh::remesh;
 use crate::sweep::tracked::{Tracked, place_on};
 use crate::sweep::transport::{Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults};
 
-/// A step is tried so often with more cells exact before it is taken as it is; from half of that on, the blocks around
-/// those named become exact as well.
+/// A step is tried so often with more cells exact before it is taken as it is, but for its seam, which may ask as often once
+/// more; from then on, the blocks around those named become exact as well.
 const MOST_ROUNDS: usize = 6;
 
 /// So often faces that fold are mended before their cells become exact.
@@ -59,7 +59,7 @@ impl March<'_, '_> {
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
         let mut again: Option<Again> = None;
-        let (mut mended, mut round) = (0, 0);
+        let (mut mended, mut round, mut n_exact) = (0, 0, 0);
         loop {
             self.counts.repeated += u64::from(again.is_some());
             let moved = self.moved(state, step, again.as_ref(), kernels)?;
@@ -73,14 +73,17 @@ impl March<'_, '_> {
                     continue;
                 }
             }
-            let mut named = self.blocks_at(&moved.places);
-            if named.is_empty() || round >= MOST_ROUNDS {
-                let asks = round < 2 * MOST_ROUNDS;
-                match self.slide(state, step, passage, &moved, asks) {
-                    Ok(()) => return Ok(true),
-                    Err(stuck) => named = stuck,
-                }
+            let mut named = BTreeSet::new();
+            if round < MOST_ROUNDS {
+                named = self.blocks_at(&moved.places);
             }
+            // What asks in vain is not heard again.
+            let n_before = std::mem::replace(&mut n_exact, state.region.blocks().len());
+            let asks = round < MOST_ROUNDS || round < 2 * MOST_ROUNDS && n_exact != n_before;
+            let named = match self.slide(state, step, passage, &moved, named, asks) {
+                Ok(()) => return Ok(true),
+                Err(named) => named,
+            };
             log::debug!(
                 "{} to {}: {:?} named, {} faces, {} exact blocks",
                 step.at,
@@ -139,7 +142,7 @@ impl March<'_, '_> {
         transport.moved(kernels)
     }
 
-    /// Blocks become exact for a while, where they are that already, or after a few rounds, those around them; the step
+    /// Blocks become exact for a while, where they are that already, or after many rounds, those around them; the step
     /// is to be taken again.
     fn give_way(
         &mut self,
@@ -153,7 +156,7 @@ impl March<'_, '_> {
         let mut region = state.region.clone();
         for b in named {
             self.back_off(state, b);
-            if !region.add(b) || 2 * round >= MOST_ROUNDS {
+            if !region.add(b) || round >= MOST_ROUNDS {
                 for near in self.grid.blocks_around(b) {
                     self.back_off(state, near);
                     region.add(near);
