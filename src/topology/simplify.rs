@@ -8,26 +8,26 @@
 //! sample by at most P moves no pair by more than P (Cohen-Steiner, Edelsbrunner, Harer 2007): so
 //! whatever is done within P, pairs of a persistence above 2 P stay, and only smaller ones can go.
 //!
-//! First the field becomes as smooth as it can within P of the given one (`smooth`): that takes away most of what noise
+//! First the field becomes as smooth as it can near the given one (`smooth`): that takes away most of what noise
 //! makes, handles included. Each extremum of a persistence below P that is left is
 //! filled, or carved, half-way to its saddle, and the way out cut to the same height (`drain`), and what that leaves
-//! of rims is smoothed in a way that makes no extremum (`relax`). In the end the exact topology of the trilinear field is counted, and what it still
-//! pairs below P is drained, until there is none.
+//! of rims is smoothed in a way that makes no extremum (`relax`). In the end the exact topology of the trilinear field is
+//! counted, and what it still pairs below P is drained, until there is none.
 //!
-//! No bound on the change is certain. P is that of smoothing. An extremum of a persistence p must move by p / 2 or its
-//! saddle must, which may come on top; and saddles of the trilinear field lie inside faces and cells, where extrema
-//! meet below the height that the samples around would have to reach, so draining one of a persistence below P may
-//! take more than P / 2. The largest change is measured and reported: 1.0 to 1.9 P on the volumes tried. Of pairs
+//! Smoothing moves a sample by up to 1.5 P: within P it leaves spikes where noise is as large as that, with saddles around
+//! each (twice as many critical points on tooth and bonsai). No bound on the change is certain: an extremum of a persistence p
+//! must move by p / 2 or its saddle must, which may come on top; and saddles of the trilinear field lie inside faces and cells,
+//! where extrema meet below the height that the samples around would have to reach, so draining one of a persistence below P may
+//! take more than P / 2. The largest change is measured and reported: 2.3 P on the volumes tried. Of pairs
 //! above twice the largest change none is lost.
 //!
-//! Figures (critical points before and after, largest change over P): tooth, P = 2 %: 820,147 and 8,839, 1.8; bonsai, P = 5 %:
-//! 461,401 and 87,823, 1.9, of which 85,276 are of handles.
+//! Figures (critical points before and after): see docs/decisions/0006-noise.md.
 //!
 //! # Invariants
 //!
 //! No extremum of a persistence below P is left: it is counted, or [`simplified`] fails. The same input gives the same
 //! bytes with any number of threads. The result is a volume like any other: everything downstream is exact with regard to
-//! it, and only to it. Memory: 8 bytes per sample beside the volumes and the topology.
+//! it, and only to it. Memory: 10 bytes per sample beside the volumes and the topology.
 
 mod drain;
 mod lattice;
@@ -46,10 +46,10 @@ use crate::with_samples;
 use drain::drain_minima;
 use lattice::{Grain, Lattice};
 use relax::{Relaxation, relax};
-use smooth::{FARTHEST, smooth};
+use smooth::smooth;
 
 /// Iterations of smoothing after what was left has been drained for the first time; after the second. More of them take longer and
-/// leave little less: 15 and 5 take 1 % more of bonsai's handles.
+/// leave little less (15 and 5: 1 % of bonsai's handles).
 const PASSES: [usize; 2] = [3, 2];
 
 /// Most rounds of draining. Volumes tried take up to 20.
@@ -170,7 +170,7 @@ fn counted(volume: &Volume, persistence: f64) -> Result<(Volume, Census)> {
         let n_gone = drain(&mut lattice, persistence, &marked);
         if n_gone > 0 {
             if let Some(passes) = passes.next() {
-                let relaxation = Relaxation { radius: FARTHEST * persistence, passes };
+                let relaxation = Relaxation { radius: persistence, passes };
                 with_samples!(volume.samples(), given => relax(&mut lattice, given, relaxation));
             }
             continue;
