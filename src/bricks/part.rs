@@ -191,8 +191,7 @@ impl Part {
         if !ascends || !border.shared.iter().all(is_there) {
             return Err(damaged("its shared vertices are none"));
         }
-        let Spectrum { isovalues, first_knot, knots, triangles, collapses, .. } = spectrum;
-        Ok(Part { patch: Patch { isovalues, first_knot, knots, triangles, collapses }, border })
+        Ok(Part { patch: spectrum.into(), border })
     }
 
     /// Its vertices on shared planes, ascending, each with its lattice edge in the whole.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::folder::SpectrumFolder;
 use crate::error::Result;
-use crate::spectrum::{Joiner, Patch, Query, Seam, Spectrum, SurfaceMesh};
+use crate::spectrum::{Joiner, Query, Seam, Spectrum, SurfaceMesh};
 
 /// Parts that live within this share of the range of an isovalue are read with those that live at it: the search structures are
 /// built anew with every part, and the next isovalue is most often near.
@@ -78,9 +78,7 @@ impl FolderQuery {
         let seam = std::mem::replace(&mut self.seam, no_seam);
         let spectrum = std::mem::replace(&mut self.spectrum, empty);
         let spectrum = Arc::unwrap_or_clone(spectrum);
-        let Spectrum { isovalues, first_knot, knots, triangles, collapses, .. } = spectrum;
-        let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
-        let mut joiner = Joiner::resume(patch, seam);
+        let mut joiner = Joiner::resume(spectrum.into(), seam);
         // Where one is damaged all are read anew by the next query.
         let was_read = std::mem::take(&mut self.is_read);
         self.is_read = vec![false; was_read.len()];

@@ -22,6 +22,14 @@ pub struct Patch {
     pub collapses: Vec<Collapse>,
 }
 
+impl From<Spectrum> for Patch {
+    /// All trajectories and triangles of a spectrum.
+    fn from(spectrum: Spectrum) -> Patch {
+        let Spectrum { isovalues, first_knot, knots, triangles, collapses, .. } = spectrum;
+        Patch { isovalues, first_knot, knots, triangles, collapses }
+    }
+}
+
 /// Collects patches and joins them.
 #[derive(Clone, Debug, Default)]
 pub struct SpectrumBuilder {
