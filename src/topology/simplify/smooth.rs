@@ -28,6 +28,9 @@ const BLURS: usize = 2;
 /// How wide the bounds are on either side of the middle, over P. 1 instead leaves as many events, farther from what was given.
 const WIDTH: f64 = 0.5;
 
+/// The same over the middle's range, if that is less: bounds of half of it would let the field become constant.
+const WIDTH_OF_RANGE: f64 = 0.25;
+
 /// How far a sample goes beyond the mean of its neighbours.
 const OVER: f64 = 1.5;
 
@@ -54,12 +57,36 @@ pub(super) fn smooth<G: AsPrimitive<f64> + Sync>(lattice: &mut Lattice, given: &
         .zip(given.par_chunks(nx * ny))
         .map(|(plane, given)| plane.iter().zip(given).map(offset).collect())
         .collect();
+    let width = (WIDTH * radius).min(WIDTH_OF_RANGE * range_of_middles(given, &offsets, unit));
     for (passes, over) in PASSES.into_iter().zip([OVER, 1.0]) {
         for _ in 0..passes {
-            let motion = Motion { unit, width: WIDTH * radius, over, grain: lattice.grain };
+            let motion = Motion { unit, width, over, grain: lattice.grain };
             pass(lattice, given, &offsets, motion);
         }
     }
+}
+
+/// How far the lowest and the highest sample of the middle are apart.
+fn range_of_middles<G: AsPrimitive<f64> + Sync>(
+    given: &[G],
+    offsets: &[Vec<i16>],
+    unit: f64,
+) -> f64 {
+    let n = offsets.first().map_or(1, Vec::len);
+    let of_plane = |(offsets, given): (&Vec<i16>, &[G])| {
+        let middles = offsets.iter().zip(given).map(|(&o, given)| middle(given.as_(), o, unit));
+        middles.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (x.min(l), x.max(h)))
+    };
+    let ranges = offsets.par_iter().zip(given.par_chunks(n)).map(of_plane);
+    let (low, high) =
+        ranges.reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+    high - low
+}
+
+/// The middle of a sample's bounds.
+#[inline]
+fn middle(given: f64, offset: i16, unit: f64) -> f64 {
+    given + unit * f64::from(offset)
 }
 
 /// Blurs a plane along x and along y; beyond its border lies what lies at it.
@@ -126,7 +153,7 @@ impl Motion {
     #[inline]
     fn moved(self, value: f64, mean: f64, (given, offset): (f64, i16)) -> f64 {
         let wanted = value + self.over * (mean - value);
-        let middle = given + self.unit * f64::from(offset);
+        let middle = middle(given, offset, self.unit);
         self.grain.round(wanted.max(middle - self.width).min(middle + self.width))
     }
 }
