@@ -8,30 +8,31 @@
 //! sample by at most P moves no pair by more than P (Cohen-Steiner, Edelsbrunner, Harer 2007): so
 //! whatever is done within P, pairs of a persistence above 2 P stay, and only smaller ones can go.
 //!
-//! First the field becomes as smooth as it can within P of the given one, and gets no new extremum on the way (`relax`):
-//! that takes away most of what noise makes, handles included. Each extremum of a persistence below P that is left is
+//! First the field becomes as smooth as it can near the given one (`smooth`): that takes away most of what noise
+//! makes, handles included. Each extremum of a persistence below P that is left is
 //! filled, or carved, half-way to its saddle, and the way out cut to the same height (`drain`), and what that leaves
-//! of rims is smoothed again. In the end the exact topology of the trilinear field is counted, and what it still
-//! pairs below P is drained, until there is none.
+//! of rims is smoothed in a way that makes no extremum (`relax`). In the end the exact topology of the trilinear field is
+//! counted, and what it still pairs below P is drained, until there is none.
 //!
-//! No bound on the change is certain. P is that of smoothing. An extremum of a persistence p must move by p / 2 or its
-//! saddle must, which may come on top; and saddles of the trilinear field lie inside faces and cells, where extrema
-//! meet below the height that the samples around would have to reach, so draining one of a persistence below P may
-//! take more than P / 2. The largest change is measured and reported: 1.0 to 1.9 P on the volumes tried. Of pairs
+//! Smoothing moves a sample by up to 1.5 P: within P it leaves spikes where noise is as large as that, with saddles around
+//! each (twice as many critical points on tooth and bonsai). No bound on the change is certain: an extremum of a persistence p
+//! must move by p / 2 or its saddle must, which may come on top; and saddles of the trilinear field lie inside faces and cells,
+//! where extrema meet below the height that the samples around would have to reach, so draining one of a persistence below P may
+//! take more than P / 2. The largest change is measured and reported: 2.3 P on the volumes tried. Of pairs
 //! above twice the largest change none is lost.
 //!
-//! Figures (critical points before and after, largest change over P): tooth, P = 2 %: 820,147 and 8,839, 1.8; bonsai, P = 5 %:
-//! 461,401 and 87,823, 1.9, of which 85,276 are of handles.
+//! Figures (critical points before and after): see docs/decisions/0006-noise.md.
 //!
 //! # Invariants
 //!
 //! No extremum of a persistence below P is left: it is counted, or [`simplified`] fails. The same input gives the same
 //! bytes with any number of threads. The result is a volume like any other: everything downstream is exact with regard to
-//! it, and only to it. Memory: 8 bytes per sample beside the volumes and the topology.
+//! it, and only to it. Memory: 10 bytes per sample beside the volumes and the topology.
 
 mod drain;
 mod lattice;
 mod relax;
+mod smooth;
 
 use serde::Serialize;
 
@@ -45,19 +46,17 @@ use crate::with_samples;
 use drain::drain_minima;
 use lattice::{Grain, Lattice};
 use relax::{Relaxation, relax};
+use smooth::smooth;
 
-/// How far samples go beyond the mean of their neighbours at first, which converges faster. Later they do not:
-/// what overshoots at the end makes handles (fuel, P = 2 %: 599 critical points, 201 without).
-const OVER: f64 = 1.5;
-
-/// Iterations at first; after what was left has been drained for the first time; after the second.
-const PASSES: [usize; 3] = [20, 15, 5];
+/// Iterations of smoothing after what was left has been drained for the first time; after the second. More of them take longer and
+/// leave little less (15 and 5: 1 % of bonsai's handles).
+const PASSES: [usize; 2] = [3, 2];
 
 /// Most rounds of draining. Volumes tried take up to 20.
 const ROUNDS: usize = 1000;
 
 /// Which way noise is taken out: spectra name it, so that none is taken for what another way gives.
-pub const METHOD: u32 = 2;
+pub const METHOD: u32 = 3;
 
 /// What [`simplify`] did to a volume.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -130,15 +129,14 @@ impl Census {
 /// errors of [`Topology::compute`], and [`Error::Internal`] if extrema below `persistence` are left.
 pub fn simplify(volume: &Volume, persistence: f64) -> Result<(Volume, Simplification)> {
     let (simplified, after) = counted(volume, persistence)?;
-    let changes = || {
-        let n = volume.samples().len();
-        (0..n).map(|i| (simplified.samples().get(i) - volume.samples().get(i)).abs())
-    };
+    let n = volume.samples().len();
+    let change = |i| (simplified.samples().get(i) - volume.samples().get(i)).abs();
+    let changes = || (0..n).map(change);
     let report = Simplification {
         method: METHOD,
         persistence,
         largest_change: changes().fold(0.0, f64::max),
-        mean_change: changes().sum::<f64>() / volume.samples().len() as f64,
+        mean_change: changes().sum::<f64>() / n as f64,
         before: Census::of(volume, persistence)?,
         after,
     };
@@ -166,15 +164,13 @@ fn counted(volume: &Volume, persistence: f64) -> Result<(Volume, Census)> {
     let grain = Grain::of_range((low, high));
     let mut lattice = Lattice::of(volume, grain);
     let mut passes = PASSES.into_iter();
-    let relaxation =
-        Relaxation { radius: persistence, passes: passes.next().unwrap_or(0), over: OVER };
-    with_samples!(volume.samples(), given => relax(&mut lattice, given, relaxation));
+    with_samples!(volume.samples(), given => smooth(&mut lattice, given, persistence));
     let mut marked: [Vec<usize>; 2] = Default::default();
     for _ in 0..ROUNDS {
         let n_gone = drain(&mut lattice, persistence, &marked);
         if n_gone > 0 {
             if let Some(passes) = passes.next() {
-                let relaxation = Relaxation { radius: persistence, passes, over: 1.0 };
+                let relaxation = Relaxation { radius: persistence, passes };
                 with_samples!(volume.samples(), given => relax(&mut lattice, given, relaxation));
             }
             continue;

@@ -118,9 +118,36 @@ impl Lattice {
 
     /// Every sample without a lower neighbour, ascending in number.
     pub(super) fn minima(&self) -> Vec<usize> {
-        let plane = self.plane();
-        let of_plane = |z| (z * plane..(z + 1) * plane).filter(|&s| self.is_minimum(s));
-        (0..self.dims[2]).into_par_iter().flat_map_iter(of_plane).collect()
+        (0..self.dims[2]).into_par_iter().flat_map_iter(|z| self.minima_of(z)).collect()
+    }
+
+    /// Those of a plane.
+    fn minima_of(&self, z: usize) -> Vec<usize> {
+        let [nx, ny, nz] = self.dims;
+        let first = z * nx * ny;
+        let mut found = Vec::new();
+        let is_inner = z > 0 && z + 1 < nz;
+        for y in 0..ny {
+            let row = y * nx;
+            if !(is_inner && y > 0 && y + 1 < ny && nx > 2) {
+                found.extend((first + row..first + row + nx).filter(|&s| self.is_minimum(s)));
+                continue;
+            }
+            let (plane, below, above) = (&self.planes[z], &self.planes[z - 1], &self.planes[z + 1]);
+            found.extend(Some(first + row).filter(|&s| self.is_minimum(s)));
+            for i in row + 1..row + nx - 1 {
+                // Of neighbours with a lower number, and with a higher one.
+                let before = plane[i - 1].min(plane[i - nx]).min(below[i]);
+                let after = plane[i + 1].min(plane[i + nx]).min(above[i]);
+                let value = plane[i];
+                if before >= value && after >= value {
+                    let is_tied = if self.order.is_turned { before } else { after } == value;
+                    found.extend((!is_tied).then_some(first + i));
+                }
+            }
+            found.extend(Some(first + row + nx - 1).filter(|&s| self.is_minimum(s)));
+        }
+        found
     }
 
     /// Whether a sample has no lower neighbour.

@@ -1,13 +1,8 @@
-//! A field of little slope within a distance of a given one that has no extremum which it did not have before.
+//! What draining leaves of corners and rims smoothed: as in `smooth`, but the field gets no extremum which it did not have before.
 //!
 //! # Theory
 //!
-//! Of all fields between two bounds the one of least Dirichlet energy (the sum of squared differences along lattice
-//! edges) has fewest saddles; a sample that the bounds leave free is the mean of its neighbours there. It is found by
-//! going from sample to sample and moving each there, within its bounds (Gauss-Seidel, projected), or somewhat
-//! beyond (`over`, which converges faster).
-//!
-//! A sample that moves past a neighbour may become an extremum, or leave one beside it. Such a move ends before
+//! Each sample goes to the mean of its neighbours, within its bounds (Gauss-Seidel, projected). One that moves past a neighbour may become an extremum, or leave one beside it. Such a move ends before
 //! that neighbour: the monotonicity constraints of Weinkauf, Gingold, Sorkine (2010), Jacobson, Weinkauf, Sorkine
 //! (2012) and Guenther, Jacobson, Reininghaus, Seidel, Sorkine-Hornung, Weinkauf (2014), which there come from a
 //! tree that is chosen first, and here from what the samples are at each move. So no iteration makes an extremum,
@@ -27,8 +22,6 @@ pub(super) struct Relaxation {
     pub(super) radius: f64,
     /// Iterations.
     pub(super) passes: usize,
-    /// How far a sample goes beyond the mean of its neighbours, 1 for not.
-    pub(super) over: f64,
 }
 
 /// Relaxes a field; `given` tells the samples that it must stay near to.
@@ -102,7 +95,7 @@ impl Slab<'_> {
     fn move_one(&mut self, i: usize, neighbours: &[f64], given: f64, relaxation: Relaxation) {
         let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
         let value = self.plane[i];
-        let wanted = (value + relaxation.over * (mean - value))
+        let wanted = mean
             .max((given - relaxation.radius).min(value))
             .min((given + relaxation.radius).max(value));
         let wanted = self.grain.round(wanted);
