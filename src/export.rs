@@ -33,7 +33,7 @@ pub use ply_read::{PlyMesh, parse_ply, read_ply};
 
 use crate::color::{Attribute, Map, Per, to_srgb};
 use crate::error::{Error, Result};
-use crate::file::write_beside;
+use crate::beside::write_beside;
 use crate::spectrum::{QUANTUM, SurfaceMesh};
 use crate::volume::{Placement, Space};
 

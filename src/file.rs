@@ -5,7 +5,6 @@
 //! (`column`), and safe to read from anyone: sections carry lengths and checksums
 //! (`section`), nothing points anywhere, and what was read is checked ([`Spectrum::check`]).
 
-mod beside;
 mod column;
 mod connectivity;
 mod facing;
@@ -27,7 +26,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub use beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
+pub use crate::beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
 pub(crate) use facing::Units;
 pub use folder::{INDEX, Index, IndexedPart, SpectrumFolder, WHOLE, is_folder};
 pub(crate) use folder::{PART, PartName, part_name, seam_bytes, seam_name};

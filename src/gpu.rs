@@ -11,11 +11,12 @@
 
 pub mod buffer;
 pub mod layout;
+pub mod shader;
 
 pub use buffer::{Buffer, Growable};
 
 use crate::error::{Error, Result};
-use crate::kernels::shader::Shader;
+use shader::Shader;
 use bytemuck::Pod;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;

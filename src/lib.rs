@@ -31,6 +31,7 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+mod beside;
 pub mod bricks;
 pub mod color;
 mod disjoint_sets;

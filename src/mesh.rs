@@ -27,6 +27,7 @@
 
 mod bins;
 mod check;
+mod connectivity;
 mod edit;
 mod intersect;
 mod measure;
@@ -34,6 +35,7 @@ mod replace;
 #[cfg(test)]
 pub(crate) mod shapes;
 
+pub use connectivity::Connectivity;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
 pub use measure::{area, bounds, nearest_on_triangle, normal, radius_ratio};
@@ -42,7 +44,6 @@ pub(crate) use replace::Replacement;
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::kernels::Connectivity;
 
 const NONE: u32 = u32::MAX;
 

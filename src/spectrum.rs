@@ -40,74 +40,10 @@ pub use quantise::QUANTUM;
 pub(crate) use quantise::{from_fixed, to_fixed};
 pub use query::Query;
 
-use serde::{Deserialize, Serialize};
+pub use crate::topology::{Event, EventKind};
+pub use crate::volume::VolumeInfo;
 
-use crate::volume::{Outside, Placement, Statistics, Volume};
-
-/// What is known of the volume a spectrum was computed from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct VolumeInfo {
-    /// Name of the volume.
-    pub name: String,
-    /// Samples along x, y, z.
-    pub dims: [usize; 3],
-    /// Sample type as flags spell it.
-    pub sample_type: String,
-    /// Smallest and largest sample.
-    pub range: (f64, f64),
-    /// Where the samples lie in the world.
-    pub placement: Placement,
-    /// Side of the layer around the volume.
-    pub outside: Outside,
-}
-
-impl VolumeInfo {
-    /// What is kept of a volume.
-    pub(crate) fn of(volume: &Volume) -> VolumeInfo {
-        VolumeInfo {
-            name: volume.name().to_string(),
-            dims: volume.dims(),
-            sample_type: volume.samples().type_name().to_string(),
-            range: volume.range(),
-            placement: *volume.placement(),
-            outside: volume.outside(),
-        }
-    }
-}
-
-/// What happens to the topology at an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum EventKind {
-    /// A component appears (minimum; seen upwards).
-    Emerge,
-    /// Two components become one (1-saddle).
-    Merge,
-    /// A handle appears (1-saddle).
-    HandleOpen,
-    /// One component becomes two (2-saddle).
-    Split,
-    /// A handle disappears (2-saddle).
-    HandleClose,
-    /// A component disappears (maximum).
-    Vanish,
-}
-
-/// An isovalue at which the topology of the isosurface changes, with its place and what changes, upwards in the
-/// isovalue.
-///
-/// This is the one meaning of the word. Several events may share an isovalue. On a plateau, samples that are
-/// equal, the exact topology finds more *critical points* than events, as it tells equal samples apart by a ramp that
-/// is not seen: those that undo each other at one isovalue change nothing, and are no events.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Event {
-    /// The isovalue.
-    pub isovalue: f64,
-    /// The critical point, voxel frame.
-    pub position: [f64; 3],
-    /// What changes.
-    pub kind: EventKind,
-}
+use crate::volume::Statistics;
 
 /// One knot of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,6 +17,7 @@ mod decode;
 mod dicom;
 mod elsewhere;
 mod histogram;
+mod info;
 mod isovalue;
 mod mask;
 mod metaimage;
@@ -41,6 +42,7 @@ mod vtk;
 
 pub use block::{Whole, Within};
 pub use histogram::Histogram;
+pub use info::VolumeInfo;
 pub use isovalue::Isovalue;
 pub use mask::{Mask, MaskRecord};
 pub use phantom::{phantom, phantom_names};

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::file::write_beside;
+use crate::beside::write_beside;
 
 /// A picture: sRGB with straight alpha.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -13,7 +13,7 @@
 //! This is the shortest list of events with the given effect: a handle that opens and closes at one
 //! isovalue, in no time, is not in it.
 
-use crate::spectrum::{Event, EventKind};
+use crate::topology::{Event, EventKind};
 use crate::topology::{Arc, TopologyEvent};
 
 /// Events joined by arcs that only the ramp makes.

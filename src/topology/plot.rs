@@ -7,7 +7,7 @@
 
 use std::fmt::Write;
 
-use crate::spectrum::{Event, EventKind};
+use crate::topology::{Event, EventKind};
 use crate::topology::curves::ContourSpectrum;
 
 const WIDTH: f64 = 960.0;

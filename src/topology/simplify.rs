@@ -36,7 +36,7 @@ mod relax;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::spectrum::EventKind;
+use crate::topology::EventKind;
 use crate::topology::Topology;
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
