@@ -31,9 +31,9 @@ use std::path::Path;
 
 pub use ply_read::{PlyMesh, parse_ply, read_ply};
 
+use crate::beside::write_beside;
 use crate::color::{Attribute, Map, Per, to_srgb};
 use crate::error::{Error, Result};
-use crate::beside::write_beside;
 use crate::spectrum::{QUANTUM, SurfaceMesh};
 use crate::volume::{Placement, Space};
 

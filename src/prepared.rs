@@ -21,7 +21,7 @@ use crate::volume::{Preparation, Statistics, Volume};
 /// A volume after all that is done to it before the sweep.
 ///
 /// ```
-/// use isospectrum::kernels::{Backend, Choice};
+/// use isospectrum::{Backend, Choice};
 /// use isospectrum::{Counts, Isovalue, Noise, Parameters, Preparation, Prepared, Silent, volume::phantom};
 ///
 /// let halved = Preparation { downsample: Some(2), ..Preparation::default() };
@@ -110,25 +110,23 @@ impl Prepared {
     /// [`Error::Input`] if the spectrum says what this version does not know; those of
     /// [`Prepared::new`].
     pub fn again(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
-        let volume = volume.with_outside(spectrum.volume.outside);
-        let parameters = &spectrum.parameters;
-        let volume = Preparation::of_parameters(parameters)?.apply(volume)?;
-        let said = |name: &str| parameters.pointer(name);
-        let number = |name: &str| said(name).and_then(serde_json::Value::as_f64);
+        let volume = volume.with_outside(spectrum.volume().outside);
+        let told = spectrum.parameters();
+        let volume = spectrum.preparation()?.apply(volume)?;
         let has_method = |of: &str, known: u32| {
-            let method = said(&format!("/{of}/method")).and_then(serde_json::Value::as_u64);
-            let is_known = said(&format!("/{of}")).is_none() || method == Some(known.into());
+            let method = told.number(&format!("/{of}/method"));
+            let is_known = !told.has(&format!("/{of}")) || method == Some(known.into());
             is_known.then_some(()).ok_or_else(|| Error::input(
                 "the spectrum's noise was taken out in a way that this version does not know, expected one computed by this version",
             ))
         };
         has_method("simplification", METHOD)?;
         has_method("dust", DUST_METHOD)?;
-        let volume = match number("/dust/voxels") {
+        let volume = match told.number("/dust/voxels") {
             Some(voxels) => without_dust(&volume, voxels as u32)?.0,
             None => volume,
         };
-        match number("/simplification/persistence") {
+        match told.number("/simplification/persistence") {
             Some(persistence) => simplified(&volume, persistence),
             None => Ok(volume),
         }
@@ -173,7 +171,7 @@ impl Prepared {
     /// Tells a spectrum of the volume what was done to it.
     fn tell(&self, spectrum: &mut Spectrum) {
         for (name, what) in self.told() {
-            spectrum.parameters[name] = what;
+            spectrum.about_mut().parameters.tell(&name, what);
         }
         self.cap(spectrum);
     }
@@ -233,7 +231,7 @@ mod tests {
         let again = Prepared::again(volume, &spectrum).expect("as it was");
         assert_eq!(again.samples(), prepared.volume().samples());
         let sampling = Sampling { n_random: 4, n_events: 1, seed: 0 };
-        let found = verify(&spectrum, &again, sampling, Limits::default(), &mut |_| true);
+        let found = verify(&spectrum, &again, sampling, Limits::default(), &Silent);
         let found = found.expect("the same volume");
         assert_eq!(found.totals.topology_right, found.totals.isovalues);
     }

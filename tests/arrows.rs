@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 /// Each module may use those that stand before it. The program (`main`, `cli`) is a crate of its own.
-const FLOW: [&str; 25] = [
+const FLOW: [&str; 26] = [
     "error",
+    "progress",
     "random",
     "disjoint_sets",
     "input",
@@ -127,6 +128,9 @@ fn an_arrow_against_the_flow_is_seen() {
     }
     assert!(against("topology", "use crate::volume::Volume; // as crate::spectrum").is_empty());
     assert!(against("topology", "use crate::{volume, error::Error};").is_empty());
-    assert_eq!(against("topology", "use crate::new::X;"), ["topology uses new, which has no place"]);
+    assert_eq!(
+        against("topology", "use crate::new::X;"),
+        ["topology uses new, which has no place"]
+    );
     assert_eq!(against("new", ""), ["new has no place"]);
 }

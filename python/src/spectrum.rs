@@ -6,13 +6,13 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use isospectrum::color::{Color, Ends};
 use isospectrum::export::{self, Border, without_caps};
-use isospectrum::gpu::Gpu;
-use isospectrum::kernels::{Backend, Choice};
 use isospectrum::page::{self, Page};
+use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Camera, Image, Renderer, Surface, View, linear};
 use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Mask, Statistics};
+use isospectrum::{Backend, Choice};
 use isospectrum::{
     Error, Isovalue, Keep, Mesh, Noise, Parameters, Preparation, Prepared, Progress, Query, Result,
     file,
@@ -194,14 +194,14 @@ impl Spectrum {
     fn about(&self) -> String {
         let s = &*self.spectrum;
         serde_json::json!({
-            "volume": s.volume,
-            "range": s.range,
-            "tolerance": s.tolerance,
-            "parameters": s.parameters,
+            "volume": s.volume(),
+            "range": s.range(),
+            "tolerance": s.tolerance(),
+            "parameters": s.parameters(),
             "n_vertices": s.n_vertices(),
-            "n_triangles": s.triangles.len(),
-            "n_knots": s.knots.len(),
-            "n_events": s.events.len(),
+            "n_triangles": s.triangles().len(),
+            "n_knots": s.knots().len(),
+            "n_events": s.events().len(),
             "shown_first": s.shown_first(),
         })
         .to_string()
@@ -210,7 +210,7 @@ impl Spectrum {
     /// The number that a written isovalue means here.
     fn isovalue(&self, text: &str) -> PyResult<f64> {
         let isovalue = written(text)?;
-        isovalue.resolve(self.spectrum.range, self.spectrum.statistics().as_ref()).map_err(raised)
+        isovalue.resolve(self.spectrum.range(), self.spectrum.statistics().as_ref()).map_err(raised)
     }
 
     /// The mesh at an isovalue, as arrays.
@@ -223,7 +223,7 @@ impl Spectrum {
     ) -> PyResult<MeshArrays<'py>> {
         let mesh = py.detach(|| -> Result<Mesh> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            Ok(in_world(mesh, &self.spectrum.volume.placement))
+            Ok(in_world(mesh, &self.spectrum.volume().placement))
         });
         Ok(mesh_arrays(py, mesh.map_err(raised)?))
     }
@@ -238,7 +238,7 @@ impl Spectrum {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let placed = py.detach(|| -> Result<Vec<[f64; 3]>> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            let placement = &self.spectrum.volume.placement;
+            let placement = &self.spectrum.volume().placement;
             Ok(mesh.positions.iter().map(|&p| placement.world_of_voxel(p)).collect())
         });
         Ok(rows(py, placed.map_err(raised)?))
@@ -255,7 +255,7 @@ impl Spectrum {
     ) -> PyResult<()> {
         py.detach(|| {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            export::write(&mesh, &self.spectrum.volume.placement, Border::Closed, &path)
+            export::write(&mesh, &self.spectrum.volume().placement, Border::Closed, &path)
         })
         .map_err(raised)
     }
@@ -280,7 +280,7 @@ impl Spectrum {
         isovalue: f64,
         keep: Option<Kept>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let placement = self.spectrum.volume.placement;
+        let placement = self.spectrum.volume().placement;
         let rows = py.detach(|| -> Result<Vec<_>> {
             let mesh = self.mesh_at(isovalue, false, None)?;
             let found = Components::of(&mesh);
@@ -308,10 +308,7 @@ impl Spectrum {
         let sampling = Sampling { n_random: n, n_events: events, seed };
         watched(py, progress, move |watched| {
             let volume = Prepared::again(volume, &spectrum)?;
-            let found = verify(&spectrum, &volume, sampling, Limits::default(), &mut |done| {
-                watched.report(done, "verifying");
-                !watched.cancelled()
-            })?;
+            let found = verify(&spectrum, &volume, sampling, Limits::default(), watched)?;
             serde_json::to_string(&found).map_err(|e| Error::internal(e.to_string()))
         })
     }
@@ -361,7 +358,7 @@ impl Spectrum {
             let gpu = Gpu::new(adapter.as_deref())?;
             let mut renderer = Renderer::new(&gpu, &spectrum)?;
             if !fit_volume && let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
-                view.fit(&spectrum.volume, bounds);
+                view.fit(spectrum.volume(), bounds);
             }
             renderer.draw_all(&surfaces, &view)
         })
@@ -396,12 +393,12 @@ impl Spectrum {
         watched(py, None, move |_| {
             let mut spectrum = (*spectrum).clone();
             let volume = volume.map(|volume| Prepared::again(volume, &spectrum)).transpose()?;
-            if let Some(volume) = volume.as_ref().filter(|v| v.dims() != spectrum.volume.dims) {
+            if let Some(volume) = volume.as_ref().filter(|v| v.dims() != spectrum.volume().dims) {
                 return Err(Error::input(format!(
                     "{}: {:?} samples, expected {:?} as the spectrum's volume has",
                     volume.name(),
                     volume.dims(),
-                    spectrum.volume.dims
+                    spectrum.volume().dims
                 )));
             }
             if let Some(range) = range {
@@ -419,7 +416,7 @@ impl Spectrum {
             let still =
                 if has_still { still(&spectrum, isovalue, open, camera, keep)? } else { None };
             let page = Page {
-                title: title.as_deref().unwrap_or(&spectrum.volume.name),
+                title: title.as_deref().unwrap_or(&spectrum.volume().name),
                 caption: caption.as_deref(),
                 credit: credit.as_deref(),
                 isovalue,
@@ -451,7 +448,7 @@ impl Spectrum {
     /// What is kept, in the voxel frame.
     fn keep(&self, keep: Option<Kept>) -> Keep {
         let Some((largest, min_volume, min_area, at)) = keep else { return Keep::default() };
-        Keep { largest, min_volume, min_area, at }.in_voxels(&self.spectrum.volume.placement)
+        Keep { largest, min_volume, min_area, at }.in_voxels(&self.spectrum.volume().placement)
     }
 
     /// The mesh in the voxel frame.
@@ -491,7 +488,7 @@ fn still(
         View { width: 640, height: 480, open, keep, camera, background, ..View::default() };
     let mut renderer = Renderer::new(&gpu, spectrum)?;
     if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
-        view.fit(&spectrum.volume, bounds);
+        view.fit(spectrum.volume(), bounds);
     }
     renderer.draw(isovalue, &view).map(Some)
 }

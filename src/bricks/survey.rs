@@ -23,7 +23,7 @@ pub struct Survey {
 impl Survey {
     /// Of a volume that was read and prepared.
     pub fn of(prepared: Prepared) -> Survey {
-        let info = VolumeInfo::of(prepared.volume());
+        let info = prepared.volume().info();
         Survey { samples: prepared.samples().clone(), info, opened: Opened::Whole(prepared) }
     }
 

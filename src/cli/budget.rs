@@ -3,9 +3,9 @@
 use std::str::FromStr;
 
 use clap::Args;
-use isospectrum::forecast::Forecast;
-use isospectrum::topology::Topology;
-use isospectrum::topology::exact::ExactField;
+use isospectrum::inside::forecast::Forecast;
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::from_bytes;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{Joiner, Patch, Spectrum, SpectrumBuilder};
+use crate::spectrum::{About, Joiner, Patch, Spectrum, SpectrumBuilder};
 
 /// The file that tells what is in the folder.
 pub const INDEX: &str = "index.json";
@@ -211,15 +211,14 @@ impl SpectrumFolder {
     ///
     /// As [`SpectrumFolder::read_between`].
     pub fn read(&self) -> Result<Spectrum> {
-        self.read_between(self.whole.range)
+        self.read_between(self.whole.range())
     }
 
     /// A spectrum of parts of this one, with its events.
     pub(super) fn spectrum(&self, patch: Patch, range: (f64, f64)) -> Result<Spectrum> {
         let mut builder = SpectrumBuilder::new();
         builder.push_patch(patch);
-        let Spectrum { volume, tolerance, parameters, events, .. } = self.whole.clone();
-        builder.finish(volume, range, tolerance, parameters, events)
+        builder.finish(About { range, ..self.whole.about().clone() })
     }
 
     /// Takes a part in.
@@ -248,7 +247,7 @@ impl SpectrumFolder {
         };
         let part = from_bytes(&input::read(&file)?).map_err(named)?;
         let expected = PartName { plan: self.index.plan.clone(), number };
-        let name = part.parameters.get(PART).map(PartName::deserialize);
+        let name = part.parameters().get(PART).map(PartName::deserialize);
         if !name.is_some_and(|name| name.is_ok_and(|name| name == expected)) {
             let PartName { plan, .. } = expected;
             return Err(Error::input(format!(
@@ -263,8 +262,7 @@ impl SpectrumFolder {
         if !ascends || shared.last().is_some_and(|s| s.0 as usize >= part.n_vertices()) {
             return Err(Error::input(format!("{}: of another part", seam.display())));
         }
-        let Spectrum { isovalues, first_knot, knots, triangles, collapses, .. } = part;
-        Ok((Patch { isovalues, first_knot, knots, triangles, collapses }, shared))
+        Ok((part.into_parts().1, shared))
     }
 }
 

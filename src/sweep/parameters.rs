@@ -72,22 +72,3 @@ impl Default for Parameters {
         }
     }
 }
-
-/// How a sweep tells what it does and learns that it should stop.
-pub trait Progress: Sync {
-    /// `done` runs from 0 to 1.
-    fn report(&self, done: f64, message: &str);
-    /// Whether the caller wants the sweep to stop.
-    fn cancelled(&self) -> bool;
-}
-
-/// No reports, never cancelled.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
-
-impl Progress for Silent {
-    fn report(&self, _done: f64, _message: &str) {}
-    fn cancelled(&self) -> bool {
-        false
-    }
-}

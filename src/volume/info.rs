@@ -21,16 +21,16 @@ pub struct VolumeInfo {
     pub outside: Outside,
 }
 
-impl VolumeInfo {
-    /// What is kept of a volume.
-    pub(crate) fn of(volume: &Volume) -> VolumeInfo {
+impl Volume {
+    /// What is kept of it where its samples are not.
+    pub fn info(&self) -> VolumeInfo {
         VolumeInfo {
-            name: volume.name().to_string(),
-            dims: volume.dims(),
-            sample_type: volume.samples().type_name().to_string(),
-            range: volume.range(),
-            placement: *volume.placement(),
-            outside: volume.outside(),
+            name: self.name().to_string(),
+            dims: self.dims(),
+            sample_type: self.samples().type_name().to_string(),
+            range: self.range(),
+            placement: *self.placement(),
+            outside: self.outside(),
         }
     }
 }

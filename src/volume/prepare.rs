@@ -46,12 +46,9 @@ impl Preparation {
     /// # Errors
     ///
     /// [`Error::Input`] if it says what this version does not know.
-    pub fn of_parameters(parameters: &serde_json::Value) -> Result<Self> {
-        match parameters.get("preparation") {
-            None => Ok(Preparation::default()),
-            Some(done) => serde_json::from_value(done.clone())
-                .map_err(|_| Error::input("the spectrum's preparation of its volume is not known")),
-        }
+    pub(crate) fn of_json(done: &serde_json::Value) -> Result<Self> {
+        Preparation::deserialize(done)
+            .map_err(|_| Error::input("the spectrum's preparation of its volume is not known"))
     }
 
     /// The volume after all steps.

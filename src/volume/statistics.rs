@@ -47,7 +47,7 @@ impl Statistics {
     }
 
     /// As a spectrum's parameters tell them; none where they do not, or not so that percentiles can be found.
-    pub fn of_json(told: &serde_json::Value) -> Option<Statistics> {
+    pub(crate) fn of_json(told: &serde_json::Value) -> Option<Statistics> {
         let told = Statistics::deserialize(told).ok()?;
         let pairs = &told.percentiles;
         let is_good = pairs.len() >= 2
