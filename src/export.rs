@@ -39,6 +39,7 @@ use crate::volume::{Placement, Space};
 
 /// A mesh format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Binary little-endian PLY with normals.
     Ply,

@@ -133,6 +133,7 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
 
 /// The bytes of a file, and what is in it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Written {
     /// The bytes.
     pub bytes: Vec<u8>,

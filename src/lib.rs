@@ -10,7 +10,7 @@
 //! | [`spectrum`] | what a spectrum is made of; components of meshes |
 //! | [`mod@file`] | spectra in files and folders |
 //! | [`export`] | meshes in the formats of other programs |
-//! | [`color`], [`render`], [`page`] | colours, pictures, a web page |
+//! | [`color`], [`sources`], [`render`], [`page`] | colours, pictures, a web page |
 //! | [`verify`](mod@verify) | a spectrum against its volume |
 //! | [`bricks`] | volumes that do not fit memory, or many machines |
 //!
@@ -59,7 +59,7 @@ mod prepared;
 mod progress;
 mod random;
 pub mod render;
-mod sources;
+pub mod sources;
 pub mod spectrum;
 mod sweep;
 mod topology;
@@ -69,6 +69,7 @@ pub mod view;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use forecast::Forecast;
 pub use kernels::{Backend, Choice};
 pub use prepared::{Cleaned, Noise, Prepared};
 pub use progress::{Progress, Silent};
@@ -85,9 +86,6 @@ pub mod inside {
     pub mod extract {
         pub use crate::extract::*;
     }
-    pub mod forecast {
-        pub use crate::forecast::*;
-    }
     pub mod gpu {
         pub use crate::gpu::*;
     }
@@ -99,9 +97,6 @@ pub mod inside {
     }
     pub mod mesh {
         pub use crate::mesh::*;
-    }
-    pub mod sources {
-        pub use crate::sources::*;
     }
     pub mod spectrum {
         pub use crate::spectrum::active_set::*;

@@ -168,6 +168,7 @@ fn clip_across(clip: Clip, spectrum: &Spectrum) -> Result<serde_json::Value> {
 
 /// What a page is made of, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Sizes {
     /// The whole page.
     pub page: usize,

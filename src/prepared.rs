@@ -43,6 +43,16 @@ pub struct Prepared {
 }
 
 /// Which noise is taken out of a volume once it is prepared.
+///
+/// ```
+/// use isospectrum::{Noise, volume::phantom};
+///
+/// let noise = Noise { persistence: Some(0.2), ..Noise::default() };
+/// let (volume, cleaned) = noise.take_out(phantom("noise:8:1")?)?;
+/// assert_eq!(volume.dims(), [8; 3]);
+/// assert!(cleaned.simplification.is_some() && cleaned.dust.is_none());
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {

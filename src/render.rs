@@ -257,6 +257,7 @@ fn at_least(bounds: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
 
 /// What lies behind the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Background {
     /// White, for print.
     #[default]

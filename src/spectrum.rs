@@ -115,7 +115,22 @@ pub struct Spectrum {
     patch: Patch,
 }
 
-/// The mesh at one isovalue.
+/// The mesh at one isovalue; at the root of the crate it is called `Mesh`.
+///
+/// ```
+/// use isospectrum::volume::phantom;
+/// use isospectrum::{Backend, Choice, Parameters, Silent, compute, export};
+///
+/// let volume = std::sync::Arc::new(phantom("sphere:10")?);
+/// let backend = Backend::choose(Choice::Cpu, None)?;
+/// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+/// let mesh = spectrum.mesh_at(0.4)?;
+/// assert_eq!((mesh.normals.len(), mesh.caps.len()), (mesh.positions.len(), mesh.triangles.len()));
+/// // Positions in the world.
+/// let placed = export::place_in_world(mesh.clone(), volume.placement());
+/// assert_eq!(placed.triangles, mesh.triangles);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     /// Positions, voxel frame (exports place them in the world).

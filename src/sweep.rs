@@ -79,7 +79,19 @@ struct Sweep<'a> {
     range: (f64, f64),
 }
 
-/// Computes the spectrum of a volume.
+/// Computes the spectrum of a volume as it is; [`Prepared`](crate::Prepared) does something to it before, and tells so.
+///
+/// ```
+/// use isospectrum::volume::phantom;
+/// use isospectrum::{Backend, Choice, Parameters, Silent, compute};
+///
+/// let volume = std::sync::Arc::new(phantom("torus:12")?);
+/// let backend = Backend::choose(Choice::Auto, None)?;
+/// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+/// // Seen upwards a ring appears, and its hole closes.
+/// assert!(spectrum.events().len() >= 2);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 ///
 /// # Errors
 ///

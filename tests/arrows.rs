@@ -33,8 +33,8 @@ const FLOW: [&str; 26] = [
     "lib",
 ];
 
-/// What the root of the crate has itself, and names of `error` that it hands on.
-const OF_THE_ROOT: [&str; 3] = ["Error", "Result", "with_samples"];
+/// Names of `error` that the root of the crate hands on.
+const OF_THE_ROOT: [&str; 2] = ["Error", "Result"];
 
 fn place_of(module: &str) -> Option<usize> {
     FLOW.iter().position(|&name| name == module)

@@ -44,6 +44,7 @@ const LEVEL: u32 = 1;
 /// What a part says of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct PartHead {
     /// Hash of the plan that it is of.
     pub plan: String,

@@ -9,8 +9,8 @@ use super::{Opened, Source};
 use crate::error::Result;
 use crate::prepared::Prepared;
 use crate::spectrum::VolumeInfo;
+use crate::volume::with_samples;
 use crate::volume::{Preparation, Samples, Slabs, Statistics};
-use crate::with_samples;
 
 /// See the module.
 #[derive(Clone, Debug)]

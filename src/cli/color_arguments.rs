@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use isospectrum::Prepared;
 use isospectrum::color::{Color, Ends, Map, Sources};
-use isospectrum::inside::sources;
+use isospectrum::sources;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
 use isospectrum::{Error, Result};

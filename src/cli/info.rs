@@ -218,7 +218,7 @@ fn world_line(placement: &Placement) -> String {
 
 /// Trajectories, and the list of living triangles where it is longest.
 fn memory_line(memory: &Memory) -> String {
-    let Memory { trajectories, triangles, most_triangles } = *memory;
+    let Memory { trajectories, triangles, most_triangles, .. } = *memory;
     format!(
         "{}: {} of trajectories, {} for at most {most_triangles} triangles at an isovalue",
         report::bytes(trajectories + triangles),

@@ -47,6 +47,7 @@ pub(crate) struct PartName {
 /// What is in a folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Index {
     /// Version of the folder.
     version: u32,
@@ -61,6 +62,7 @@ pub struct Index {
 /// What is known of a part without it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct IndexedPart {
     /// Its first sample along x, y, z.
     pub first: [usize; 3],

@@ -26,6 +26,7 @@ pub(super) fn largest_table(spectrum: &Spectrum) -> u64 {
 
 /// What drawing a spectrum takes on the device, beside the picture itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Memory {
     /// Bytes of the trajectories: isovalues, knots, and where each vertex's begin.
     pub trajectories: u64,

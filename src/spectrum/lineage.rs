@@ -38,6 +38,7 @@ pub struct End {
 
 /// Where a component begins and ends; none where it reaches the end of the spectrum's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Lineage {
     /// Towards lower isovalues: where it appears, or splits off a larger one.
     pub birth: Option<End>,

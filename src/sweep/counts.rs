@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::spectrum::Spectrum;
 
-/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`].
+/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`] (see [`Prepared`](crate::Prepared) for an example).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

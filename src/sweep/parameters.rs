@@ -7,6 +7,15 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
+///
+/// More may come, so those that are not meant are best left to the default:
+///
+/// ```
+/// use isospectrum::Parameters;
+///
+/// let parameters = Parameters { range: Some((10.0, 200.0)), error: 0.05, ..Parameters::default() };
+/// assert_eq!(parameters.max_edge, Parameters::default().max_edge);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Isovalues to cover; the range of the volume if absent.

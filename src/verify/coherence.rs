@@ -12,6 +12,7 @@ pub(super) const JUST: f64 = 1e-6;
 
 /// What becomes of the triangles at the events of one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct EventCoherence {
     /// The isovalue.
     pub isovalue: f64,
@@ -27,6 +28,7 @@ pub struct EventCoherence {
 
 /// What becomes of triangles at events, over the whole range.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Coherence {
     /// Of the triangles alive just before an event, summed over the events, the share alive just
     /// after; `None` where there are none.

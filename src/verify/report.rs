@@ -100,7 +100,16 @@ pub struct Totals {
     pub tracked_share: Option<f64>,
 }
 
-/// The result of a verification.
+/// The result of a verification; [`verify`](crate::verify()) makes it.
+///
+/// ```
+/// # fn of(report: &isospectrum::Report) {
+/// for promise in &report.promises {
+///     println!("{}: {:?}", promise.what, promise.found);
+/// }
+/// println!("{} of {} isovalues right", report.totals.topology_right, report.totals.isovalues);
+/// # }
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Report {

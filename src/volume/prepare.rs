@@ -11,6 +11,14 @@ use super::{MaskRecord, Placement, Samples, Volume};
 use crate::error::{Error, Result};
 
 /// Steps before the sweep, each where it was asked for.
+///
+/// ```
+/// use isospectrum::{Preparation, volume::phantom};
+///
+/// let preparation = Preparation { crop: Some([[0, 8], [2, 8], [0, 8]]), downsample: Some(2), ..Preparation::default() };
+/// assert_eq!(preparation.apply(phantom("sphere:8")?)?.dims(), [4, 3, 4]);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Preparation {

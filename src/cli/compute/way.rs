@@ -1,8 +1,8 @@
 //! Whether `compute` takes a volume as a whole or in bricks.
 
+use isospectrum::Forecast;
 use isospectrum::Parameters;
 use isospectrum::bricks::{Plan, SIDE, Source, Survey, cut};
-use isospectrum::inside::forecast::Forecast;
 use isospectrum::{Noise, Prepared};
 
 use super::Compute;
