@@ -19,7 +19,6 @@
 mod glb;
 mod obj;
 mod ply;
-mod ply_read;
 mod stl;
 mod three_mf;
 mod usda;
@@ -29,7 +28,7 @@ mod weld;
 use std::io::{self, Write};
 use std::path::Path;
 
-pub use ply_read::{PlyMesh, parse_ply, read_ply};
+pub use crate::mesh::{PlyMesh, parse_ply, read_ply};
 
 use crate::beside::write_beside;
 use crate::color::{Attribute, Map, Per, to_srgb};

@@ -31,6 +31,7 @@ mod connectivity;
 mod edit;
 mod intersect;
 mod measure;
+mod ply;
 mod replace;
 #[cfg(test)]
 pub(crate) mod shapes;
@@ -39,6 +40,7 @@ pub use connectivity::Connectivity;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
 pub use measure::{area, bounds, nearest_on_triangle, normal, radius_ratio};
+pub use ply::{PlyMesh, parse_ply, read_ply};
 pub(crate) use replace::Replacement;
 
 use glam::Vec3;
