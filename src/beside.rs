@@ -99,10 +99,7 @@ impl PartFolder {
             if fs::metadata(&place).is_ok_and(|there| !there.is_file()) {
                 return Err(io::Error::other("is there and no regular file"));
             }
-            let _part = PARTS.read().unwrap_or_else(PoisonError::into_inner);
-            let mut builder = tempfile::Builder::new();
-            builder.prefix(".isospectrum-").suffix(".part");
-            Ok(PartFolder { folder: builder.tempdir_in(folder_of(&place))?, _part })
+            PartFolder::within(folder_of(&place))
         };
         make().map_err(|error| Error::io(path, error))
     }
@@ -117,12 +114,14 @@ impl PartFolder {
             if fs::symlink_metadata(path).is_ok() && !may_be_replaced(path) {
                 return Err(io::Error::other("is there, expected a name that is free"));
             }
-            let _part = PARTS.read().unwrap_or_else(PoisonError::into_inner);
-            let mut builder = tempfile::Builder::new();
-            builder.prefix(".isospectrum-").suffix(".part");
-            Ok(PartFolder { folder: builder.tempdir_in(folder_of(path))?, _part })
+            PartFolder::within(folder_of(path))
         };
         make().map_err(|error| Error::io(path, error))
+    }
+
+    fn within(folder: &Path) -> io::Result<Self> {
+        let _part = PARTS.read().unwrap_or_else(PoisonError::into_inner);
+        Ok(PartFolder { folder: part_builder().tempdir_in(folder)?, _part })
     }
 
     /// Where it is.
@@ -163,9 +162,15 @@ impl PartFolder {
     }
 }
 
-fn replace(place: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+/// How what is not complete yet is called.
+fn part_builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".isospectrum-").suffix(".part");
+    builder
+}
+
+fn replace(place: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    let mut builder = part_builder();
     #[cfg(unix)]
     {
         // What any program creates, less the umask; the crate's default is the owner only.

@@ -1,6 +1,6 @@
 //! The one error type of the library and what each kind means to a caller.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Shorthand for results of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -73,6 +73,14 @@ impl Error {
     /// An [`Error::Io`] for `path`.
     pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Error::Io { path: path.into(), source }
+    }
+
+    /// The same; of an [`Error::Input`] it says in which file that is.
+    pub fn of_file(self, path: &Path) -> Self {
+        match self {
+            Error::Input(what) => Error::Input(format!("{}: {what}", path.display())),
+            other => other,
+        }
     }
 
     /// The exit code of the program for this error: 2 usage, 3 input, 4 isovalue outside the

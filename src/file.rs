@@ -93,10 +93,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 /// Reads a file and decodes it; what is wrong with its content is said with its path.
 fn decode_file(path: &Path, decode: impl Fn(&[u8]) -> Result<Spectrum>) -> Result<Spectrum> {
     let bytes = input::read(path)?;
-    decode(&bytes).map_err(|e| match e {
-        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
-        other => other,
-    })
+    decode(&bytes).map_err(|e| e.of_file(path))
 }
 
 /// The spectrum with vertices and triangles in the order in which a file keeps them. This and

@@ -37,7 +37,9 @@ const BACKENDS: wgpu::Backends =
 /// A device and its queue. Shared by threads.
 #[derive(Debug)]
 pub struct Gpu {
+    #[cfg(feature = "viewer")]
     instance: wgpu::Instance,
+    #[cfg(feature = "viewer")]
     adapter: wgpu::Adapter,
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -85,7 +87,17 @@ impl Gpu {
                 note(&keep, format!("device lost: {text}"));
             }
         });
-        Ok(Gpu { instance, adapter, device, queue, info, failure, staging: Mutex::default() })
+        Ok(Gpu {
+            #[cfg(feature = "viewer")]
+            instance,
+            #[cfg(feature = "viewer")]
+            adapter,
+            device,
+            queue,
+            info,
+            failure,
+            staging: Mutex::default(),
+        })
     }
 
     /// The adapter's name and its back end: `llvmpipe (vulkan)`.
@@ -99,11 +111,13 @@ impl Gpu {
     }
 
     /// The instance, which a window makes its surface with.
+    #[cfg(feature = "viewer")]
     pub(crate) fn instance(&self) -> &wgpu::Instance {
         &self.instance
     }
 
     /// The adapter.
+    #[cfg(feature = "viewer")]
     pub(crate) fn adapter(&self) -> &wgpu::Adapter {
         &self.adapter
     }

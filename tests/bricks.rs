@@ -1,10 +1,11 @@
 //! Bricks: parts swept apart fit each other, whoever computes them when. See `docs/decisions/0004-bricks.md`.
 
+mod data;
 mod program;
 mod random;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use isospectrum::bricks::{Opened, Part, Parts, Plan, Source, Survey, merge, merge_to_folder};
@@ -274,15 +275,7 @@ fn every_damaged_byte_of_a_part_is_found_and_none_is_a_panic() {
 
 #[test]
 fn a_real_volume_in_eight_bricks_is_right_everywhere() {
-    let folder = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        PathBuf::from,
-    );
-    if !folder.is_dir() {
-        eprintln!("NOT RUN: nucleon: no folder {} (set ISOSPECTRUM_DATA)", folder.display());
-        return;
-    }
-    let path = folder.join("nucleon_41x41x41_uint8.raw");
+    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
     let volume = read_volume(&path, &Default::default()).expect("nucleon");
     let bricks = Bricks::of(volume, 20, Some((20.0, 200.0)));
     assert_eq!(bricks.blocks.len(), 8);

@@ -3,6 +3,7 @@
 //! The browser test needs node, Chromium and playwright-core, and an adapter for the native
 //! pictures; it fails where one of them is missing and says what to install.
 
+mod data;
 mod program;
 
 use std::path::Path;
@@ -237,20 +238,13 @@ fn shaded_pages(folder: &Folder) -> serde_json::Value {
     folder.run(&["compute", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
     folder.run(&["html", "noise.isp", "-o", "noise.html"]);
     let mut pages = serde_json::json!({ "page.html": [], "noise.html": [] });
-    let data = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"),
-        std::path::PathBuf::from,
-    );
-    let nucleon = data.join("nucleon_41x41x41_uint8.raw");
-    if nucleon.is_file() {
+    if let Some(nucleon) = data::file("shading of nucleon", "nucleon_41x41x41_uint8.raw") {
         let volume = nucleon.to_str().expect("a name in UTF-8");
         // The trajectories of the extraction at 188.7 reach from 134 to 195.
         let flags = ["--range", "133:196", "--backend", "cpu"];
         folder.run(&[&["compute", volume, "-o", "nucleon.isp"][..], &flags].concat());
         folder.run(&["html", "nucleon.isp", "-o", "nucleon.html"]);
         pages["nucleon.html"] = serde_json::json!([188.7]);
-    } else {
-        eprintln!("NOT RUN: shading of nucleon: no {} (set ISOSPECTRUM_DATA)", nucleon.display());
     }
     pages
 }

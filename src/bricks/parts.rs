@@ -102,8 +102,7 @@ impl<'a> Parts<'a> {
 /// Says of which file something is wrong.
 fn named(path: &Path, error: Error) -> Error {
     match error {
-        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
         Error::Io { source, .. } => Error::io(path, source),
-        other => other,
+        other => other.of_file(path),
     }
 }

@@ -22,7 +22,7 @@ impl Convert {
         let output = Output::open(&self.to, &[&self.from])?;
         let (spectrum, before) = spectrum_file::read(&self.from)?;
         let after = spectrum_file::write_as(&spectrum, format, output)
-            .map_err(spectrum_file::named(&self.from))?;
+            .map_err(|e| e.of_file(&self.from))?;
         log::info!(
             "{}: {} (from {})",
             self.to.display(),

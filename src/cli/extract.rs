@@ -220,7 +220,7 @@ impl Extract {
                 }
                 None => write_to(mesh, placement, Border::Closed, format, file),
             })
-            .map_err(spectrum_file::named(&self.spectrum))?;
+            .map_err(|e| e.of_file(&self.spectrum))?;
         let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
         log::info!(
             "{path}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
@@ -263,7 +263,7 @@ impl Extract {
         let placement = &spectrum.volume().placement;
         let bytes = output
             .write(|file| write_all_to(frames, arrangement, placement, format, file))
-            .map_err(spectrum_file::named(&self.spectrum))?;
+            .map_err(|e| e.of_file(&self.spectrum))?;
         let n_triangles: usize = written.iter().map(|mesh| mesh.n_triangles).sum();
         let (n, bytes_told) = (written.len(), report::bytes(bytes));
         log::info!("{path}: {n} meshes of {n_triangles} triangles together, {bytes_told}");

@@ -9,7 +9,6 @@ use isospectrum::bricks::Parts;
 use super::plan::{self, folder_of_parts};
 use super::progress::Bar;
 use super::report;
-use super::spectrum_file::named;
 use super::target::Target;
 
 /// Merge the parts of a plan to the spectrum of its volume
@@ -40,7 +39,7 @@ impl Merge {
         if self.json && target.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
-        parts.check_all_there().map_err(named(&self.plan))?;
+        parts.check_all_there().map_err(|e| e.of_file(&self.plan))?;
         let made = target.merge(&parts, &plan.open()?, (None, None), &Bar::new(quiet))?;
         let facts = made.facts();
         if self.json {

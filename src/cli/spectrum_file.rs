@@ -83,16 +83,8 @@ pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
     let is_thesis =
         matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
     let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
-    let spectrum = spectrum.map_err(named(path))?;
+    let spectrum = spectrum.map_err(|e| e.of_file(path))?;
     Ok((spectrum, bytes.len() as u64))
-}
-
-/// Says of which spectrum something is wrong.
-pub(super) fn named(path: &Path) -> impl Fn(Error) -> Error + '_ {
-    move |error| match error {
-        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
-        other => other,
-    }
 }
 
 /// Writes a spectrum in our format; how many bytes that took.

@@ -243,11 +243,7 @@ impl SpectrumFolder {
     /// A part, and its vertices in common with others, ascending, with their keys.
     pub(super) fn part(&self, number: usize) -> Result<(Patch, Vec<(u32, u64)>)> {
         let file = self.path.join(part_name(number));
-        let named = |e| match e {
-            Error::Input(what) => Error::input(format!("{}: {what}", file.display())),
-            other => other,
-        };
-        let part = from_bytes(&input::read(&file)?).map_err(named)?;
+        let part = from_bytes(&input::read(&file)?).map_err(|e| e.of_file(&file))?;
         let expected = PartName { plan: self.index.plan.clone(), number };
         let name = part.parameters().get(PART).map(PartName::deserialize);
         if !name.is_some_and(|name| name.is_ok_and(|name| name == expected)) {
@@ -258,8 +254,7 @@ impl SpectrumFolder {
             )));
         }
         let seam = self.path.join(seam_name(number));
-        let shared = read_seam(&input::read(&seam)?)
-            .map_err(|e| Error::input(format!("{}: {e}", seam.display())))?;
+        let shared = read_seam(&input::read(&seam)?).map_err(|e| e.of_file(&seam))?;
         let ascends = shared.windows(2).all(|w| w[0].0 < w[1].0);
         if !ascends || shared.last().is_some_and(|s| s.0 as usize >= part.n_vertices()) {
             return Err(Error::input(format!("{}: of another part", seam.display())));

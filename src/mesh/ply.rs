@@ -62,10 +62,7 @@ struct Element {
 pub fn read_ply(path: impl AsRef<Path>) -> Result<PlyMesh> {
     let path = path.as_ref();
     let bytes = input::read(path)?;
-    parse_ply(&bytes).map_err(|e| match e {
-        Error::Input(what) => Error::input(format!("{}: {what}", path.display())),
-        other => other,
-    })
+    parse_ply(&bytes).map_err(|e| e.of_file(path))
 }
 
 /// The triangle mesh in the bytes of a PLY file. Properties other than `x`, `y`, `z` and

@@ -217,6 +217,7 @@ impl Painter {
     }
 
     /// The texture that holds the last picture, sRGB; it can be viewed as linear too.
+    #[cfg(feature = "viewer")]
     pub(crate) fn texture(&self) -> Option<&wgpu::Texture> {
         self.target.as_ref().map(Target::texture)
     }

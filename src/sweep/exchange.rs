@@ -84,8 +84,7 @@ pub(super) fn exchange(
     let part = Part::of(before, &cluster.faces);
     let cut = Cut::new(cluster, [old, new], field);
     let whole_key = |v: u32| part.origin[v as usize].and_then(|o| before.key(o));
-    let of_part =
-        Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key, &mut Vec::new());
+    let of_part = Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key);
     let mut tracked = of_part.map_err(|p| Refused::at("no part", cut.cell(p)))?;
     cut.split(&mut tracked.mesh);
     let removed = cut.removed(&tracked, &part.is_rim);
@@ -123,7 +122,7 @@ pub(super) fn exchange(
     let (wrong, unclear) = cut.wrong(&nodes, isovalue);
     let bound: HashMap<u32, LatticeEdge> = nodes.iter().map(|(e, v)| (*v, *e)).collect();
     let key = |v: u32| bound.get(&v).copied();
-    let made = Tracked::of(pieces.positions, pieces.triangles, key, &mut Vec::new());
+    let made = Tracked::of(pieces.positions, pieces.triangles, key);
     let mut made = made.map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();

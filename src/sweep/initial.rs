@@ -13,7 +13,7 @@ mod nearest;
 mod tests;
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::Vec3;
 
@@ -81,16 +81,8 @@ pub(super) fn read(
         )));
     }
     let ply = in_voxel_frame(read_ply(path)?, field.volume().placement());
-    let components = checked(&ply, isovalue, field).map_err(|e| named(path, e))?;
+    let components = checked(&ply, isovalue, field).map_err(|e| e.of_file(path))?;
     Ok(Some(Given { path: path.clone(), isovalue, components }))
-}
-
-/// An error of the mesh, with its file.
-fn named(path: &Path, error: Error) -> Error {
-    match error {
-        Error::Input(what) => Error::Input(format!("{}: {what}", path.display())),
-        other => other,
-    }
 }
 
 /// The mesh of the file in the voxel frame.
@@ -221,7 +213,7 @@ fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Componen
 pub(super) fn placed(sweep: &Sweep, given: Given) -> Result<InitialMesh> {
     let Given { path, isovalue, components } = given;
     let extraction = extract(&sweep.exact, isovalue);
-    let matched = matched(&extraction, &components, sweep).map_err(|e| named(&path, e))?;
+    let matched = matched(&extraction, &components, sweep).map_err(|e| e.of_file(&path))?;
     let crossings = extraction.component_crossings();
     let mut initial = InitialMesh { positions: Vec::new(), triangles: Vec::new() };
     for (component, on) in components.into_iter().zip(matched) {
@@ -229,9 +221,9 @@ pub(super) fn placed(sweep: &Sweep, given: Given) -> Result<InitialMesh> {
         let arc = sweep.topology.arc_of(low, high, isovalue).ok_or_else(|| {
             Error::internal(format!("no arc of component {on} at isovalue {isovalue}"))
         })?;
-        check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| named(&path, e))?;
+        check_euler(&component, sweep.topology.arcs[arc].euler).map_err(|e| e.of_file(&path))?;
         let InitialMesh { positions, triangles } =
-            projected(&component, isovalue, sweep).map_err(|e| named(&path, e))?;
+            projected(&component, isovalue, sweep).map_err(|e| e.of_file(&path))?;
         let first = initial.positions.len() as u32;
         initial.positions.extend(positions);
         initial.triangles.extend(triangles.into_iter().map(|t| t.map(|v| v + first)));

@@ -125,7 +125,7 @@ impl<'s, 'a> March<'s, 'a> {
         let grid = Grid::of(&sweep.exact);
         let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
             // A closed mesh has no boundary that could be bound.
-            let tracked = Tracked::of(positions, triangles, |_| None, &mut Vec::new());
+            let tracked = Tracked::of(positions, triangles, |_| None);
             let tracked = tracked.map_err(|at| Error::internal(format!("initial mesh at {at}")))?;
             (Region::open(grid), tracked)
         } else {

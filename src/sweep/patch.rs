@@ -127,7 +127,9 @@ pub(super) fn patch(
     merge_sorted(&mut lives, 0);
     lives.shrink_to_fit();
     let n_tracked = lives.partition_point(is_tracked);
-    let tracks = unique(lives.iter().flat_map(|l| l.vertices), Track::cmp);
+    let mut tracks = Unique::new(Track::cmp);
+    lives.iter().flat_map(|l| l.vertices).for_each(|t| tracks.push(t));
+    let tracks = tracks.finish();
     let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use") as u32;
     let triangles: Vec<[u32; 3]> = lives.par_iter().map(|l| l.vertices.map(number)).collect();
     let first_own = tracks.partition_point(|t| matches!(t, Track::Edge(_)));
@@ -165,13 +167,12 @@ pub(super) fn patch(
 
 /// The table of isovalues, and the knots of all trajectories.
 fn with_knots(ways: &Ways, lives: &[Life]) -> Patch {
-    let of_knots = (0..ways.tracks.len()).flat_map(|i| {
-        let mut isovalues = Vec::new();
+    let mut isovalues = Unique::new(f64::total_cmp);
+    for i in 0..ways.tracks.len() {
         ways.each(i, &mut |c, _| isovalues.push(c));
-        isovalues
-    });
-    let of_lives = lives.iter().flat_map(|l| [l.low, l.high]);
-    let isovalues = unique(of_knots.chain(of_lives), f64::total_cmp);
+    }
+    lives.iter().flat_map(|l| [l.low, l.high]).for_each(|c| isovalues.push(c));
+    let isovalues = isovalues.finish();
     let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
     let mut patch = Patch::default();
     patch.first_knot.push(0);
@@ -197,27 +198,38 @@ fn tell(ways: &Ways) {
     );
 }
 
-/// What is in a sequence, ascending and once.
-fn unique<T: Copy + Send>(
-    all: impl Iterator<Item = T>,
-    order: impl Fn(&T, &T) -> std::cmp::Ordering + Copy + Sync,
-) -> Vec<T> {
-    let mut found: Vec<T> = Vec::new();
-    let mut most = 1 << 20;
-    let shorten = |found: &mut Vec<T>| {
-        found.par_sort_unstable_by(order);
-        found.dedup_by(|a, b| order(a, b).is_eq());
-    };
-    for x in all {
-        found.push(x);
-        if found.len() == most {
-            shorten(&mut found);
-            most = most.max(2 * found.len());
+/// Collects values, ascending and once; repeated ones take no memory for long.
+struct Unique<T, F> {
+    found: Vec<T>,
+    order: F,
+    /// So many are collected before those that are repeated go.
+    most: usize,
+}
+
+impl<T: Send, F: Fn(&T, &T) -> std::cmp::Ordering + Copy + Sync> Unique<T, F> {
+    fn new(order: F) -> Self {
+        Unique { found: Vec::new(), order, most: 1 << 20 }
+    }
+
+    fn push(&mut self, x: T) {
+        self.found.push(x);
+        if self.found.len() == self.most {
+            self.shorten();
+            self.most = self.most.max(2 * self.found.len());
         }
     }
-    shorten(&mut found);
-    found.shrink_to_fit();
-    found
+
+    fn shorten(&mut self) {
+        let order = self.order;
+        self.found.par_sort_unstable_by(order);
+        self.found.dedup_by(|a, b| order(a, b).is_eq());
+    }
+
+    fn finish(mut self) -> Vec<T> {
+        self.shorten();
+        self.found.shrink_to_fit();
+        self.found
+    }
 }
 
 /// The knots of one trajectory that stay, by isovalue.

@@ -55,42 +55,31 @@ pub(super) struct Recorder {
     alive: Vec<Option<([Track; 3], f64)>>,
 }
 
-/// What is alive, to go back to.
-#[derive(Clone, Debug)]
-pub(super) struct Snapshot {
-    tracks: Vec<Option<Track>>,
-    alive: Vec<Option<([Track; 3], f64)>>,
-}
-
-/// A place in what is written.
+/// A place in what is written, and what was alive then.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
-    snapshot: Snapshot,
+    tracks: Vec<Option<Track>>,
+    alive: Vec<Option<([Track; 3], f64)>>,
     n_lives: usize,
     n_knots: usize,
 }
 
 impl Recorder {
-    /// What is alive now.
-    pub(super) fn snapshot(&self) -> Snapshot {
-        Snapshot { tracks: self.tracks.clone(), alive: self.alive.clone() }
-    }
-
-    /// Goes on from an earlier state; what was written stays.
-    pub(super) fn restore(&mut self, snapshot: Snapshot) {
-        (self.tracks, self.alive) = (snapshot.tracks, snapshot.alive);
-    }
-
     /// Where writing is, to go back there.
     pub(super) fn mark(&self) -> Mark {
-        Mark { snapshot: self.snapshot(), n_lives: self.lives.len(), n_knots: self.knots.len() }
+        Mark {
+            tracks: self.tracks.clone(),
+            alive: self.alive.clone(),
+            n_lives: self.lives.len(),
+            n_knots: self.knots.len(),
+        }
     }
 
     /// Forgets what was written since; but for knots of trajectories that were there, which must be none.
     pub(super) fn roll_back(&mut self, mark: Mark) {
         self.lives.truncate(mark.n_lives);
         self.knots.truncate(mark.n_knots);
-        self.restore(mark.snapshot);
+        (self.tracks, self.alive) = (mark.tracks, mark.alive);
     }
 
     /// Adds what another recorder has written that was a copy of this one.

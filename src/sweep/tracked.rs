@@ -83,7 +83,6 @@ impl Tracked {
         mut positions: Vec<[f32; 3]>,
         mut triangles: Vec<[u32; 3]>,
         key: impl Fn(u32) -> Option<LatticeEdge>,
-        spare: &mut Vec<u32>,
     ) -> std::result::Result<Tracked, Vec3> {
         let place = |v: u32| Vec3::from(positions[v as usize]);
         let next = boundary(&triangles).map_err(place)?;
@@ -95,11 +94,9 @@ impl Tracked {
             if seen.contains(&first) {
                 continue;
             }
-            let hub = spare.pop().unwrap_or_else(|| {
-                positions.push([0.0; 3]);
-                fixed.push(false);
-                positions.len() as u32 - 1
-            });
+            let hub = positions.len() as u32;
+            positions.push([0.0; 3]);
+            fixed.push(false);
             hubs.push(hub);
             let (mut a, mut sum, mut n) = (first, Vec3::ZERO, 0.0);
             loop {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::volume::decode::{SampleType, read_error, read_samples, size_of_grid};
-use crate::volume::slabs::Plain;
+use crate::volume::slabs::{Plain, wrong_length};
 use crate::volume::stream::{self, Channel, Layout, Packing};
 use crate::volume::{Grid, Placement, ReadOptions, metaimage, nrrd};
 
@@ -41,20 +41,13 @@ pub(crate) fn read(
     }
     let size = size_of_grid(dims, sample_type);
     let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n);
-    let n = n.ok_or_else(|| wrong_length(path, found, (dims, sample_type)))?;
+    let n = n.ok_or_else(|| {
+        let expected = size.map(|(_, bytes)| bytes as u64);
+        wrong_length(path, (found, expected), (dims, sample_type))
+    })?;
     let samples = read_samples(&mut file, sample_type, options.big_endian, n, n)
         .map_err(|e| read_error(path, e))?;
     Ok((dims, samples, Placement::default()))
-}
-
-fn wrong_length(path: &Path, found: u64, (dims, sample_type): ([usize; 3], SampleType)) -> Error {
-    let size = size_of_grid(dims, sample_type);
-    let expected =
-        size.map_or("more than memory can hold".to_owned(), |(_, bytes)| bytes.to_string());
-    let ([x, y, z], shown) = (dims, path.display());
-    Error::input(format!(
-        "{shown}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}"
-    ))
 }
 
 /// What name and options tell.
@@ -107,7 +100,7 @@ pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<Plain>>
     };
     let found = crate::input::open(path)?.1;
     if plain.end() != Some(found) {
-        return Err(wrong_length(path, found, (dims, sample_type)));
+        return Err(wrong_length(path, (found, plain.end()), (dims, sample_type)));
     }
     Ok(Some(plain))
 }

@@ -43,6 +43,20 @@ impl Plain {
     }
 }
 
+/// A file has other bytes than expected; those may be more than memory can hold.
+pub(super) fn wrong_length(
+    path: &Path,
+    (found, expected): (u64, Option<u64>),
+    ([x, y, z], sample_type): ([usize; 3], SampleType),
+) -> Error {
+    let expected =
+        expected.map_or("more than memory can hold".to_owned(), |bytes| bytes.to_string());
+    Error::input(format!(
+        "{}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}",
+        path.display()
+    ))
+}
+
 /// See the module.
 #[derive(Clone, Debug)]
 pub struct Slabs {
@@ -77,13 +91,8 @@ impl Slabs {
         let Some(mut plain) = plain else { return Ok(None) };
         let length = input::open(&plain.path)?.1;
         if plain.end().is_none_or(|end| end > length) {
-            let ([x, y, z], t) = (plain.dims, plain.sample_type);
-            let expected =
-                plain.end().map_or("more than memory can hold".to_owned(), |end| end.to_string());
-            return Err(Error::input(format!(
-                "{}: {length} bytes, expected {expected} for {x}x{y}x{z} {t}",
-                plain.path.display()
-            )));
+            let kind = (plain.dims, plain.sample_type);
+            return Err(wrong_length(&plain.path, (length, plain.end()), kind));
         }
         plain.placement.spacing = options.spacing.unwrap_or(plain.placement.spacing);
         plain.placement.origin = options.origin.unwrap_or(plain.placement.origin);

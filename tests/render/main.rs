@@ -4,6 +4,8 @@
 //! adapter will do.
 
 mod axes;
+#[path = "../data/mod.rs"]
+mod data;
 mod drawing;
 mod normals;
 mod occlusion;

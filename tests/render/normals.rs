@@ -1,6 +1,6 @@
 //! Pictures are shaded with the normals of the mesh that they show.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use isospectrum::render::{Renderer, View};
@@ -103,19 +103,13 @@ fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
 /// The spectrum of a real volume: `NAME.isp` in the folder ISOSPECTRUM_SPECTRA where there is one, which saves minutes, or
 /// computed of NAME in the folder ISOSPECTRUM_DATA or `../shared/data`; `None` (said loudly) where there is none.
 fn real_spectrum(name: &str) -> Option<Spectrum> {
-    let folder = |variable| std::env::var_os(variable).map(PathBuf::from);
-    let ready = folder("ISOSPECTRUM_SPECTRA").map(|f| f.join(name).with_extension("isp"));
+    let folder = std::env::var_os("ISOSPECTRUM_SPECTRA").map(PathBuf::from);
+    let ready = folder.map(|f| f.join(name).with_extension("isp"));
     if let Some(path) = ready.filter(|path| path.is_file()) {
         return Some(isospectrum::file::read(path).expect("a spectrum"));
     }
-    let data = folder("ISOSPECTRUM_DATA")
-        .unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"));
-    let path = data.join(name);
-    if path.is_file() {
-        return Some(computed(read_volume(&path, &ReadOptions::default()).expect("a volume")));
-    }
-    eprintln!("NOT RUN: no {} (set ISOSPECTRUM_DATA)", path.display());
-    None
+    let path = crate::data::file(name, name)?;
+    Some(computed(read_volume(&path, &ReadOptions::default()).expect("a volume")))
 }
 
 #[test]

@@ -483,14 +483,14 @@ def _field_like(a: Any, spectrum: Spectrum) -> _native.Volume:
     """A volume that lies where a spectrum's does, where it does not tell it itself."""
     if isinstance(a, np.ndarray):
         placement = spectrum.volume["placement"]
-        names = {"unknown": None}
+        space, unit = (None if placement[name].lower() == "unknown" else placement[name] for name in ("space", "unit"))
         return volume(
             a,
             spacing=placement["spacing"],
             origin=placement["origin"],
             direction=np.transpose(placement["direction"]),
-            space=names.get(placement["space"], placement["space"]),
-            unit=names.get(placement["unit"], placement["unit"]),
+            space=space,
+            unit=unit,
         )
     return volume(a)
 

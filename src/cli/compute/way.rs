@@ -33,8 +33,9 @@ impl Compute {
             return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None)?)));
         }
         let source = self.volume.source()?;
-        let is_plain = self.preparation.is_none() && self.simplify.is_none();
-        if is_plain && let Some(dims) = source.dims_in_file()? {
+        if self.is_plain()
+            && let Some(dims) = source.dims_in_file()?
+        {
             let beyond = limit.and_then(|l| l.beyond(Forecast::least_memory(dims)));
             if let Some(why) = beyond.filter(|_| self.may_be_in_bricks(dims)) {
                 return Ok(Way::Bricks(Box::new(self.in_bricks(limit, Some(why))?)));
@@ -45,7 +46,6 @@ impl Compute {
 
     /// After all is known of the whole.
     fn read_as_a_whole(&self, source: &Source, limit: Option<Limit>) -> anyhow::Result<Way> {
-        let is_plain = self.preparation.is_none() && self.simplify.is_none();
         let volume = self.volume.read()?;
         let (volume, preparation) = self.preparation.apply(volume)?;
         let noise = self.simplify.noise(&volume);
@@ -57,7 +57,7 @@ impl Compute {
         let why = |memory| limit.and_then(|limit| limit.beyond(memory)).filter(|_| may_be);
         let in_bricks = |prepared: Prepared, why| -> anyhow::Result<Way> {
             // Samples that can be read again need not stay.
-            let of_file = if is_plain { Survey::of_file(source)? } else { None };
+            let of_file = if self.is_plain() { Survey::of_file(source)? } else { None };
             let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
             let survey = (source.clone(), survey, noise);
             let bricks = self.planned(survey, &parameters, limit, Some(why))?;
@@ -74,6 +74,11 @@ impl Compute {
         }
         self.budget.check(volume.name(), &forecast)?;
         Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })))
+    }
+
+    /// Whether nothing is done to the volume before the sweep.
+    fn is_plain(&self) -> bool {
+        self.preparation.is_none() && self.simplify.is_none()
     }
 
     /// Whether bricks would be of any use.

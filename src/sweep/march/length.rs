@@ -80,35 +80,41 @@ impl March<'_, '_> {
 
     /// The next sampling isovalue.
     pub(super) fn next(&self, at: f64, last: f64, length: f64) -> f64 {
-        let sign = (last - at).signum();
         let left = (last - at).abs();
-        let mut next = at + sign * length;
-        if let Some(fixed) = self.fixed() {
-            // Multiples of it from the low end, unless that is too far.
-            let low = self.sweep.range.0;
-            let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
-            let whole = low + multiple * fixed;
-            next = if (whole - at).abs() <= 1.001 * length { whole } else { next };
-            next = if next == at { neighbour(at, last) } else { next };
-            return if (next - at).abs() >= left { last } else { next };
-        }
-        if self.exact().volume().samples().is_integer() {
-            // Not where samples are passed: between them, if the step is as long as that.
-            let half = next.floor() + 0.5;
-            let is_long = length >= 1.0 && (half - at) * sign >= 0.5 * length;
-            next = if is_long {
-                half
-            } else if next == next.floor() {
-                next + 0.1
-            } else {
-                next
-            };
-        }
+        let sign = (last - at).signum();
+        // So near to the last one, the step goes there.
+        let (next, near) = match self.fixed() {
+            Some(fixed) => (self.next_multiple(at, sign, fixed, length), 1.0),
+            None => (self.next_free(at, sign, length), 0.8),
+        };
         // Where numbers are farther apart than steps are long.
-        if next == at {
-            next = neighbour(at, last);
+        let next = if next == at { neighbour(at, last) } else { next };
+        if (next - at).abs() >= near * left { last } else { next }
+    }
+
+    /// The next multiple of a distance from the low end of the range, unless that is too far.
+    fn next_multiple(&self, at: f64, sign: f64, fixed: f64, length: f64) -> f64 {
+        let low = self.sweep.range.0;
+        let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
+        let whole = low + multiple * fixed;
+        if (whole - at).abs() <= 1.001 * length { whole } else { at + sign * length }
+    }
+
+    /// As far as a step is long; where samples are integers, between two of them if the step is as long as that, and never at one.
+    fn next_free(&self, at: f64, sign: f64, length: f64) -> f64 {
+        let next = at + sign * length;
+        if !self.exact().volume().samples().is_integer() {
+            return next;
         }
-        if (next - at).abs() >= 0.8 * left { last } else { next }
+        let half = next.floor() + 0.5;
+        let is_long = length >= 1.0 && (half - at) * sign >= 0.5 * length;
+        if is_long {
+            half
+        } else if next == next.floor() {
+            next + 0.1
+        } else {
+            next
+        }
     }
 
     /// Whether nearly all of the surface is tracked with a region.

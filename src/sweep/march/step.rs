@@ -104,7 +104,7 @@ impl March<'_, '_> {
         self.counts.faults += faults.len() as u64;
         let middle = |f: Face| state.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0;
         let places: Vec<Vec3> = faults.into_iter().map(middle).collect();
-        for b in places.into_iter().filter_map(|p| self.block_at(p)) {
+        for b in self.blocks_at(&places) {
             self.back_off(state, b);
         }
         if log::log_enabled!(log::Level::Debug) {
@@ -170,7 +170,12 @@ impl March<'_, '_> {
 
     /// Mends faces that fold on the way, most of them where the seam runs into the mesh. Returns the blocks of what changes,
     /// if anything does.
-    fn mend_folded(&mut self, state: &mut State, step: Step, moved: &Moved) -> Option<Vec<u32>> {
+    fn mend_folded(
+        &mut self,
+        state: &mut State,
+        step: Step,
+        moved: &Moved,
+    ) -> Option<BTreeSet<u32>> {
         let (exact, error) = (self.exact(), self.parameters().error as f32);
         let start = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
         let end = |tracked: &Tracked, v: Vertex| {
@@ -190,7 +195,7 @@ impl March<'_, '_> {
             return None;
         }
         self.record.changed_all(&state.tracked, state.at);
-        Some(places.into_iter().filter_map(|p| self.block_at(p)).collect())
+        Some(self.blocks_at(&places))
     }
 
     /// Better triangles at the end of a step: what fails is mended before remeshing, which would not, and after it.
@@ -212,7 +217,7 @@ impl March<'_, '_> {
     }
 
     /// To take a step again after some blocks have changed.
-    fn again(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: Vec<u32>) -> Again {
+    fn again(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: BTreeSet<u32>) -> Again {
         let grid = self.grid;
         let marked =
             |rings| grid.marked(changed.iter().flat_map(|&b| grid.blocks_within(b, rings)));

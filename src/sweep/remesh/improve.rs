@@ -124,8 +124,7 @@ impl Fresh {
         let part = Part::of(whole, faces);
         let origin = |v: u32| part.origin.get(v as usize).copied().flatten();
         let key = |v: u32| origin(v).and_then(|o| whole.key(o));
-        let made =
-            Tracked::of(part.positions.clone(), part.triangles.clone(), key, &mut Vec::new());
+        let made = Tracked::of(part.positions.clone(), part.triangles.clone(), key);
         let made = made.ok()?;
         let moves = |v: Vertex| origin(v.0).is_none_or(is_new);
         let still = made.mesh.vertices().filter(|&v| !made.mesh.is_fixed(v) && !moves(v));
