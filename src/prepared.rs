@@ -29,7 +29,7 @@ use crate::volume::{Preparation, Statistics, Volume};
 /// let backend = Backend::choose(Choice::Cpu, None)?;
 /// let spectrum = prepared.compute(&Parameters::default(), &backend, &Silent)?;
 /// // Isovalues may be written by what the spectrum knows of the samples.
-/// let isovalue = "p90".parse::<Isovalue>()?.resolve(spectrum.range, spectrum.statistics().as_ref())?;
+/// let isovalue = "p90".parse::<Isovalue>()?.resolve(spectrum.range(), spectrum.statistics().as_ref())?;
 /// println!("{} triangles", spectrum.mesh_at(isovalue)?.triangles.len());
 /// assert!(Counts::of(&spectrum).is_some_and(|counts| counts.steps > 0));
 /// # Ok::<(), isospectrum::Error>(())

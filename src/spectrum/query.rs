@@ -25,7 +25,7 @@ const SHORT: usize = 4;
 /// # fn of(spectrum: isospectrum::Spectrum) -> isospectrum::Result<()> {
 /// let spectrum = Arc::new(spectrum);
 /// let mut query = isospectrum::Query::new(spectrum.clone());
-/// let mesh = query.mesh_at(spectrum.range.0)?;
+/// let mesh = query.mesh_at(spectrum.range().0)?;
 /// # Ok(())
 /// # }
 /// ```
