@@ -11,10 +11,11 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use isospectrum::gpu::Gpu;
-use isospectrum::kernels::compact::Compaction;
-use isospectrum::spectrum::interval_tree::IntervalTree;
-use isospectrum::spectrum::{ActiveSet, Triangle};
+use isospectrum::inside::kernels::compact::Compaction;
+use isospectrum::inside::spectrum::ActiveSet;
+use isospectrum::inside::spectrum::interval_tree::IntervalTree;
+use isospectrum::render::Gpu;
+use isospectrum::spectrum::Triangle;
 
 /// Ranks of each spectrum.
 const N_RANKS: u32 = 1 << 20;

@@ -12,9 +12,9 @@ mod shapes;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use isospectrum::gpu::Gpu;
-use isospectrum::kernels::gpu::{DeviceField, Pipelines};
-use isospectrum::kernels::{CpuKernels, Field, GpuKernels, Kernels};
+use isospectrum::inside::kernels::gpu::{DeviceField, Pipelines};
+use isospectrum::inside::kernels::{CpuKernels, Field, GpuKernels, Kernels};
+use isospectrum::render::Gpu;
 use isospectrum::volume::Volume;
 use shapes::{Mesh, sampled};
 use std::sync::Arc;

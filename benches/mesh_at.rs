@@ -8,11 +8,11 @@ use isospectrum::bricks::{
     Limits, Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder,
 };
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::prepared::{Cleaned, Noise, Prepared};
 use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
-use isospectrum::sweep::{Parameters, Silent};
 use isospectrum::volume::{Preparation, phantom};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Cleaned, Noise, Prepared};
+use isospectrum::{Parameters, Silent};
 
 #[path = "../tests/synthetic/mod.rs"]
 mod synthetic;
@@ -44,7 +44,7 @@ fn mesh_at(criterion: &mut Criterion) {
         println!(
             "{name}: {} of {} triangles active",
             mesh.triangles.len(),
-            spectrum.triangles.len()
+            spectrum.triangles().len()
         );
         group.bench_function(BenchmarkId::new("same_rank", name), |b| {
             b.iter(|| query.mesh_at_into(black_box(middle), &mut mesh));
@@ -93,14 +93,14 @@ fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Spectrum
 fn folder(criterion: &mut Criterion) {
     let work = tempfile::tempdir().expect("a folder");
     let (file, split) = in_parts(work.path()).expect("a spectrum");
-    let (low, high) = file.range;
+    let (low, high) = file.range();
     let (middle, step) = (0.5 * (low + high), 0.001 * (high - low));
     let mut mesh = SurfaceMesh::default();
     let mut group = criterion.benchmark_group("folder");
     let mut query = Query::new(&file);
     query.mesh_at_into(middle, &mut mesh).expect("inside the range");
     let n_parts = split.index().parts.len();
-    println!("{} triangles of {}, {n_parts} parts", mesh.triangles.len(), file.triangles.len());
+    println!("{} triangles of {}, {n_parts} parts", mesh.triangles.len(), file.triangles().len());
     let mut up = false;
     group.bench_function("small_move/one_file", |b| {
         b.iter(|| {

@@ -5,9 +5,9 @@
 //! by 1 generation, by 100, and by 1,200, which makes 10 million triangles.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use isospectrum::gpu::Gpu;
+use isospectrum::render::Gpu;
 use isospectrum::render::{Painter, View};
-use isospectrum::spectrum::{Knot, Spectrum, Triangle};
+use isospectrum::spectrum::{About, Knot, Patch, Spectrum, Triangle};
 
 #[path = "../tests/synthetic/mod.rs"]
 mod synthetic;
@@ -56,18 +56,15 @@ fn spectrum(n_generations: u32) -> Spectrum {
             }
         }
     }
-    Spectrum {
-        volume: volume_info(),
-        range: (0.0, f64::from(n_generations) - 1e-6),
-        tolerance: 0.1,
-        parameters: serde_json::Value::Null,
-        events: Vec::new(),
+    let about = About::new(volume_info(), (0.0, f64::from(n_generations) - 1e-6), 0.1);
+    let patch = Patch {
         isovalues: (0..=n_generations).map(f64::from).collect(),
         first_knot: (0..=n_generations * n_vertices).map(|v| 2 * v).collect(),
         knots,
         triangles,
         collapses: Vec::new(),
-    }
+    };
+    Spectrum::new(about, patch).expect("valid")
 }
 
 fn paint(criterion: &mut Criterion) {
@@ -78,12 +75,12 @@ fn paint(criterion: &mut Criterion) {
     group.sample_size(10).measurement_time(std::time::Duration::from_secs(4));
     for n_generations in [1, 100, 1200] {
         let spectrum = spectrum(n_generations);
-        let name = format!("{}_triangles", spectrum.triangles.len());
-        let (low, high) = spectrum.range;
+        let name = format!("{}_triangles", spectrum.triangles().len());
+        let (low, high) = spectrum.range();
         let mut painter = Painter::new(&gpu, &spectrum, u64::MAX).expect("a painter");
         let mut show = |isovalue: f64| {
             painter.paint(&spectrum, &[isovalue.into()], &view).expect("painted");
-            gpu.device().poll(wgpu::PollType::wait_indefinitely()).expect("drawn");
+            gpu.wait().expect("drawn");
         };
         let mut step = 0.0;
         group.bench_function(BenchmarkId::new(&name, "thousandth"), |b| {

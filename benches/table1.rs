@@ -10,9 +10,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::sweep::{Parameters, Silent, compute};
 use isospectrum::volume::{ReadOptions, Volume, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 use isospectrum::{Result, file};
 
 const VOLUME: &str = "hydrogen_atom_128x128x128_uint8.raw";
@@ -115,7 +115,7 @@ fn print_row(row: &Row, volume: &Arc<Volume>, backend: &Backend) -> Result<()> {
         row.megabytes,
         row.triangles,
         row.vertices,
-        thousands(spectrum.triangles.len()),
+        thousands(spectrum.triangles().len()),
         thousands(spectrum.n_vertices()),
         thousands(spectrum.mesh_at(ISOVALUE)?.triangles.len()),
     );

@@ -8,16 +8,17 @@
 use std::io::{BufRead as _, Write as _, stdin, stdout};
 use std::time::Instant;
 
-use isospectrum::spectrum::{ActiveSet, Query, SurfaceMesh};
+use isospectrum::inside::spectrum::ActiveSet;
+use isospectrum::spectrum::{Query, SurfaceMesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("expected the name of a spectrum")?;
     let spectrum = isospectrum::file::read(&path)?;
-    let mut list = ActiveSet::new(&spectrum.triangles);
+    let mut list = ActiveSet::new(spectrum.triangles());
     let mut query = Query::new(&spectrum);
     let mut mesh = SurfaceMesh::default();
-    let (low, high) = spectrum.range;
-    println!("{{\"range\": [{low}, {high}], \"n_triangles\": {}}}", spectrum.triangles.len());
+    let (low, high) = spectrum.range();
+    println!("{{\"range\": [{low}, {high}], \"n_triangles\": {}}}", spectrum.triangles().len());
     for line in stdin().lock().lines() {
         let isovalue: f64 = line?.trim().parse()?;
         let started = Instant::now();

@@ -8,6 +8,16 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// Everything that can go wrong in this library.
 ///
 /// Messages are one line, lower case, without a full stop: what, where, and what was expected.
+///
+/// ```
+/// use isospectrum::{Error, Placement, Samples, Volume};
+///
+/// let samples = Samples::from(vec![0u8; 26]);
+/// let error = Volume::new("v", [3; 3], samples, Placement::default()).expect_err("one sample is missing");
+/// assert!(matches!(error, Error::Input(_)));
+/// assert_eq!(error.exit_code(), 3);
+/// assert!(error.to_string().starts_with("v: 26 samples, expected 3x3x3"), "{error}");
+/// ```
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

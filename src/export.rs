@@ -19,7 +19,6 @@
 mod glb;
 mod obj;
 mod ply;
-mod ply_read;
 mod stl;
 mod three_mf;
 mod usda;
@@ -29,16 +28,17 @@ mod weld;
 use std::io::{self, Write};
 use std::path::Path;
 
-pub use ply_read::{PlyMesh, parse_ply, read_ply};
+pub use crate::mesh::{PlyMesh, parse_ply, read_ply};
 
+use crate::beside::write_beside;
 use crate::color::{Attribute, Map, Per, to_srgb};
 use crate::error::{Error, Result};
-use crate::file::write_beside;
 use crate::spectrum::{QUANTUM, SurfaceMesh};
 use crate::volume::{Placement, Space};
 
 /// A mesh format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Binary little-endian PLY with normals.
     Ply,

@@ -5,7 +5,6 @@
 //! (`column`), and safe to read from anyone: sections carry lengths and checksums
 //! (`section`), nothing points anywhere, and what was read is checked ([`Spectrum::check`]).
 
-mod beside;
 mod column;
 mod connectivity;
 mod facing;
@@ -27,7 +26,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub use beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
+pub use crate::beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
 pub(crate) use facing::Units;
 pub use folder::{INDEX, Index, IndexedPart, SpectrumFolder, WHOLE, is_folder};
 pub(crate) use folder::{PART, PartName, part_name, seam_bytes, seam_name};
@@ -37,7 +36,7 @@ use parts::parts_of;
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{Spectrum, VolumeInfo};
+use crate::spectrum::{About, Patch, Spectrum, Told, VolumeInfo};
 use section::{Packing, Section, cut_section, write_section};
 
 /// The first bytes of every spectrum file. They differ from text and show whether a transfer
@@ -111,10 +110,10 @@ pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
 /// The content of the section that says what a spectrum is of: JSON.
 fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
     let info = Info {
-        volume: &spectrum.volume,
-        range: spectrum.range,
-        tolerance: spectrum.tolerance,
-        parameters: &spectrum.parameters,
+        volume: spectrum.volume(),
+        range: spectrum.range(),
+        tolerance: spectrum.tolerance(),
+        parameters: spectrum.parameters(),
     };
     serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))
 }
@@ -131,6 +130,7 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
 
 /// The bytes of a file, and what is in it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Written {
     /// The bytes.
     pub bytes: Vec<u8>,
@@ -159,12 +159,12 @@ pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
     file.extend(crc32fast::hash(&file).to_le_bytes());
     write_section(&mut file, *b"INFO", &info, Packing::Raw, 0);
     for (tag, content) in [
-        (*b"EVNT", tables::write_events(&spectrum.events)),
+        (*b"EVNT", tables::write_events(spectrum.events())),
         (*b"ISOV", isovalues),
         (*b"VERT", ranks),
         (*b"TRIA", triangles),
         (*b"POSN", positions),
-        (*b"COLL", tables::write_collapses(&spectrum.collapses)),
+        (*b"COLL", tables::write_collapses(spectrum.collapses())),
     ] {
         // A reader wants to see that vertices without a triangle are paid for.
         let least = if tag == *b"VERT" { n_unused(&spectrum) } else { 0 };
@@ -175,7 +175,7 @@ pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
 
 /// How many vertices no triangle uses, of a spectrum in the order of a file, where they come last.
 fn n_unused(spectrum: &Spectrum) -> usize {
-    let corners = spectrum.triangles.iter().flat_map(|triangle| triangle.vertices);
+    let corners = spectrum.triangles().iter().flat_map(|triangle| triangle.vertices);
     spectrum.n_vertices() - corners.max().map_or(0, |last| last as usize + 1)
 }
 
@@ -210,20 +210,13 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let knots = knots.map_err(within("POSN"))?;
     let collapses =
         tables::read_collapses(&sections.collapses.content()?).map_err(within("COLL"))?;
-    let spectrum = Spectrum {
-        volume: info.volume,
-        range: info.range,
-        tolerance: info.tolerance,
+    let about = About {
         parameters: info.parameters,
         events,
-        isovalues,
-        first_knot: ranks.first_knot,
-        knots,
-        triangles,
-        collapses,
+        ..About::new(info.volume, info.range, info.tolerance)
     };
-    spectrum.check()?;
-    Ok(spectrum)
+    let first_knot = ranks.first_knot;
+    Spectrum::new(about, Patch { isovalues, first_knot, knots, triangles, collapses })
 }
 
 /// The sections of a file, none of them unpacked.
@@ -254,7 +247,7 @@ impl<'a> Sections<'a> {
     }
 
     /// What section `INFO` says.
-    fn info(&self) -> Result<Info<VolumeInfo, serde_json::Value>> {
+    fn info(&self) -> Result<Info<VolumeInfo, Told>> {
         let (section, n) = (&self.info, self.info.n_content());
         if !section.is_plain() || n > LONGEST_INFO {
             return Err(Error::input(format!(

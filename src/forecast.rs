@@ -20,9 +20,11 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::error::Result;
 use crate::extract::count::count;
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
+use crate::volume::Volume;
 
 /// Isovalues at which the isosurface is counted.
 const N_COUNTED: usize = 16;
@@ -61,9 +63,29 @@ pub struct Forecast {
 }
 
 impl Forecast {
+    /// What to expect of a volume over a range of isovalues with the tolerance `error` in voxels; takes about as long as the first
+    /// steps of its sweep.
+    ///
+    /// ```
+    /// use isospectrum::{Forecast, volume::phantom};
+    ///
+    /// let volume = phantom("sphere:16")?;
+    /// let [coarse, fine] = [0.2, 0.05].map(|error| Forecast::of_volume(&volume, volume.range(), error));
+    /// assert!(coarse?.triangles < fine?.triangles);
+    /// # Ok::<(), isospectrum::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Those of finding its topology: [`Error::Input`](crate::Error::Input), [`Error::Internal`](crate::Error::Internal).
+    pub fn of_volume(volume: &Volume, range: (f64, f64), error: f64) -> Result<Self> {
+        let field = ExactField::new(volume)?;
+        Ok(Forecast::of(&field, &Topology::compute(&field)?, range, error))
+    }
+
     /// Counts what decides the size of the spectrum of a field over a range of isovalues with the
     /// tolerance `error` in voxels.
-    pub fn of(
+    pub(crate) fn of(
         field: &ExactField<'_>,
         topology: &Topology,
         (low, high): (f64, f64),
@@ -75,7 +97,7 @@ impl Forecast {
     }
 
     /// As [`Forecast::of`], where it is known how many events lie inside the range.
-    pub fn with_events(
+    pub(crate) fn with_events(
         field: &ExactField<'_>,
         events: usize,
         (low, high): (f64, f64),
@@ -134,7 +156,7 @@ fn intervals(field: &ExactField<'_>, (low, high): (f64, f64)) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::{Placement, Samples, Volume, phantom};
+    use crate::volume::{Placement, Samples, phantom};
 
     fn forecast(volume: &Volume, range: (f64, f64), error: f64) -> Forecast {
         let field = ExactField::new(volume).expect("a field");

@@ -11,12 +11,13 @@
 
 pub mod buffer;
 pub mod layout;
+pub mod shader;
 
 pub use buffer::{Buffer, Growable};
 
 use crate::error::{Error, Result};
-use crate::kernels::shader::Shader;
 use bytemuck::Pod;
+use shader::Shader;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
@@ -36,7 +37,9 @@ const BACKENDS: wgpu::Backends =
 /// A device and its queue. Shared by threads.
 #[derive(Debug)]
 pub struct Gpu {
+    #[cfg(feature = "viewer")]
     instance: wgpu::Instance,
+    #[cfg(feature = "viewer")]
     adapter: wgpu::Adapter,
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -84,7 +87,17 @@ impl Gpu {
                 note(&keep, format!("device lost: {text}"));
             }
         });
-        Ok(Gpu { instance, adapter, device, queue, info, failure, staging: Mutex::default() })
+        Ok(Gpu {
+            #[cfg(feature = "viewer")]
+            instance,
+            #[cfg(feature = "viewer")]
+            adapter,
+            device,
+            queue,
+            info,
+            failure,
+            staging: Mutex::default(),
+        })
     }
 
     /// The adapter's name and its back end: `llvmpipe (vulkan)`.
@@ -97,28 +110,25 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// What the adapter says of itself.
-    pub fn info(&self) -> &wgpu::AdapterInfo {
-        &self.info
-    }
-
     /// The instance, which a window makes its surface with.
-    pub fn instance(&self) -> &wgpu::Instance {
+    #[cfg(feature = "viewer")]
+    pub(crate) fn instance(&self) -> &wgpu::Instance {
         &self.instance
     }
 
     /// The adapter.
-    pub fn adapter(&self) -> &wgpu::Adapter {
+    #[cfg(feature = "viewer")]
+    pub(crate) fn adapter(&self) -> &wgpu::Adapter {
         &self.adapter
     }
 
     /// The device.
-    pub fn device(&self) -> &wgpu::Device {
+    pub(crate) fn device(&self) -> &wgpu::Device {
         &self.device
     }
 
     /// Its queue.
-    pub fn queue(&self) -> &wgpu::Queue {
+    pub(crate) fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
 
@@ -141,6 +151,19 @@ impl Gpu {
         )))
     }
 
+    /// Loses the device, as a fault of a driver does; for tests of what comes then.
+    #[doc(hidden)]
+    pub fn lose(&self) {
+        self.device.destroy();
+    }
+
+    /// Waits until all that was asked for is done; for benches.
+    #[doc(hidden)]
+    pub fn wait(&self) -> Result<()> {
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map(drop).map_err(|error| Error::Gpu(error.to_string()))
+    }
+
     /// The first error since the device was made.
     ///
     /// # Errors
@@ -154,7 +177,7 @@ impl Gpu {
     }
 
     /// A fresh list of commands.
-    pub fn encoder(&self, label: &str) -> wgpu::CommandEncoder {
+    pub(crate) fn encoder(&self, label: &str) -> wgpu::CommandEncoder {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(label) })
     }
 
@@ -163,7 +186,7 @@ impl Gpu {
     /// # Errors
     ///
     /// [`Error::Gpu`] if the device is lost, out of memory or silent.
-    pub fn read_after<T: Pod>(
+    pub(crate) fn read_after<T: Pod>(
         &self,
         mut encoder: wgpu::CommandEncoder,
         buffer: &Buffer<T>,
@@ -204,7 +227,7 @@ impl Gpu {
     ///
     /// # Errors
     ///
-    /// As [`Gpu::read_after`].
+    /// As `Gpu::read_after`.
     pub fn read<T: Pod>(&self, buffer: &Buffer<T>) -> Result<Vec<T>> {
         self.read_after(self.encoder("read"), buffer)
     }
@@ -320,7 +343,7 @@ impl Kernel {
     }
 
     /// Runs one thread for each of `n` elements.
-    pub fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings, n: usize) {
+    pub(crate) fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, bindings: &Bindings, n: usize) {
         let groups = (n as u64).div_ceil(u64::from(WORKGROUP_SIZE)) as u32;
         self.dispatch_workgroups(
             pass,
@@ -330,7 +353,7 @@ impl Kernel {
     }
 
     /// Runs so many workgroups along x and y.
-    pub fn dispatch_workgroups(
+    pub(crate) fn dispatch_workgroups(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         bindings: &Bindings,

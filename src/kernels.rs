@@ -28,44 +28,16 @@ pub mod normals;
 pub mod project;
 pub mod ray;
 pub mod relax;
-pub mod shader;
 pub mod step;
 
+pub use crate::gpu::shader;
+pub use crate::mesh::Connectivity;
 pub use backend::{Backend, Choice};
 pub use cpu::CpuKernels;
 pub use field::Field;
 pub use gpu::GpuKernels;
 
 use crate::error::Result;
-
-/// What the kernels need to know of a closed mesh whose connectivity does not change.
-#[derive(Clone, Debug, Default)]
-pub struct Connectivity {
-    /// Vertices of each face, counter-clockwise seen from lower values.
-    pub faces: Vec<[u32; 3]>,
-    /// Start of each vertex's one-ring in `ring`, and the end: one more than there are vertices.
-    pub ring_offsets: Vec<u32>,
-    /// Neighbours of each vertex, counter-clockwise, so that `(ring[i], ring[i + 1])` and the vertex
-    /// form a face.
-    pub ring: Vec<u32>,
-    /// Per vertex: not 0 where it is held, and neither projects nor relaxes.
-    pub held: Vec<u8>,
-}
-
-impl Connectivity {
-    /// Adds another mesh, whose vertices come after those of this one.
-    pub(crate) fn append(&mut self, other: &Connectivity) {
-        let n = self.held.len() as u32;
-        if self.ring_offsets.is_empty() {
-            self.ring_offsets.push(0);
-        }
-        let n_ring = self.ring.len() as u32;
-        self.faces.extend(other.faces.iter().map(|f| f.map(|v| v + n)));
-        self.ring_offsets.extend(other.ring_offsets.iter().skip(1).map(|o| o + n_ring));
-        self.ring.extend(other.ring.iter().map(|r| r + n));
-        self.held.extend(&other.held);
-    }
-}
 
 /// What became of a vertex in the last projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

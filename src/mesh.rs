@@ -27,22 +27,25 @@
 
 mod bins;
 mod check;
+mod connectivity;
 mod edit;
 mod intersect;
 mod measure;
+mod ply;
 mod replace;
 #[cfg(test)]
 pub(crate) mod shapes;
 
+pub use connectivity::Connectivity;
 pub use edit::{Collapsed, Flipped, SplitEdge};
 pub use intersect::intersecting;
 pub use measure::{area, bounds, nearest_on_triangle, normal, radius_ratio};
+pub use ply::{PlyMesh, parse_ply, read_ply};
 pub(crate) use replace::Replacement;
 
 use glam::Vec3;
 
 use crate::error::{Error, Result};
-use crate::kernels::Connectivity;
 
 const NONE: u32 = u32::MAX;
 

@@ -159,15 +159,16 @@ fn clip_across(clip: Clip, spectrum: &Spectrum) -> Result<serde_json::Value> {
     let &[axis] = &across[..] else {
         return Err(Error::Usage("a page cuts across an axis of the volume only".to_owned()));
     };
-    let placement = &spectrum.volume.placement;
+    let placement = &spectrum.volume().placement;
     let size =
-        (spectrum.volume.dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel();
+        (spectrum.volume().dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel();
     let share = (clip.offset / clip.normal[axis] / size).clamp(0.0, 1.0);
     Ok(serde_json::json!({ "axis": axis, "share": share, "turned": clip.normal[axis] < 0.0 }))
 }
 
 /// What a page is made of, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Sizes {
     /// The whole page.
     pub page: usize,
@@ -236,11 +237,11 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
         "field": field.as_ref().map(Field::about),
         "color": color,
-        "basis": page.camera.up.map(|_| page.camera.basis(&spectrum.volume).to_cols_array_2d()),
+        "basis": page.camera.up.map(|_| page.camera.basis(spectrum.volume()).to_cols_array_2d()),
         "view": { "azimuth": azimuth, "elevation": elevation, "distance": distance },
-        "knots": spectrum.knots.len(),
+        "knots": spectrum.knots().len(),
         "most_triangles": Memory::of(spectrum).most_triangles,
-        "histogram": page.samples.map(|samples| curves::histogram(samples, spectrum.range)),
+        "histogram": page.samples.map(|samples| curves::histogram(samples, spectrum.range())),
         "samples": page.statistics,
         "marks": page.marks,
         "suggested": curves::suggested(spectrum, &curves, page.statistics),

@@ -21,7 +21,7 @@ use crate::volume::{Preparation, Statistics, Volume};
 /// A volume after all that is done to it before the sweep.
 ///
 /// ```
-/// use isospectrum::kernels::{Backend, Choice};
+/// use isospectrum::{Backend, Choice};
 /// use isospectrum::{Counts, Isovalue, Noise, Parameters, Preparation, Prepared, Silent, volume::phantom};
 ///
 /// let halved = Preparation { downsample: Some(2), ..Preparation::default() };
@@ -29,7 +29,7 @@ use crate::volume::{Preparation, Statistics, Volume};
 /// let backend = Backend::choose(Choice::Cpu, None)?;
 /// let spectrum = prepared.compute(&Parameters::default(), &backend, &Silent)?;
 /// // Isovalues may be written by what the spectrum knows of the samples.
-/// let isovalue = "p90".parse::<Isovalue>()?.resolve(spectrum.range, spectrum.statistics().as_ref())?;
+/// let isovalue = "p90".parse::<Isovalue>()?.resolve(spectrum.range(), spectrum.statistics().as_ref())?;
 /// println!("{} triangles", spectrum.mesh_at(isovalue)?.triangles.len());
 /// assert!(Counts::of(&spectrum).is_some_and(|counts| counts.steps > 0));
 /// # Ok::<(), isospectrum::Error>(())
@@ -43,6 +43,16 @@ pub struct Prepared {
 }
 
 /// Which noise is taken out of a volume once it is prepared.
+///
+/// ```
+/// use isospectrum::{Noise, volume::phantom};
+///
+/// let noise = Noise { persistence: Some(0.2), ..Noise::default() };
+/// let (volume, cleaned) = noise.take_out(phantom("noise:8:1")?)?;
+/// assert_eq!(volume.dims(), [8; 3]);
+/// assert!(cleaned.simplification.is_some() && cleaned.dust.is_none());
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
@@ -110,25 +120,23 @@ impl Prepared {
     /// [`Error::Input`] if the spectrum says what this version does not know; those of
     /// [`Prepared::new`].
     pub fn again(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
-        let volume = volume.with_outside(spectrum.volume.outside);
-        let parameters = &spectrum.parameters;
-        let volume = Preparation::of_parameters(parameters)?.apply(volume)?;
-        let said = |name: &str| parameters.pointer(name);
-        let number = |name: &str| said(name).and_then(serde_json::Value::as_f64);
+        let volume = volume.with_outside(spectrum.volume().outside);
+        let told = spectrum.parameters();
+        let volume = spectrum.preparation()?.apply(volume)?;
         let has_method = |of: &str, known: u32| {
-            let method = said(&format!("/{of}/method")).and_then(serde_json::Value::as_u64);
-            let is_known = said(&format!("/{of}")).is_none() || method == Some(known.into());
+            let method = told.number(&format!("/{of}/method"));
+            let is_known = !told.has(&format!("/{of}")) || method == Some(known.into());
             is_known.then_some(()).ok_or_else(|| Error::input(
                 "the spectrum's noise was taken out in a way that this version does not know, expected one computed by this version",
             ))
         };
         has_method("simplification", METHOD)?;
         has_method("dust", DUST_METHOD)?;
-        let volume = match number("/dust/voxels") {
+        let volume = match told.number("/dust/voxels") {
             Some(voxels) => without_dust(&volume, voxels as u32)?.0,
             None => volume,
         };
-        match number("/simplification/persistence") {
+        match told.number("/simplification/persistence") {
             Some(persistence) => simplified(&volume, persistence),
             None => Ok(volume),
         }
@@ -173,7 +181,7 @@ impl Prepared {
     /// Tells a spectrum of the volume what was done to it.
     fn tell(&self, spectrum: &mut Spectrum) {
         for (name, what) in self.told() {
-            spectrum.parameters[name] = what;
+            spectrum.about_mut().parameters.tell(&name, what);
         }
         self.cap(spectrum);
     }
@@ -233,7 +241,7 @@ mod tests {
         let again = Prepared::again(volume, &spectrum).expect("as it was");
         assert_eq!(again.samples(), prepared.volume().samples());
         let sampling = Sampling { n_random: 4, n_events: 1, seed: 0 };
-        let found = verify(&spectrum, &again, sampling, Limits::default(), &mut |_| true);
+        let found = verify(&spectrum, &again, sampling, Limits::default(), &Silent);
         let found = found.expect("the same volume");
         assert_eq!(found.totals.topology_right, found.totals.isovalues);
     }

@@ -11,7 +11,7 @@
 //!
 //! ```no_run
 //! # fn draw(spectrum: &isospectrum::spectrum::Spectrum) -> isospectrum::Result<()> {
-//! use isospectrum::gpu::Gpu;
+//! use isospectrum::render::Gpu;
 //! use isospectrum::render::{Color, Renderer, View};
 //!
 //! let gpu = Gpu::new(None)?;
@@ -41,6 +41,7 @@ mod tables;
 mod target;
 
 pub use crate::color::{Color, Ends, Map, linear};
+pub use crate::gpu::Gpu;
 pub use axis::Axis;
 pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
@@ -256,6 +257,7 @@ fn at_least(bounds: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
 
 /// What lies behind the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Background {
     /// White, for print.
     #[default]

@@ -14,10 +14,10 @@ use crate::volume::Volume;
 ///
 /// [`Error::Input`] where the volume reaches none of the knots.
 pub fn field(spectrum: &Spectrum, volume: &Volume) -> Result<KnotValues> {
-    let own = &spectrum.volume;
+    let own = spectrum.volume();
     let value_at = volume.field_in(own.dims, &own.placement);
     let values = KnotValues::sampled(spectrum, volume.name(), value_at);
-    if !spectrum.knots.is_empty() && values.values.iter().all(|x| x.is_nan()) {
+    if !spectrum.knots().is_empty() && values.values.iter().all(|x| x.is_nan()) {
         return Err(Error::Input(format!(
             "{}: it lies beside the surfaces, expected a volume in the same place of the world as {}",
             volume.name(),

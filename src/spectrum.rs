@@ -10,12 +10,12 @@
 //! that are still alive at the upper end of the range die at an isovalue above it (the next
 //! floating point number will do), which is why the table of isovalues may end outside the range.
 
-mod active_set;
+pub(crate) mod active_set;
 mod assembly;
 mod builder;
 mod check;
 mod components;
-pub mod interval_tree;
+pub(crate) mod interval_tree;
 mod joiner;
 mod lineage;
 mod measures;
@@ -25,89 +25,26 @@ mod numbers;
 mod quantise;
 mod query;
 mod shown_first;
+mod told;
 mod uncounted;
 
-pub use active_set::ActiveSet;
 pub(crate) use assembly::Assembly;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
 pub use components::{Component, Components, Keep};
-pub use joiner::{Joiner, Seam, Unlike};
+pub(crate) use joiner::{Joiner, Seam, Unlike};
 pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use normals::Normals;
 pub use quantise::QUANTUM;
 pub(crate) use quantise::{from_fixed, to_fixed};
 pub use query::Query;
+pub use told::{About, Told};
 
-use serde::{Deserialize, Serialize};
+pub use crate::topology::{Event, EventKind};
+pub use crate::volume::VolumeInfo;
 
-use crate::volume::{Outside, Placement, Statistics, Volume};
-
-/// What is known of the volume a spectrum was computed from.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct VolumeInfo {
-    /// Name of the volume.
-    pub name: String,
-    /// Samples along x, y, z.
-    pub dims: [usize; 3],
-    /// Sample type as flags spell it.
-    pub sample_type: String,
-    /// Smallest and largest sample.
-    pub range: (f64, f64),
-    /// Where the samples lie in the world.
-    pub placement: Placement,
-    /// Side of the layer around the volume.
-    pub outside: Outside,
-}
-
-impl VolumeInfo {
-    /// What is kept of a volume.
-    pub(crate) fn of(volume: &Volume) -> VolumeInfo {
-        VolumeInfo {
-            name: volume.name().to_string(),
-            dims: volume.dims(),
-            sample_type: volume.samples().type_name().to_string(),
-            range: volume.range(),
-            placement: *volume.placement(),
-            outside: volume.outside(),
-        }
-    }
-}
-
-/// What happens to the topology at an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum EventKind {
-    /// A component appears (minimum; seen upwards).
-    Emerge,
-    /// Two components become one (1-saddle).
-    Merge,
-    /// A handle appears (1-saddle).
-    HandleOpen,
-    /// One component becomes two (2-saddle).
-    Split,
-    /// A handle disappears (2-saddle).
-    HandleClose,
-    /// A component disappears (maximum).
-    Vanish,
-}
-
-/// An isovalue at which the topology of the isosurface changes, with its place and what changes, upwards in the
-/// isovalue.
-///
-/// This is the one meaning of the word. Several events may share an isovalue. On a plateau, samples that are
-/// equal, the exact topology finds more *critical points* than events, as it tells equal samples apart by a ramp that
-/// is not seen: those that undo each other at one isovalue change nothing, and are no events.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Event {
-    /// The isovalue.
-    pub isovalue: f64,
-    /// The critical point, voxel frame.
-    pub position: [f64; 3],
-    /// What changes.
-    pub kind: EventKind,
-}
+use crate::volume::{Preparation, Statistics};
 
 /// One knot of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,32 +81,56 @@ pub struct Collapse {
     pub upward: bool,
 }
 
-/// The isosurfaces of all isovalues of a range.
+/// The isosurfaces of all isovalues of a range: trajectories of vertices, and triangles with lifetimes.
+///
+/// It does not change, and holds what [`Spectrum::new`] has checked.
+///
+/// ```
+/// use isospectrum::spectrum::{About, Knot, Patch, Triangle};
+/// use isospectrum::volume::phantom;
+/// use isospectrum::{Isovalue, Spectrum};
+///
+/// // Three vertices that move from isovalue 0 to 1, and the triangle between them.
+/// let place = |x: u8| [0, 1].map(|rank: u8| Knot { rank: rank.into(), position: [x.into(), (x % 2).into(), rank.into()] });
+/// let patch = Patch {
+///     isovalues: vec![0.0, 1.0],
+///     first_knot: vec![0, 2, 4, 6],
+///     knots: [0, 1, 2].into_iter().flat_map(place).collect(),
+///     triangles: vec![Triangle { vertices: [0, 1, 2], birth: 0, death: 1, cap: false }],
+///     collapses: Vec::new(),
+/// };
+/// let about = About::new(phantom("sphere:8")?.info(), (0.0, 0.5), 0.1);
+/// let spectrum = Spectrum::new(about.clone(), patch.clone())?;
+/// let c = "50%".parse::<Isovalue>()?.resolve(spectrum.range(), spectrum.statistics().as_ref())?;
+/// assert_eq!(spectrum.mesh_at(c)?.positions[0], [0.0, 0.0, 0.25]);
+///
+/// // The last vertex has no knots.
+/// let bad = Patch { first_knot: vec![0, 2, 6, 6], ..patch };
+/// assert!(Spectrum::new(about, bad).is_err());
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// Where it comes from.
-    pub volume: VolumeInfo,
-    /// Lowest and highest isovalue.
-    pub range: (f64, f64),
-    /// Tolerance in voxels the mesh was computed for.
-    pub tolerance: f64,
-    /// How it was computed: every flag, the backend, the adapter, counts of what was repaired.
-    pub parameters: serde_json::Value,
-    /// Every change of topology inside the range, by isovalue.
-    pub events: Vec<Event>,
-    /// Every isovalue at which a knot or the end of a lifetime lies, strictly increasing.
-    pub isovalues: Vec<f64>,
-    /// Start of each vertex's knots in `knots`, and the end: one more than there are vertices.
-    pub first_knot: Vec<u32>,
-    /// Knots by vertex, rank strictly increasing within a vertex.
-    pub knots: Vec<Knot>,
-    /// Triangles. Each vertex has knots from birth to death (inclusive) of each of its triangles.
-    pub triangles: Vec<Triangle>,
-    /// Collapses.
-    pub collapses: Vec<Collapse>,
+    about: About,
+    patch: Patch,
 }
 
-/// The mesh at one isovalue.
+/// The mesh at one isovalue; at the root of the crate it is called `Mesh`.
+///
+/// ```
+/// use isospectrum::volume::phantom;
+/// use isospectrum::{Backend, Choice, Parameters, Silent, compute, export};
+///
+/// let volume = std::sync::Arc::new(phantom("sphere:10")?);
+/// let backend = Backend::choose(Choice::Cpu, None)?;
+/// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+/// let mesh = spectrum.mesh_at(0.4)?;
+/// assert_eq!((mesh.normals.len(), mesh.caps.len()), (mesh.positions.len(), mesh.triangles.len()));
+/// // Positions in the world.
+/// let placed = export::place_in_world(mesh.clone(), volume.placement());
+/// assert_eq!(placed.triangles, mesh.triangles);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     /// Positions, voxel frame (exports place them in the world).
@@ -198,20 +159,124 @@ impl SurfaceMesh {
 }
 
 impl Spectrum {
+    /// A spectrum of its parts, checked: see [`Spectrum::check`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`](crate::Error::Input) naming the first invariant that does not hold.
+    pub fn new(about: About, patch: Patch) -> crate::Result<Spectrum> {
+        let spectrum = Spectrum::unchecked(about, patch);
+        spectrum.check()?;
+        Ok(spectrum)
+    }
+
+    /// A spectrum of parts that are known to fit, or are yet to be checked.
+    pub(crate) fn unchecked(about: About, patch: Patch) -> Spectrum {
+        Spectrum { about, patch }
+    }
+
+    /// What it is made of.
+    pub fn into_parts(self) -> (About, Patch) {
+        (self.about, self.patch)
+    }
+
+    /// The spectrum with something of it changed, checked anew.
+    ///
+    /// # Errors
+    ///
+    /// As [`Spectrum::new`].
+    pub fn changed(
+        mut self,
+        change: impl FnOnce(&mut About, &mut Patch),
+    ) -> crate::Result<Spectrum> {
+        change(&mut self.about, &mut self.patch);
+        Spectrum::new(self.about, self.patch)
+    }
+
+    /// All that it tells besides its triangles.
+    pub fn about(&self) -> &About {
+        &self.about
+    }
+
+    /// To tell more; whoever changes it keeps it valid.
+    pub(crate) fn about_mut(&mut self) -> &mut About {
+        &mut self.about
+    }
+
+    /// Where it comes from.
+    pub fn volume(&self) -> &VolumeInfo {
+        &self.about.volume
+    }
+
+    /// Lowest and highest isovalue.
+    pub fn range(&self) -> (f64, f64) {
+        self.about.range
+    }
+
+    /// Tolerance in voxels the mesh was computed for.
+    pub fn tolerance(&self) -> f64 {
+        self.about.tolerance
+    }
+
+    /// How it was computed: every flag, the backend, the adapter, counts of what was repaired.
+    pub fn parameters(&self) -> &Told {
+        &self.about.parameters
+    }
+
+    /// Every change of topology inside the range, by isovalue.
+    pub fn events(&self) -> &[Event] {
+        &self.about.events
+    }
+
+    /// Every isovalue at which a knot or the end of a lifetime lies, strictly increasing.
+    pub fn isovalues(&self) -> &[f64] {
+        &self.patch.isovalues
+    }
+
+    /// Start of each vertex's knots in [`Spectrum::knots`], and the end: one more than there are vertices.
+    pub fn first_knot(&self) -> &[u32] {
+        &self.patch.first_knot
+    }
+
+    /// Knots by vertex, rank strictly increasing within a vertex.
+    pub fn knots(&self) -> &[Knot] {
+        &self.patch.knots
+    }
+
+    /// Triangles. Each vertex has knots from birth to death (inclusive) of each of its triangles.
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.patch.triangles
+    }
+
+    /// Collapses.
+    pub fn collapses(&self) -> &[Collapse] {
+        &self.patch.collapses
+    }
+
     /// Number of vertices (trajectories).
     pub fn n_vertices(&self) -> usize {
-        self.first_knot.len().saturating_sub(1)
+        self.patch.first_knot.len().saturating_sub(1)
+    }
+
+    /// What was done to the volume before it was swept.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`](crate::Error::Input) if the parameters tell what this version does not know.
+    pub fn preparation(&self) -> crate::Result<Preparation> {
+        let told = self.about.parameters.get("preparation");
+        told.map_or_else(|| Ok(Preparation::default()), Preparation::of_json)
     }
 
     /// The knots of vertex `v`, by rank.
     pub fn trajectory(&self, v: u32) -> &[Knot] {
         let v = v as usize;
-        &self.knots[self.first_knot[v] as usize..self.first_knot[v + 1] as usize]
+        &self.knots()[self.first_knot()[v] as usize..self.first_knot()[v + 1] as usize]
     }
 
     /// What is known of the samples of the volume, where the parameters tell it.
     pub fn statistics(&self) -> Option<Statistics> {
-        self.parameters.get(Statistics::NAME).and_then(Statistics::of_json)
+        self.about.parameters.get(Statistics::NAME).and_then(Statistics::of_json)
     }
 
     /// The mesh at one isovalue; builds the search structures anew, so use a [`Query`] for more

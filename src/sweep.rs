@@ -33,10 +33,11 @@ mod thin;
 mod tracked;
 mod transport;
 
+pub use crate::progress::{Progress, Silent};
 pub(crate) use area::tell_shares;
 pub use block::{Block, compute_block};
 pub use counts::Counts;
-pub use parameters::{Parameters, Progress, Silent};
+pub use parameters::Parameters;
 pub(crate) use shared::WholeEdge;
 
 use std::sync::Arc;
@@ -44,7 +45,7 @@ use std::sync::Arc;
 use crate::error::{Error, Result};
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
-use crate::spectrum::{Event, Spectrum, SpectrumBuilder, VolumeInfo};
+use crate::spectrum::{About, Event, Spectrum, SpectrumBuilder, Told};
 use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
@@ -78,7 +79,19 @@ struct Sweep<'a> {
     range: (f64, f64),
 }
 
-/// Computes the spectrum of a volume.
+/// Computes the spectrum of a volume as it is; [`Prepared`](crate::Prepared) does something to it before, and tells so.
+///
+/// ```
+/// use isospectrum::volume::phantom;
+/// use isospectrum::{Backend, Choice, Parameters, Silent, compute};
+///
+/// let volume = std::sync::Arc::new(phantom("torus:12")?);
+/// let backend = Backend::choose(Choice::Auto, None)?;
+/// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
+/// // Seen upwards a ring appears, and its hole closes.
+/// assert!(spectrum.events().len() >= 2);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 ///
 /// # Errors
 ///
@@ -160,9 +173,11 @@ fn finished(sweep: &Sweep, builder: SpectrumBuilder, counts: &Counts) -> Result<
     let volume = sweep.exact.volume();
     let range = sweep.parameters.range.unwrap_or(volume.range());
     let parameters = told(sweep.parameters, &sweep.backend.name(), counts);
-    let info = VolumeInfo::of(volume);
-    let events = sweep.events(range);
-    let finished = builder.finish(info, range, sweep.parameters.error, parameters, events);
+    let finished = builder.finish(About {
+        parameters: Told::of_value(parameters),
+        events: sweep.events(range),
+        ..About::new(volume.info(), range, sweep.parameters.error)
+    });
     // Nothing of it was read: what is wrong with it is the sweep's fault.
     finished.map_err(|error| match error {
         Error::Input(what) => Error::Internal(what),

@@ -27,6 +27,7 @@ mod contour_tree;
 pub mod critical;
 pub mod curves;
 pub mod dust;
+mod event;
 pub mod exact;
 mod merge;
 mod net;
@@ -34,8 +35,9 @@ pub mod plot;
 pub mod regions;
 pub mod simplify;
 
+pub use event::{Event, EventKind};
+
 use crate::error::{Error, Result};
-use crate::spectrum::{Event, EventKind};
 use crate::topology::contour_tree::ContourTree;
 use crate::topology::critical::{CriticalPoint, CriticalPoints, Place};
 use crate::topology::exact::{ExactField, IsovalueKeys, ORDER_BITS};

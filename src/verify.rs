@@ -26,6 +26,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::extract::count::count;
+use crate::progress::Progress;
 use crate::random::Random;
 use crate::spectrum::{Query, Spectrum, SurfaceMesh};
 use crate::topology::exact::ExactField;
@@ -74,38 +75,37 @@ impl Default for Sampling {
 
 /// Verifies a spectrum against the volume it was computed from.
 ///
-/// `progress` is told the share done and returns whether to go on.
-///
 /// ```
 /// use isospectrum::verify::{Limits, Sampling, verify};
-/// use isospectrum::kernels::{Backend, Choice};
+/// use isospectrum::{Backend, Choice};
 /// use isospectrum::{Parameters, Silent, compute, volume::phantom};
 ///
 /// let volume = std::sync::Arc::new(phantom("sphere:16")?);
 /// let backend = Backend::choose(Choice::Cpu, None)?;
 /// let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)?;
 /// let sampling = Sampling { n_random: 8, ..Sampling::default() };
-/// let report = verify(&spectrum, &volume, sampling, Limits::default(), &mut |_done| true)?;
+/// let report = verify(&spectrum, &volume, sampling, Limits::default(), &Silent)?;
 /// assert!(report.passed, "{:?}", report.failures);
 /// # Ok::<(), isospectrum::Error>(())
 /// ```
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` says
-/// so. A spectrum that fails is no error here: the report says so.
+/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` wants
+/// that. A spectrum that fails is no error here: the report says so.
 pub fn verify(
     spectrum: &Spectrum,
     volume: &Volume,
     sampling: Sampling,
     limits: Limits,
-    progress: &mut dyn FnMut(f64) -> bool,
+    progress: &dyn Progress,
 ) -> Result<Report> {
     check_same_volume(spectrum, volume)?;
     let field = ExactField::new(volume)?;
     let mut random = Random::new(sampling.seed);
-    let single = random_isovalues(volume, spectrum.range, sampling.n_random, &mut random);
-    let pairs = event_isovalues(&spectrum.events, spectrum.range, sampling.n_events, &mut random);
+    let single = random_isovalues(volume, spectrum.range(), sampling.n_random, &mut random);
+    let pairs =
+        event_isovalues(spectrum.events(), spectrum.range(), sampling.n_events, &mut random);
     let elsewhere = coherence::busiest_elsewhere(spectrum, sampling.n_events);
     let n_all = (single.len() + 2 * (pairs.len() + elsewhere.len())).max(1) as f64;
 
@@ -113,7 +113,8 @@ pub fn verify(
     let mut rows = Vec::new();
     let mut query = Query::new(spectrum);
     let mut look = |isovalue: f64, at_event: bool| -> Result<SurfaceMesh> {
-        if !progress(rows.len() as f64 / n_all) {
+        progress.report(rows.len() as f64 / n_all, "verifying");
+        if progress.cancelled() {
             return Err(Error::Interrupted);
         }
         let mesh = query.mesh_at(isovalue)?;
@@ -169,7 +170,7 @@ pub struct Glance {
 /// [`Error::Input`] if the volume is not the spectrum's.
 pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<Glance> {
     check_same_volume(spectrum, volume)?;
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let mut query = Query::new(spectrum);
     let mut pooled = Geometry::new();
     for i in 0..n_isovalues {
@@ -182,14 +183,14 @@ pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Resul
     }
     Ok(Glance {
         n_isovalues,
-        within_tolerance_share: pooled.barycentre_deviation.share_within(spectrum.tolerance),
+        within_tolerance_share: pooled.barycentre_deviation.share_within(spectrum.tolerance()),
         radius_ratio: pooled.radius_ratio.summary().mean,
     })
 }
 
 fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
     let told = |dims: [usize; 3]| format!("{}x{}x{}", dims[0], dims[1], dims[2]);
-    let of = &spectrum.volume;
+    let of = spectrum.volume();
     if of.dims != volume.dims() {
         return Err(Error::input(format!(
             "{}: {} samples, expected {} as the spectrum of {} has",
@@ -249,9 +250,9 @@ fn look_at(
 /// Of the vertices in the meshes at some isovalues, the share that is also in the mesh a 256th of
 /// the range higher; `None` where there are none.
 fn tracked_share(spectrum: &Spectrum, isovalues: &[f64]) -> Option<f64> {
-    let step = (spectrum.range.1 - spectrum.range.0) / 256.0;
+    let step = (spectrum.range().1 - spectrum.range().0) / 256.0;
     let (mut alive, mut lives_on) = (0u64, 0u64);
-    for &isovalue in isovalues.iter().filter(|&&c| c + step < spectrum.range.1) {
+    for &isovalue in isovalues.iter().filter(|&&c| c + step < spectrum.range().1) {
         let here = active_vertices(spectrum, isovalue);
         let there = active_vertices(spectrum, isovalue + step);
         alive += here.iter().filter(|&&active| active).count() as u64;
@@ -261,12 +262,12 @@ fn tracked_share(spectrum: &Spectrum, isovalues: &[f64]) -> Option<f64> {
 }
 
 fn active_vertices(spectrum: &Spectrum, isovalue: f64) -> Vec<bool> {
-    let after = spectrum.isovalues.partition_point(|&c| c <= isovalue);
+    let after = spectrum.isovalues().partition_point(|&c| c <= isovalue);
     let mut active = vec![false; spectrum.n_vertices()];
     // Rank r is that of the last isovalue not above; before the first there is no mesh.
     if let Some(rank) = after.checked_sub(1) {
         let rank = rank as u32;
-        for triangle in spectrum.triangles.iter().filter(|t| t.birth <= rank && rank < t.death) {
+        for triangle in spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death) {
             triangle.vertices.iter().for_each(|&v| active[v as usize] = true);
         }
     }

@@ -17,6 +17,7 @@ mod decode;
 mod dicom;
 mod elsewhere;
 mod histogram;
+mod info;
 mod isovalue;
 mod mask;
 mod metaimage;
@@ -41,6 +42,7 @@ mod vtk;
 
 pub use block::{Whole, Within};
 pub use histogram::Histogram;
+pub use info::VolumeInfo;
 pub use isovalue::Isovalue;
 pub use mask::{Mask, MaskRecord};
 pub use phantom::{phantom, phantom_names};
@@ -69,7 +71,15 @@ const LEAST_RANGE: f64 = 1e-290;
 type Grid = ([usize; 3], Samples, Placement);
 
 /// The samples in the type of their file, x fastest, then y, then z.
+///
+/// ```
+/// use isospectrum::Samples;
+///
+/// let samples = Samples::from(vec![-1i16, 7]);
+/// assert_eq!((samples.type_name(), samples.get(1)), ("int16", 7.0));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Samples {
     /// 8 bit unsigned.
     U8(Vec<u8>),
@@ -90,7 +100,6 @@ pub enum Samples {
 }
 
 /// Applies one expression to the samples of whatever type.
-#[macro_export]
 macro_rules! with_samples {
     ($samples:expr, $name:ident => $body:expr) => {
         match $samples {
@@ -105,6 +114,8 @@ macro_rules! with_samples {
         }
     };
 }
+
+pub(crate) use with_samples;
 
 /// Samples from the numbers of their type.
 macro_rules! from_numbers {

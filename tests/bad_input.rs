@@ -309,8 +309,9 @@ fn no_infinity_reaches_a_file() {
     let far = ["a_3x3x3_float64.raw", "--origin", "1e300,0,0"];
     contains(&refused(&folder, &far, 3), &["origin", "1e15"]);
     folder.run(&["compute", "--backend", "cpu", "a_3x3x3_float64.raw", "-o", "near.isp"]);
-    let mut spectrum = file::from_bytes(&folder.read("near.isp")).expect("just written");
-    spectrum.volume.placement.origin = [1e300, 0.0, 0.0];
+    let spectrum = file::from_bytes(&folder.read("near.isp")).expect("just written");
+    let far = spectrum.changed(|about, _| about.volume.placement.origin = [1e300, 0.0, 0.0]);
+    let spectrum = far.expect("valid");
     folder.write("far.isp", &file::to_bytes(&spectrum).expect("a valid spectrum"));
     for name in ["m.ply", "m.stl", "m.obj", "m.glb"] {
         let line = folder.fails(&["extract", "far.isp", "-c", "50%", "-o", name], 3);

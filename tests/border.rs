@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::sweep::{Parameters, Silent, compute};
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 
 /// Where the dents open: on a face of the volume, on an edge, in a corner, and between two samples.
 const DENTS: [[f64; 3]; 4] =
@@ -40,8 +40,8 @@ fn verified(volume: &Arc<Volume>, range: (f64, f64), start: f64) -> (Report, f64
     let backend = Backend::choose(Choice::Cpu, None).expect("a backend");
     let spectrum = compute(volume, &parameters, &backend, &Silent).expect("a spectrum");
     let sampling = Sampling { n_random: 16, n_events: 2, seed: 3 };
-    let report = verify(&spectrum, volume, sampling, Limits::default(), &mut |_| true);
-    let share = spectrum.parameters["tracked_area_share"].as_f64().expect("told");
+    let report = verify(&spectrum, volume, sampling, Limits::default(), &Silent);
+    let share = spectrum.parameters().number("/tracked_area_share").expect("told");
     (report.expect("verifiable"), share)
 }
 

@@ -9,18 +9,19 @@ use std::path::Path;
 use std::sync::Arc;
 
 use isospectrum::bricks::{Opened, Part, Parts, Plan, Source, Survey, merge, merge_to_folder};
-use isospectrum::extract::count::count;
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::prepared::{Cleaned, Noise, Prepared};
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::sweep::{Block, compute_block};
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::blocks::BlockTopology;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{Query, Spectrum};
-use isospectrum::sweep::{Block, Parameters, Silent, compute_block};
-use isospectrum::topology::Topology;
-use isospectrum::topology::blocks::BlockTopology;
-use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{
     Outside, Placement, Preparation, ReadOptions, Samples, Volume, phantom, read_volume,
 };
+use isospectrum::{Backend, Choice};
+use isospectrum::{Cleaned, Noise, Prepared};
+use isospectrum::{Parameters, Silent};
 use program::Folder;
 use random::Random;
 
@@ -107,9 +108,9 @@ fn check(name: &str, bricks: &Bricks, n: usize) -> Spectrum {
     let volume = &bricks.volume;
     let field = ExactField::new(volume).expect("a field");
     let mut query = Query::new(&spectrum);
-    let mut at = isovalues(spectrum.range, n, 30);
+    let mut at = isovalues(spectrum.range(), n, 30);
     // Where samples are passed.
-    let samples = isovalues(spectrum.range, n / 4, 31);
+    let samples = isovalues(spectrum.range(), n / 4, 31);
     at.extend(samples.iter().map(|c| c.round()).filter(|_| volume.samples().is_integer()));
     for c in at {
         let mesh = query.mesh_at(c).expect("inside the range");
@@ -120,9 +121,9 @@ fn check(name: &str, bricks: &Bricks, n: usize) -> Spectrum {
         assert_eq!((found.components, found.euler), (expected.len(), euler), "{name} at {c}");
     }
     let topology = Topology::compute(&field).expect("a topology");
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let inside = topology.net_events().into_iter().filter(|e| (low..=high).contains(&e.isovalue));
-    assert_eq!(spectrum.events, inside.collect::<Vec<_>>(), "{name}");
+    assert_eq!(spectrum.events(), inside.collect::<Vec<_>>(), "{name}");
     spectrum
 }
 
@@ -139,7 +140,7 @@ fn the_merged_mesh_is_closed_and_right_at_random_isovalues() {
         assert!(bricks.blocks.len() >= 6, "{name}: {} bricks", bricks.blocks.len());
         let spectrum = check(name, &bricks, 48);
         let n_tracked: f64 = bricks.blocks.iter().flat_map(|b| &b.areas).map(|a| a[0]).sum();
-        assert!(n_tracked > 0.0 && spectrum.triangles.len() > 1000, "{name}: nothing is tracked");
+        assert!(n_tracked > 0.0 && spectrum.triangles().len() > 1000, "{name}: nothing is tracked");
     }
 }
 
@@ -162,7 +163,7 @@ fn a_range_and_anisotropic_spacing_fit() {
     let (low, high) = volume.range();
     let range = (low + 0.3 * (high - low), low + 0.7 * (high - low));
     let spectrum = check("blobs", &Bricks::of(volume, 10, Some(range)), 32);
-    assert_eq!(spectrum.range, range);
+    assert_eq!(spectrum.range(), range);
 }
 
 /// Trajectories at the vertices of shared planes, by lattice edge.
@@ -172,7 +173,7 @@ fn seam(block: &Block) -> Seam {
     let s = &block.spectrum;
     let knots = |v: u32| {
         let all = s.trajectory(v).iter();
-        all.map(|k| (s.isovalues[k.rank as usize], k.position)).collect()
+        all.map(|k| (s.isovalues()[k.rank as usize], k.position)).collect()
     };
     block.shared.iter().map(|&(v, edge)| (edge, knots(v))).collect()
 }

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use isospectrum::bricks::{Limits, Opened};
 use isospectrum::bricks::{Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder};
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::prepared::{Cleaned, Noise, Prepared};
 use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
-use isospectrum::sweep::{Parameters, Silent};
 use isospectrum::volume::{Preparation, Volume, phantom};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Cleaned, Noise, Prepared};
+use isospectrum::{Parameters, Silent};
 use program::{Folder, json};
 use random::Random;
 
@@ -77,17 +77,20 @@ fn meshes_of_the_folder_are_those_of_the_file() {
         let mut query = Query::new(file.clone());
         let mut of_folder = FolderQuery::new(split.clone()).expect("a folder");
         let all = split.read().expect("all parts");
-        assert_eq!(all.events, file.events, "{name}");
-        assert_eq!(all.parameters, file.parameters, "{name}");
-        let size = [file.n_vertices(), file.knots.len(), file.triangles.len()];
+        assert_eq!(all.events(), file.events(), "{name}");
+        assert_eq!(all.parameters(), file.parameters(), "{name}");
+        let size = [file.n_vertices(), file.knots().len(), file.triangles().len()];
         assert_eq!(split.index().size, size.map(|n| n as u64), "{name}");
-        assert_eq!(split.index().parts.iter().map(|p| p.events).sum::<usize>(), file.events.len());
+        assert_eq!(
+            split.index().parts.iter().map(|p| p.events).sum::<usize>(),
+            file.events().len()
+        );
         let mut of_all = Query::new(&all);
-        let (low, high) = file.range;
+        let (low, high) = file.range();
         let mut random = Random(3);
         let at = (0..24).map(|_| low + random.unit() * (high - low));
         // At events and both ends, too.
-        let events = file.events.iter().step_by(1 + file.events.len() / 12).map(|e| e.isovalue);
+        let events = file.events().iter().step_by(1 + file.events().len() / 12).map(|e| e.isovalue);
         let (mut n, mut most) = (0, 0);
         for c in at.chain(events).chain([low, high]) {
             let expected = query.mesh_at(c).expect("inside");
@@ -104,7 +107,7 @@ fn meshes_of_the_folder_are_those_of_the_file() {
                 assert_same(&mesh, &expected, &format!("{name} at {c}"));
             }
             // Nothing that does not live there is kept.
-            assert_eq!(one.triangles.len(), expected.triangles.len(), "{name} at {c}");
+            assert_eq!(one.triangles().len(), expected.triangles.len(), "{name} at {c}");
             n += expected.triangles.len();
             most = most.max(expected.triangles.len());
         }
@@ -144,7 +147,7 @@ fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
 #[test]
 fn only_parts_that_live_at_an_isovalue_are_read() {
     let Both { folder, file, split } = both(phantom("blobs:33").expect("a phantom"), 8, None);
-    let (low, high) = file.range;
+    let (low, high) = file.range();
     let c = low + 0.9 * (high - low);
     let living: Vec<usize> = split.parts_between((c, c)).collect();
     let n = split.index().parts.len();

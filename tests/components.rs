@@ -11,14 +11,14 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isospectrum::export::read_ply;
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::mesh::nearest_on_triangle;
+use isospectrum::inside::mesh::nearest_on_triangle;
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{Components, End, Keep, Spectrum, SurfaceMesh, lineages};
-use isospectrum::sweep::{Parameters, Silent, compute};
-use isospectrum::topology::Topology;
-use isospectrum::topology::exact::ExactField;
 use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Placement, Samples, Volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 use program::Folder;
 use random::Random;
 
@@ -158,7 +158,7 @@ fn compare(volume: &Arc<Volume>, is_generic: bool, shares: &[f64]) -> usize {
     let spectrum = swept(volume);
     let field = ExactField::new(volume).expect("a field");
     let topology = Topology::compute(&field).expect("its topology");
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let mut n_compared = 0;
     for share in shares {
         let isovalue = low + share * (high - low);

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use isospectrum::Error;
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::sweep::{Parameters, Progress, Silent, compute};
 use isospectrum::volume::phantom;
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Progress, Silent, compute};
 
 /// When, in questions, the device is taken away: after remeshing, at the first steps.
 const TAKES_AT: usize = 6;
@@ -25,7 +25,7 @@ impl Progress for Thief<'_> {
 
     fn cancelled(&self) -> bool {
         if self.asked.fetch_add(1, Ordering::Relaxed) == self.takes_at {
-            self.backend.gpu().expect("a GPU").device().destroy();
+            self.backend.gpu().expect("a GPU").lose();
         }
         false
     }

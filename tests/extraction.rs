@@ -8,10 +8,10 @@ mod random;
 
 use std::collections::HashMap;
 
-use isospectrum::extract::count::count;
-use isospectrum::extract::{Extraction, extract};
-use isospectrum::mesh::intersecting;
-use isospectrum::topology::exact::ExactField;
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::extract::{Extraction, extract};
+use isospectrum::inside::mesh::intersecting;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
 use random::Random;
 
@@ -69,7 +69,7 @@ fn corners(field: &ExactField, size: [usize; 3]) -> impl Iterator<Item = u32> {
 
 fn face_saddles<'a>(
     field: &'a ExactField,
-) -> impl Iterator<Item = isospectrum::topology::exact::FaceSaddle> + 'a {
+) -> impl Iterator<Item = isospectrum::inside::topology::exact::FaceSaddle> + 'a {
     (0..3).flat_map(move |axis| {
         let size = std::array::from_fn(|a| usize::from(a != axis));
         corners(field, size).filter_map(move |v| field.face_saddle(v, axis))

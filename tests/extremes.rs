@@ -5,10 +5,10 @@ mod program;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use isospectrum::extract::count::count;
 use isospectrum::file;
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::Query;
-use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{ReadOptions, read_volume};
 use program::{Folder, one_line, path};

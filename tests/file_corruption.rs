@@ -77,7 +77,7 @@ fn assert_refused_or_valid(result: isospectrum::Result<Spectrum>) {
     match result {
         Ok(spectrum) => {
             spectrum.check().expect("what is read passes the check");
-            spectrum.mesh_at(spectrum.range.0).expect("the range holds its end");
+            spectrum.mesh_at(spectrum.range().0).expect("the range holds its end");
         }
         Err(Error::Input(what)) => assert!(!what.contains('\n'), "{what}"),
         Err(other) => panic!("another kind of error: {other:?}"),

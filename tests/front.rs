@@ -4,12 +4,13 @@ mod data;
 
 use std::sync::Arc;
 
-use isospectrum::kernels::{Backend, Choice};
+use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::sweep::{Parameters, Silent, TRACKED_AREA_SHARE, TRACKED_AREA_SHARES, compute};
 use isospectrum::verify::mesh_topology;
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Volume, phantom, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 
 fn spectrum(volume: &Arc<Volume>) -> Spectrum {
     let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
@@ -26,8 +27,8 @@ fn the_topology_is_exact_at_random_isovalues() {
         let volume = Arc::new(phantom(name).expect("a phantom"));
         let spectrum = spectrum(&volume);
         let sampling = Sampling { n_random: 24, n_events: 4, seed: 500 + n as u64 };
-        let report = verify(&spectrum, &volume, sampling, Limits::default(), &mut |_| true)
-            .expect("verifiable");
+        let report =
+            verify(&spectrum, &volume, sampling, Limits::default(), &Silent).expect("verifiable");
         let totals = &report.totals;
         assert!(totals.isovalues >= 24, "{name}: {}", totals.isovalues);
         assert_eq!(totals.topology_right, totals.isovalues, "{name}");
@@ -45,7 +46,7 @@ fn both_cells_of_a_face_change_at_its_saddle_at_once() {
     let parameters = Parameters { range: Some((189.0, 190.0)), ..Parameters::default() };
     let spectrum = compute(&volume, &parameters, &backend, &Silent).expect("a spectrum");
     let close = |c: &f64| (189.4..189.6).contains(c);
-    let near: Vec<f64> = spectrum.isovalues.iter().copied().filter(close).collect();
+    let near: Vec<f64> = spectrum.isovalues().iter().copied().filter(close).collect();
     assert!(near.len() > 10, "{near:?}");
     for pair in near.windows(2) {
         let isovalue = 0.5 * (pair[0] + pair[1]);
@@ -62,7 +63,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
         pool.install(|| spectrum(&volume))
     });
-    assert!(one.triangles.len() > 1000);
+    assert!(one.triangles().len() > 1000);
     assert_eq!(one, three);
 }
 
@@ -71,14 +72,12 @@ fn how_much_is_tracked_is_told_by_isovalue() {
     let share = |name: &str| {
         let volume = Arc::new(phantom(name).expect("a phantom"));
         let spectrum = spectrum(&volume);
-        let shares = spectrum.parameters[TRACKED_AREA_SHARES].as_array().expect("a list").clone();
-        let shares: Vec<[f64; 2]> = shares
-            .into_iter()
-            .map(|s| serde_json::from_value(s).expect("an isovalue and a share"))
-            .collect();
+        let told = serde_json::json!(spectrum.parameters());
+        let shares: Vec<[f64; 2]> = serde_json::from_value(told[TRACKED_AREA_SHARES].clone())
+            .expect("isovalues and shares");
         assert!(shares.len() > 50 && shares.is_sorted_by(|a, b| a[0] < b[0]));
         let mean = shares.iter().map(|s| s[1]).sum::<f64>() / shares.len() as f64;
-        let told = spectrum.parameters[TRACKED_AREA_SHARE].as_f64().expect("a number");
+        let told = told[TRACKED_AREA_SHARE].as_f64().expect("a number");
         assert!((told - mean).abs() < 2e-4, "{name}: {told}, mean {mean}");
         told
     };

@@ -3,6 +3,7 @@
 
 mod program;
 
+use isospectrum::spectrum::Told;
 use program::{Folder, stderr};
 
 /// Sets the title of a window, clears the screen, and has a line that looks like one of ours.
@@ -71,11 +72,16 @@ fn names_and_fields_reach_no_terminal_as_they_are() {
 fn what_a_spectrum_says_of_itself_is_only_shown() {
     let folder = Folder::with_spectrum();
     let path = folder.path().join("s.isp");
-    let mut spectrum = isospectrum::file::read(&path).expect("a spectrum");
-    spectrum.volume.name = TRAP.repeat(1000);
-    spectrum.volume.sample_type = TRAP.into();
-    spectrum.parameters["backend"] = TRAP.into();
-    spectrum.parameters["counts"] = serde_json::json!({ TRAP: TRAP });
+    let spectrum = isospectrum::file::read(&path).expect("a spectrum");
+    let mut told = serde_json::json!(spectrum.parameters());
+    told["backend"] = TRAP.into();
+    told["counts"] = serde_json::json!({ TRAP: TRAP });
+    let spectrum = spectrum.changed(|about, _| {
+        about.volume.name = TRAP.repeat(1000);
+        about.volume.sample_type = TRAP.into();
+        about.parameters = Told::of_json(&told.to_string()).expect("JSON");
+    });
+    let spectrum = spectrum.expect("valid");
     isospectrum::file::write(&spectrum, &path).expect("written");
     let output = folder.run(&["info", "s.isp"]);
     check_plain(&output, 0);

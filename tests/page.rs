@@ -14,8 +14,8 @@ use isospectrum::Error;
 use isospectrum::color::{Color, Ends};
 use isospectrum::export::read_ply;
 use isospectrum::file;
-use isospectrum::gpu::Gpu;
 use isospectrum::page::{DEFAULT_STEP, Look, Page, html, part, script, with_fewer_knots};
+use isospectrum::render::Gpu;
 use isospectrum::render::{Camera, Renderer, View};
 use isospectrum::spectrum::{Keep, Query, Spectrum};
 use isospectrum::verify::mesh_topology;
@@ -49,7 +49,7 @@ fn spectrum() -> Spectrum {
 }
 
 fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
-    let isovalue = spectrum.range.0;
+    let isovalue = spectrum.range().0;
     let step = DEFAULT_STEP;
     Page {
         title,
@@ -135,12 +135,12 @@ fn the_script_is_small() {
 #[test]
 fn a_part_has_the_isosurfaces_of_the_whole_in_its_range_and_no_others() {
     let whole = spectrum();
-    let (low, high) = whole.range;
+    let (low, high) = whole.range();
     let at = |share: f64| low * (1.0 - share) + high * share;
     let some = part(&whole, (at(0.3), at(0.7))).expect("a part");
-    assert_eq!(some.range, (at(0.3), at(0.7)));
-    assert!(some.knots.len() < whole.knots.len());
-    assert!(some.events.iter().all(|e| at(0.3) <= e.isovalue && e.isovalue <= at(0.7)));
+    assert_eq!(some.range(), (at(0.3), at(0.7)));
+    assert!(some.knots().len() < whole.knots().len());
+    assert!(some.events().iter().all(|e| at(0.3) <= e.isovalue && e.isovalue <= at(0.7)));
     let (mut query, mut expected) = (Query::new(&some), Query::new(&whole));
     for share in [0.3, 0.31, 0.45, 0.5, 0.613, 0.7] {
         let mesh = query.mesh_at(at(share)).expect("inside");
@@ -157,8 +157,8 @@ fn a_part_has_the_isosurfaces_of_the_whole_in_its_range_and_no_others() {
     assert!(matches!(query.mesh_at(at(0.2)), Err(Error::Range { .. })));
     assert!(matches!(part(&whole, (low - 1.0, high)), Err(Error::Range { .. })));
     assert!(matches!(part(&whole, (high, low)), Err(Error::Usage(_))));
-    let all = part(&whole, whole.range).expect("the whole");
-    assert_eq!(all.triangles.len(), whole.triangles.len());
+    let all = part(&whole, whole.range()).expect("the whole");
+    assert_eq!(all.triangles().len(), whole.triangles().len());
 }
 
 #[test]
@@ -167,17 +167,17 @@ fn fewer_knots_stay_within_the_distance() {
     let whole = spectrum();
     let fewer = with_fewer_knots(&whole, DISTANCE);
     fewer.check().expect("lifetimes are still covered");
-    assert!(fewer.knots.len() < whole.knots.len());
+    assert!(fewer.knots().len() < whole.knots().len());
     for v in 0..whole.n_vertices() as u32 {
         for knot in whole.trajectory(v) {
-            let p = fewer.vertex_at(v, knot.rank, whole.isovalues[knot.rank as usize]);
+            let p = fewer.vertex_at(v, knot.rank, whole.isovalues()[knot.rank as usize]);
             let squares = (0..3).map(|i| f64::from(p[i] - knot.position[i]).powi(2));
             // Single precision.
             assert!(squares.sum::<f64>().sqrt() <= DISTANCE + 1e-5);
         }
     }
     let same = with_fewer_knots(&whole, 0.0);
-    assert!(same.knots.len() <= whole.knots.len());
+    assert!(same.knots().len() <= whole.knots().len());
 }
 
 #[test]
@@ -385,7 +385,7 @@ fn folder_for_the_browser() -> Folder {
     folder.run(&["convert", "s.isp", "s.thesis"]);
     write_ball(&folder);
     let spectrum = spectrum();
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let isovalues = SHARES.map(|share| low * (1.0 - share) + high * share);
     write_native_pictures(&folder, &spectrum, &isovalues);
     for (i, isovalue) in isovalues.iter().map(f64::to_string).enumerate() {
@@ -394,18 +394,18 @@ fn folder_for_the_browser() -> Folder {
     }
     // The event that is furthest from all others can be pointed at.
     let alone = |&c: &f64| {
-        let others = spectrum.events.iter().map(|e| (e.isovalue - c).abs()).filter(|&d| d > 0.0);
+        let others = spectrum.events().iter().map(|e| (e.isovalue - c).abs()).filter(|&d| d > 0.0);
         others.fold(f64::INFINITY, f64::min)
     };
     let event =
-        spectrum.events.iter().map(|e| e.isovalue).max_by(|a, b| alone(a).total_cmp(&alone(b)));
-    let spacing = spectrum.volume.placement.spacing;
+        spectrum.events().iter().map(|e| e.isovalue).max_by(|a, b| alone(a).total_cmp(&alone(b)));
+    let spacing = spectrum.volume().placement.spacing;
     let statistics = Statistics::of(&volume);
     let shaded = shaded_pages(&folder);
     write_colors(&folder, isovalues[1]);
     write_up(&folder, isovalues[1]);
     write_sights(&folder, isovalues[2]);
-    let events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+    let events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
     let expected = serde_json::json!({
         "range": [low, high],
         "isovalues": isovalues,
@@ -421,7 +421,7 @@ fn folder_for_the_browser() -> Folder {
         "unit": spacing.into_iter().fold(f64::INFINITY, f64::min),
         "p90": Histogram::of(&volume).percentile(90.0),
         "sigma": statistics.mean + statistics.deviation,
-        "n_events": spectrum.events.len(),
+        "n_events": spectrum.events().len(),
         "event": event.expect("a torus has events"),
     });
     folder.write("expected.json", expected.to_string().as_bytes());

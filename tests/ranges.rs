@@ -8,14 +8,14 @@ mod random;
 use std::sync::Arc;
 
 use isospectrum::Error;
-use isospectrum::extract::count::count;
-use isospectrum::kernels::{Backend, Choice};
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::sweep::{Parameters, Silent, compute};
-use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Outside, Placement, ReadOptions, Samples, Volume, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 use random::Random;
 
 fn volume(spec: &str) -> Arc<Volume> {
@@ -39,7 +39,7 @@ fn swept(volume: &Arc<Volume>, parameters: &Parameters) -> Spectrum {
 
 fn swept_over(volume: &Arc<Volume>, range: (f64, f64)) -> Spectrum {
     let spectrum = swept(volume, &Parameters { range: Some(range), ..Parameters::default() });
-    assert_eq!(spectrum.range, range);
+    assert_eq!(spectrum.range(), range);
     spectrum
 }
 
@@ -49,7 +49,7 @@ fn check_at(volume: &Volume, spectrum: &Spectrum, isovalue: f64) -> usize {
     let field = ExactField::new(volume).expect("a field");
     let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
     let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
-    let what = format!("{} at {isovalue} of {:?}: {found:?}", volume.name(), spectrum.range);
+    let what = format!("{} at {isovalue} of {:?}: {found:?}", volume.name(), spectrum.range());
     assert!(found.is_closed_manifold(), "{what}");
     let expected = count(&field, isovalue);
     let euler: i64 = expected.iter().map(|component| component.euler).sum();
@@ -81,7 +81,7 @@ fn the_last_isovalue_may_be_that_of_samples_and_of_events() {
             assert!(check_at(&volume, &spectrum, last) > 0);
             check_at(&volume, &spectrum, last - 1.0);
             check_at(&volume, &spectrum, last.next_down());
-            n_events_there += usize::from(spectrum.events.iter().any(|e| e.isovalue == last));
+            n_events_there += usize::from(spectrum.events().iter().any(|e| e.isovalue == last));
         }
     }
     assert!(n_events_there >= 4, "{n_events_there} of 8 ranges end at an event");
@@ -97,8 +97,8 @@ fn random_fields_have_the_counted_topology_at_the_end_of_random_ranges() {
         let first = 0.6 * random.unit();
         let last = first + (0.95 - first) * random.unit();
         let spectrum = swept_over(&volume, (at(first), at(last)));
-        check_at(&volume, &spectrum, spectrum.range.1);
-        check_at(&volume, &spectrum, spectrum.range.0);
+        check_at(&volume, &spectrum, spectrum.range().1);
+        check_at(&volume, &spectrum, spectrum.range().0);
     }
 }
 

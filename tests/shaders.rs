@@ -2,12 +2,12 @@
 //! structs lie as the host's do, and what both languages state is stated alike.
 
 use bytemuck::Zeroable;
-use isospectrum::gpu::layout::{Grid, Outcome, Parameters};
-use isospectrum::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
-use isospectrum::kernels::compact::{Draw, Moment};
-use isospectrum::kernels::gpu::REDUCE_WORKGROUPS;
-use isospectrum::kernels::shader::{self, ALL, Shader};
-use isospectrum::kernels::{Status, ray, relax, step};
+use isospectrum::inside::gpu::layout::{Grid, Outcome, Parameters};
+use isospectrum::inside::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
+use isospectrum::inside::kernels::compact::{Draw, Moment};
+use isospectrum::inside::kernels::gpu::REDUCE_WORKGROUPS;
+use isospectrum::inside::kernels::shader::{self, ALL, Shader};
+use isospectrum::inside::kernels::{Status, ray, relax, step};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Literal, Module};
 use std::mem::offset_of;

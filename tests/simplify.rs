@@ -4,10 +4,10 @@
 mod data;
 mod program;
 
-use isospectrum::spectrum::EventKind;
-use isospectrum::topology::Topology;
-use isospectrum::topology::exact::ExactField;
-use isospectrum::topology::simplify::{Census, simplified, simplify};
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::inside::topology::simplify::{Census, simplified, simplify};
+use isospectrum::spectrum::{EventKind, Told};
 use isospectrum::volume::{Outside, Placement, Samples, Volume, phantom};
 use program::{Folder, json, stderr};
 use proptest::prelude::*;
@@ -136,8 +136,11 @@ fn a_spectrum_of_another_way_of_taking_noise_out_is_not_verified_as_if_it_were_o
     let arguments = ["compute", "--phantom", "noise:8", "--persistence", "10%"];
     folder.run(&[&arguments[..], &["--backend", "cpu", "-o", "s.isp"]].concat());
     let path = folder.path().join("s.isp");
-    let mut file = isospectrum::file::read(&path).expect("a spectrum");
-    file.parameters["simplification"]["method"] = 1.into();
+    let file = isospectrum::file::read(&path).expect("a spectrum");
+    let mut told = serde_json::json!(file.parameters());
+    told["simplification"]["method"] = 1.into();
+    let told = Told::of_json(&told.to_string()).expect("JSON");
+    let file = file.changed(|about, _| about.parameters = told).expect("valid");
     isospectrum::file::write(&file, &path).expect("written");
     let line = folder.fails(&["verify", "s.isp", "--phantom", "noise:8"], 3);
     assert!(line.contains("noise was taken out in a way"), "{line}");

@@ -5,9 +5,9 @@ mod synthetic;
 use std::collections::BTreeSet;
 
 use isospectrum::Error;
-use isospectrum::spectrum::interval_tree::IntervalTree;
+use isospectrum::inside::spectrum::interval_tree::IntervalTree;
 use isospectrum::spectrum::{
-    Knot, Normals, Patch, Query, Spectrum, SpectrumBuilder, SurfaceMesh, Triangle, normal,
+    About, Knot, Normals, Patch, Query, Spectrum, SpectrumBuilder, SurfaceMesh, Triangle, normal,
 };
 use proptest::prelude::*;
 use synthetic::{Growth, any_spectrum, growing_sphere, isovalue, small, volume_info};
@@ -18,7 +18,7 @@ const ROUNDING: f32 = 256.0 / (1 << 23) as f32;
 
 /// Corner positions and caps of the mesh at an isovalue, straight from the definition.
 fn naive(spectrum: &Spectrum, isovalue: f64) -> Vec<([[f32; 3]; 3], bool)> {
-    let c = |rank: u32| spectrum.isovalues[rank as usize];
+    let c = |rank: u32| spectrum.isovalues()[rank as usize];
     let position = |v: u32| {
         let trajectory = spectrum.trajectory(v);
         let pair = trajectory.windows(2).find(|pair| isovalue <= c(pair[1].rank)).expect("covered");
@@ -27,7 +27,7 @@ fn naive(spectrum: &Spectrum, isovalue: f64) -> Vec<([[f32; 3]; 3], bool)> {
         std::array::from_fn(|i| (f64::from(p[i]) + t * f64::from(q[i] - p[i])) as f32)
     };
     let alive = |t: &&Triangle| c(t.birth) <= isovalue && isovalue < c(t.death);
-    let active = spectrum.triangles.iter().filter(alive);
+    let active = spectrum.triangles().iter().filter(alive);
     active.map(|t| (t.vertices.map(position), t.cap)).collect()
 }
 
@@ -48,7 +48,7 @@ fn assert_equal_up_to_rounding(mesh: &SurfaceMesh, expected: &[([[f32; 3]; 3], b
 /// The vertices are those of the living triangles by number, each once, and normals have length one.
 fn assert_compact(mesh: &SurfaceMesh, spectrum: &Spectrum, isovalue: f64) {
     let rank = spectrum.rank_at(isovalue).expect("inside the table");
-    let alive = spectrum.triangles.iter().filter(|t| t.birth <= rank && rank < t.death);
+    let alive = spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death);
     let used: BTreeSet<u32> = alive.clone().flat_map(|t| t.vertices).collect();
     let used: Vec<u32> = used.into_iter().collect();
     assert_eq!(mesh.positions.len(), used.len());
@@ -63,9 +63,9 @@ fn assert_compact(mesh: &SurfaceMesh, spectrum: &Spectrum, isovalue: f64) {
 
 /// Isovalues at, just beside and between those of the table.
 fn probes(spectrum: &Spectrum) -> Vec<f64> {
-    let (low, high) = spectrum.range;
-    let beside = spectrum.isovalues.iter().flat_map(|c| [c.next_down(), *c, c.next_up()]);
-    let between = spectrum.isovalues.windows(2).map(|pair| 0.3 * pair[0] + 0.7 * pair[1]);
+    let (low, high) = spectrum.range();
+    let beside = spectrum.isovalues().iter().flat_map(|c| [c.next_down(), *c, c.next_up()]);
+    let between = spectrum.isovalues().windows(2).map(|pair| 0.3 * pair[0] + 0.7 * pair[1]);
     beside.chain(between).filter(|c| (low..=high).contains(c)).collect()
 }
 
@@ -117,7 +117,7 @@ proptest! {
 fn the_mesh_is_continuous_from_the_right_and_changes_at_births_and_deaths_only() {
     let spectrum = small();
     let mut query = Query::new(&spectrum);
-    for pair in spectrum.isovalues.windows(2) {
+    for pair in spectrum.isovalues().windows(2) {
         let at = query.mesh_at(pair[0]).expect("inside the range");
         let after = query.mesh_at(pair[0].next_up()).expect("inside the range");
         let before_next = query.mesh_at(pair[1].next_down()).expect("inside the range");
@@ -133,7 +133,7 @@ fn the_mesh_is_continuous_from_the_right_and_changes_at_births_and_deaths_only()
 fn every_isovalue_of_a_growing_sphere_gives_a_sphere() {
     let spectrum = small();
     let mut query = Query::new(&spectrum);
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     for i in 0..400 {
         let c = low + (high - low) * f64::from(i) / 400.0;
         let mesh = query.mesh_at(c).expect("inside the range");
@@ -174,7 +174,7 @@ fn a_small_move_costs_what_it_changes_and_gives_the_same_as_a_jump() {
 #[test]
 fn outside_the_range_is_an_error_and_leaves_the_mesh_alone() {
     let spectrum = small();
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let mut query = Query::new(&spectrum);
     let mut mesh = query.mesh_at(low).expect("the range is closed");
     let before = mesh.clone();
@@ -187,10 +187,10 @@ fn outside_the_range_is_an_error_and_leaves_the_mesh_alone() {
 
 #[test]
 fn a_mesh_without_area_still_has_unit_normals() {
-    let mut spectrum = small();
-    for knot in &mut spectrum.knots {
-        knot.position = [1.0, 2.0, 3.0];
-    }
+    let spectrum = small().changed(|_, patch| {
+        patch.knots.iter_mut().for_each(|knot| knot.position = [1.0, 2.0, 3.0]);
+    });
+    let spectrum = spectrum.expect("valid");
     for c in probes(&spectrum) {
         assert_compact(&spectrum.mesh_at(c).expect("inside the range"), &spectrum, c);
     }
@@ -207,26 +207,27 @@ fn plain() -> Spectrum {
 
 /// One whose lower half is a cap.
 fn capped() -> Spectrum {
-    let mut spectrum = plain();
+    let spectrum = plain();
     let middle = |spectrum: &Spectrum, t: &Triangle| -> f32 {
         t.vertices.iter().map(|&v| spectrum.trajectory(v)[0].position[2] - MIDDLE).sum()
     };
-    for i in 0..spectrum.triangles.len() {
-        spectrum.triangles[i].cap = middle(&spectrum, &spectrum.triangles[i]) < 0.0;
-    }
-    spectrum
+    let caps: Vec<bool> = spectrum.triangles().iter().map(|t| middle(&spectrum, t) < 0.0).collect();
+    let capped = spectrum.changed(|_, patch| {
+        patch.triangles.iter_mut().zip(caps).for_each(|(triangle, cap)| triangle.cap = cap);
+    });
+    capped.expect("valid")
 }
 
 #[test]
 fn normals_are_those_of_the_mesh_and_caps_count_only_where_there_is_nothing_else() {
     for spectrum in [plain(), capped()] {
-        let has_caps = spectrum.triangles.iter().any(|t| t.cap);
+        let has_caps = spectrum.triangles().iter().any(|t| t.cap);
         let normals = Normals::of(&spectrum);
-        assert_eq!(normals.codes().len(), spectrum.knots.len());
+        assert_eq!(normals.codes().len(), spectrum.knots().len());
         for c in probes(&spectrum) {
             let mesh = spectrum.mesh_at(c).expect("inside the range");
             let rank = spectrum.rank_at(c).expect("in the table");
-            let used: BTreeSet<u32> = (spectrum.triangles.iter())
+            let used: BTreeSet<u32> = (spectrum.triangles().iter())
                 .filter(|t| t.birth <= rank && rank < t.death)
                 .flat_map(|t| t.vertices)
                 .collect();
@@ -243,8 +244,8 @@ fn normals_are_those_of_the_mesh_and_caps_count_only_where_there_is_nothing_else
                 let trajectory = spectrum.trajectory(v);
                 let [_, inner @ .., _] = trajectory else { continue };
                 let Some(i) = inner.iter().position(|knot| knot.rank == rank) else { continue };
-                if c == spectrum.isovalues[rank as usize] {
-                    let knot = spectrum.first_knot[v as usize] as usize + 1 + i;
+                if c == spectrum.isovalues()[rank as usize] {
+                    let knot = spectrum.first_knot()[v as usize] as usize + 1 + i;
                     let at_knot = normal::decode(normals.codes()[knot]);
                     assert!(cosine(&at_knot, n) > 0.9999, "{at_knot:?} instead of {n:?} at {c}");
                 }
@@ -255,16 +256,20 @@ fn normals_are_those_of_the_mesh_and_caps_count_only_where_there_is_nothing_else
 
 #[test]
 fn a_vertex_whose_triangles_live_between_its_knots_has_their_normal() {
-    let mut spectrum = small();
     // All vertices go on for long after the triangles are gone, and begin long before.
     let n = 5;
-    spectrum.isovalues = (0..n).map(f64::from).collect();
     let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    spectrum.knots = (corners.iter())
-        .flat_map(|&position| [0, n - 1].map(|rank| Knot { rank: rank as u32, position }))
-        .collect();
-    spectrum.first_knot = vec![0, 2, 4, 6];
-    spectrum.triangles = vec![Triangle { vertices: [0, 1, 2], birth: 2, death: 3, cap: false }];
+    let knots = corners.iter();
+    let patch = Patch {
+        isovalues: (0..n).map(f64::from).collect(),
+        first_knot: vec![0, 2, 4, 6],
+        knots: knots
+            .flat_map(|&position| [0, n - 1].map(|rank| Knot { rank: rank as u32, position }))
+            .collect(),
+        triangles: vec![Triangle { vertices: [0, 1, 2], birth: 2, death: 3, cap: false }],
+        collapses: Vec::new(),
+    };
+    let spectrum = Spectrum::new(small().into_parts().0, patch).expect("valid");
     let wanted = normal::encode([1.0; 3]);
     assert_eq!(Normals::of(&spectrum).codes(), [wanted; 6]);
 }
@@ -272,11 +277,13 @@ fn a_vertex_whose_triangles_live_between_its_knots_has_their_normal() {
 #[test]
 fn normals_do_not_depend_on_the_order_of_triangles() {
     let spectrum = capped();
-    let mut turned = spectrum.clone();
-    turned.triangles.reverse();
-    for (i, triangle) in turned.triangles.iter_mut().enumerate() {
-        triangle.vertices.rotate_left(i % 3);
-    }
+    let turned = spectrum.clone().changed(|_, patch| {
+        patch.triangles.reverse();
+        for (i, triangle) in patch.triangles.iter_mut().enumerate() {
+            triangle.vertices.rotate_left(i % 3);
+        }
+    });
+    let turned = turned.expect("valid");
     assert_eq!(Normals::of(&turned), Normals::of(&spectrum));
 }
 
@@ -296,17 +303,17 @@ fn patch(isovalues: &[f64]) -> Patch {
 fn finish(patches: &[Patch]) -> isospectrum::Result<Spectrum> {
     let mut builder = SpectrumBuilder::new();
     patches.iter().for_each(|patch| builder.push_patch(patch.clone()));
-    builder.finish(volume_info(), (0.0, 10.0), 0.1, serde_json::Value::Null, vec![])
+    builder.finish(About::new(volume_info(), (0.0, 10.0), 0.1))
 }
 
 #[test]
 fn patches_share_one_table_of_isovalues() {
     // 2 is in both; 3 is used by nothing.
     let spectrum = finish(&[patch(&[-0.0, 2.0, 3.0, 5.0]), patch(&[2.0, 9.0])]).expect("valid");
-    assert_eq!(spectrum.isovalues, [0.0, 2.0, 5.0, 9.0]);
-    assert_eq!(spectrum.first_knot, [0, 2, 4, 6, 8, 10, 12]);
+    assert_eq!(spectrum.isovalues(), [0.0, 2.0, 5.0, 9.0]);
+    assert_eq!(spectrum.first_knot(), [0, 2, 4, 6, 8, 10, 12]);
     let lifetimes: Vec<_> =
-        spectrum.triangles.iter().map(|t| (t.vertices, t.birth, t.death)).collect();
+        spectrum.triangles().iter().map(|t| (t.vertices, t.birth, t.death)).collect();
     assert_eq!(lifetimes, [([0, 1, 2], 0, 2), ([3, 4, 5], 1, 3)]);
 }
 
@@ -326,34 +333,33 @@ fn an_empty_spectrum_has_empty_meshes() {
 
 #[test]
 fn every_broken_invariant_is_named() {
-    type Break = fn(&mut Spectrum);
+    type Break = fn(&mut About, &mut Patch);
     let breaks: [(&str, Break); 16] = [
-        ("range", |s| s.range = (1.0, 0.0)),
-        ("range", |s| s.range.1 = f64::NAN),
-        ("tolerance", |s| s.tolerance = f64::INFINITY),
-        ("volume", |s| s.volume.placement.spacing[1] = 0.0),
-        ("event 1", |s| s.events[1].isovalue = -9.0),
-        ("event 2", |s| s.events[2].position[0] = f64::NAN),
-        ("isovalue 3", |s| s.isovalues[3] = s.isovalues[2]),
-        ("trajectories", |s| *s.first_knot.last_mut().expect("some") -= 1),
-        ("vertex 1", |s| s.first_knot[1] = s.first_knot[2] + 1),
-        ("vertex 0: knot 1", |s| s.knots[1].rank = s.knots[0].rank),
-        ("vertex 0: knot 0", |s| s.knots[0].position[2] = f32::NAN),
-        ("triangle 0: vertices", |s| s.triangles[0].vertices[1] = s.triangles[0].vertices[0]),
-        ("triangle 2: lifetime", |s| s.triangles[2].death = s.triangles[2].birth),
-        ("triangle 3: vertex 99999", |s| s.triangles[3].vertices[0] = 99_999),
-        ("collapse 0", |s| s.collapses[0].target = s.collapses[0].vertex),
-        ("collapse 1: rank", |s| s.collapses[1].rank = 1000),
+        ("range", |a, _| a.range = (1.0, 0.0)),
+        ("range", |a, _| a.range.1 = f64::NAN),
+        ("tolerance", |a, _| a.tolerance = f64::INFINITY),
+        ("volume", |a, _| a.volume.placement.spacing[1] = 0.0),
+        ("event 1", |a, _| a.events[1].isovalue = -9.0),
+        ("event 2", |a, _| a.events[2].position[0] = f64::NAN),
+        ("isovalue 3", |_, p| p.isovalues[3] = p.isovalues[2]),
+        ("trajectories", |_, p| *p.first_knot.last_mut().expect("some") -= 1),
+        ("vertex 1", |_, p| p.first_knot[1] = p.first_knot[2] + 1),
+        ("vertex 0: knot 1", |_, p| p.knots[1].rank = p.knots[0].rank),
+        ("vertex 0: knot 0", |_, p| p.knots[0].position[2] = f32::NAN),
+        ("triangle 0: vertices", |_, p| p.triangles[0].vertices[1] = p.triangles[0].vertices[0]),
+        ("triangle 2: lifetime", |_, p| p.triangles[2].death = p.triangles[2].birth),
+        ("triangle 3: vertex 99999", |_, p| p.triangles[3].vertices[0] = 99_999),
+        ("collapse 0", |_, p| p.collapses[0].target = p.collapses[0].vertex),
+        ("collapse 1: rank", |_, p| p.collapses[1].rank = 1000),
     ];
     for (name, break_it) in breaks {
-        let mut spectrum = small();
-        break_it(&mut spectrum);
-        let error = spectrum.check().expect_err(name).to_string();
+        let error = small().changed(break_it).expect_err(name).to_string();
         assert!(error.starts_with(name), "'{error}' should start with '{name}'");
     }
-    let mut late = small();
-    let born_later = late.first_knot.len() as u32 - 2;
-    late.triangles[0].vertices = [0, 1, born_later];
-    let error = late.check().expect_err("the vertex is born after the triangle").to_string();
+    let late = small().changed(|_, patch| {
+        let born_later = patch.first_knot.len() as u32 - 2;
+        patch.triangles[0].vertices = [0, 1, born_later];
+    });
+    let error = late.expect_err("the vertex is born after the triangle").to_string();
     assert!(error.contains("has no knots from"), "{error}");
 }

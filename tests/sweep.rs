@@ -8,18 +8,18 @@ mod random;
 use std::sync::{Arc, Mutex};
 
 use isospectrum::Error;
-use isospectrum::extract::count::count;
-use isospectrum::extract::extract;
 use isospectrum::file;
-use isospectrum::kernels::backend::GPU_FROM_VERTICES;
-use isospectrum::kernels::{Backend, Choice};
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::extract::extract;
+use isospectrum::inside::kernels::backend::GPU_FROM_VERTICES;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::inside::topology::simplify::simplified;
 use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
-use isospectrum::sweep::{Parameters, Progress, Silent, compute};
-use isospectrum::topology::exact::ExactField;
-use isospectrum::topology::simplify::simplified;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Placement, Samples, Volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Counts, Parameters, Progress, Silent, compute};
 use random::Random;
 
 /// Isovalues looked at in each spectrum.
@@ -58,18 +58,18 @@ fn swept(volume: &Arc<Volume>, choice: Choice) -> Spectrum {
 
 /// Mean over the range of the share of the area that is tracked.
 fn tracked_share(spectrum: &Spectrum) -> f64 {
-    spectrum.parameters["tracked_area_share"].as_f64().expect("told")
+    spectrum.parameters().number("/tracked_area_share").expect("told")
 }
 
 /// Computes a spectrum and compares its meshes at random isovalues with the count on the grid.
 /// Returns the most vertices any of them has.
 fn check(volume: &Arc<Volume>, choice: Choice) -> usize {
     let spectrum = swept(volume, choice);
-    assert_eq!(spectrum.range, volume.range());
+    assert_eq!(spectrum.range(), volume.range());
     let field = ExactField::new(volume).expect("a field");
     let mut query = Query::new(&spectrum);
     let mut random = Random(7);
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let mut most = 0;
     for _ in 0..N_ISOVALUES {
         let isovalue = low + random.unit() * (high - low);
@@ -157,7 +157,7 @@ fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
     let volume = simplified(&volume.expect("a valid volume"), 0.93).expect("a volume");
     let volume = Arc::new(volume);
     let spectrum = swept(&volume, Choice::Cpu);
-    let steps = spectrum.parameters["counts"]["steps"].as_u64().expect("a count");
+    let steps = Counts::of(&spectrum).expect("counted").steps;
     assert!((20..2_000).contains(&steps), "{steps} steps");
 }
 
@@ -171,15 +171,15 @@ fn a_smooth_field_in_few_grey_levels_has_the_counted_topology() {
 #[test]
 fn a_sphere_is_tracked_and_not_only_extracted() {
     let spectrum = swept(&volume("sphere:20"), Choice::Cpu);
-    let counts = &spectrum.parameters["counts"];
-    assert_eq!(counts["arcs"], 1, "{counts}");
-    assert!(counts["steps"].as_u64().is_some_and(|n| n > 0), "{counts}");
+    let counts = Counts::of(&spectrum).expect("counted");
+    assert_eq!(counts.arcs, 1, "{counts:?}");
+    assert!(counts.steps > 0, "{counts:?}");
     // Where the sphere lies inside the volume most of its triangles live on while it shrinks by a twentieth of its
     // radius, a third of a voxel; those of an extraction at every isovalue would not.
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let at = |share: f64| high - share * (high - low);
     let share = survival(&spectrum, &[at(0.4), at(0.38)]);
-    assert!(share > 0.6, "{share} of the triangles live on: {counts}");
+    assert!(share > 0.6, "{share} of the triangles live on: {counts:?}");
 }
 
 #[test]
@@ -195,13 +195,13 @@ fn a_range_in_which_the_isosurface_hardly_moves_has_a_tracked_mesh_all_along() {
 
 /// Share of the triangles alive just before the first of some isovalues that are alive just after the last.
 fn survival(spectrum: &Spectrum, isovalues: &[f64]) -> f64 {
-    let tiny = 1e-7 * (spectrum.range.1 - spectrum.range.0);
+    let tiny = 1e-7 * (spectrum.range().1 - spectrum.range().0);
     let rank = |isovalue: f64| spectrum.rank_at(isovalue).expect("inside the range");
     let (first, last) = (isovalues[0], isovalues[isovalues.len() - 1]);
     let (before, after) = (rank(first - tiny), rank(last + tiny));
     let alive = |rank: u32| move |t: &&Triangle| t.birth <= rank && rank < t.death;
-    let n_before = spectrum.triangles.iter().filter(alive(before)).count();
-    let n_both = spectrum.triangles.iter().filter(alive(before)).filter(alive(after)).count();
+    let n_before = spectrum.triangles().iter().filter(alive(before)).count();
+    let n_both = spectrum.triangles().iter().filter(alive(before)).filter(alive(after)).count();
     n_both as f64 / n_before as f64
 }
 
@@ -211,7 +211,7 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
     let volume = volume("sphere:32");
     let spectrum = swept(&volume, Choice::Cpu);
     assert!(tracked_share(&spectrum) > 0.9, "{}", tracked_share(&spectrum));
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let mut query = Query::new(&spectrum);
     let field = ExactField::new(&volume).expect("a field");
     let dims = volume.dims().map(|d| (d - 1) as f32);
@@ -244,7 +244,7 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
 fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
     let volume = volume("sphere:32");
     let spectrum = swept(&volume, Choice::Cpu);
-    let (low, _) = spectrum.range;
+    let (low, _) = spectrum.range();
     let mut query = Query::new(&spectrum);
     let last = volume.dims().map(|d| (d - 1) as f32);
     let is_inside = |p: [f32; 3]| (0..3).all(|a| (0.0..=last[a]).contains(&p[a]));
@@ -282,7 +282,7 @@ fn most_triangles_live_through_a_merge() {
     let volume = volume("blobs:32");
     let spectrum = swept(&volume, Choice::Cpu);
     // Seen from low values, the one part of the isosurface splits in two.
-    let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
     let share = survival(&spectrum, &[split.isovalue]);
     assert!(share > 0.95, "{share} of the triangles live through {split:?}");
 }
@@ -309,13 +309,13 @@ fn most_triangles_live_through_two_events_next_to_each_other() {
     let backend = backend(Choice::Cpu);
     let spectrum = compute(&two_necks_a_trace_apart(), &parameters, &backend, &Silent);
     let spectrum = spectrum.expect("a spectrum");
-    let counts = &spectrum.parameters["counts"];
-    let splits = spectrum.events.iter().filter(|e| e.kind == EventKind::Split);
+    let counts = Counts::of(&spectrum);
+    let splits = spectrum.events().iter().filter(|e| e.kind == EventKind::Split);
     let splits: Vec<f64> = splits.map(|e| e.isovalue).collect();
     let [first, second] = splits[..] else { panic!("two splits: {splits:?}") };
     assert!((1e-6..5e-5).contains(&(second - first)), "{splits:?}");
     let share = survival(&spectrum, &splits);
-    assert!(share > 0.6, "{share} of the triangles live from {first} to {second}: {counts}");
+    assert!(share > 0.6, "{share} of the triangles live from {first} to {second}: {counts:?}");
 }
 
 /// Distance of a point from the isosurface, to first order, voxels.
@@ -333,8 +333,8 @@ fn off(volume: &Volume, isovalue: f64, p: [f32; 3]) -> f64 {
 fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
     let volume = volume("blobs:48");
     let spectrum = swept(&volume, Choice::Cpu);
-    let split = spectrum.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
-    let range = spectrum.range.1 - spectrum.range.0;
+    let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let range = spectrum.range().1 - spectrum.range().0;
     let mut query = Query::new(&spectrum);
     for side in [-1.0, 1.0] {
         let isovalue = split.isovalue + side * 1e-4 * range;
@@ -366,7 +366,7 @@ fn same_bytes(volume: &Arc<Volume>) {
 fn a_part_of_the_range_is_swept_alone() {
     // Two blobs: the isosurface splits, then one part vanishes after the other.
     let volume = volume("blobs:16");
-    let all = swept(&volume, Choice::Cpu).events;
+    let all = swept(&volume, Choice::Cpu).events().to_vec();
     let split = all.iter().find(|e| e.kind == EventKind::Split).expect("a split").isovalue;
     let (low, high) = volume.range();
     let range = (0.5 * (low + split), 0.5 * (split + high));
@@ -374,9 +374,9 @@ fn a_part_of_the_range_is_swept_alone() {
     assert!(all.iter().any(|e| !inside(e.isovalue)), "no event outside {range:?}: {all:?}");
     let parameters = Parameters { range: Some(range), ..Parameters::default() };
     let spectrum = compute(&volume, &parameters, &backend(Choice::Cpu), &Silent).expect("computes");
-    assert_eq!(spectrum.range, range);
+    assert_eq!(spectrum.range(), range);
     let expected: Vec<_> = all.iter().filter(|e| inside(e.isovalue)).copied().collect();
-    assert_eq!(spectrum.events, expected);
+    assert_eq!(spectrum.events(), expected);
     for (isovalue, components) in [(split.next_down(), 1), (split, 2)] {
         let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
         let found = mesh_topology(mesh.positions.len(), &mesh.triangles);

@@ -4,13 +4,14 @@ mod data;
 
 use std::sync::Arc;
 
-use isospectrum::extract::extract;
-use isospectrum::kernels::{Backend, Choice};
-use isospectrum::spectrum::{Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo};
-use isospectrum::sweep::{Parameters, Silent, TRACKED_AREA_SHARE, compute};
-use isospectrum::topology::exact::ExactField;
+use isospectrum::inside::extract::extract;
+use isospectrum::inside::sweep::TRACKED_AREA_SHARE;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::spectrum::{About, Event, EventKind, Knot, Patch, Spectrum, Triangle};
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, phantom, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Progress, Silent, compute};
 
 /// The isosurface c of the phantom `sphere:16` is the sphere of radius 7.5 (1 - c) voxels.
 const ISOVALUE: f64 = 0.4;
@@ -29,19 +30,7 @@ fn unmoving(volume: &Volume) -> Spectrum {
     let knots =
         mesh.positions.iter().flat_map(|&position| [0, 1].map(|rank| Knot { rank, position }));
     let range = (ISOVALUE - HALF_RANGE, ISOVALUE + HALF_RANGE);
-    Spectrum {
-        volume: VolumeInfo {
-            name: volume.name().to_owned(),
-            dims: volume.dims(),
-            sample_type: volume.samples().type_name().to_owned(),
-            range: volume.range(),
-            placement: *volume.placement(),
-            outside: volume.outside(),
-        },
-        range,
-        tolerance: 0.1,
-        parameters: serde_json::Value::Null,
-        events: Vec::new(),
+    let patch = Patch {
         isovalues: vec![range.0, range.1],
         first_knot: (0..=mesh.positions.len() as u32).map(|v| 2 * v).collect(),
         knots: knots.collect(),
@@ -52,12 +41,18 @@ fn unmoving(volume: &Volume) -> Spectrum {
             .map(|(&vertices, &cap)| Triangle { vertices, birth: 0, death: 1, cap })
             .collect(),
         collapses: Vec::new(),
-    }
+    };
+    Spectrum::new(About::new(volume.info(), range, 0.1), patch).expect("valid")
+}
+
+/// The same with something of it changed.
+fn unmoving_but(change: impl FnOnce(&mut Patch)) -> Spectrum {
+    unmoving(&sphere()).changed(|_, patch| change(patch)).expect("still a spectrum")
 }
 
 fn report(spectrum: &Spectrum) -> Report {
     let sampling = Sampling { n_random: 3, n_events: 0, seed: 1 };
-    verify(spectrum, &sphere(), sampling, Limits::default(), &mut |_| true).expect("verifiable")
+    verify(spectrum, &sphere(), sampling, Limits::default(), &Silent).expect("verifiable")
 }
 
 fn failures(spectrum: &Spectrum) -> String {
@@ -81,8 +76,7 @@ fn a_right_spectrum_passes() {
 
 #[test]
 fn a_missing_triangle_is_found() {
-    let mut spectrum = unmoving(&sphere());
-    spectrum.triangles.pop();
+    let spectrum = unmoving_but(|patch| patch.triangles.truncate(patch.triangles.len() - 1));
     let said = failures(&spectrum);
     assert!(said.contains("isovalues with wrong topology: 3, expected 0"), "{said}");
     assert!(said.contains("no closed oriented manifold: 3, expected 0"), "{said}");
@@ -90,8 +84,7 @@ fn a_missing_triangle_is_found() {
 
 #[test]
 fn a_turned_triangle_is_found() {
-    let mut spectrum = unmoving(&sphere());
-    spectrum.triangles[0].vertices.swap(0, 1);
+    let spectrum = unmoving_but(|patch| patch.triangles[0].vertices.swap(0, 1));
     let said = failures(&spectrum);
     assert!(
         said.contains("no closed oriented manifold: 3") && !said.contains("topology"),
@@ -101,8 +94,8 @@ fn a_turned_triangle_is_found() {
 
 #[test]
 fn a_mesh_that_faces_the_wrong_side_is_told() {
-    let mut spectrum = unmoving(&sphere());
-    spectrum.triangles.iter_mut().for_each(|t| t.vertices.swap(0, 1));
+    let spectrum =
+        unmoving_but(|patch| patch.triangles.iter_mut().for_each(|t| t.vertices.swap(0, 1)));
     let report = report(&spectrum);
     assert_eq!(report.totals.inverted_share, 1.0);
     assert_eq!(report.failures, ["triangles that face the wrong side: 100 %, expected 5 %"]);
@@ -110,9 +103,9 @@ fn a_mesh_that_faces_the_wrong_side_is_told() {
 
 #[test]
 fn a_mesh_beside_the_isosurface_is_found() {
-    let mut spectrum = unmoving(&sphere());
     // A third of a voxel along x is more than the tolerance nearly everywhere.
-    spectrum.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33);
+    let spectrum =
+        unmoving_but(|patch| patch.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33));
     let said = failures(&spectrum);
     assert!(said.contains("vertices from isosurface, 99 % within"), "{said}");
     assert!(said.contains("barycentres from isosurface, 50 % within"), "{said}");
@@ -121,12 +114,13 @@ fn a_mesh_beside_the_isosurface_is_found() {
 
 #[test]
 fn a_vertex_pulled_through_the_sphere_crosses_triangles() {
-    let mut spectrum = unmoving(&sphere());
     let middle = [7.5f32; 3];
-    for knot in &mut spectrum.knots[..2] {
-        let opposite = |a: usize| middle[a] - 1.3 * (knot.position[a] - middle[a]);
-        knot.position = std::array::from_fn(opposite);
-    }
+    let spectrum = unmoving_but(|patch| {
+        for knot in &mut patch.knots[..2] {
+            let opposite = |a: usize| middle[a] - 1.3 * (knot.position[a] - middle[a]);
+            knot.position = std::array::from_fn(opposite);
+        }
+    });
     assert!(report(&spectrum).totals.self_intersecting_share > 0.0);
     let said = failures(&spectrum);
     assert!(said.contains("triangles that cross others") && !said.contains("jumps"), "{said}");
@@ -136,11 +130,12 @@ fn a_vertex_pulled_through_the_sphere_crosses_triangles() {
 fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
     // The lower half of the sphere is folded onto the upper one: every vertex lies on the isosurface, and the mesh is
     // as closed as before.
-    let mut spectrum = unmoving(&sphere());
     let middle = 7.5 * 1.015_738;
-    for knot in &mut spectrum.knots {
-        knot.position[2] = middle + (knot.position[2] - middle).abs();
-    }
+    let spectrum = unmoving_but(|patch| {
+        for knot in &mut patch.knots {
+            knot.position[2] = middle + (knot.position[2] - middle).abs();
+        }
+    });
     let said = failures(&spectrum);
     assert!(said.contains("isosurface from mesh, 99 % within"), "{said}");
     assert!(!said.contains("vertices from isosurface") && !said.contains("isovalues"), "{said}");
@@ -148,9 +143,12 @@ fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
 
 #[test]
 fn a_vertex_that_is_nowhere_is_found() {
-    let mut spectrum = unmoving(&sphere());
-    spectrum.knots[0].position[1] = f32::NAN;
-    spectrum.knots[1].position[1] = f32::NAN;
+    // What is no number is no spectrum; what is one may be far from the volume.
+    let nowhere =
+        |y: f32| move |patch: &mut Patch| (0..2).for_each(|i| patch.knots[i].position[1] = y);
+    let none = unmoving(&sphere()).changed(|_, patch| nowhere(f32::NAN)(patch));
+    assert!(none.is_err_and(|e| e.to_string().contains("vertex 0")));
+    let spectrum = unmoving_but(nowhere(1e4));
     assert!(
         failures(&spectrum).contains("positions not finite or not in the volume: 3, expected 0")
     );
@@ -159,34 +157,44 @@ fn a_vertex_that_is_nowhere_is_found() {
 #[test]
 fn stopping_is_an_interruption() {
     let spectrum = unmoving(&sphere());
-    let stopped =
-        verify(&spectrum, &sphere(), Sampling::default(), Limits::default(), &mut |_| false);
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&self, _done: f64, _message: &str) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let stopped = verify(&spectrum, &sphere(), Sampling::default(), Limits::default(), &Stop);
     assert!(matches!(stopped, Err(isospectrum::Error::Interrupted)));
 }
 
 /// The sphere, and from the middle of the range on in its place another one, moved along x.
 fn jumping(by: f32) -> Spectrum {
-    let mut spectrum = unmoving(&sphere());
-    let (low, high) = spectrum.range;
-    spectrum.isovalues = vec![low, 0.5 * (low + high), high];
+    let spectrum = unmoving(&sphere());
+    let (low, high) = spectrum.range();
     let n = spectrum.n_vertices() as u32;
-    let moved: Vec<Knot> = (spectrum.knots.iter().enumerate())
+    let moved: Vec<Knot> = (spectrum.knots().iter().enumerate())
         .map(|(i, knot)| {
             let [x, y, z] = knot.position;
             Knot { rank: 1 + i as u32 % 2, position: [x + by, y, z] }
         })
         .collect();
-    spectrum.knots.extend(moved);
-    spectrum.first_knot = (0..=2 * n).map(|v| 2 * v).collect();
-    let replaced = spectrum.triangles.clone();
-    spectrum.triangles.iter_mut().for_each(|t| t.death = 1);
-    spectrum.triangles.extend(replaced.into_iter().map(|t| Triangle {
-        vertices: t.vertices.map(|v| v + n),
-        birth: 1,
-        death: 2,
-        ..t
-    }));
-    spectrum
+    let jumping = spectrum.changed(|_, patch| {
+        patch.isovalues = vec![low, 0.5 * (low + high), high];
+        // The first one could go on to the end.
+        patch.knots.iter_mut().for_each(|knot| knot.rank *= 2);
+        patch.knots.extend(moved);
+        patch.first_knot = (0..=2 * n).map(|v| 2 * v).collect();
+        let replaced = patch.triangles.clone();
+        patch.triangles.iter_mut().for_each(|t| t.death = 1);
+        patch.triangles.extend(replaced.into_iter().map(|t| Triangle {
+            vertices: t.vertices.map(|v| v + n),
+            birth: 1,
+            death: 2,
+            ..t
+        }));
+    });
+    jumping.expect("valid")
 }
 
 #[test]
@@ -194,7 +202,7 @@ fn a_jump_away_from_events_is_measured_and_limited() {
     let spectrum = jumping(0.25);
     let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
     let limits = Limits { jump: Some(0.1), deviation: Some(1.0), ..Limits::default() };
-    let report = verify(&spectrum, &sphere(), sampling, limits, &mut |_| true).expect("verifiable");
+    let report = verify(&spectrum, &sphere(), sampling, limits, &Silent).expect("verifiable");
     let totals = &report.totals;
     assert_eq!((totals.largest_jump, totals.survived_share), (None, None));
     // Where the sphere faces x it moves by all of 0.25, elsewhere by less.
@@ -211,7 +219,7 @@ fn a_jump_that_the_isosurface_does_not_make_is_no_promise_kept() {
     let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
     let found = |by: f32| {
         let limits = Limits::default();
-        verify(&jumping(by), &sphere(), sampling, limits, &mut |_| true).expect("verifiable")
+        verify(&jumping(by), &sphere(), sampling, limits, &Silent).expect("verifiable")
     };
     assert!(found(0.0).passed, "{:?}", found(0.0).failures);
     let failures = found(0.6).failures;
@@ -235,7 +243,7 @@ fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
     let spectrum = computed(&volume, Parameters { range, ..Parameters::default() });
     let sampling = Sampling { n_random: 4, n_events: 8, seed: 1 };
     let limits = Limits::default();
-    let report = verify(&spectrum, &volume, sampling, limits, &mut |_| true).expect("verifiable");
+    let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
     let jumps = report.continuity.at_events.iter().chain(&report.continuity.elsewhere);
     let across: Vec<_> = jumps.filter(|j| j.isovalue == 5.0).collect();
     assert!(!across.is_empty(), "{:?}", report.continuity);
@@ -255,12 +263,14 @@ fn keeps_its_promises(volume: Volume) {
     let spectrum = computed(&volume, Parameters::default());
     let sampling = Sampling { n_random: 32, n_events: 8, seed: 5 };
     let limits = Limits::default();
-    let report = verify(&spectrum, &volume, sampling, limits, &mut |_| true).expect("verifiable");
+    let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
     assert!(report.passed, "{}: {:?}", volume.name(), report.failures);
     // Nothing is kept for want of anything to measure.
     let unmeasured = report.promises.iter().find(|promise| promise.found.is_none());
     assert_eq!(unmeasured, None, "{}", volume.name());
-    assert!(spectrum.parameters[TRACKED_AREA_SHARE].as_f64().is_some_and(|s| s > 0.3));
+    assert!(
+        spectrum.parameters().number(&format!("/{TRACKED_AREA_SHARE}")).is_some_and(|s| s > 0.3)
+    );
 }
 
 #[test]
@@ -278,17 +288,21 @@ fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
 
 #[test]
 fn triangles_replaced_at_an_event_do_not_survive_it() {
-    let mut spectrum = jumping(0.0);
-    let kept = spectrum.triangles.len() / 4;
-    // A quarter of the triangles of the first sphere live on, the rest is replaced.
-    for triangle in &mut spectrum.triangles[..kept] {
-        triangle.death = 2;
-    }
-    let isovalue = spectrum.isovalues[1];
+    let spectrum = jumping(0.0);
+    let kept = spectrum.triangles().len() / 4;
+    let isovalue = spectrum.isovalues()[1];
     let kind = EventKind::HandleOpen;
-    spectrum.events = vec![Event { isovalue, position: [8.0; 3], kind }];
+    // A quarter of the triangles of the first sphere live on, the rest is replaced.
+    let spectrum = spectrum.changed(|about, patch| {
+        patch.triangles[..kept].iter_mut().for_each(|triangle| triangle.death = 2);
+        about.events = vec![Event { isovalue, position: [8.0; 3], kind }];
+    });
+    let spectrum = spectrum.expect("valid");
     let report = report(&spectrum);
     let [event] = report.continuity.coherence.events[..] else { panic!("{report:?}") };
-    assert_eq!((event.survived, event.before), (kept as u64, spectrum.triangles.len() as u64 / 2));
+    assert_eq!(
+        (event.survived, event.before),
+        (kept as u64, spectrum.triangles().len() as u64 / 2)
+    );
     assert_eq!(report.totals.survived_share, Some(event.survived as f64 / event.before as f64));
 }

@@ -138,7 +138,7 @@ pub fn thesis_layout(input: &[u8]) {
 /// A spectrum passes its check and has a mesh of finite numbers everywhere.
 fn sound(spectrum: &Spectrum) {
     spectrum.check().expect("what is read passes the check");
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     for isovalue in [low, 0.5 * low + 0.5 * high, high] {
         let mesh = spectrum.mesh_at(isovalue).expect("the isovalue is in the range");
         let n = mesh.positions.len();

@@ -8,6 +8,7 @@
 mod arrays;
 mod errors;
 mod reports;
+mod sight;
 mod spectrum;
 mod volume;
 mod watch;

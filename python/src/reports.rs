@@ -27,7 +27,7 @@ impl Curves {
         query: &mut Query<std::sync::Arc<Spectrum>>,
         n: usize,
     ) -> Result<Self> {
-        let (low, high) = spectrum.range;
+        let (low, high) = spectrum.range();
         let mut curves = Curves::default();
         for i in 0..n {
             let t = i as f64 / (n - 1).max(1) as f64;
@@ -36,7 +36,7 @@ impl Curves {
             let mesh = query.mesh_at(isovalue)?;
             let found = Components::of(&mesh);
             curves.triangles.push(mesh.triangles.len() as u32);
-            let list = found.moved(&place_in_world(mesh, &spectrum.volume.placement)).list;
+            let list = found.moved(&place_in_world(mesh, &spectrum.volume().placement)).list;
             curves.isovalue.push(isovalue);
             curves.components.push(list.len() as u32);
             curves.euler.push(list.iter().map(|c| c.euler).sum());
@@ -61,22 +61,22 @@ impl Curves {
 
 /// The columns of all events: isovalue, place in the world, kind.
 pub(crate) fn events<'py>(py: Python<'py>, spectrum: &Spectrum) -> PyResult<Bound<'py, PyDict>> {
-    let placement = &spectrum.volume.placement;
+    let placement = &spectrum.volume().placement;
     let of = |axis: usize| {
         let place = |e: &Event| {
             let voxel = placement.voxel();
             let size = placement.spacing.map(|s| s / voxel);
             placement.world(std::array::from_fn(|a| e.position[a] / size[a]))[axis]
         };
-        spectrum.events.iter().map(place).collect::<Vec<f64>>()
+        spectrum.events().iter().map(place).collect::<Vec<f64>>()
     };
     let columns = PyDict::new(py);
-    let isovalues: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+    let isovalues: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
     columns.set_item("isovalue", isovalues.into_pyarray(py))?;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         columns.set_item(name, of(axis).into_pyarray(py))?;
     }
-    let kinds: Vec<&str> = spectrum.events.iter().map(|e| kind(e.kind)).collect();
+    let kinds: Vec<&str> = spectrum.events().iter().map(|e| kind(e.kind)).collect();
     columns.set_item("kind", kinds)?;
     Ok(columns)
 }

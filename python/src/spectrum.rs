@@ -1,21 +1,23 @@
 //! Spectra: computed, read, written, and asked.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use isospectrum::color::{Color, Ends};
+use isospectrum::bricks::{
+    self, Limits as Bounds, Parts as Bricks, Plan, Source, Survey, compute_parts,
+};
+use isospectrum::color::Sources;
 use isospectrum::export::{self, Border, without_caps};
-use isospectrum::gpu::Gpu;
-use isospectrum::kernels::{Backend, Choice};
+use isospectrum::file::{PartFolder, SpectrumFolder};
 use isospectrum::page::{self, Page};
-use isospectrum::render::{Background, Camera, Image, Renderer, Surface, View, linear};
+use isospectrum::render::{Background, Gpu, Image, Renderer, Surface, View, linear};
 use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Mask, Statistics};
+use isospectrum::{Backend, Choice};
 use isospectrum::{
-    Error, Isovalue, Keep, Mesh, Noise, Parameters, Preparation, Prepared, Progress, Query, Result,
-    file,
+    Error, Forecast, Isovalue, Mesh, Noise, Parameters, Preparation, Prepared, Progress, Query,
+    Result, file,
 };
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
@@ -24,6 +26,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::arrays::{MeshArrays, in_world, mesh_arrays, rows};
 use crate::errors::{raised, usage};
 use crate::reports::{self, Curves};
+use crate::sight::{Kept, Sight, kept, prepared, sources_of};
 use crate::volume::Volume;
 use crate::watch::watched;
 
@@ -41,9 +44,6 @@ pub(crate) fn write_file(py: Python<'_>, path: PathBuf, bytes: &[u8]) -> PyResul
 }
 
 type OwnedQuery = Query<Arc<isospectrum::Spectrum>>;
-
-/// Which components are kept: how many, least volume, least area, a point; in the world.
-type Kept = (Option<usize>, f64, f64, Option<[f64; 3]>);
 
 /// A picture: red, green, blue, alpha; one byte each.
 #[pyclass(frozen, module = "isospectrum._native")]
@@ -80,7 +80,7 @@ impl Spectrum {
     /// Computes the spectrum of a volume. `parameters` are those of [`Parameters`] that are numbers, by name; `range` and
     /// `start` are written isovalues; `persistence` is a difference of samples, or a share of their range.
     #[staticmethod]
-    #[pyo3(signature = (volume, parameters, range, start, crop, median, smooth, downsample, mask, persistence, min_component, backend, adapter, threads, progress))]
+    #[pyo3(signature = (volume, parameters, range, start, crop, median, smooth, downsample, mask, persistence, min_component, brick, max_memory, backend, adapter, threads, progress))]
     #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
     fn compute(
         py: Python<'_>,
@@ -95,6 +95,8 @@ impl Spectrum {
         mask: Option<&Bound<'_, Volume>>,
         persistence: Option<(f64, bool)>,
         min_component: Option<u32>,
+        brick: Option<usize>,
+        max_memory: Option<f64>,
         backend: &str,
         adapter: Option<String>,
         threads: Option<usize>,
@@ -139,7 +141,21 @@ impl Spectrum {
             };
             let start = start.map(|c| resolve(c, range.unwrap_or(volume_range))).transpose()?;
             let parameters = Parameters { range, start, ..parameters };
-            let spectrum = prepared.compute(&parameters, &backend, progress)?;
+            let in_bricks = side_of(&prepared, &parameters, (brick, max_memory))?;
+            let spectrum = match in_bricks {
+                Some(side) => {
+                    let memory = max_memory.unwrap_or(f64::INFINITY);
+                    swept_in_bricks(
+                        prepared,
+                        noise,
+                        &parameters,
+                        (side, memory),
+                        &backend,
+                        progress,
+                    )?
+                }
+                None => prepared.compute(&parameters, &backend, progress)?,
+            };
             // As a file gives it back, so that its meshes are the same before it is saved and after.
             file::arranged(&spectrum.quantised())
         };
@@ -154,11 +170,14 @@ impl Spectrum {
         Ok(Spectrum::new(spectrum))
     }
 
-    /// Reads a spectrum file.
+    /// Reads a spectrum file, or all parts of a folder.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let is_thesis = path.extension().is_some_and(|e| e == "thesis");
         let read = move |_: &_| {
+            if file::is_folder(&path) {
+                return SpectrumFolder::open(&path)?.read();
+            }
             if is_thesis { file::thesis::read(&path) } else { file::read(&path) }
         };
         watched(py, None, read).map(Spectrum::new)
@@ -194,14 +213,14 @@ impl Spectrum {
     fn about(&self) -> String {
         let s = &*self.spectrum;
         serde_json::json!({
-            "volume": s.volume,
-            "range": s.range,
-            "tolerance": s.tolerance,
-            "parameters": s.parameters,
+            "volume": s.volume(),
+            "range": s.range(),
+            "tolerance": s.tolerance(),
+            "parameters": s.parameters(),
             "n_vertices": s.n_vertices(),
-            "n_triangles": s.triangles.len(),
-            "n_knots": s.knots.len(),
-            "n_events": s.events.len(),
+            "n_triangles": s.triangles().len(),
+            "n_knots": s.knots().len(),
+            "n_events": s.events().len(),
             "shown_first": s.shown_first(),
         })
         .to_string()
@@ -210,7 +229,7 @@ impl Spectrum {
     /// The number that a written isovalue means here.
     fn isovalue(&self, text: &str) -> PyResult<f64> {
         let isovalue = written(text)?;
-        isovalue.resolve(self.spectrum.range, self.spectrum.statistics().as_ref()).map_err(raised)
+        isovalue.resolve(self.spectrum.range(), self.spectrum.statistics().as_ref()).map_err(raised)
     }
 
     /// The mesh at an isovalue, as arrays.
@@ -223,7 +242,7 @@ impl Spectrum {
     ) -> PyResult<MeshArrays<'py>> {
         let mesh = py.detach(|| -> Result<Mesh> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            Ok(in_world(mesh, &self.spectrum.volume.placement))
+            Ok(in_world(mesh, &self.spectrum.volume().placement))
         });
         Ok(mesh_arrays(py, mesh.map_err(raised)?))
     }
@@ -238,7 +257,7 @@ impl Spectrum {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let placed = py.detach(|| -> Result<Vec<[f64; 3]>> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            let placement = &self.spectrum.volume.placement;
+            let placement = &self.spectrum.volume().placement;
             Ok(mesh.positions.iter().map(|&p| placement.world_of_voxel(p)).collect())
         });
         Ok(rows(py, placed.map_err(raised)?))
@@ -255,7 +274,7 @@ impl Spectrum {
     ) -> PyResult<()> {
         py.detach(|| {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            export::write(&mesh, &self.spectrum.volume.placement, Border::Closed, &path)
+            export::write(&mesh, &self.spectrum.volume().placement, Border::Closed, &path)
         })
         .map_err(raised)
     }
@@ -280,11 +299,11 @@ impl Spectrum {
         isovalue: f64,
         keep: Option<Kept>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let placement = self.spectrum.volume.placement;
+        let placement = self.spectrum.volume().placement;
         let rows = py.detach(|| -> Result<Vec<_>> {
             let mesh = self.mesh_at(isovalue, false, None)?;
             let found = Components::of(&mesh);
-            let kept = found.kept(&mesh, &self.keep(keep));
+            let kept = found.kept(&mesh, &kept(keep, &self.spectrum));
             let lineages = lineages(&self.spectrum, isovalue, &found)?;
             let placed = found.moved(&export::place_in_world(mesh, &placement));
             let rows = placed.list.into_iter().zip(lineages).enumerate().zip(kept);
@@ -308,73 +327,77 @@ impl Spectrum {
         let sampling = Sampling { n_random: n, n_events: events, seed };
         watched(py, progress, move |watched| {
             let volume = Prepared::again(volume, &spectrum)?;
-            let found = verify(&spectrum, &volume, sampling, Limits::default(), &mut |done| {
-                watched.report(done, "verifying");
-                !watched.cancelled()
-            })?;
+            let found = verify(&spectrum, &volume, sampling, Limits::default(), watched)?;
             serde_json::to_string(&found).map_err(|e| Error::internal(e.to_string()))
         })
     }
 
     /// A picture of isosurfaces: each with its isovalue, sRGB colour and opacity.
-    #[pyo3(signature = (surfaces, size, camera, color, background, wireframe, opacity, open, keep, fit_volume, adapter))]
+    #[pyo3(signature = (surfaces, size, sight, legend, scale_bar, label, fit_volume, volume, color_by, adapter))]
     #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
     fn render(
         &self,
         py: Python<'_>,
-        surfaces: Vec<(f64, Option<u32>, Option<f32>)>,
+        surfaces: Vec<Shown>,
         size: (u32, u32),
-        camera: Option<(f64, f64, f64)>,
-        color: &str,
-        background: &str,
-        wireframe: bool,
-        opacity: f32,
-        open: bool,
-        keep: Option<Kept>,
+        sight: Sight,
+        legend: bool,
+        scale_bar: bool,
+        label: Option<String>,
         fit_volume: bool,
+        volume: Option<&Bound<'_, Volume>>,
+        color_by: Option<&Bound<'_, Volume>>,
         adapter: Option<String>,
     ) -> PyResult<Picture> {
-        let mut view = View {
-            width: size.0,
-            height: size.1,
-            camera: camera_of(camera),
-            color: Color::from_str(color).map_err(raised)?,
-            background: Background::from_str(background).map_err(raised)?,
-            wireframe: wireframe.then_some(1.0),
-            opacity,
-            open,
-            keep: self.keep(keep),
-            ..View::default()
-        };
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.0).collect();
-        let surfaces = surfaces.into_iter().map(|(isovalue, color, opacity)| Surface {
-            isovalue,
-            color: color.map(linear),
-            opacity,
-        });
-        let surfaces: Vec<Surface> = surfaces.collect();
+        let surfaces = surfaces_of(surfaces);
         let spectrum = self.spectrum.clone();
+        let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
         watched(py, None, move |_| {
             for &isovalue in &isovalues {
                 spectrum.check_isovalue(isovalue)?;
             }
+            let mut view = View {
+                width: size.0,
+                height: size.1,
+                camera: sight.camera()?,
+                color: sight.color(color_by.is_some())?,
+                map: sight.map()?,
+                ends: sight.ends()?,
+                background: sight.background()?.unwrap_or_default(),
+                clip: sight.clip(),
+                wireframe: sight.wireframe.then_some(1.0),
+                opacity: sight.opacity,
+                occlusion: sight.occlusion,
+                axes: sight.axes,
+                scale_bar: scale_bar || sight.axes,
+                legend,
+                label,
+                open: sight.open,
+                keep: sight.keep(&spectrum),
+                ..View::default()
+            };
+            let volume = volume.map(|volume| prepared(volume, &spectrum)).transpose()?;
+            let sources = sources_of(&spectrum, view.color, volume.as_ref(), color_by.as_ref())?;
             let gpu = Gpu::new(adapter.as_deref())?;
             let mut renderer = Renderer::new(&gpu, &spectrum)?;
+            renderer.set_sources(sources);
             if !fit_volume && let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
-                view.fit(&spectrum.volume, bounds);
+                view.fit(spectrum.volume(), bounds);
             }
             renderer.draw_all(&surfaces, &view)
         })
         .map(Picture)
     }
 
-    /// The spectrum as one web page; without a still picture where there is no adapter, or none is wanted.
-    #[pyo3(signature = (isovalue, title, caption, credit, marks, range, tolerance, step, open, camera, axes, keep, volume, has_still))]
+    /// The spectrum as one web page; without a still picture where there is no adapter, or none is wanted. `surfaces` are as in
+    /// `render`; the first is that of the slider.
+    #[pyo3(signature = (surfaces, title, caption, credit, marks, range, tolerance, step, sight, volume, color_by, has_still))]
     #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
     fn html(
         &self,
         py: Python<'_>,
-        isovalue: Option<f64>,
+        surfaces: Vec<Shown>,
         title: Option<String>,
         caption: Option<String>,
         credit: Option<String>,
@@ -382,28 +405,17 @@ impl Spectrum {
         range: Option<(f64, f64)>,
         tolerance: f64,
         step: Option<f64>,
-        open: bool,
-        camera: Option<(f64, f64, f64)>,
-        axes: bool,
-        keep: Option<Kept>,
+        sight: Sight,
         volume: Option<&Bound<'_, Volume>>,
+        color_by: Option<&Bound<'_, Volume>>,
         has_still: bool,
     ) -> PyResult<String> {
-        let keep = self.keep(keep);
         let spectrum = self.spectrum.clone();
-        let volume = volume.map(|volume| volume.get().0.clone());
-        let camera = camera_of(camera);
+        let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
+        let mut also = surfaces_of(surfaces);
         watched(py, None, move |_| {
             let mut spectrum = (*spectrum).clone();
-            let volume = volume.map(|volume| Prepared::again(volume, &spectrum)).transpose()?;
-            if let Some(volume) = volume.as_ref().filter(|v| v.dims() != spectrum.volume.dims) {
-                return Err(Error::input(format!(
-                    "{}: {:?} samples, expected {:?} as the spectrum's volume has",
-                    volume.name(),
-                    volume.dims(),
-                    spectrum.volume.dims
-                )));
-            }
+            let volume = volume.map(|volume| prepared(volume, &spectrum)).transpose()?;
             if let Some(range) = range {
                 spectrum = page::part(&spectrum, range)?;
             }
@@ -411,33 +423,54 @@ impl Spectrum {
                 spectrum = page::with_fewer_knots(&spectrum, tolerance);
             }
             let statistics = volume.as_ref().map(Statistics::of).or_else(|| spectrum.statistics());
-            let isovalue = isovalue.unwrap_or_else(|| spectrum.shown_first());
-            for &isovalue in marks.iter().map(|mark| &mark.0).chain([&isovalue]) {
+            if also.is_empty() {
+                also.push(spectrum.shown_first().into());
+            }
+            let marked = marks.iter().map(|mark| mark.0);
+            for isovalue in marked.chain(also.iter().map(|surface| surface.isovalue)) {
                 spectrum.check_isovalue(isovalue)?;
             }
+            let first = also.remove(0);
+            let background = sight.background()?;
+            if background == Some(Background::Transparent) {
+                return Err(Error::Usage(
+                    "background 'transparent', expected white, light or dark".to_owned(),
+                ));
+            }
+            let look = page::Look {
+                occlusion: sight.occlusion,
+                wireframe: sight.wireframe,
+                opacity: first.opacity.unwrap_or(sight.opacity),
+                clip: sight.clip(),
+                background,
+                front: first.color,
+                also,
+            };
+            let color = sight.color(color_by.is_some())?;
+            let sources = sources_of(&spectrum, color, volume.as_ref(), color_by.as_ref())?;
             let samples = volume.as_ref().map(Histogram::of);
-            let still =
-                if has_still { still(&spectrum, isovalue, open, camera, keep)? } else { None };
-            let page = Page {
-                title: title.as_deref().unwrap_or(&spectrum.volume.name),
+            let mut page = Page {
+                title: title.as_deref().unwrap_or(&spectrum.volume().name),
                 caption: caption.as_deref(),
                 credit: credit.as_deref(),
-                isovalue,
+                isovalue: first.isovalue,
                 step: step.unwrap_or(page::DEFAULT_STEP),
-                open,
-                camera,
-                color: Color::None,
-                map: None,
-                ends: Ends::default(),
-                field: None,
-                axes,
-                look: page::Look::default(),
-                keep,
+                open: sight.open,
+                camera: sight.camera()?,
+                color,
+                map: sight.map()?,
+                ends: sight.ends()?,
+                field: Some(&sources),
+                axes: sight.axes,
+                look,
+                keep: sight.keep(&spectrum),
                 samples: samples.as_ref(),
                 statistics: statistics.as_ref(),
                 marks: &marks,
-                still: still.as_ref(),
+                still: None,
             };
+            let still = if has_still { still(&spectrum, &page, first, &sources)? } else { None };
+            page.still = still.as_ref();
             page::html(&spectrum, &page).map(|(text, _)| text)
         })
     }
@@ -448,20 +481,56 @@ impl Spectrum {
         Spectrum { spectrum: Arc::new(spectrum), query: Arc::default() }
     }
 
-    /// What is kept, in the voxel frame.
-    fn keep(&self, keep: Option<Kept>) -> Keep {
-        let Some((largest, min_volume, min_area, at)) = keep else { return Keep::default() };
-        Keep { largest, min_volume, min_area, at }.in_voxels(&self.spectrum.volume.placement)
-    }
-
     /// The mesh in the voxel frame.
     fn mesh_at(&self, isovalue: f64, open: bool, keep: Option<Kept>) -> Result<Mesh> {
         let mut mesh = locked(&self.query, &self.spectrum).mesh_at(isovalue)?;
         if keep.is_some() {
-            mesh = mesh.with_components(&self.keep(keep));
+            mesh = mesh.with_components(&kept(keep, &self.spectrum));
         }
         Ok(if open { without_caps(&mesh) } else { mesh })
     }
+}
+
+/// The side of the bricks that a volume is swept in, cells: as is asked for, or the usual one where more memory is expected of the
+/// whole than there may be used.
+fn side_of(
+    prepared: &Prepared,
+    parameters: &Parameters,
+    (brick, max_memory): (Option<usize>, Option<f64>),
+) -> Result<Option<usize>> {
+    let Some(most) = max_memory.filter(|_| brick.is_none()) else { return Ok(brick) };
+    let volume = prepared.volume();
+    let least = Forecast::least_memory(volume.dims());
+    let expected = || -> Result<f64> {
+        let range = parameters.range.unwrap_or(volume.range());
+        Ok(Forecast::of_volume(volume, range, parameters.error)?.memory)
+    };
+    Ok((least > most || expected()? > most).then_some(bricks::SIDE))
+}
+
+/// The spectrum of a volume in bricks, whose parts lie in a folder among the system's temporary ones while that takes.
+fn swept_in_bricks(
+    prepared: Prepared,
+    noise: Noise,
+    parameters: &Parameters,
+    (side, memory): (usize, f64),
+    backend: &Backend,
+    progress: &dyn Progress,
+) -> Result<isospectrum::Spectrum> {
+    let name = prepared.volume().name().to_owned();
+    let samples = prepared.volume().samples().n_bytes() as f64;
+    if memory <= samples {
+        return Err(Error::Usage(format!(
+            "{name}: its samples take {samples} bytes, expected a max_memory above that"
+        )));
+    }
+    let survey = Survey::of(prepared);
+    let plan = Plan::new(Source::Given { name }, &survey, noise, parameters, side)?;
+    let work = PartFolder::beside(&std::env::temp_dir().join("isospectrum"))?;
+    let parts = Bricks::new(&plan, work.path());
+    let bounds = Bounds { memory: memory - samples, one_file: true, triangles: None };
+    compute_parts(&parts, survey.opened(), backend, bounds, progress)?;
+    bricks::merge(&parts, survey.opened(), progress)
 }
 
 /// The query of a spectrum, built when it is wanted first.
@@ -476,35 +545,49 @@ fn locked<'a>(
 /// The picture of a page for those who can see no other, if there is an adapter to draw it.
 fn still(
     spectrum: &isospectrum::Spectrum,
-    isovalue: f64,
-    open: bool,
-    camera: Camera,
-    keep: Keep,
+    page: &Page<'_>,
+    first: Surface,
+    sources: &Sources,
 ) -> Result<Option<Image>> {
     let gpu = match Gpu::new(None) {
         Ok(gpu) => gpu,
         Err(Error::Gpu(_)) => return Ok(None),
         Err(error) => return Err(error),
     };
-    let background = Background::Transparent;
-    let mut view =
-        View { width: 640, height: 480, open, keep, camera, background, ..View::default() };
+    let look = &page.look;
+    let mut view = View {
+        width: 640,
+        height: 480,
+        open: page.open,
+        keep: page.keep,
+        camera: page.camera,
+        background: Background::Transparent,
+        color: page.color,
+        map: page.map,
+        ends: page.ends,
+        clip: look.clip,
+        occlusion: look.occlusion,
+        wireframe: look.wireframe.then_some(1.0),
+        opacity: look.opacity,
+        ..View::default()
+    };
     let mut renderer = Renderer::new(&gpu, spectrum)?;
-    if let Some(bounds) = renderer.bounds(&[isovalue], &view.keep)? {
-        view.fit(&spectrum.volume, bounds);
+    renderer.set_sources(sources.clone());
+    let surfaces: Vec<Surface> = std::iter::once(first).chain(look.also.iter().copied()).collect();
+    let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
+    if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
+        view.fit(spectrum.volume(), bounds);
     }
-    renderer.draw(isovalue, &view).map(Some)
+    renderer.draw_all(&surfaces, &view).map(Some)
 }
 
-/// Azimuth, elevation and distance, as told.
-fn camera_of(told: Option<(f64, f64, f64)>) -> Camera {
-    let camera = |(azimuth, elevation, distance)| Camera {
-        azimuth,
-        elevation,
-        distance,
-        ..Camera::default()
-    };
-    told.map(camera).unwrap_or_default()
+/// An isosurface that is shown: isovalue, sRGB colour, opacity.
+type Shown = (f64, Option<u32>, Option<f32>);
+
+fn surfaces_of(shown: Vec<Shown>) -> Vec<Surface> {
+    let surface =
+        |(isovalue, color, opacity): Shown| Surface { isovalue, color: color.map(linear), opacity };
+    shown.into_iter().map(surface).collect()
 }
 
 fn written(text: &str) -> PyResult<Isovalue> {

@@ -164,11 +164,75 @@ def test_a_page_is_that_of_the_program(files, run, tmp_path):
     assert (tmp_path / "ours.html").read_bytes() == (tmp_path / "p.html").read_bytes()
 
 
+def test_a_page_with_all_its_looks_is_that_of_the_program(files, array, run, tmp_path):
+    np.save(tmp_path / "field.npy", array[::-1].copy())
+    run("html", files / "blobs.isp", "-o", tmp_path / "p.html", "-q", "-c", "0.3=bone@0.4", "-c", "0.7=red", "--title", "t",
+        "--color-by", tmp_path / "field.npy", "--color-map", "vik", "--color-range", "p5:p95", "--color-center", "0.4",
+        "--camera", "40,10", "--up", "-x", "--orthographic", "--clip", "-z:25%", "--occlusion", "--wireframe",
+        "--background", "dark")  # fmt: skip
+    s = isospectrum.open(files / "blobs.isp")
+    s.html(
+        tmp_path / "ours.html",
+        c={0.3: "bone@0.4", 0.7: "red"},
+        title="t",
+        color_by=tmp_path / "field.npy",
+        color_map="vik",
+        color_range=("p5", "p95"),
+        color_center=0.4,
+        camera=(40, 10),
+        up="-x",
+        orthographic=True,
+        clip="-z:25%",
+        occlusion=True,
+        wireframe=True,
+        background="dark",
+    )
+    assert (tmp_path / "ours.html").read_bytes() == (tmp_path / "p.html").read_bytes()
+
+
+def test_a_folder_of_parts_is_opened_as_the_program_joins_it(files, run, tmp_path):
+    run("compute", files / "blobs.npy", "-o", tmp_path / "x.ispt", "--brick", "8", "--backend", "cpu", "-q")
+    parts = isospectrum.open(tmp_path / "x.ispt")
+    run("compute", files / "blobs.npy", "-o", tmp_path / "x.isp", "--brick", "8", "--backend", "cpu", "-q")
+    one = isospectrum.open(tmp_path / "x.isp")
+    assert parts.n_triangles == one.n_triangles and parts.range == one.range
+    for c in ("20%", "70%"):
+        ours, theirs = parts.mesh(c), one.mesh(c)
+        assert len(ours.triangles) == len(theirs.triangles) > 0
+        assert {tuple(v) for v in ours.vertices.tolist()} == {tuple(v) for v in theirs.vertices.tolist()}
+    with pytest.raises(isospectrum.FileError):
+        isospectrum.open(tmp_path / "none.ispt")
+
+
+def test_a_spectrum_in_bricks_is_that_of_the_program(files, array, run, tmp_path):
+    run("compute", files / "blobs.npy", "-o", tmp_path / "x.isp", "--brick", "8", "--backend", "cpu", "-q")
+    s = isospectrum.compute(array, name="blobs.npy", backend="cpu", brick=8, progress=False)
+    assert s.parameters["bricks"]["side"] == 8
+    s.save(tmp_path / "ours.isp")
+    assert (tmp_path / "ours.isp").read_bytes() == (tmp_path / "x.isp").read_bytes()
+
+
 def test_a_picture_is_that_of_the_program(files, run, tmp_path):
     run("render", files / "blobs.isp", "-c", "0.3=bone", "-c", "0.7=#ff0000@0.5", "-o", tmp_path / "p.png",
         "--size", "320x240", "--camera", "40,10,1.2")  # fmt: skip
     s = isospectrum.open(files / "blobs.isp")
     s.render({0.3: "bone", 0.7: "#ff0000@0.5"}, size=(320, 240), camera=(40, 10, 1.2)).save(tmp_path / "ours.png")
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+
+
+def test_a_picture_with_all_its_looks_is_that_of_the_program(files, array, run, tmp_path):
+    s = isospectrum.open(files / "blobs.isp")
+    run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "320x240", "--camera", "40,10",
+        "--up", "x", "--orthographic", "--clip", "y:40%", "--occlusion", "--axes", "--label", "c = {isovalue}",
+        "--color", "distance", "--volume", files / "blobs.npy", "--color-range", "0:0.2", "--color-map", "magma")  # fmt: skip
+    looks = {"camera": (40, 10), "up": "x", "orthographic": True, "clip": "y:40%", "occlusion": True, "axes": True}
+    colors = {"color": "distance", "volume": array, "color_range": (0, 0.2), "color_map": "magma"}
+    s.render(0.4, size=(320, 240), label="c = {isovalue}", **looks, **colors).save(tmp_path / "ours.png")
+    assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
+    run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "320x240", "--scale-bar",
+        "--color", "quality", "--no-legend", "--wireframe", "--clip", "-x:5")  # fmt: skip
+    options = {"scale_bar": True, "color": "quality", "legend": False, "wireframe": True, "clip": "-x:5"}
+    s.render(0.4, size=(320, 240), **options).save(tmp_path / "ours.png")
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
 
 

@@ -11,8 +11,9 @@ import pickle
 import isospectrum
 import numpy as np
 import pytest
+import xarray
 
-from .conftest import topology
+from .conftest import blobs, topology
 
 
 def test_it_tells_what_it_is_of(spectrum, array):
@@ -97,7 +98,7 @@ def test_a_page_is_text_or_a_file(spectrum, array, tmp_path):
             spectrum.html(still=False, **wrong)
 
 
-def test_a_picture_is_an_array_that_notebooks_show(spectrum, tmp_path):
+def test_a_picture_is_an_array_that_notebooks_show(spectrum, array, tmp_path):
     picture = spectrum.render(0.3, size=(160, 120))
     assert picture.shape == (120, 160, 4) and picture.dtype == np.uint8
     assert (picture[0, 0] == 255).all() and (picture[60, 80, :3] < 255).any()
@@ -114,8 +115,47 @@ def test_a_picture_is_an_array_that_notebooks_show(spectrum, tmp_path):
     for wrong in ({"size": (0, 5)}, {"color": "rainbow"}, {"background": "pink"}, {"fit": "all"}, {"c": {0.3: "pinkish"}}):
         with pytest.raises(isospectrum.UsageError):
             spectrum.render(**{"c": 0.3, **wrong})
+    for wrong in (
+        {"clip": "w:5"}, {"clip": "x:101%"}, {"opacity": 2}, {"up": "up"}, {"color_map": "jet"}, {"color_range": (1, 0)},
+        {"color_range": 5}, {"color": "distance"}, {"color": "quality", "color_by": array}, {"c": []},
+    ):  # fmt: skip
+        with pytest.raises(isospectrum.UsageError):
+            spectrum.render(**{"c": 0.3, **wrong})
     with pytest.raises(isospectrum.GpuError):
         spectrum.render(0.3, adapter="no adapter is called so")
+
+
+def test_colours_show_another_array_where_the_volume_is():
+    a = blobs()
+    frame = {"spacing": (0.5, 1, 2), "origin": (3, 2, 1), "direction": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]}
+    s = isospectrum.compute(a, **frame, unit="mm", backend="cpu", progress=False)
+    # All of the surface at 0.4 has 0.4 of the volume itself, which a scale about it shows in the middle colour of vik.
+    own = s.render(0.4, size=(64, 48), color_by=a, color_map="vik", color_range=(0.2, 0.6), legend=False)
+    flat = s.render(0.4, size=(64, 48), color_by=np.full_like(a, 0.4) + a * 1e-6, color_map="vik",
+                    color_range=(0.2, 0.6), legend=False)  # fmt: skip
+    shown = (own[..., :3] < 250).any(axis=-1)
+    assert shown.sum() > 100
+    assert np.abs(own[..., :3].astype(int) - flat[..., :3])[shown].mean() < 4
+    with pytest.raises(isospectrum.InputError, match="expected a volume in the same place"):
+        z, y, x = (np.arange(n, dtype=float) + 1e4 for n in a.shape)
+        s.render(0.4, color_by=xarray.DataArray(a, dims=("z", "y", "x"), coords={"z": z, "y": y, "x": x}))
+
+
+def test_memory_that_is_set_is_kept_to_by_bricks_or_told():
+    a = blobs((40, 44, 48))
+    # A single brick of this many cells takes more.
+    with pytest.raises(isospectrum.UsageError, match="memory"):
+        isospectrum.compute(a, backend="cpu", max_memory="1MB", progress=False)
+    s = isospectrum.compute(a, range=(0.2, 0.6), backend="cpu", brick=20, max_memory="1GiB", progress=False)
+    assert s.parameters["bricks"]["n"] == 8
+    ours, whole = s.mesh(0.4), isospectrum.compute(a, range=(0.2, 0.6), backend="cpu", progress=False).mesh(0.4)
+    assert topology(ours.triangles, len(ours.vertices)) == topology(whole.triangles, len(whole.vertices))
+    assert "bricks" not in isospectrum.compute(blobs(), backend="cpu", max_memory=8e9, progress=False).parameters
+    with pytest.raises(isospectrum.UsageError, match="samples take"):
+        isospectrum.compute(a, backend="cpu", max_memory="100kB", progress=False)
+    for wrong in ({"max_memory": "much"}, {"max_memory": 0}, {"brick": 1}, {"max_memory": "3XB"}):
+        with pytest.raises(isospectrum.UsageError):
+            isospectrum.compute(a, backend="cpu", progress=False, **wrong)
 
 
 def test_verification_tells_right_from_wrong(spectrum, array):

@@ -31,14 +31,14 @@ pub(super) fn write_border(
 
 /// Writes the columns of a body.
 pub(super) fn write_body(s: &Spectrum, to: &mut dyn Write) -> Result<()> {
-    numbers(to, s.isovalues.iter().flat_map(|c| halves(c.to_bits())))?;
-    numbers(to, s.first_knot.iter().copied())?;
-    numbers(to, s.knots.iter().map(|k| k.rank))?;
-    numbers(to, s.knots.iter().flat_map(|k| k.position.map(f32::to_bits)))?;
-    numbers(to, s.triangles.iter().flat_map(|t| t.vertices))?;
-    numbers(to, s.triangles.iter().map(|t| t.birth))?;
-    numbers(to, s.triangles.iter().map(|t| t.death))?;
-    let caps: Vec<u8> = s.triangles.iter().map(|t| u8::from(t.cap)).collect();
+    numbers(to, s.isovalues().iter().flat_map(|c| halves(c.to_bits())))?;
+    numbers(to, s.first_knot().iter().copied())?;
+    numbers(to, s.knots().iter().map(|k| k.rank))?;
+    numbers(to, s.knots().iter().flat_map(|k| k.position.map(f32::to_bits)))?;
+    numbers(to, s.triangles().iter().flat_map(|t| t.vertices))?;
+    numbers(to, s.triangles().iter().map(|t| t.birth))?;
+    numbers(to, s.triangles().iter().map(|t| t.death))?;
+    let caps: Vec<u8> = s.triangles().iter().map(|t| u8::from(t.cap)).collect();
     to.write_all(&caps)
 }
 

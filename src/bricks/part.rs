@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use super::columns::{self, Columns};
 use super::{Plan, critical};
 use crate::error::{Error, Result};
-use crate::spectrum::{Knot, Patch, Spectrum};
+use crate::spectrum::{About, Knot, Patch, Spectrum};
 use crate::sweep::{Block, Counts};
 use crate::topology::blocks::BlockTopology;
 use crate::volume::DEFLATE_RATIO;
@@ -44,6 +44,7 @@ const LEVEL: u32 = 1;
 /// What a part says of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct PartHead {
     /// Hash of the plan that it is of.
     pub plan: String,
@@ -121,10 +122,10 @@ impl Part {
             backend: backend.to_owned(),
             counts: block.counts,
             areas: block.areas.clone(),
-            isovalues: s.isovalues.len() as u32,
+            isovalues: s.isovalues().len() as u32,
             vertices: s.n_vertices() as u32,
-            knots: s.knots.len() as u32,
-            triangles: s.triangles.len() as u32,
+            knots: s.knots().len() as u32,
+            triangles: s.triangles().len() as u32,
             shared: block.shared.len() as u32,
             critical: topology.points.len() as u32,
             entries: topology.entries.len() as u32,
@@ -168,19 +169,9 @@ impl Part {
         let Part { patch, border } = self;
         let info = plan.recipe.volume.clone();
         let range = plan.recipe.parameters.range.unwrap_or(info.range);
-        let spectrum = Spectrum {
-            volume: info,
-            range,
-            tolerance: plan.recipe.parameters.error,
-            parameters: serde_json::Value::Null,
-            events: Vec::new(),
-            isovalues: patch.isovalues,
-            first_knot: patch.first_knot,
-            knots: patch.knots,
-            triangles: patch.triangles,
-            collapses: Vec::new(),
-        };
-        spectrum.check().map_err(|e| damaged(&e.to_string()))?;
+        let about = About::new(info, range, plan.recipe.parameters.error);
+        let patch = Patch { collapses: Vec::new(), ..patch };
+        let spectrum = Spectrum::new(about, patch).map_err(|e| damaged(&e.to_string()))?;
         let is_there = |s: &SharedVertex| {
             let v = s.vertex;
             (v as usize) < spectrum.n_vertices()
@@ -191,7 +182,7 @@ impl Part {
         if !ascends || !border.shared.iter().all(is_there) {
             return Err(damaged("its shared vertices are none"));
         }
-        Ok(Part { patch: spectrum.into(), border })
+        Ok(Part { patch: spectrum.into_parts().1, border })
     }
 
     /// Its vertices on shared planes, ascending, each with its lattice edge in the whole.
@@ -233,7 +224,7 @@ impl Border {
 /// What others want to know of a vertex on a shared plane, which has two knots.
 fn shared_of(s: &Spectrum, (vertex, edge): (u32, u64)) -> SharedVertex {
     let own = s.trajectory(vertex);
-    let knot = |k: &Knot| (s.isovalues[k.rank as usize], k.position);
+    let knot = |k: &Knot| (s.isovalues()[k.rank as usize], k.position);
     SharedVertex { vertex, edge, knots: [0, 1].map(|i| knot(&own[i.min(own.len() - 1)])) }
 }
 

@@ -52,7 +52,7 @@ pub struct Recipe {
     /// The volume after what is done to it.
     pub volume: VolumeInfo,
     /// What the spectrum's parameters tell of it, what is known of its samples among it.
-    pub told: serde_json::Map<String, serde_json::Value>,
+    pub(crate) told: serde_json::Map<String, serde_json::Value>,
     /// What is done to the volume that is read.
     pub preparation: Preparation,
     /// Which noise is taken out of it.
@@ -199,7 +199,7 @@ impl Plan {
             return Ok(opened);
         }
         let prepared = Prepared::new(self.source.read()?, preparation.clone(), *noise)?;
-        if VolumeInfo::of(prepared.volume()) != *volume {
+        if prepared.volume().info() != *volume {
             return Err(self.other_volume());
         }
         Ok(Opened::Whole(prepared))

@@ -12,6 +12,7 @@ use crate::volume::{Outside, ReadOptions, Slabs, Volume, Whole, phantom, read_vo
 /// How to read a volume again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Source {
     /// A file, or a folder of slices.
     File {
@@ -29,6 +30,11 @@ pub enum Source {
         /// Side of the layer around it.
         outside: Outside,
     },
+    /// Samples that were given, as an array in memory is: nobody can read them again, so its plan is for one run.
+    Given {
+        /// What it is called.
+        name: String,
+    },
 }
 
 impl Source {
@@ -43,6 +49,9 @@ impl Source {
                 Ok(read_volume(path, options)?.with_outside(*outside))
             }
             Source::Phantom { name, outside } => Ok(phantom(name)?.with_outside(*outside)),
+            Source::Given { name } => Err(Error::Usage(format!(
+                "{name}: samples that were given, expected a file that can be read again"
+            ))),
         }
     }
 
@@ -60,7 +69,7 @@ impl Source {
     pub fn path(&self) -> Option<&Path> {
         match self {
             Source::File { path, .. } => Some(path),
-            Source::Phantom { .. } => None,
+            Source::Phantom { .. } | Source::Given { .. } => None,
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::file::{
     self, INDEX, Index, IndexedPart, PART, PartName, WHOLE, Written, part_name, seam_bytes,
     seam_name,
 };
-use crate::spectrum::{Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder};
+use crate::spectrum::{About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told};
 use crate::sweep::Progress;
 
 /// What a part takes of memory while it is written, bytes per triangle (measured: 120 to 150 of `bonsai`).
@@ -111,9 +111,9 @@ fn write_part(
     let name = PartName { plan: plan.hash().to_owned(), number };
     let (info, flags) = (plan.recipe.volume.clone(), &plan.recipe.parameters);
     let range = flags.range.unwrap_or(info.range);
-    let parameters = serde_json::json!({ PART: name });
-    let spectrum = builder.finish(info, range, flags.error, parameters, Vec::new())?;
-    let size = [spectrum.n_vertices(), spectrum.knots.len(), spectrum.triangles.len()];
+    let parameters = Told::of_value(serde_json::json!({ PART: name }));
+    let spectrum = builder.finish(About { parameters, ..About::new(info, range, flags.error) })?;
+    let size = [spectrum.n_vertices(), spectrum.knots().len(), spectrum.triangles().len()];
     let size = size.map(|n| n as u64);
     let lives = lives(&spectrum);
     let mut bytes = 0;
@@ -149,9 +149,9 @@ fn alone(shared: &[SharedVertex]) -> (Patch, Vec<(u32, u64)>) {
 
 /// The lowest birth and the highest death; none without triangles.
 fn lives(spectrum: &Spectrum) -> Option<(f64, f64)> {
-    let birth = spectrum.triangles.iter().map(|t| t.birth).min()?;
-    let death = spectrum.triangles.iter().map(|t| t.death).max()?;
-    Some((spectrum.isovalues[birth as usize], spectrum.isovalues[death as usize]))
+    let birth = spectrum.triangles().iter().map(|t| t.birth).min()?;
+    let death = spectrum.triangles().iter().map(|t| t.death).max()?;
+    Some((spectrum.isovalues()[birth as usize], spectrum.isovalues()[death as usize]))
 }
 
 /// How the bricks of a plan lie: their first samples along x, y, z.
@@ -184,8 +184,8 @@ impl Grid {
 
     /// How many events lie in each brick; those on a shared plane in the upper one.
     fn n_events(&self, whole: &Spectrum) -> Vec<usize> {
-        let voxel = whole.volume.placement.voxel();
-        let size = whole.volume.placement.spacing.map(|s| s / voxel);
+        let voxel = whole.volume().placement.voxel();
+        let size = whole.volume().placement.spacing.map(|s| s / voxel);
         let brick_of = |event: &Event| {
             self.number([0, 1, 2].map(|a| {
                 let at = event.position[a] / size[a];
@@ -193,7 +193,7 @@ impl Grid {
             }))
         };
         let mut n = vec![0; self.0.iter().map(Vec::len).product()];
-        whole.events.iter().for_each(|event| n[brick_of(event)] += 1);
+        whole.events().iter().for_each(|event| n[brick_of(event)] += 1);
         n
     }
 }

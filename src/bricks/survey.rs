@@ -9,8 +9,8 @@ use super::{Opened, Source};
 use crate::error::Result;
 use crate::prepared::Prepared;
 use crate::spectrum::VolumeInfo;
+use crate::volume::with_samples;
 use crate::volume::{Preparation, Samples, Slabs, Statistics};
-use crate::with_samples;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct Survey {
 impl Survey {
     /// Of a volume that was read and prepared.
     pub fn of(prepared: Prepared) -> Survey {
-        let info = VolumeInfo::of(prepared.volume());
+        let info = prepared.volume().info();
         Survey { samples: prepared.samples().clone(), info, opened: Opened::Whole(prepared) }
     }
 

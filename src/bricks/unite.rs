@@ -6,7 +6,7 @@
 use super::part::PartHead;
 use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
-use crate::spectrum::{Event, Joiner, Spectrum, SpectrumBuilder, Unlike};
+use crate::spectrum::{About, Event, Joiner, Spectrum, SpectrumBuilder, Told, Unlike};
 use crate::sweep::{Counts, Progress, tell_shares, told};
 use crate::topology::blocks::joined;
 
@@ -38,8 +38,7 @@ pub fn merge(parts: &Parts, volume: &Opened, progress: &dyn Progress) -> Result<
     }
     let mut builder = SpectrumBuilder::new();
     builder.push_patch(joiner.finish().0);
-    let Spectrum { volume: info, range, tolerance, parameters, events, .. } = whole;
-    let mut spectrum = builder.finish(info, range, tolerance, parameters, events)?;
+    let mut spectrum = builder.finish(whole.into_parts().0)?;
     if let Opened::Whole(prepared) = volume {
         prepared.cap(&mut spectrum);
     }
@@ -76,10 +75,15 @@ pub(super) fn join_borders(
     builder.push_patch(Joiner::default().finish().0);
     let (parameters, areas) = parameters(parts.plan(), &heads, arcs);
     let tolerance = recipe.parameters.error;
-    let mut whole = builder.finish(recipe.volume.clone(), range, tolerance, parameters, events)?;
+    let about = About {
+        parameters: Told::of_value(parameters),
+        events,
+        ..About::new(recipe.volume.clone(), range, tolerance)
+    };
+    let mut whole = builder.finish(about)?;
     tell_shares(&mut whole, &areas);
     for (name, what) in &recipe.told {
-        whole.parameters[name] = what.clone();
+        whole.about_mut().parameters.tell(name, what.clone());
     }
     Ok(Joined { whole, heads })
 }

@@ -1,7 +1,7 @@
 //! Where the vertex- and triangle-parallel stages run, as said on the command line.
 
 use clap::{Args, ValueEnum};
-use isospectrum::kernels::{Backend, Choice};
+use isospectrum::{Backend, Choice};
 use isospectrum::{Error, Result};
 
 /// The arguments wherever something is computed.

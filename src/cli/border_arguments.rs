@@ -2,7 +2,6 @@
 
 use clap::Args;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::volume::Preparation;
 
 /// Whether meshes are closed where the volume, or its mask, ends.
 #[derive(Args, Clone, Copy, Debug, Default)]
@@ -18,7 +17,7 @@ pub(super) struct BorderArguments {
 impl BorderArguments {
     /// Whether meshes of a spectrum are open.
     pub(super) fn is_open(self, spectrum: &Spectrum) -> bool {
-        let done = Preparation::of_parameters(&spectrum.parameters);
+        let done = spectrum.preparation();
         self.open || !self.closed && done.is_ok_and(|done| done.mask.is_some())
     }
 

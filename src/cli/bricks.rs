@@ -1,7 +1,7 @@
 //! `compute` in bricks: the parts in a folder of their own beside the result, which goes in the end.
 
+use isospectrum::Backend;
 use isospectrum::bricks::{Limits, Opened, Parts, Plan, Survey, compute_parts};
-use isospectrum::kernels::Backend;
 use isospectrum::{Error, Result};
 
 use super::budget::Limit;

@@ -3,9 +3,7 @@
 use std::str::FromStr;
 
 use clap::Args;
-use isospectrum::forecast::Forecast;
-use isospectrum::topology::Topology;
-use isospectrum::topology::exact::ExactField;
+use isospectrum::Forecast;
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 
@@ -86,10 +84,9 @@ impl BudgetArguments {
     ///
     /// # Errors
     ///
-    /// Those of [`ExactField::new`] and [`Topology::compute`].
+    /// Those of [`Forecast::of_volume`].
     pub(super) fn forecast(volume: &Volume, range: (f64, f64), error: f64) -> Result<Forecast> {
-        let field = ExactField::new(volume)?;
-        let forecast = Forecast::of(&field, &Topology::compute(&field)?, range, error);
+        let forecast = Forecast::of_volume(volume, range, error)?;
         log::debug!("{forecast:?}");
         Ok(forecast)
     }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use isospectrum::Prepared;
 use isospectrum::color::{Color, Ends, Map, Sources};
-use isospectrum::prepared::Prepared;
 use isospectrum::sources;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
@@ -81,7 +81,7 @@ impl ColorArguments {
 /// What reading it meets, and [`Error::Input`] for one of other dimensions.
 pub(super) fn volume_of(path: &Path, spectrum: &Spectrum) -> Result<Volume> {
     let volume = Prepared::again(read_volume(path, &ReadOptions::default())?, spectrum)?;
-    let (found, expected) = (volume.dims(), spectrum.volume.dims);
+    let (found, expected) = (volume.dims(), spectrum.volume().dims);
     if found == expected {
         return Ok(volume);
     }

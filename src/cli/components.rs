@@ -100,7 +100,7 @@ impl Components {
         let found = Found::of(&mesh);
         let kept = found.kept(&mesh, &self.keep.of(&spectrum));
         let lineages = lineages(&spectrum, isovalue, &found)?;
-        let placement = &spectrum.volume.placement;
+        let placement = &spectrum.volume().placement;
         let placed = found.moved(&place_in_world(mesh, placement));
         let rows = placed.list.iter().zip(&lineages).enumerate().zip(kept).filter(|row| row.1);
         let components: Vec<Row> = rows

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use isospectrum::forecast::Forecast;
-use isospectrum::sweep::Parameters;
+use isospectrum::Forecast;
+use isospectrum::Parameters;
 use isospectrum::verify::{Glance, glance};
 use isospectrum::volume::Statistics;
 use isospectrum::{Error, Result};

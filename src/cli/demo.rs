@@ -1,16 +1,14 @@
 //! `demo`: the main job on a built-in volume, to see in a minute what the program does.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
 use isospectrum::export::{Border, Format, write_to};
 use isospectrum::render::View;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::sweep::{self, Parameters};
-use isospectrum::volume::{Statistics, phantom};
-use isospectrum::{Error, Result};
+use isospectrum::volume::phantom;
+use isospectrum::{Error, Noise, Parameters, Preparation, Prepared, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
@@ -55,7 +53,9 @@ struct Summary<'a> {
 impl Demo {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let backend = self.backend.open()?;
-        let volume = Arc::new(phantom(&self.phantom)?);
+        let volume = phantom(&self.phantom)?;
+        let prepared = Prepared::new(volume, Preparation::default(), Noise::default())?;
+        let volume = prepared.volume();
         let folder = &self.output;
         std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, source))?;
         let name = self.phantom.split(':').next().unwrap_or("demo");
@@ -71,9 +71,8 @@ impl Demo {
         let spectrum_path = path(".isp");
         let output = Output::open(&spectrum_path, &[])?;
         let bar = Bar::new(quiet);
-        let mut spectrum = sweep::compute(&volume, &Parameters::default(), &backend, &bar)?;
+        let spectrum = prepared.compute(&Parameters::default(), &backend, &bar)?;
         drop(bar);
-        spectrum.parameters[Statistics::NAME] = serde_json::json!(Statistics::of(&volume));
         let n_bytes = spectrum_file::write(&spectrum, output)?;
         let seconds = started.elapsed().as_secs_f64();
 
@@ -129,7 +128,7 @@ impl Demo {
 
 fn write_mesh(spectrum: &Spectrum, isovalue: f64, path: &Path) -> Result<()> {
     let mesh = spectrum.mesh_at(isovalue)?;
-    let placement = &spectrum.volume.placement;
+    let placement = &spectrum.volume().placement;
     Output::open(path, &[])?
         .write(|file| write_to(&mesh, placement, Border::Closed, Format::Ply, file))?;
     Ok(())

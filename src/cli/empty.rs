@@ -7,7 +7,7 @@ use super::report;
 /// Warns where the mesh at an isovalue, or what is left of it without its caps, has no triangle.
 pub(super) fn warn(spectrum: &Spectrum, isovalue: f64, open: bool) {
     if is_empty(spectrum, isovalue, open) {
-        log::warn!("{}", why(isovalue, spectrum.range, open));
+        log::warn!("{}", why(isovalue, spectrum.range(), open));
     }
 }
 
@@ -22,7 +22,7 @@ pub(super) fn warn_of_components(n_triangles: usize, keep: &Keep) {
 pub(super) fn is_empty(spectrum: &Spectrum, isovalue: f64, open: bool) -> bool {
     spectrum.rank_at(isovalue).is_none_or(|rank| {
         let lives = |&(birth, death): &(u32, u32)| birth <= rank && rank < death;
-        let shown = spectrum.triangles.iter().filter(|t| !(open && t.cap));
+        let shown = spectrum.triangles().iter().filter(|t| !(open && t.cap));
         !shown.map(|t| (t.birth, t.death)).any(|life| lives(&life))
     })
 }

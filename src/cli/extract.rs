@@ -211,7 +211,7 @@ impl Extract {
         output: Output,
     ) -> anyhow::Result<Extracted> {
         let path = output.name();
-        let placement = &spectrum.volume.placement;
+        let placement = &spectrum.volume().placement;
         let bytes = output
             .write(|file| match shown {
                 Some((attribute, map)) => {
@@ -260,7 +260,7 @@ impl Extract {
             Some(_) => Arrangement::Sweep { seconds: SWEEP_SECONDS },
             None => Arrangement::Together,
         };
-        let placement = &spectrum.volume.placement;
+        let placement = &spectrum.volume().placement;
         let bytes = output
             .write(|file| write_all_to(frames, arrangement, placement, format, file))
             .map_err(|e| e.of_file(&self.spectrum))?;

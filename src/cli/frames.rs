@@ -34,7 +34,7 @@ impl Sweep {
     ///
     /// [`Error::Range`] where an end lies outside, [`Error::Usage`] where the samples are needed and not known.
     pub(super) fn in_spectrum(&self, spectrum: &Spectrum) -> Result<Vec<f64>> {
-        self.resolve(spectrum.range, spectrum.statistics().as_ref())
+        self.resolve(spectrum.range(), spectrum.statistics().as_ref())
     }
 
     fn resolve(&self, range: (f64, f64), samples: Option<&Statistics>) -> Result<Vec<f64>> {

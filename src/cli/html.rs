@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
+use isospectrum::Progress as _;
 use isospectrum::color::Sources;
-use isospectrum::gpu::Gpu;
 use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
+use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Image, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::sweep::Progress as _;
 use isospectrum::volume::{Histogram, Statistics, Volume};
 use isospectrum::{Error, Result};
 
@@ -130,11 +130,11 @@ impl Html {
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
         let spectrum = self.published(Opened::open(&self.spectrum)?)?;
-        let (n_triangles, n_knots) = (spectrum.triangles.len(), spectrum.knots.len());
+        let (n_triangles, n_knots) = (spectrum.triangles().len(), spectrum.knots().len());
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
         let volume = self.volume_of(&spectrum)?;
         let statistics = volume.as_ref().map(Statistics::of).or_else(|| spectrum.statistics());
-        let resolve = |c: Isovalue| c.resolve(spectrum.range, statistics.as_ref());
+        let resolve = |c: Isovalue| c.resolve(spectrum.range(), statistics.as_ref());
         let (told, look) = self.look(&spectrum, statistics.as_ref())?;
         let marks = (self.mark.iter())
             .map(|mark| {
@@ -152,7 +152,7 @@ impl Html {
         let shown = told.unwrap_or_else(|| isovalue.into());
         let still = self.still(&spectrum, shown, &look, &sources)?;
         let page = Page {
-            title: self.title.as_deref().unwrap_or(&spectrum.volume.name),
+            title: self.title.as_deref().unwrap_or(&spectrum.volume().name),
             caption: self.caption.as_deref(),
             credit: self.credit.as_deref(),
             isovalue,
@@ -191,14 +191,15 @@ impl Html {
                 "background 'transparent', expected white, light or dark".into(),
             ));
         }
-        let surfaces = self.isovalue.iter().map(|surface| surface.resolve(spectrum.range, samples));
+        let surfaces =
+            self.isovalue.iter().map(|surface| surface.resolve(spectrum.range(), samples));
         let mut surfaces = surfaces.collect::<Result<Vec<_>>>()?.into_iter();
         let first = surfaces.next();
         let look = Look {
             occlusion: self.occlusion,
             wireframe: self.wireframe,
             opacity: first.and_then(|surface| surface.opacity).unwrap_or(self.opacity as f32),
-            clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
+            clip: self.clip.map(|clip| clip.of(spectrum.volume())),
             background: self.background,
             front: first.and_then(|surface| surface.color),
             also: surfaces.collect(),
@@ -209,7 +210,7 @@ impl Html {
     /// What of a spectrum goes into the page.
     fn published(&self, spectrum: Opened) -> Result<Spectrum> {
         let told = spectrum.told();
-        let (of_whole, samples) = (told.range, told.statistics());
+        let (of_whole, samples) = (told.range(), told.statistics());
         let spectrum = match self.range {
             Some(range) => {
                 let (low, high) = range.resolve(of_whole, samples.as_ref())?;
@@ -269,7 +270,7 @@ impl Html {
             std::iter::once(shown).chain(look.also.iter().copied()).collect();
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
-            view.fit(&spectrum.volume, bounds);
+            view.fit(spectrum.volume(), bounds);
         }
         renderer.draw_all(&surfaces, &view).map(Some)
     }
@@ -284,8 +285,8 @@ impl Html {
             report::bytes(sizes.still as u64),
             report::bytes(sizes.first as u64),
             report::bytes(sizes.data as u64),
-            per(spectrum.triangles.len()),
-            per(spectrum.knots.len()),
+            per(spectrum.triangles().len()),
+            per(spectrum.knots().len()),
         );
         if sizes.page > LARGE {
             log::warn!(

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use isospectrum::file::{SpectrumFolder, is_folder};
+use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
+use isospectrum::inside::topology::dust::Dust;
 use isospectrum::render::Memory;
-use isospectrum::spectrum::{Spectrum, VolumeInfo};
-use isospectrum::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
-use isospectrum::topology::dust::Dust;
+use isospectrum::spectrum::{Spectrum, Told, VolumeInfo};
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::{Deserialize as _, Serialize};
 
@@ -62,50 +62,55 @@ pub(super) struct Facts<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     n_parts: Option<usize>,
     /// How often the sweep met trouble, and what it did then.
-    counts: Option<&'a serde_json::Value>,
+    counts: Option<serde_json::Value>,
     n_events: usize,
     /// How many isovalues they share.
     n_event_isovalues: usize,
     /// Share of the isosurface's area whose triangles are tracked, mean over the range; the rest is the exact extraction.
     tracked_area_share: Option<f64>,
     /// [isovalue, share] each
-    tracked_area_shares: Option<&'a serde_json::Value>,
+    tracked_area_shares: Option<serde_json::Value>,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
     backend: Option<&'a str>,
     adapter: Option<&'a str>,
-    parameters: &'a serde_json::Value,
+    parameters: &'a Told,
+    #[serde(skip)]
+    preparation: Option<Preparation>,
+    #[serde(skip)]
+    dust: Option<Dust>,
 }
 
 impl<'a> Facts<'a> {
     /// What there is to say of a spectrum that takes `n_bytes` in its file.
     pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
-        let backend = spectrum.parameters.get("backend").and_then(serde_json::Value::as_str);
-        let events: Vec<f64> = spectrum.events.iter().map(|event| event.isovalue).collect();
+        let backend = spectrum.parameters().text("/backend");
+        // Names that have no type are handed on as they stand.
+        let told = serde_json::json!(spectrum.parameters());
+        let events: Vec<f64> = spectrum.events().iter().map(|event| event.isovalue).collect();
         Facts {
-            volume: &spectrum.volume,
-            range: spectrum.range,
-            tolerance: spectrum.tolerance,
+            volume: spectrum.volume(),
+            range: spectrum.range(),
+            tolerance: spectrum.tolerance(),
             n_vertices: spectrum.n_vertices(),
-            n_triangles: spectrum.triangles.len(),
-            n_knots: spectrum.knots.len(),
-            n_isovalues: Some(spectrum.isovalues.len()),
-            n_collapses: spectrum.collapses.len(),
+            n_triangles: spectrum.triangles().len(),
+            n_knots: spectrum.knots().len(),
+            n_isovalues: Some(spectrum.isovalues().len()),
+            n_collapses: spectrum.collapses().len(),
             bytes: n_bytes,
             gpu_memory: Some(Memory::of(spectrum)),
             n_parts: None,
-            counts: spectrum.parameters.get("counts"),
+            counts: told.get("counts").cloned(),
             n_events: events.len(),
-            n_event_isovalues: n_isovalues(&spectrum.events),
-            tracked_area_share: spectrum
-                .parameters
-                .get(TRACKED_AREA_SHARE)
-                .and_then(serde_json::Value::as_f64),
-            tracked_area_shares: spectrum.parameters.get(TRACKED_AREA_SHARES),
+            n_event_isovalues: n_isovalues(spectrum.events()),
+            tracked_area_share: told.get(TRACKED_AREA_SHARE).and_then(serde_json::Value::as_f64),
+            tracked_area_shares: told.get(TRACKED_AREA_SHARES).cloned(),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
             adapter: backend.filter(|&name| name != "cpu"),
-            parameters: &spectrum.parameters,
+            parameters: spectrum.parameters(),
+            preparation: spectrum.preparation().ok(),
+            dust: told.get("dust").and_then(|done| Dust::deserialize(done).ok()),
         }
     }
 
@@ -146,19 +151,19 @@ impl<'a> Facts<'a> {
             ("backend", self.backend.unwrap_or("-").to_owned()),
             ("adapter", self.adapter.unwrap_or("-").to_owned()),
         ];
-        if let Ok(done) = Preparation::of_parameters(self.parameters)
+        if let Some(done) = &self.preparation
             && !done.is_none()
         {
-            rows.insert(1, ("prepared", preparation_arguments::sentence(&done)));
+            rows.insert(1, ("prepared", preparation_arguments::sentence(done)));
         }
-        if let Some(done) = self.parameters.get("dust").and_then(|d| Dust::deserialize(d).ok()) {
-            rows.insert(rows.len().min(2), ("dust", simplify_arguments::dust_sentence(&done)));
+        if let Some(done) = &self.dust {
+            rows.insert(rows.len().min(2), ("dust", simplify_arguments::dust_sentence(done)));
         }
         if let Some(n) = self.n_parts {
             rows.push(("parts", n.to_string()));
         }
         if log::log_enabled!(log::Level::Debug) {
-            let counts = self.counts.map_or_else(|| "-".to_owned(), report::counts);
+            let counts = self.counts.as_ref().map_or_else(|| "-".to_owned(), report::counts);
             rows.push(("steps and repairs", counts));
         }
         report::table(&rows)
@@ -213,7 +218,7 @@ fn world_line(placement: &Placement) -> String {
 
 /// Trajectories, and the list of living triangles where it is longest.
 fn memory_line(memory: &Memory) -> String {
-    let Memory { trajectories, triangles, most_triangles } = *memory;
+    let Memory { trajectories, triangles, most_triangles, .. } = *memory;
     format!(
         "{}: {} of trajectories, {} for at most {most_triangles} triangles at an isovalue",
         report::bytes(trajectories + triangles),

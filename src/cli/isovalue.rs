@@ -13,7 +13,7 @@ pub(super) use isospectrum::volume::Isovalue;
 ///
 /// Usage, where it needs the samples and the spectrum tells nothing of them.
 pub(super) fn in_spectrum(written: Isovalue, spectrum: &Spectrum) -> isospectrum::Result<f64> {
-    written.resolve(spectrum.range, spectrum.statistics().as_ref())
+    written.resolve(spectrum.range(), spectrum.statistics().as_ref())
 }
 
 /// `LO:HI`, each an [`Isovalue`].

@@ -33,7 +33,7 @@ impl KeepArguments {
             min_area: self.min_area.unwrap_or(0.0),
             at: self.at.map(|point| point.0),
         };
-        told.in_voxels(&spectrum.volume.placement)
+        told.in_voxels(&spectrum.volume().placement)
     }
 }
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
+use isospectrum::Backend;
 use isospectrum::bricks::{Parts, part_of};
-use isospectrum::kernels::Backend;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 

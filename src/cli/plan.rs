@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::bricks::{self, Plan as Bricks, Source, Survey};
-use isospectrum::prepared::{Noise, Prepared};
 use isospectrum::{Error, Result};
+use isospectrum::{Noise, Prepared};
 
 use super::compute::ParameterArguments;
 use super::output::Output;
@@ -72,7 +72,7 @@ pub(super) fn survey(
 
 /// Reads a plan.
 pub(super) fn read(path: &Path) -> Result<Bricks> {
-    Bricks::from_bytes(&isospectrum::input::read(path)?).map_err(|error| match error {
+    Bricks::from_bytes(&isospectrum::inside::input::read(path)?).map_err(|error| match error {
         // What a parser says of a file may hold what the file holds.
         Error::Input(what) => {
             Error::input(format!("{}: {}", path.display(), terminal::plain(&what)))

@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use isospectrum::sweep::Progress;
+use isospectrum::Progress;
 
 use super::interrupt;
 

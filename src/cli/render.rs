@@ -5,12 +5,12 @@ use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
-use isospectrum::gpu::Gpu;
+use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
-use isospectrum::sweep::Progress as _;
+use isospectrum::Progress as _;
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
@@ -175,7 +175,7 @@ impl Render {
             Fit::Surface => pictures.0.bounds(&isovalues, &view.keep)?,
             Fit::Volume => None,
         };
-        let views = view.turntable(&spectrum.volume, bounds, n);
+        let views = view.turntable(spectrum.volume(), bounds, n);
         let frames: Vec<_> = views.into_iter().map(|view| (surfaces.clone(), view)).collect();
         self.write_series(&mut pictures, &frames, &series, quiet)?;
         empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
@@ -260,7 +260,7 @@ impl Render {
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
-            clip: self.clip.map(|clip| clip.of(&spectrum.volume)),
+            clip: self.clip.map(|clip| clip.of(spectrum.volume())),
             legend: !self.no_legend,
             axes: self.axes,
             scale_bar: self.scale_bar || self.axes,

@@ -4,10 +4,10 @@ use std::str::FromStr;
 
 use clap::Args;
 use isospectrum::Result;
-use isospectrum::prepared::{Cleaned, Noise};
-use isospectrum::topology::dust::Dust;
-use isospectrum::topology::simplify::{Census, Simplification};
+use isospectrum::inside::topology::dust::Dust;
+use isospectrum::inside::topology::simplify::{Census, Simplification};
 use isospectrum::volume::Volume;
+use isospectrum::{Cleaned, Noise};
 
 use super::report::number;
 

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use isospectrum::file::{self, MAGIC, SpectrumFolder, Written, thesis};
+use isospectrum::inside::input;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::{Error, Result, input};
+use isospectrum::{Error, Result};
 
 use super::kind::{self, Kind};
 use super::output::Output;
@@ -67,7 +68,7 @@ impl Opened {
         log::debug!("{}: {n} of {} parts", folder.path().display(), folder.index().parts.len());
         let spectrum = folder.read_between((low, high))?;
         // No other isovalue will be asked for, and what is said of the range is meant of the whole.
-        Ok(Spectrum { range: folder.whole().range, ..spectrum })
+        spectrum.changed(|about, _| about.range = folder.whole().range())
     }
 }
 

@@ -40,7 +40,7 @@ impl SurfaceArgument {
     ///
     /// Usage, where its isovalue needs the samples and the spectrum tells nothing of them.
     pub(super) fn in_spectrum(self, spectrum: &Spectrum) -> Result<Surface> {
-        self.resolve(spectrum.range, spectrum.statistics().as_ref())
+        self.resolve(spectrum.range(), spectrum.statistics().as_ref())
     }
 
     /// The same in a range, by what is known of the samples.

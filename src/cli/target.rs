@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use isospectrum::Progress;
 use isospectrum::bricks::{Opened, Parts, merge, merge_to_folder};
 use isospectrum::file::{PartFolder, SpectrumFolder, is_folder};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::sweep::Progress;
 use isospectrum::{Error, Result};
 
 use super::info::Facts;

@@ -4,8 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use isospectrum::Error;
-use isospectrum::prepared::Prepared;
-use isospectrum::sweep::Progress as _;
+use isospectrum::Prepared;
 use isospectrum::verify::{Limits, Promise, Report, Sampling, Summary, verify};
 
 use super::compute::{not_negative, share};
@@ -64,12 +63,7 @@ impl Verify {
             radius_ratio: self.min_radius_ratio,
             jump: self.max_jump,
         };
-        let bar = Bar::new(quiet);
-        let found = verify(&spectrum, &volume, sampling, limits, &mut |done| {
-            bar.report(done, "verifying");
-            !bar.cancelled()
-        })?;
-        drop(bar);
+        let found = verify(&spectrum, &volume, sampling, limits, &Bar::new(quiet))?;
         if self.json {
             report::print_json("verify", &found)?;
         } else {
@@ -129,7 +123,7 @@ fn text(found: &Report) -> String {
         ("vertices that live on", t.tracked_share.map_or_else(|| "-".to_owned(), percent)),
     ];
     if log::log_enabled!(log::Level::Debug) {
-        rows.push(("steps and repairs", report::counts(&found.counts)));
+        rows.push(("steps and repairs", report::counts(&serde_json::json!(found.counts))));
     }
     let mut text = table(&rows);
     text += "\npromised\n";

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use isospectrum::Parameters;
 use isospectrum::render::{Background, View as Look};
 use isospectrum::spectrum::Keep;
-use isospectrum::sweep::Parameters;
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
@@ -79,7 +79,7 @@ impl View {
             Content::Spectrum(_, spectrum) => {
                 let own = volume.as_ref().map(Statistics::of);
                 let samples = own.or_else(|| spectrum.statistics());
-                let resolve = |c: Isovalue| c.resolve(spectrum.range, samples.as_ref());
+                let resolve = |c: Isovalue| c.resolve(spectrum.range(), samples.as_ref());
                 self.isovalue.map(resolve).transpose()?
             }
             _ => None,

@@ -23,6 +23,7 @@ use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
 
 /// What the colour of a surface shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Color {
     /// Nothing: one colour for each side.
     #[default]
@@ -224,7 +225,7 @@ impl Parts<'_> {
             }
             Color::Lifetime => {
                 let share =
-                    |&i: &u32| lifetime_share(spectrum, &spectrum.triangles[i as usize]) as f32;
+                    |&i: &u32| lifetime_share(spectrum, &spectrum.triangles()[i as usize]) as f32;
                 let values = self.triangles.iter().map(share).collect();
                 ("lifetime, share of the range", Per::Triangle, values, Ends::between(0.0, 1.0))
             }
@@ -334,8 +335,8 @@ fn vector(p: [f32; 3]) -> DVec3 {
 
 /// How much of the spectrum's range a triangle lives through.
 fn lifetime_share(spectrum: &Spectrum, triangle: &Triangle) -> f64 {
-    let (low, high) = spectrum.range;
-    let at = |rank: u32| spectrum.isovalues[rank as usize].clamp(low, high);
+    let (low, high) = spectrum.range();
+    let at = |rank: u32| spectrum.isovalues()[rank as usize].clamp(low, high);
     let share = (0.5 * at(triangle.death) - 0.5 * at(triangle.birth)) / (0.5 * high - 0.5 * low);
     // A range of one isovalue has no length: every triangle lives through all of it.
     if share.is_finite() { share } else { 1.0 }

@@ -23,7 +23,7 @@ impl KnotValues {
         name: &str,
         value_at: impl Fn([f32; 3]) -> f64 + Sync,
     ) -> Self {
-        let values = spectrum.knots.par_iter().map(|knot| value_at(knot.position) as f32);
+        let values = spectrum.knots().par_iter().map(|knot| value_at(knot.position) as f32);
         KnotValues { name: name.to_owned(), values: values.collect() }
     }
 

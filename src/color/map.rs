@@ -16,6 +16,7 @@ pub(crate) const N_STOPS: usize = 33;
 
 /// A colour map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Map {
     /// Violet over teal to yellow.
     #[default]

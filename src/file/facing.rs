@@ -37,9 +37,9 @@ impl Units {
     ///
     /// [`Error::Usage`] if a coordinate has too many units.
     pub(crate) fn rounded(self, spectrum: &Spectrum) -> Result<Spectrum> {
-        let mut rounded = spectrum.clone();
+        let (about, mut rounded) = spectrum.clone().into_parts();
         let normals = Normals::of(spectrum);
-        let samples = Samples::new(&spectrum.volume, self.per_voxel);
+        let samples = Samples::new(spectrum.volume(), self.per_voxel);
         for v in 0..spectrum.n_vertices() as u32 {
             let trajectory = spectrum.trajectory(v);
             let mut places: Vec<DVec3> = trajectory.iter().map(|k| self.place(k).round()).collect();
@@ -50,7 +50,7 @@ impl Units {
                 }
                 _ => false,
             };
-            let first = spectrum.first_knot[v as usize] as usize;
+            let first = spectrum.first_knot()[v as usize] as usize;
             if !is_lattice {
                 let codes = &normals.codes()[first..first + trajectory.len()];
                 let normals: Vec<DVec3> =
@@ -69,7 +69,7 @@ impl Units {
                 }
             }
         }
-        Ok(rounded)
+        Ok(Spectrum::unchecked(about, rounded))
     }
 
     /// Where a knot lies, units.

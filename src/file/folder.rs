@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use super::from_bytes;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{Joiner, Patch, Spectrum, SpectrumBuilder};
+use crate::spectrum::{About, Joiner, Patch, Spectrum, SpectrumBuilder};
 
 /// The file that tells what is in the folder.
 pub const INDEX: &str = "index.json";
@@ -47,6 +47,7 @@ pub(crate) struct PartName {
 /// What is in a folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Index {
     /// Version of the folder.
     version: u32,
@@ -61,6 +62,7 @@ pub struct Index {
 /// What is known of a part without it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct IndexedPart {
     /// Its first sample along x, y, z.
     pub first: [usize; 3],
@@ -211,15 +213,14 @@ impl SpectrumFolder {
     ///
     /// As [`SpectrumFolder::read_between`].
     pub fn read(&self) -> Result<Spectrum> {
-        self.read_between(self.whole.range)
+        self.read_between(self.whole.range())
     }
 
     /// A spectrum of parts of this one, with its events.
     pub(super) fn spectrum(&self, patch: Patch, range: (f64, f64)) -> Result<Spectrum> {
         let mut builder = SpectrumBuilder::new();
         builder.push_patch(patch);
-        let Spectrum { volume, tolerance, parameters, events, .. } = self.whole.clone();
-        builder.finish(volume, range, tolerance, parameters, events)
+        builder.finish(About { range, ..self.whole.about().clone() })
     }
 
     /// Takes a part in.
@@ -244,7 +245,7 @@ impl SpectrumFolder {
         let file = self.path.join(part_name(number));
         let part = from_bytes(&input::read(&file)?).map_err(|e| e.of_file(&file))?;
         let expected = PartName { plan: self.index.plan.clone(), number };
-        let name = part.parameters.get(PART).map(PartName::deserialize);
+        let name = part.parameters().get(PART).map(PartName::deserialize);
         if !name.is_some_and(|name| name.is_ok_and(|name| name == expected)) {
             let PartName { plan, .. } = expected;
             return Err(Error::input(format!(
@@ -258,7 +259,7 @@ impl SpectrumFolder {
         if !ascends || shared.last().is_some_and(|s| s.0 as usize >= part.n_vertices()) {
             return Err(Error::input(format!("{}: of another part", seam.display())));
         }
-        Ok((part.into(), shared))
+        Ok((part.into_parts().1, shared))
     }
 }
 

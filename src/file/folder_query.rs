@@ -28,7 +28,7 @@ impl FolderQuery {
     /// [`Error::Input`](crate::Error::Input) if what is known of the whole passes no check.
     pub fn new(folder: SpectrumFolder) -> Result<FolderQuery> {
         let (patch, seam) = Joiner::default().finish();
-        let spectrum = Arc::new(folder.spectrum(patch, folder.whole().range)?);
+        let spectrum = Arc::new(folder.spectrum(patch, folder.whole().range())?);
         let query = Query::new(spectrum.clone());
         let is_read = vec![false; folder.index().parts.len()];
         Ok(FolderQuery { folder, is_read, query, spectrum, seam })
@@ -56,7 +56,7 @@ impl FolderQuery {
             folder.parts_between(between).filter(|&i| !is_read[i]).collect::<Vec<usize>>()
         };
         if !is_missing(&self.folder, &self.is_read, (isovalue, isovalue)).is_empty() {
-            let (low, high) = self.folder.whole().range;
+            let (low, high) = self.folder.whole().range();
             let far = AHEAD * (high - low);
             let around = (isovalue - far, isovalue + far);
             self.read(&is_missing(&self.folder, &self.is_read, around))?;
@@ -72,13 +72,13 @@ impl FolderQuery {
     fn read(&mut self, numbers: &[usize]) -> Result<()> {
         // Their memory is that of what comes in their place.
         let (none, no_seam) = Joiner::default().finish();
-        let range = self.folder.whole().range;
+        let range = self.folder.whole().range();
         let empty = Arc::new(self.folder.spectrum(none, range)?);
         self.query = Query::new(empty.clone());
         let seam = std::mem::replace(&mut self.seam, no_seam);
         let spectrum = std::mem::replace(&mut self.spectrum, empty);
         let spectrum = Arc::unwrap_or_clone(spectrum);
-        let mut joiner = Joiner::resume(spectrum.into(), seam);
+        let mut joiner = Joiner::resume(spectrum.into_parts().1, seam);
         // Where one is damaged all are read anew by the next query.
         let was_read = std::mem::take(&mut self.is_read);
         self.is_read = vec![false; was_read.len()];

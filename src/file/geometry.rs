@@ -55,8 +55,8 @@ pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -
 /// What the predictions miss, knot by knot.
 fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
     let mut told = Told::default();
-    let samples = Samples::new(&spectrum.volume, units.per_voxel);
-    let mut predictor = Predictor::new(ranks, &spectrum.isovalues, &spectrum.triangles)?;
+    let samples = Samples::new(spectrum.volume(), units.per_voxel);
+    let mut predictor = Predictor::new(ranks, spectrum.isovalues(), spectrum.triangles())?;
     for v in 0..ranks.n_vertices() {
         let knots = spectrum.trajectory(v);
         let mut lattice = None;

@@ -28,11 +28,11 @@ pub(super) fn parts_of(spectrum: Spectrum, units: Units) -> Result<Parts> {
     let info = info(&spectrum)?;
     let (spectrum, walk, order) = triangles::arranged(spectrum);
     let ranks = Ranks::new(&spectrum);
-    let triangles = triangles::write_triangles(&walk, &spectrum.triangles, &ranks);
+    let triangles = triangles::write_triangles(&walk, spectrum.triangles(), &ranks);
     drop(walk);
     let sections = [
         info,
-        tables::write_isovalues(&spectrum.isovalues),
+        tables::write_isovalues(spectrum.isovalues()),
         write_ranks(&ranks),
         triangles,
         write_geometry(&spectrum, &ranks, units)?,

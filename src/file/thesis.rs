@@ -17,7 +17,9 @@ use std::path::Path;
 
 use super::write_beside;
 use crate::error::{Error, Result};
-use crate::spectrum::{Collapse, Knot, Normals, Spectrum, Triangle, VolumeInfo, normal};
+use crate::spectrum::{
+    About, Collapse, Knot, Normals, Patch, Spectrum, Triangle, VolumeInfo, normal,
+};
 use crate::volume::{Outside, Placement};
 
 /// Writes a spectrum in the layout of the thesis; beside `path` first, then renamed.
@@ -46,13 +48,13 @@ pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`], or an isovalue is beyond what f32 holds.
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     spectrum.check()?;
-    if let Some(c) = spectrum.isovalues.iter().find(|&&c| !(c as f32).is_finite()) {
+    if let Some(c) = spectrum.isovalues().iter().find(|&&c| !(c as f32).is_finite()) {
         return Err(Error::input(format!(
             "isovalue {c:e}, expected at most {:e}: the layout of the thesis has 32-bit floats",
             f32::MAX
         )));
     }
-    let isovalue = |rank: u32| spectrum.isovalues[rank as usize] as f32;
+    let isovalue = |rank: u32| spectrum.isovalues()[rank as usize] as f32;
     let normals = Normals::of(spectrum);
     let mut codes = normals.codes().iter();
     let mut file = Vec::new();
@@ -65,14 +67,14 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
             row.chain([isovalue(knot.rank)]).for_each(|x| file.extend(x.to_le_bytes()));
         }
     }
-    file.extend((spectrum.triangles.len() as u32).to_le_bytes());
-    for triangle in &spectrum.triangles {
+    file.extend((spectrum.triangles().len() as u32).to_le_bytes());
+    for triangle in spectrum.triangles() {
         file.extend(isovalue(triangle.birth).to_le_bytes());
         file.extend(isovalue(triangle.death).to_le_bytes());
         triangle.vertices.iter().for_each(|v| file.extend(v.to_le_bytes()));
     }
-    file.extend((spectrum.collapses.len() as u32).to_le_bytes());
-    for collapse in &spectrum.collapses {
+    file.extend((spectrum.collapses().len() as u32).to_le_bytes());
+    for collapse in spectrum.collapses() {
         file.extend(collapse.vertex.to_le_bytes());
         file.extend(collapse.target.to_le_bytes());
     }
@@ -97,29 +99,20 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
         isovalues.first().copied().unwrap_or_default(),
         isovalues.last().copied().unwrap_or_default(),
     );
-    let mut spectrum = Spectrum {
-        volume: VolumeInfo {
-            name: String::new(),
-            dims: [0; 3],
-            sample_type: String::new(),
-            range,
-            placement: Placement::default(),
-            outside: Outside::Low,
-        },
+    let info = VolumeInfo {
+        name: String::new(),
+        dims: [0; 3],
+        sample_type: String::new(),
         range,
-        tolerance: 0.0,
-        parameters: serde_json::Value::Null,
-        events: Vec::new(),
-        isovalues,
-        first_knot,
-        knots,
-        triangles: Vec::new(),
-        collapses: Vec::new(),
+        placement: Placement::default(),
+        outside: Outside::Low,
     };
-    spectrum.triangles = Pieces::new(&spectrum, &file)?.cut(&file)?;
-    spectrum.collapses = collapses(&spectrum, &file.collapses);
-    spectrum.check()?;
-    Ok(spectrum)
+    let patch = Patch { isovalues, first_knot, knots, ..Patch::default() };
+    let moved = Spectrum::unchecked(About::new(info, range, 0.0), patch);
+    let triangles = Pieces::new(&moved, &file)?.cut(&file)?;
+    let collapses = collapses(&moved, &file.collapses);
+    let (about, patch) = moved.into_parts();
+    Spectrum::new(about, Patch { triangles, collapses, ..patch })
 }
 
 /// What stands in a file, with isovalues already ranked.

@@ -20,8 +20,8 @@ pub(super) struct Ranks {
 impl Ranks {
     pub(super) fn new(spectrum: &Spectrum) -> Self {
         Ranks {
-            first_knot: spectrum.first_knot.clone(),
-            ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
+            first_knot: spectrum.first_knot().to_vec(),
+            ranks: spectrum.knots().iter().map(|knot| knot.rank).collect(),
         }
     }
 

@@ -11,7 +11,7 @@ use super::connectivity::{Walk, WalkReader, arrange};
 use super::too_many_unused;
 use super::trajectories::Ranks;
 use crate::error::{Error, Result};
-use crate::spectrum::{Collapse, Spectrum, Triangle};
+use crate::spectrum::{Collapse, Patch, Spectrum, Triangle};
 
 /// Codes of deaths: with the first of the triangle's vertices to end; with the triangle before; and, beyond that, so
 /// many ranks before the first of its vertices.
@@ -22,8 +22,9 @@ const AS_BEFORE: u64 = 1;
 /// spectrum as it was go as soon as those in their place are there.
 pub(super) fn arranged(spectrum: Spectrum) -> (Spectrum, Walk, Vec<u32>) {
     let n_vertices = spectrum.n_vertices();
-    let (order, walk) = arrange(&spectrum.triangles, n_vertices, spectrum.isovalues.len());
-    let Spectrum { first_knot, knots, triangles, collapses, .. } = spectrum;
+    let (order, walk) = arrange(spectrum.triangles(), n_vertices, spectrum.isovalues().len());
+    let (about, patch) = spectrum.into_parts();
+    let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
     let old = triangles;
     let triangles = order.triangles.into_iter();
     let triangles = triangles.map(|(i, vertices)| Triangle { vertices, ..old[i as usize] });
@@ -47,8 +48,8 @@ pub(super) fn arranged(spectrum: Spectrum) -> (Spectrum, Walk, Vec<u32>) {
     });
     let collapses = collapses.collect();
     let (first_knot, knots) = (new_first, new_knots);
-    let arranged = Spectrum { first_knot, knots, triangles, collapses, ..spectrum };
-    (arranged, walk, order.vertices)
+    let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
+    (Spectrum::unchecked(about, patch), walk, order.vertices)
 }
 
 /// Writes section `TRIA`: a walk, and the deaths and caps of the triangles it tells, in its order.

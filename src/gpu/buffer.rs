@@ -54,7 +54,7 @@ impl<T: Pod> Buffer<T> {
     }
 
     /// The buffer underneath.
-    pub fn raw(&self) -> &wgpu::Buffer {
+    pub(crate) fn raw(&self) -> &wgpu::Buffer {
         &self.raw
     }
 

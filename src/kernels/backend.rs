@@ -17,6 +17,7 @@ pub const GPU_FROM_VERTICES: usize = 1024;
 
 /// What the user asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Choice {
     /// A GPU if there is one, else the CPU. Adapters in software count as none: they took 3 to 7
     /// times as long as the CPU's own kernels (bench `kernels`).
@@ -28,7 +29,14 @@ pub enum Choice {
     Cpu,
 }
 
-/// Where kernels run. Shared by threads.
+/// Where the stages of a sweep run that work on all vertices at once. Shared by threads.
+///
+/// ```
+/// use isospectrum::{Backend, Choice};
+///
+/// assert_eq!(Backend::choose(Choice::Cpu, None)?.name(), "cpu");
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Backend {
     pipelines: Option<Arc<Pipelines>>,

@@ -29,10 +29,10 @@ pub(super) fn suggested(
     curves: &Curves,
     samples: Option<&Statistics>,
 ) -> Vec<(f64, &'static str)> {
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let shares = [(99.0, "top:1%"), (90.0, "top:10%")];
     let of_samples = samples.map(|samples| shares.map(|(p, name)| (samples.percentile(p), name)));
-    let mut ends: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+    let mut ends: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
     ends.extend([low, high]);
     ends.sort_by(f64::total_cmp);
     let largest_area = curves.area.iter().copied().fold(0.0, f32::max);
@@ -66,20 +66,20 @@ pub(super) struct Curves {
 
 /// The curves of a spectrum.
 pub(super) fn curves(spectrum: &Spectrum) -> Result<Curves> {
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let mut curves = Curves {
         components: Vec::new(),
         euler: Vec::new(),
         area: Vec::new(),
         volume: Vec::new(),
-        events: spectrum.events.iter().map(|e| (e.isovalue, code(e.kind))).collect(),
+        events: spectrum.events().iter().map(|e| (e.isovalue, code(e.kind))).collect(),
     };
     let mut query = Query::new(spectrum);
     for i in 0..N_ISOVALUES {
         let t = i as f64 / (N_ISOVALUES - 1) as f64;
         // Weighted, so that both ends are met exactly; between them for any rounding.
         let isovalue = (low * (1.0 - t) + high * t).clamp(low, high);
-        let mesh = place_in_world(query.mesh_at(isovalue)?, &spectrum.volume.placement);
+        let mesh = place_in_world(query.mesh_at(isovalue)?, &spectrum.volume().placement);
         let measures = Measures::of(&mesh);
         curves.components.push(measures.components);
         curves.euler.push(measures.euler);

@@ -33,7 +33,7 @@ pub(super) fn compressed(spectrum: &Spectrum, step: f64, codes: Option<&[u8]>) -
     sections.iter().for_each(|section| append(&mut bytes, section));
     if let Some(codes) = codes {
         let of = |&v: &u32| {
-            let [start, end] = [v, v + 1].map(|v| spectrum.first_knot[v as usize] as usize);
+            let [start, end] = [v, v + 1].map(|v| spectrum.first_knot()[v as usize] as usize);
             &codes[start..end]
         };
         let codes: Vec<u8> = order.iter().flat_map(of).copied().collect();

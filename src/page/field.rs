@@ -58,7 +58,7 @@ fn code_of(scale: Scale, value: f64) -> u8 {
 pub(super) fn section(spectrum: &Spectrum, codes: &[u8]) -> Vec<u8> {
     let (mut first, mut further) = (Vec::new(), Vec::new());
     let mut before = 0u8;
-    for ends in spectrum.first_knot.windows(2) {
+    for ends in spectrum.first_knot().windows(2) {
         let mut at = before;
         for (i, &code) in codes[ends[0] as usize..ends[1] as usize].iter().enumerate() {
             let column = if i == 0 { &mut first } else { &mut further };

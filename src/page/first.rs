@@ -7,7 +7,7 @@ use super::data;
 use super::field::Field;
 use super::part::part;
 use crate::error::Result;
-use crate::spectrum::{Knot, Query, Spectrum, Triangle};
+use crate::spectrum::{About, Knot, Patch, Query, Spectrum, Triangle};
 
 /// It takes at most this part of the whole spectrum's bytes, and so many bytes: what a page unpacks in a fraction of a second.
 const SMALLEST_PART: usize = 8;
@@ -38,7 +38,7 @@ pub(super) fn first(
     whole: usize,
 ) -> Result<Option<First>> {
     let Some(alone) = alone(spectrum, isovalue, step, field)? else { return Ok(None) };
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let most = (whole / SMALLEST_PART).min(MOST_BYTES);
     // Numbers of another field stand at the knots of the whole, which a part cuts.
     let halvings = if field.is_some() { 0..0 } else { 0..HALVINGS };
@@ -50,11 +50,14 @@ pub(super) fn first(
         }
         let around = part(spectrum, range)?;
         // Packing what is clearly too much takes time for nothing.
-        let about = around.knots.len() as f64 / spectrum.knots.len().max(1) as f64 * whole as f64;
+        let about =
+            around.knots().len() as f64 / spectrum.knots().len().max(1) as f64 * whole as f64;
         if about > 2.0 * most as f64 {
             continue;
         }
-        let around = Spectrum { range: spectrum.range, events: Vec::new(), ..around };
+        let (about, patch) = around.into_parts();
+        let about = About { range: spectrum.range(), events: Vec::new(), ..about };
+        let around = Spectrum::unchecked(about, patch);
         let bytes = data::compressed(&around, step, None)?;
         if bytes.len() <= most {
             return Ok(Some(First { bytes, range }));
@@ -82,12 +85,8 @@ fn alone(
     let knots =
         mesh.positions.iter().flat_map(|&position| [0, 1].map(|rank| Knot { rank, position }));
     let triangles = mesh.triangles.iter().zip(&mesh.caps);
-    let first = Spectrum {
-        volume: spectrum.volume.clone(),
-        range: spectrum.range,
-        tolerance: spectrum.tolerance,
-        parameters: serde_json::Value::Null,
-        events: Vec::new(),
+    let about = About::new(spectrum.volume().clone(), spectrum.range(), spectrum.tolerance());
+    let patch = Patch {
         isovalues: vec![isovalue, after],
         first_knot: (0..=mesh.positions.len() as u32).map(|v| 2 * v).collect(),
         knots: knots.collect(),
@@ -96,5 +95,6 @@ fn alone(
             .collect(),
         collapses: Vec::new(),
     };
+    let first = Spectrum::unchecked(about, patch);
     data::compressed(&first, step, codes.as_deref()).map(Some)
 }

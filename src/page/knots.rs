@@ -1,6 +1,6 @@
 //! Fewer knots, within a distance.
 
-use crate::spectrum::{Knot, Spectrum};
+use crate::spectrum::{Knot, Patch, Spectrum};
 
 /// The spectrum without the knots that straight steps between the remaining ones replace: no knot
 /// that is left out was further than `distance` voxels from the trajectory that remains. The first
@@ -12,11 +12,18 @@ pub fn with_fewer_knots(spectrum: &Spectrum, distance: f64) -> Spectrum {
         let trajectory = spectrum.trajectory(v);
         if let Some(first) = trajectory.first() {
             knots.push(*first);
-            between(trajectory, &spectrum.isovalues, distance, &mut knots);
+            between(trajectory, spectrum.isovalues(), distance, &mut knots);
         }
         first_knot.push(knots.len() as u32);
     }
-    Spectrum { first_knot, knots, ..spectrum.clone() }
+    let patch = Patch {
+        isovalues: spectrum.isovalues().to_vec(),
+        first_knot,
+        knots,
+        triangles: spectrum.triangles().to_vec(),
+        collapses: spectrum.collapses().to_vec(),
+    };
+    Spectrum::unchecked(spectrum.about().clone(), patch)
 }
 
 /// Appends what has to stay of a trajectory after its first knot.

@@ -1,7 +1,7 @@
 //! A part of a spectrum's range, so that no more is published than is wanted.
 
 use crate::error::{Error, Result};
-use crate::spectrum::{Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
+use crate::spectrum::{About, Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
 
 /// The spectrum between two isovalues: its isosurfaces there are those of `spectrum`, and nothing
 /// of the others is left but the parts of trajectories that reach to the next knot.
@@ -15,12 +15,12 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
     if low >= high {
         return Err(Error::Usage(format!("range {low}:{high}, expected the lower isovalue first")));
     }
-    let mut patch = Patch { isovalues: spectrum.isovalues.clone(), ..Patch::default() };
+    let mut patch = Patch { isovalues: spectrum.isovalues().to_vec(), ..Patch::default() };
     // The ranks at and below the low end, and above the high one.
     let first = spectrum.rank_at(low).unwrap_or(0);
-    let last = spectrum.isovalues.partition_point(|&c| c <= high);
-    let last = last.min(spectrum.isovalues.len().saturating_sub(1)) as u32;
-    let kept = spectrum.triangles.iter().filter(|t| t.death > first && t.birth < last);
+    let last = spectrum.isovalues().partition_point(|&c| c <= high);
+    let last = last.min(spectrum.isovalues().len().saturating_sub(1)) as u32;
+    let kept = spectrum.triangles().iter().filter(|t| t.death > first && t.birth < last);
     patch.triangles = kept
         .map(|t| Triangle { birth: t.birth.max(first), death: t.death.min(last), ..*t })
         .collect();
@@ -37,16 +37,10 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
         *v = *new;
     }
     let inside = |e: &&Event| low <= e.isovalue && e.isovalue <= high;
-    let events = spectrum.events.iter().filter(inside).copied().collect();
+    let events = spectrum.events().iter().filter(inside).copied().collect();
     let mut builder = SpectrumBuilder::new();
     builder.push_patch(patch);
-    builder.finish(
-        spectrum.volume.clone(),
-        (low, high),
-        spectrum.tolerance,
-        spectrum.parameters.clone(),
-        events,
-    )
+    builder.finish(About { range: (low, high), events, ..spectrum.about().clone() })
 }
 
 /// Appends the knots of vertex `v` between two ranks; where a step of the trajectory crosses one of
@@ -54,7 +48,7 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
 fn cut(spectrum: &Spectrum, v: u32, first: u32, last: u32, knots: &mut Vec<Knot>) {
     let trajectory = spectrum.trajectory(v);
     let at = |rank: u32| {
-        let isovalue = spectrum.isovalues[rank as usize];
+        let isovalue = spectrum.isovalues()[rank as usize];
         Knot { rank, position: spectrum.vertex_at(v, rank, isovalue) }
     };
     let has = |rank: u32| trajectory.binary_search_by_key(&rank, |k| k.rank).is_ok();

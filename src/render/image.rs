@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
+use crate::beside::write_beside;
 use crate::error::Result;
-use crate::file::write_beside;
 
 /// A picture: sRGB with straight alpha.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,7 +8,8 @@ use super::layout::{ActiveTriangle, Cut, Frame, normal_code, shares_code};
 use super::table::Table;
 use crate::color::{Attribute, Color, Ends, Parts, Per, Sources};
 use crate::error::Result;
-use crate::spectrum::{ActiveSet, Assembly, Keep, Spectrum, SurfaceMesh};
+use crate::spectrum::active_set::ActiveSet;
+use crate::spectrum::{Assembly, Keep, Spectrum, SurfaceMesh};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
@@ -51,7 +52,7 @@ impl Layer {
             })
         };
         Layer {
-            alive: ActiveSet::new(&spectrum.triangles),
+            alive: ActiveSet::new(spectrum.triangles()),
             assembly: Assembly::new(spectrum),
             mesh: SurfaceMesh::default(),
             meshed: None,
@@ -99,7 +100,7 @@ impl Layer {
         triangles.extend(numbers.iter().map(|&i| {
             let i = i as usize;
             ActiveTriangle {
-                vertices: spectrum.triangles[active[i] as usize].vertices,
+                vertices: spectrum.triangles()[active[i] as usize].vertices,
                 measures: measures(i),
                 normals: mesh.triangles[i].map(|v| normals[v as usize]),
             }
@@ -121,7 +122,7 @@ impl Layer {
         if meshed.replace(isovalue.to_bits()) != Some(isovalue.to_bits()) {
             let rank = spectrum.rank_at(isovalue);
             let active = rank.map_or(&[][..], |rank| alive.move_to(rank)).iter();
-            let triangles = active.map(|&i| spectrum.triangles[i as usize]);
+            let triangles = active.map(|&i| spectrum.triangles()[i as usize]);
             let place = |v| spectrum.vertex_at(v, rank.unwrap_or(0), isovalue);
             assembly.assemble(triangles.map(|t| (t.vertices, t.cap)), place, mesh);
         }

@@ -106,7 +106,7 @@ impl Painter {
         }
         view.check(self.device.limits().max_texture_dimension_2d)?;
         let projection =
-            view.camera.projection(&spectrum.volume, view.look_at, view.width, view.height);
+            view.camera.projection(spectrum.volume(), view.look_at, view.width, view.height);
         let device = self.device.clone();
         while self.layers.len() < surfaces.len() {
             let layer = caught(&device, || Layer::new(&device, spectrum))?;
@@ -210,14 +210,15 @@ impl Painter {
     /// Writes on a picture of a view what belongs on it: legend, axes, scale bar, label.
     pub(crate) fn write_on(&self, image: &mut Image, spectrum: &Spectrum, view: &View) {
         let View { camera, look_at, width, height, .. } = *view;
-        let volume = &spectrum.volume;
+        let volume = spectrum.volume();
         let projection = camera.projection(volume, look_at, width, height);
         let shown = self.attribute().map(|attribute| (attribute, self.map(view)));
         Sheet::new(image, view.background).write(view, &volume.placement, &projection, shown);
     }
 
     /// The texture that holds the last picture, sRGB; it can be viewed as linear too.
-    pub fn texture(&self) -> Option<&wgpu::Texture> {
+    #[cfg(feature = "viewer")]
+    pub(crate) fn texture(&self) -> Option<&wgpu::Texture> {
         self.target.as_ref().map(Target::texture)
     }
 

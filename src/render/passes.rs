@@ -43,7 +43,7 @@ impl Painter {
             occlusion.draw(&self.device, &self.queue, target, projection);
         }
         if let Some(edges) = self.edges.as_ref().filter(|_| view.axes) {
-            let seen = (&spectrum.volume, projection, view.background);
+            let seen = (spectrum.volume(), projection, view.background);
             edges.draw(&self.device, &self.queue, target, seen);
         }
         for look in clear {

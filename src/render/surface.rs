@@ -61,7 +61,7 @@ impl<'a> Renderer<'a> {
 
     /// What is known of the volume.
     pub fn volume(&self) -> &VolumeInfo {
-        &self.spectrum.volume
+        self.spectrum.volume()
     }
 
     /// Least and largest corner of the box around what is kept of the isosurfaces of `isovalues`, voxel frame: what

@@ -19,13 +19,14 @@ pub(super) struct Tables {
 /// Bytes of the largest of the tables of the whole spectrum.
 pub(super) fn largest_table(spectrum: &Spectrum) -> u64 {
     let bytes = |n: usize, size: usize| n as u64 * size as u64;
-    bytes(spectrum.knots.len(), size_of::<Knot>())
-        .max(bytes(spectrum.first_knot.len(), size_of::<u32>()))
-        .max(bytes(spectrum.isovalues.len(), size_of::<[f32; 2]>()))
+    bytes(spectrum.knots().len(), size_of::<Knot>())
+        .max(bytes(spectrum.first_knot().len(), size_of::<u32>()))
+        .max(bytes(spectrum.isovalues().len(), size_of::<[f32; 2]>()))
 }
 
 /// What drawing a spectrum takes on the device, beside the picture itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Memory {
     /// Bytes of the trajectories: isovalues, knots, and where each vertex's begin.
     pub trajectories: u64,
@@ -38,8 +39,8 @@ pub struct Memory {
 impl Memory {
     /// What a spectrum takes.
     pub fn of(spectrum: &Spectrum) -> Self {
-        let mut changes = vec![0i64; spectrum.isovalues.len() + 1];
-        for triangle in &spectrum.triangles {
+        let mut changes = vec![0i64; spectrum.isovalues().len() + 1];
+        for triangle in spectrum.triangles() {
             changes[triangle.birth as usize] += 1;
             changes[triangle.death as usize] -= 1;
         }
@@ -50,9 +51,9 @@ impl Memory {
         });
         let bytes = |n: usize, size: usize| n as u64 * size as u64;
         Memory {
-            trajectories: bytes(spectrum.knots.len(), size_of::<Knot>())
-                + bytes(spectrum.first_knot.len(), size_of::<u32>())
-                + bytes(spectrum.isovalues.len(), size_of::<[f32; 2]>()),
+            trajectories: bytes(spectrum.knots().len(), size_of::<Knot>())
+                + bytes(spectrum.first_knot().len(), size_of::<u32>())
+                + bytes(spectrum.isovalues().len(), size_of::<[f32; 2]>()),
             triangles: most as u64 * size_of::<ActiveTriangle>() as u64,
             most_triangles: most as u64,
         }
@@ -65,8 +66,8 @@ pub(super) const KNOT_BYTES_PER_TRIANGLE: u64 = 6 * size_of::<Knot>() as u64;
 /// An isovalue on the scale of the tables, where those of the spectrum cover [0, 1]: what the
 /// shader interpolates is the same, and no type of sample is too large or too small for it.
 pub(super) fn scaled(spectrum: &Spectrum, isovalue: f64) -> [f32; 2] {
-    let first = spectrum.isovalues.first().copied().unwrap_or(0.0);
-    let last = spectrum.isovalues.last().copied().unwrap_or(1.0);
+    let first = spectrum.isovalues().first().copied().unwrap_or(0.0);
+    let last = spectrum.isovalues().last().copied().unwrap_or(1.0);
     let share = (0.5 * isovalue - 0.5 * first) / (0.5 * last - 0.5 * first);
     // A single isovalue has no length.
     in_two(if share.is_finite() { share } else { 0.0 })
@@ -75,9 +76,9 @@ pub(super) fn scaled(spectrum: &Spectrum, isovalue: f64) -> [f32; 2] {
 /// The tables of the whole spectrum.
 pub(super) fn all(spectrum: &Spectrum) -> Tables {
     Tables {
-        isovalues: spectrum.isovalues.iter().map(|&c| scaled(spectrum, c)).collect(),
-        first_knot: spectrum.first_knot.clone(),
-        knots: spectrum.knots.iter().map(Knot::from).collect(),
+        isovalues: spectrum.isovalues().iter().map(|&c| scaled(spectrum, c)).collect(),
+        first_knot: spectrum.first_knot().to_vec(),
+        knots: spectrum.knots().iter().map(Knot::from).collect(),
     }
 }
 
@@ -114,7 +115,7 @@ pub(super) fn selected(
         knot.rank = ranks.partition_point(|&r| r < knot.rank) as u32;
     }
     let isovalues =
-        ranks.iter().map(|&r| scaled(spectrum, spectrum.isovalues[r as usize])).collect();
+        ranks.iter().map(|&r| scaled(spectrum, spectrum.isovalues()[r as usize])).collect();
     let rank = ranks.partition_point(|&r| r <= rank).saturating_sub(1) as u32;
     (Tables { isovalues, first_knot, knots }, rank)
 }

@@ -93,6 +93,7 @@ impl Target {
     }
 
     /// The texture that holds the picture.
+    #[cfg(feature = "viewer")]
     pub(super) fn texture(&self) -> &wgpu::Texture {
         &self.picture
     }

@@ -4,7 +4,7 @@
 //! [`SpectrumBuilder::finish`] merges the tables into one and appends the patches in the order in
 //! which they were pushed, so the result does not depend on which of them was computed first.
 
-use super::{Collapse, Event, Knot, Spectrum, Triangle, VolumeInfo};
+use super::{About, Collapse, Knot, Spectrum, Triangle};
 use crate::error::{Error, Result};
 
 /// A part of a spectrum that shares no vertex with any other.
@@ -20,14 +20,6 @@ pub struct Patch {
     pub triangles: Vec<Triangle>,
     /// Collapses; vertices and ranks are those of this patch.
     pub collapses: Vec<Collapse>,
-}
-
-impl From<Spectrum> for Patch {
-    /// All trajectories and triangles of a spectrum.
-    fn from(spectrum: Spectrum) -> Patch {
-        let Spectrum { isovalues, first_knot, knots, triangles, collapses, .. } = spectrum;
-        Patch { isovalues, first_knot, knots, triangles, collapses }
-    }
 }
 
 /// Collects patches and joins them.
@@ -58,14 +50,7 @@ impl SpectrumBuilder {
     /// # Panics
     ///
     /// If a patch refers to a rank beyond its table.
-    pub fn finish(
-        self,
-        volume: VolumeInfo,
-        range: (f64, f64),
-        tolerance: f64,
-        parameters: serde_json::Value,
-        mut events: Vec<Event>,
-    ) -> Result<Spectrum> {
+    pub fn finish(self, mut about: About) -> Result<Spectrum> {
         let total = |count: fn(&Patch) -> usize| self.patches.iter().map(count).sum::<usize>();
         let n_vertices = total(|p| p.first_knot.len().saturating_sub(1));
         let n_knots = total(|p| p.knots.len());
@@ -74,24 +59,16 @@ impl SpectrumBuilder {
                 "{n_vertices} vertices with {n_knots} knots, expected fewer than 2^32"
             )));
         }
-        events.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
-        let mut spectrum = Spectrum {
-            volume,
-            range,
-            tolerance,
-            parameters,
-            events,
+        about.events.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
+        let mut joined = Patch {
             isovalues: merged_isovalues(&self.patches),
             first_knot: vec![0],
-            knots: Vec::new(),
-            triangles: Vec::new(),
-            collapses: Vec::new(),
+            ..Patch::default()
         };
         for patch in self.patches {
-            append(&mut spectrum, patch);
+            append(&mut joined, patch);
         }
-        spectrum.check()?;
-        Ok(spectrum)
+        Spectrum::new(about, joined)
     }
 }
 
@@ -114,15 +91,15 @@ fn merged_isovalues(patches: &[Patch]) -> Vec<f64> {
     isovalues
 }
 
-/// Appends one patch to a spectrum whose table of isovalues is complete. The first one is taken as it is: most spectra have no
+/// Appends one patch to one whose table of isovalues is complete. The first one is taken as it is: most spectra have no
 /// other.
-fn append(spectrum: &mut Spectrum, mut patch: Patch) {
-    let table = &spectrum.isovalues;
+fn append(joined: &mut Patch, mut patch: Patch) {
+    let table = &joined.isovalues;
     let ranks: Vec<u32> =
         patch.isovalues.iter().map(|&x| table.partition_point(|&c| c < x) as u32).collect();
     let rank = |local: u32| ranks[local as usize];
-    let vertex_base = (spectrum.first_knot.len() - 1) as u32;
-    let knot_base = spectrum.knots.len() as u32;
+    let vertex_base = (joined.first_knot.len() - 1) as u32;
+    let knot_base = joined.knots.len() as u32;
     patch.knots.iter_mut().for_each(|k| k.rank = rank(k.rank));
     for t in &mut patch.triangles {
         t.vertices = t.vertices.map(|v| v + vertex_base);
@@ -132,10 +109,10 @@ fn append(spectrum: &mut Spectrum, mut patch: Patch) {
         (c.vertex, c.target) = (c.vertex + vertex_base, c.target + vertex_base);
         c.rank = rank(c.rank);
     }
-    spectrum.first_knot.extend(patch.first_knot.iter().skip(1).map(|first| first + knot_base));
-    extend(&mut spectrum.knots, patch.knots);
-    extend(&mut spectrum.triangles, patch.triangles);
-    extend(&mut spectrum.collapses, patch.collapses);
+    joined.first_knot.extend(patch.first_knot.iter().skip(1).map(|first| first + knot_base));
+    extend(&mut joined.knots, patch.knots);
+    extend(&mut joined.triangles, patch.triangles);
+    extend(&mut joined.collapses, patch.collapses);
 }
 
 /// Appends; what comes first is not copied.

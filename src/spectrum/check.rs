@@ -26,11 +26,11 @@ impl Spectrum {
         self.check_description()?;
         self.check_isovalues()?;
         self.check_trajectories()?;
-        for (i, triangle) in self.triangles.iter().enumerate() {
+        for (i, triangle) in self.triangles().iter().enumerate() {
             self.check_triangle(triangle)
                 .map_err(|what| Error::input(format!("triangle {i}: {what}")))?;
         }
-        for (i, collapse) in self.collapses.iter().enumerate() {
+        for (i, collapse) in self.collapses().iter().enumerate() {
             let n = self.n_vertices() as u64;
             let exists = u64::from(collapse.vertex.max(collapse.target)) < n;
             if !exists || collapse.vertex == collapse.target {
@@ -39,11 +39,11 @@ impl Spectrum {
                     collapse.vertex, collapse.target
                 )));
             }
-            if collapse.rank as usize >= self.isovalues.len() {
+            if collapse.rank as usize >= self.isovalues().len() {
                 return Err(Error::input(format!(
                     "collapse {i}: rank {}, expected one of {} isovalues",
                     collapse.rank,
-                    self.isovalues.len()
+                    self.isovalues().len()
                 )));
             }
         }
@@ -51,20 +51,20 @@ impl Spectrum {
     }
 
     fn check_description(&self) -> Result<()> {
-        let (low, high) = self.range;
+        let (low, high) = self.range();
         if !(low.is_finite() && high.is_finite() && low <= high) {
             return Err(Error::input(format!("range {low} to {high}, expected finite numbers")));
         }
-        if !(self.tolerance.is_finite() && self.tolerance >= 0.0) {
+        if !(self.tolerance().is_finite() && self.tolerance() >= 0.0) {
             return Err(Error::input(format!(
                 "tolerance {}, expected a number of voxels",
-                self.tolerance
+                self.tolerance()
             )));
         }
-        let placement = &self.volume.placement;
+        let placement = &self.volume().placement;
         let mut numbers = placement.origin.iter().chain(placement.direction.as_flattened());
-        if !(self.volume.range.0.is_finite()
-            && self.volume.range.1.is_finite()
+        if !(self.volume().range.0.is_finite()
+            && self.volume().range.1.is_finite()
             && numbers.all(|x| x.is_finite())
             && placement.spacing.iter().all(|&s| s.is_finite() && s > 0.0))
         {
@@ -72,11 +72,11 @@ impl Spectrum {
                 "volume: range or placement is not finite, expected finite numbers and positive spacing",
             ));
         }
-        for (i, event) in self.events.iter().enumerate() {
+        for (i, event) in self.events().iter().enumerate() {
             if !event.isovalue.is_finite() || event.position.iter().any(|x| !x.is_finite()) {
                 return Err(Error::input(format!("event {i} is not finite")));
             }
-            if i > 0 && self.events[i - 1].isovalue > event.isovalue {
+            if i > 0 && self.events()[i - 1].isovalue > event.isovalue {
                 return Err(Error::input(format!("event {i} lies below the one before it")));
             }
         }
@@ -84,11 +84,11 @@ impl Spectrum {
     }
 
     fn check_isovalues(&self) -> Result<()> {
-        if u32::try_from(self.isovalues.len()).is_err() {
+        if u32::try_from(self.isovalues().len()).is_err() {
             return Err(Error::input("more than 2^32 isovalues"));
         }
-        for (i, &c) in self.isovalues.iter().enumerate() {
-            if !c.is_finite() || (i > 0 && self.isovalues[i - 1] >= c) {
+        for (i, &c) in self.isovalues().iter().enumerate() {
+            if !c.is_finite() || (i > 0 && self.isovalues()[i - 1] >= c) {
                 return Err(Error::input(format!(
                     "isovalue {i} is {c}, expected finite numbers that increase"
                 )));
@@ -98,27 +98,27 @@ impl Spectrum {
     }
 
     fn check_trajectories(&self) -> Result<()> {
-        let (first, last) = (self.first_knot.first(), self.first_knot.last());
-        let ends_with_knots = last.is_some_and(|&end| end as usize == self.knots.len());
+        let (first, last) = (self.first_knot().first(), self.first_knot().last());
+        let ends_with_knots = last.is_some_and(|&end| end as usize == self.knots().len());
         if first != Some(&0) || !ends_with_knots {
             return Err(Error::input(format!(
                 "trajectories do not cover the {} knots",
-                self.knots.len()
+                self.knots().len()
             )));
         }
         // Before any slicing: a decrease anywhere would make a later trajectory leave the table.
-        if let Some(v) = self.first_knot.windows(2).position(|pair| pair[0] > pair[1]) {
+        if let Some(v) = self.first_knot().windows(2).position(|pair| pair[0] > pair[1]) {
             return Err(Error::input(format!("vertex {v} ends before it starts")));
         }
         for v in 0..self.n_vertices() as u32 {
             let trajectory = self.trajectory(v);
             for (i, knot) in trajectory.iter().enumerate() {
                 let increases = i == 0 || trajectory[i - 1].rank < knot.rank;
-                if !increases || knot.rank as usize >= self.isovalues.len() {
+                if !increases || knot.rank as usize >= self.isovalues().len() {
                     return Err(Error::input(format!(
                         "vertex {v}: knot {i} has rank {}, expected increasing ranks below {}",
                         knot.rank,
-                        self.isovalues.len()
+                        self.isovalues().len()
                     )));
                 }
                 // A NaN fails this comparison.
@@ -139,12 +139,12 @@ impl Spectrum {
         if a == b || b == c || c == a {
             return Err(format!("vertices {a}, {b}, {c}, expected three different ones"));
         }
-        if triangle.birth >= triangle.death || triangle.death as usize >= self.isovalues.len() {
+        if triangle.birth >= triangle.death || triangle.death as usize >= self.isovalues().len() {
             return Err(format!(
                 "lifetime [{}, {}), expected increasing ranks below {}",
                 triangle.birth,
                 triangle.death,
-                self.isovalues.len()
+                self.isovalues().len()
             ));
         }
         for v in triangle.vertices {

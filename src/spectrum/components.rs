@@ -21,6 +21,7 @@ use crate::volume::Placement;
 
 /// One component of a closed mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Component {
     /// How many triangles it has, caps included.
     pub n_triangles: usize,
@@ -36,6 +37,7 @@ pub struct Component {
 
 /// The components of a closed mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Components {
     /// The component of each triangle of the mesh.
     pub of_triangle: Vec<u32>,
@@ -158,6 +160,16 @@ fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component>
 }
 
 /// Which components of an isosurface are kept; without limits all. In the frame and the unit of the mesh's positions.
+///
+/// ```
+/// use isospectrum::{Keep, Mesh, Placement};
+///
+/// // The largest one of those that enclose a millilitre, of a volume in millimetres.
+/// let keep = Keep { largest: Some(1), min_volume: 1000.0, ..Keep::default() };
+/// let keep = keep.in_voxels(&Placement { spacing: [0.5; 3], ..Placement::default() });
+/// assert_eq!(keep.min_volume, 8000.0);
+/// assert!(Mesh::default().with_components(&keep).triangles.is_empty());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Keep {
     /// This many, the largest by volume, of those that the others leave.

@@ -12,17 +12,17 @@ use crate::error::{Error, Result};
 
 /// See the module.
 #[derive(Clone, Debug)]
-pub struct Joiner {
+pub(crate) struct Joiner {
     whole: Patch,
     seam: Seam,
 }
 
 /// Vertices in common, by their keys.
-pub type Seam = HashMap<u64, u32>;
+pub(crate) type Seam = HashMap<u64, u32>;
 
 /// A vertex in common is another one in another patch: where.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unlike(pub [f32; 3]);
+pub(crate) struct Unlike(pub(crate) [f32; 3]);
 
 impl Default for Joiner {
     fn default() -> Self {
@@ -33,7 +33,7 @@ impl Default for Joiner {
 
 impl Joiner {
     /// For so many vertices, knots and triangles in all, which may turn out to be fewer.
-    pub fn for_size([vertices, knots, triangles]: [usize; 3]) -> Self {
+    pub(crate) fn for_size([vertices, knots, triangles]: [usize; 3]) -> Self {
         let mut joiner = Joiner::default();
         joiner.whole.first_knot.reserve_exact(vertices);
         joiner.whole.knots.reserve_exact(knots);
@@ -46,7 +46,7 @@ impl Joiner {
     /// # Errors
     ///
     /// [`Error::Input`] where all are too many for 32 bits; within the result, where a vertex in common differs.
-    pub fn append(
+    pub(crate) fn append(
         &mut self,
         patch: &Patch,
         shared: &[(u32, u64)],
@@ -89,12 +89,12 @@ impl Joiner {
     }
 
     /// Goes on where [`Joiner::finish`] ended.
-    pub fn resume(whole: Patch, seam: Seam) -> Self {
+    pub(crate) fn resume(whole: Patch, seam: Seam) -> Self {
         Joiner { whole, seam }
     }
 
     /// All patches as one, and where the vertices in common are in it.
-    pub fn finish(self) -> (Patch, Seam) {
+    pub(crate) fn finish(self) -> (Patch, Seam) {
         let Joiner { mut whole, seam } = self;
         let tables = whole.isovalues;
         let mut isovalues = tables.clone();

@@ -38,6 +38,7 @@ pub struct End {
 
 /// Where a component begins and ends; none where it reaches the end of the spectrum's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Lineage {
     /// Towards lower isovalues: where it appears, or splits off a larger one.
     pub birth: Option<End>,
@@ -100,7 +101,7 @@ impl<'a> Follower<'a> {
             ends: vec![None; n],
             n_left: n,
         };
-        let alive = spectrum.triangles.iter().filter(|t| t.birth <= rank && rank < t.death);
+        let alive = spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death);
         for (triangle, &component) in alive.zip(&components.of_triangle) {
             let [a, b, c] = triangle.vertices;
             let root = [b, c].into_iter().fold(a, |root, v| follower.unite(root, v, f64::NAN));
@@ -113,20 +114,20 @@ impl<'a> Follower<'a> {
 
     /// Rank at which a triangle comes on the way.
     fn comes(&self, triangle: u32) -> u32 {
-        let triangle = &self.spectrum.triangles[triangle as usize];
+        let triangle = &self.spectrum.triangles()[triangle as usize];
         if self.upward { triangle.birth } else { triangle.death }
     }
 
     /// Rank at which it goes.
     fn goes(&self, triangle: u32) -> u32 {
-        let triangle = &self.spectrum.triangles[triangle as usize];
+        let triangle = &self.spectrum.triangles()[triangle as usize];
         if self.upward { triangle.death } else { triangle.birth }
     }
 
     /// The triangles for which `at` lies beyond `rank`, in the order in which they are met.
     fn beyond(&self, rank: u32, at: impl Fn(u32) -> u32) -> Vec<u32> {
         let is_beyond = |r: u32| if self.upward { r > rank } else { r <= rank };
-        let numbers = 0..self.spectrum.triangles.len() as u32;
+        let numbers = 0..self.spectrum.triangles().len() as u32;
         let mut list: Vec<u32> = numbers.filter(|&i| is_beyond(at(i))).collect();
         list.sort_unstable_by_key(|&i| (if self.upward { at(i) } else { u32::MAX - at(i) }, i));
         list
@@ -140,7 +141,7 @@ impl<'a> Follower<'a> {
             && let Some(&first) = going.first()
         {
             let rank = self.goes(first);
-            if self.is_outside(self.spectrum.isovalues[rank as usize]) {
+            if self.is_outside(self.spectrum.isovalues()[rank as usize]) {
                 // What is still there reaches the end of the range.
                 break;
             }
@@ -157,13 +158,13 @@ impl<'a> Follower<'a> {
     }
 
     fn is_outside(&self, isovalue: f64) -> bool {
-        let (low, high) = self.spectrum.range;
+        let (low, high) = self.spectrum.range();
         if self.upward { isovalue > high } else { isovalue <= low }
     }
 
     fn take_in(&mut self, triangle: u32) {
-        let isovalue = self.spectrum.isovalues[self.comes(triangle) as usize];
-        let [a, b, c] = self.spectrum.triangles[triangle as usize].vertices;
+        let isovalue = self.spectrum.isovalues()[self.comes(triangle) as usize];
+        let [a, b, c] = self.spectrum.triangles()[triangle as usize].vertices;
         let root = [b, c].into_iter().fold(a, |root, v| self.unite(root, v, isovalue));
         let root = self.sets.find(root) as usize;
         self.kin[root].n_alive += 1;
@@ -218,7 +219,7 @@ impl<'a> Follower<'a> {
         let came = came.iter().copied().filter(|&i| self.comes(i) == rank);
         let places = self.places(came, rank, &last);
         emptied.sort_unstable_by_key(|&root| self.kin[root as usize].component);
-        let isovalue = self.spectrum.isovalues[rank as usize];
+        let isovalue = self.spectrum.isovalues()[rank as usize];
         for root in emptied {
             if let Some(again) = last.get(&root).and_then(|points| self.again(points, &places)) {
                 self.unite(root, again, isovalue);
@@ -231,8 +232,8 @@ impl<'a> Follower<'a> {
 
     /// Where triangles lie at a rank, corners and middles.
     fn places_of(&self, triangle: u32, rank: u32) -> [Vec3; 4] {
-        let isovalue = self.spectrum.isovalues[rank as usize];
-        let corners = self.spectrum.triangles[triangle as usize]
+        let isovalue = self.spectrum.isovalues()[rank as usize];
+        let corners = self.spectrum.triangles()[triangle as usize]
             .vertices
             .map(|v| Vec3::from(self.spectrum.vertex_at(v, rank, isovalue)));
         let [a, b, c] = corners;
@@ -278,7 +279,7 @@ impl<'a> Follower<'a> {
     }
 
     fn root_of(&mut self, triangle: u32) -> u32 {
-        self.sets.find(self.spectrum.triangles[triangle as usize].vertices[0])
+        self.sets.find(self.spectrum.triangles()[triangle as usize].vertices[0])
     }
 }
 

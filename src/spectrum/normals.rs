@@ -105,7 +105,7 @@ struct TrianglesAt {
 impl TrianglesAt {
     fn new(spectrum: &Spectrum) -> Self {
         let mut first = vec![0u32; spectrum.n_vertices() + 1];
-        let corners = || spectrum.triangles.iter().map(|t| t.vertices);
+        let corners = || spectrum.triangles().iter().map(|t| t.vertices);
         for v in corners().flatten() {
             first[v as usize + 1] += 1;
         }
@@ -131,7 +131,7 @@ impl TrianglesAt {
 /// The codes of the normals at the knots of one vertex.
 fn normals_of(spectrum: &Spectrum, triangles: &TrianglesAt, v: u32) -> Vec<[i16; 2]> {
     let trajectory = spectrum.trajectory(v);
-    let isovalue = |i: usize| spectrum.isovalues[trajectory[i].rank as usize];
+    let isovalue = |i: usize| spectrum.isovalues()[trajectory[i].rank as usize];
     let last = trajectory.len().saturating_sub(1);
     let looked_at = |i: usize| match i {
         _ if last == 0 => isovalue(i),
@@ -167,7 +167,7 @@ fn nearest_life(
     (rank, isovalue): (u32, f64),
 ) -> Option<(u32, f64)> {
     let away = |&i: &u32| {
-        let triangle = &spectrum.triangles[i as usize];
+        let triangle = &spectrum.triangles()[i as usize];
         let before = triangle.birth.saturating_sub(rank);
         // The last rank of a lifetime is the one before its death.
         let after = (rank + 1).saturating_sub(triangle.death);
@@ -177,7 +177,7 @@ fn nearest_life(
     if away == 0 {
         return Some((rank, isovalue));
     }
-    let [start, end] = [birth, death].map(|rank| spectrum.isovalues[rank as usize]);
+    let [start, end] = [birth, death].map(|rank| spectrum.isovalues()[rank as usize]);
     let middle = 0.5 * start + 0.5 * end;
     Some((spectrum.rank_at(middle)?, middle))
 }
@@ -198,7 +198,7 @@ fn area_vector(
     let mut sums = [[0i128; 3]; 2];
     let here = place_at(spectrum, v, rank, isovalue);
     for &i in triangles {
-        let triangle = &spectrum.triangles[i as usize];
+        let triangle = &spectrum.triangles()[i as usize];
         if !(triangle.birth..triangle.death).contains(&rank) {
             continue;
         }
@@ -216,9 +216,9 @@ fn area_vector(
 
 /// Where a vertex is at an isovalue of its lifetime and the isovalue's rank, voxel frame.
 fn place_at(spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> DVec3 {
-    let [before, after] = spectrum.knots_around(v, rank).map(|i| &spectrum.knots[i]);
+    let [before, after] = spectrum.knots_around(v, rank).map(|i| &spectrum.knots()[i]);
     let place = |knot: &Knot| DVec3::from(knot.position.map(f64::from));
-    let time = |knot: &Knot| spectrum.isovalues[knot.rank as usize];
+    let time = |knot: &Knot| spectrum.isovalues()[knot.rank as usize];
     let t = fraction(isovalue, time(before), time(after));
     place(before) + t * (place(after) - place(before))
 }

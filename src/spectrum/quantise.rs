@@ -14,7 +14,7 @@ pub const QUANTUM: f64 = 1.0 / 1024.0;
 impl Spectrum {
     /// The spectrum with positions rounded as the file rounds them. Doing it again changes nothing.
     pub fn quantised(mut self) -> Spectrum {
-        for knot in &mut self.knots {
+        for knot in &mut self.patch.knots {
             knot.position = knot.position.map(|x| from_fixed(to_fixed(x)));
         }
         self

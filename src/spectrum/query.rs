@@ -25,7 +25,7 @@ const SHORT: usize = 4;
 /// # fn of(spectrum: isospectrum::Spectrum) -> isospectrum::Result<()> {
 /// let spectrum = Arc::new(spectrum);
 /// let mut query = isospectrum::Query::new(spectrum.clone());
-/// let mesh = query.mesh_at(spectrum.range.0)?;
+/// let mesh = query.mesh_at(spectrum.range().0)?;
 /// # Ok(())
 /// # }
 /// ```
@@ -53,13 +53,13 @@ impl<S: Deref<Target = Spectrum>> Query<S> {
     /// Builds the search structures, in O(n log n) of the number of triangles. The spectrum must
     /// pass [`Spectrum::check`].
     pub fn new(spectrum: S) -> Self {
-        let knots = spectrum.knots.iter().map(|k| TimedKnot::new(k, &spectrum.isovalues));
+        let knots = spectrum.knots().iter().map(|k| TimedKnot::new(k, spectrum.isovalues()));
         Query {
-            active: ActiveSet::new(&spectrum.triangles),
-            triangles: spectrum.triangles.iter().map(|t| (t.vertices, t.cap)).collect(),
+            active: ActiveSet::new(spectrum.triangles()),
+            triangles: spectrum.triangles().iter().map(|t| (t.vertices, t.cap)).collect(),
             trajectories: Trajectories {
                 knots: knots.collect(),
-                ranks: spectrum.knots.iter().map(|knot| knot.rank).collect(),
+                ranks: spectrum.knots().iter().map(|knot| knot.rank).collect(),
             },
             assembly: Assembly::new(&spectrum),
             spectrum,
@@ -110,7 +110,7 @@ impl Trajectories {
     /// As [`Spectrum::vertex_at`].
     #[inline]
     fn vertex_at(&self, spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
-        let first_knot = &spectrum.first_knot;
+        let first_knot = spectrum.first_knot();
         let range = first_knot[v as usize] as usize..first_knot[v as usize + 1] as usize;
         let trajectory = &self.knots[range.clone()];
         let next = if trajectory.len() <= SHORT {
@@ -151,7 +151,7 @@ impl Spectrum {
     ///
     /// [`Error::Range`] outside the closed [`Spectrum::range`], and for what is no number.
     pub fn check_isovalue(&self, isovalue: f64) -> Result<()> {
-        let (low, high) = self.range;
+        let (low, high) = self.range();
         if low <= isovalue && isovalue <= high {
             return Ok(());
         }
@@ -160,7 +160,7 @@ impl Spectrum {
 
     /// The largest rank whose isovalue is at most `isovalue`; none below the first.
     pub fn rank_at(&self, isovalue: f64) -> Option<u32> {
-        let n = self.isovalues.partition_point(|&c| c <= isovalue);
+        let n = self.isovalues().partition_point(|&c| c <= isovalue);
         n.checked_sub(1).map(|rank| rank as u32)
     }
 
@@ -173,7 +173,7 @@ impl Spectrum {
     /// If the vertex has no knots.
     pub fn vertex_at(&self, v: u32, rank: u32, isovalue: f64) -> [f32; 3] {
         let ([before, after], t) = self.way_between_knots(v, rank, isovalue);
-        let [before, after] = [before, after].map(|i| &self.knots[i]);
+        let [before, after] = [before, after].map(|i| &self.knots()[i]);
         if t == 0.0 { before.position } else { between(before.position, after.position, t) }
     }
 
@@ -181,7 +181,7 @@ impl Spectrum {
     /// far it is from the first to the second: 0 where it is at the first, or there is one side only.
     pub(crate) fn way_between_knots(&self, v: u32, rank: u32, isovalue: f64) -> ([usize; 2], f64) {
         let around = self.knots_around(v, rank);
-        let [low, high] = around.map(|i| self.isovalues[self.knots[i].rank as usize]);
+        let [low, high] = around.map(|i| self.isovalues()[self.knots()[i].rank as usize]);
         (around, if low < high { fraction(isovalue, low, high) } else { 0.0 })
     }
 
@@ -190,7 +190,7 @@ impl Spectrum {
     pub(super) fn knots_around(&self, v: u32, rank: u32) -> [usize; 2] {
         let trajectory = self.trajectory(v);
         let next = trajectory.partition_point(|knot| knot.rank <= rank);
-        let first = self.first_knot[v as usize] as usize;
+        let first = self.first_knot()[v as usize] as usize;
         [first + next.saturating_sub(1), first + next.min(trajectory.len() - 1)]
     }
 }

@@ -13,7 +13,7 @@ impl Spectrum {
     /// largest area, the nearest isovalue with as much. Where samples are spread unevenly, as in densities and
     /// images, there may be next to nothing at the middle.
     pub fn shown_first(&self) -> f64 {
-        let (low, high) = self.range;
+        let (low, high) = self.range();
         let mut query = Query::new(self);
         let mut area_at =
             |isovalue: f64| query.mesh_at(isovalue).map_or(0.0, |mesh| Measures::of(&mesh).area);
@@ -31,7 +31,7 @@ impl Spectrum {
 
 #[cfg(test)]
 mod tests {
-    use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
+    use crate::spectrum::{About, Knot, Spectrum, Triangle, VolumeInfo};
     use crate::spectrum::{Patch, SpectrumBuilder};
     use crate::volume::{Outside, Placement};
 
@@ -64,8 +64,7 @@ mod tests {
             placement: Placement::default(),
             outside: Outside::Low,
         };
-        let info = serde_json::Value::Null;
-        builder.finish(volume, (0.0, 1.0), 0.1, info, Vec::new()).expect("valid")
+        builder.finish(About::new(volume, (0.0, 1.0), 0.1)).expect("valid")
     }
 
     #[test]

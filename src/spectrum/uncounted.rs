@@ -24,8 +24,8 @@ impl Spectrum {
             }
             pieces
         };
-        let triangles: Vec<Triangle> = self.triangles.par_iter().flat_map_iter(pieces).collect();
-        self.triangles = triangles;
+        let triangles: Vec<Triangle> = self.triangles().par_iter().flat_map_iter(pieces).collect();
+        self.patch.triangles = triangles;
     }
 
     /// Appends the pieces of a triangle, each as long as it can be.
@@ -45,7 +45,7 @@ impl Spectrum {
         let mut parts: Vec<(u32, u32)> = ranks.windows(2).rev().map(|w| (w[0], w[1])).collect();
         let first = pieces.len();
         while let Some((birth, death)) = parts.pop() {
-            let [from, to] = [birth, death].map(|rank| self.isovalues[rank as usize]);
+            let [from, to] = [birth, death].map(|rank| self.isovalues()[rank as usize]);
             let middle = birth + (death - birth) / 2;
             if middle > birth {
                 let [p, q] = [(birth, from), (death, to)].map(|at| self.middle(&triangle, at));
@@ -87,8 +87,8 @@ mod tests {
         let mut cut = spectrum.clone();
         cut.cap_where(|p| p[0] > 7.3);
         cut.check().expect("still a spectrum");
-        assert!(cut.triangles.len() > spectrum.triangles.len(), "some are cut");
-        let (low, high) = spectrum.range;
+        assert!(cut.triangles().len() > spectrum.triangles().len(), "some are cut");
+        let (low, high) = spectrum.range();
         let mut n_told = [0; 2];
         for i in 1..40 {
             let isovalue = low + (high - low) * f64::from(i) / 40.0;

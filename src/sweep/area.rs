@@ -22,10 +22,10 @@ pub(crate) fn area_isovalues((low, high): (f64, f64)) -> impl Iterator<Item = f6
 /// The area, caps left out, that the first `n_tracked` triangles show at each of [`area_isovalues`], and that the others do.
 pub(super) fn shown_areas(spectrum: &Spectrum, n_tracked: usize) -> Vec<[f64; 2]> {
     let ranked: Vec<Option<(f64, u32)>> =
-        area_isovalues(spectrum.range).map(|c| Some((c, spectrum.rank_at(c)?))).collect();
+        area_isovalues(spectrum.range()).map(|c| Some((c, spectrum.rank_at(c)?))).collect();
     let known: Vec<(f64, u32)> = ranked.iter().copied().flatten().collect();
-    let tracked = areas(spectrum, &spectrum.triangles[..n_tracked], &known);
-    let others = areas(spectrum, &spectrum.triangles[n_tracked..], &known);
+    let tracked = areas(spectrum, &spectrum.triangles()[..n_tracked], &known);
+    let others = areas(spectrum, &spectrum.triangles()[n_tracked..], &known);
     let mut found = tracked.into_iter().zip(others).map(|(t, o)| [t, o]);
     ranked.iter().map(|r| r.and_then(|_| found.next()).unwrap_or_default()).collect()
 }
@@ -33,7 +33,7 @@ pub(super) fn shown_areas(spectrum: &Spectrum, n_tracked: usize) -> Vec<[f64; 2]
 /// Tells in a spectrum's parameters which share of its area is tracked, where it has any.
 pub(crate) fn tell_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
     let rounded = |x: f64| (1e4 * x).round() / 1e4;
-    let all = area_isovalues(spectrum.range).zip(areas);
+    let all = area_isovalues(spectrum.range()).zip(areas);
     let shares: Vec<(f64, f64)> =
         all.filter(|(_, [t, o])| t + o > 0.0).map(|(c, [t, o])| (c, t / (t + o))).collect();
     if shares.is_empty() {
@@ -41,8 +41,9 @@ pub(crate) fn tell_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
     }
     let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
     let shares: Vec<(f64, f64)> = shares.into_iter().map(|(c, s)| (c, rounded(s))).collect();
-    spectrum.parameters[TRACKED_AREA_SHARE] = serde_json::json!(rounded(mean));
-    spectrum.parameters[TRACKED_AREA_SHARES] = serde_json::json!(shares);
+    let told = &mut spectrum.about_mut().parameters;
+    told.tell(TRACKED_AREA_SHARE, serde_json::json!(rounded(mean)));
+    told.tell(TRACKED_AREA_SHARES, serde_json::json!(shares));
 }
 
 /// The area of some triangles, without caps, at each of some isovalues with their ranks.

@@ -45,7 +45,7 @@ pub fn compute_block(
     let mut builder = SpectrumBuilder::new();
     builder.push_patch(swept.patch);
     let mut spectrum = finished(&sweep, builder, &counts)?;
-    spectrum.events.clear();
+    spectrum.about_mut().events.clear();
     let areas = area::shown_areas(&spectrum, swept.n_tracked);
     Ok(Block { spectrum, shared: swept.shared, areas, counts })
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::spectrum::Spectrum;
 
-/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`].
+/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`] (see [`Prepared`](crate::Prepared) for an example).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -36,7 +36,7 @@ impl Counts {
     /// Those of the sweep that a spectrum comes from; none of a spectrum that another program wrote. What an older
     /// version did not count is 0.
     pub fn of(spectrum: &Spectrum) -> Option<Counts> {
-        let told = spectrum.parameters.get(Counts::NAME)?;
+        let told = spectrum.parameters().get(Counts::NAME)?;
         Counts::deserialize(told).ok()
     }
 

@@ -19,10 +19,10 @@ use glam::Vec3;
 
 use super::{Parameters, Sweep};
 use crate::error::{Error, Result};
-use crate::export::{PlyMesh, read_ply};
 use crate::extract::{Extraction, extract};
 use crate::kernels::field::Field;
 use crate::mesh::{Compacted, Mesh, Vertex, area, intersecting, normal};
+use crate::mesh::{PlyMesh, read_ply};
 use crate::volume::Placement;
 use nearest::ExtractionVertices;
 

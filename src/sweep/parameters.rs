@@ -7,6 +7,15 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
+///
+/// More may come, so those that are not meant are best left to the default:
+///
+/// ```
+/// use isospectrum::Parameters;
+///
+/// let parameters = Parameters { range: Some((10.0, 200.0)), error: 0.05, ..Parameters::default() };
+/// assert_eq!(parameters.max_edge, Parameters::default().max_edge);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Isovalues to cover; the range of the volume if absent.
@@ -70,24 +79,5 @@ impl Default for Parameters {
             start: None,
             initial_mesh: None,
         }
-    }
-}
-
-/// How a sweep tells what it does and learns that it should stop.
-pub trait Progress: Sync {
-    /// `done` runs from 0 to 1.
-    fn report(&self, done: f64, message: &str);
-    /// Whether the caller wants the sweep to stop.
-    fn cancelled(&self) -> bool;
-}
-
-/// No reports, never cancelled.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
-
-impl Progress for Silent {
-    fn report(&self, _done: f64, _message: &str) {}
-    fn cancelled(&self) -> bool {
-        false
     }
 }

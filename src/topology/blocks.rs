@@ -25,7 +25,7 @@ use super::exact::ExactField;
 use super::merge::{Direction, MergeTree};
 use super::{Arc, Tree};
 use crate::error::{Error, Result};
-use crate::spectrum::Event;
+use crate::topology::Event;
 use crate::volume::{Outside, Volume, Within};
 
 /// A block's samples in the whole, the first and the one behind the last along x, y, z.

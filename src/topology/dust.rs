@@ -24,8 +24,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
+use crate::volume::with_samples;
 use crate::volume::{Outside, Samples, Volume};
-use crate::with_samples;
 
 /// Which way dust is taken out: spectra name it, so that none is taken for what another way gives.
 pub const DUST_METHOD: u32 = 1;
@@ -35,6 +35,7 @@ const ENDLESS: u32 = u32::MAX;
 
 /// What [`without_dust`] did to a volume.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Dust {
     /// [`DUST_METHOD`].
     pub method: u32,

@@ -46,8 +46,8 @@ pub(crate) use face::is_saddle_above;
 pub use isovalue::IsovalueKeys;
 
 use crate::error::{Error, Result};
+use crate::volume::with_samples;
 use crate::volume::{Outside, Samples, Volume};
-use crate::with_samples;
 
 /// Weights of the ramp along x, y, z: exact zeros in none of 12,360 adversarial grids, where
 /// smaller ones such as (1, 2, 4) meet them in one of a hundred.

@@ -13,8 +13,8 @@
 //! This is the shortest list of events with the given effect: a handle that opens and closes at one
 //! isovalue, in no time, is not in it.
 
-use crate::spectrum::{Event, EventKind};
 use crate::topology::{Arc, TopologyEvent};
+use crate::topology::{Event, EventKind};
 
 /// Events joined by arcs that only the ramp makes.
 #[derive(Clone, Default)]

@@ -7,8 +7,8 @@
 
 use std::fmt::Write;
 
-use crate::spectrum::{Event, EventKind};
 use crate::topology::curves::ContourSpectrum;
+use crate::topology::{Event, EventKind};
 
 const WIDTH: f64 = 960.0;
 const LEFT: f64 = 92.0;

@@ -14,7 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::spectrum::EventKind;
+use crate::topology::EventKind;
 use crate::topology::critical::Place;
 use crate::topology::exact::{ExactField, ORDER_BITS};
 use crate::topology::{Topology, TopologyEvent};

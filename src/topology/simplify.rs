@@ -37,12 +37,12 @@ mod smooth;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
-use crate::spectrum::EventKind;
+use crate::topology::EventKind;
 use crate::topology::Topology;
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
+use crate::volume::with_samples;
 use crate::volume::{Samples, Volume};
-use crate::with_samples;
 use drain::drain_minima;
 use lattice::{Grain, Lattice};
 use relax::{Relaxation, relax};

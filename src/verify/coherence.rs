@@ -12,6 +12,7 @@ pub(super) const JUST: f64 = 1e-6;
 
 /// What becomes of the triangles at the events of one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct EventCoherence {
     /// The isovalue.
     pub isovalue: f64,
@@ -27,6 +28,7 @@ pub struct EventCoherence {
 
 /// What becomes of triangles at events, over the whole range.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Coherence {
     /// Of the triangles alive just before an event, summed over the events, the share alive just
     /// after; `None` where there are none.
@@ -49,9 +51,9 @@ struct Lifetimes<'a> {
 
 impl<'a> Lifetimes<'a> {
     fn of(spectrum: &'a Spectrum) -> Self {
-        let n = spectrum.isovalues.len();
+        let n = spectrum.isovalues().len();
         let (mut born, mut dead) = (vec![0u64; n], vec![0u64; n]);
-        for triangle in &spectrum.triangles {
+        for triangle in spectrum.triangles() {
             born[triangle.birth as usize] += 1;
             dead[triangle.death as usize] += 1;
         }
@@ -60,14 +62,14 @@ impl<'a> Lifetimes<'a> {
             dead[r] += dead[r - 1];
         }
         let mut by_death: Vec<(u32, u32)> =
-            spectrum.triangles.iter().map(|t| (t.death, t.birth)).collect();
+            spectrum.triangles().iter().map(|t| (t.death, t.birth)).collect();
         by_death.sort_unstable();
         Lifetimes { spectrum, born, dead, births: by_death.into_iter().map(|t| t.1).collect() }
     }
 
     /// How many ranks lie at an isovalue or below.
     fn ranks_until(&self, isovalue: f64) -> usize {
-        self.spectrum.isovalues.partition_point(|&c| c <= isovalue)
+        self.spectrum.isovalues().partition_point(|&c| c <= isovalue)
     }
 
     /// Alive, born so far and dead so far after the first `ranks` ranks.
@@ -87,10 +89,10 @@ impl<'a> Lifetimes<'a> {
 
 /// What becomes of the triangles of a spectrum at its events.
 pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let just = JUST * (high - low);
     let lifetimes = Lifetimes::of(spectrum);
-    let mut isovalues: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+    let mut isovalues: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
     isovalues.retain(|c| c - just > low && c + just < high);
     isovalues.sort_by(f64::total_cmp);
     let mut found = Coherence::default();
@@ -115,7 +117,7 @@ pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
     let sum = |of: fn(&EventCoherence) -> u64| found.events.iter().map(of).sum::<u64>();
     let (before, survived) = (sum(|e| e.before), sum(|e| e.survived));
     found.survived_share = (before > 0).then(|| survived as f64 / before as f64);
-    let all = 2 * spectrum.triangles.len();
+    let all = 2 * spectrum.triangles().len();
     found.changes_at_events_share = (all > 0).then(|| changes as f64 / all as f64);
     found
 }
@@ -123,35 +125,35 @@ pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
 /// Isovalues just before and just after those, away from events, at which most triangles are born
 /// or die; at most `n`, ascending.
 pub(super) fn busiest_elsewhere(spectrum: &Spectrum, n: usize) -> Vec<(f64, f64)> {
-    let (low, high) = spectrum.range;
+    let (low, high) = spectrum.range();
     let just = JUST * (high - low);
-    let mut events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+    let mut events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
     events.sort_by(f64::total_cmp);
     let is_near_event = |c: f64| {
         let next = events.partition_point(|&e| e < c - 2.0 * just);
         events.get(next).is_some_and(|&e| e <= c + 2.0 * just)
     };
-    let mut changes = vec![0u64; spectrum.isovalues.len()];
-    for triangle in &spectrum.triangles {
+    let mut changes = vec![0u64; spectrum.isovalues().len()];
+    for triangle in spectrum.triangles() {
         changes[triangle.birth as usize] += 1;
         changes[triangle.death as usize] += 1;
     }
     let mut ranks: Vec<usize> = (0..changes.len())
         .filter(|&r| {
-            let c = spectrum.isovalues[r];
+            let c = spectrum.isovalues()[r];
             changes[r] > 0 && c - just > low && c + just < high && !is_near_event(c)
         })
         .collect();
     ranks.sort_by_key(|&r| (std::cmp::Reverse(changes[r]), r));
     ranks.truncate(n);
     ranks.sort_unstable();
-    ranks.into_iter().map(|r| spectrum.isovalues[r]).map(|c| (c - just, c + just)).collect()
+    ranks.into_iter().map(|r| spectrum.isovalues()[r]).map(|c| (c - just, c + just)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spectrum::{Event, EventKind, Triangle, VolumeInfo};
+    use crate::spectrum::{About, Event, EventKind, Patch, Triangle, VolumeInfo};
     use crate::volume::{Outside, Placement};
 
     /// Triangles by birth and death in ranks, one rank for each whole isovalue from 0 to 10.
@@ -164,25 +166,24 @@ mod tests {
         };
         let event =
             |&isovalue: &f64| Event { isovalue, position: [0.0; 3], kind: EventKind::Merge };
-        Spectrum {
-            volume: VolumeInfo {
-                name: "v".into(),
-                dims: [2; 3],
-                sample_type: "uint8".into(),
-                range: (0.0, 10.0),
-                placement: Placement::default(),
-                outside: Outside::Low,
-            },
+        let info = VolumeInfo {
+            name: "v".into(),
+            dims: [2; 3],
+            sample_type: "uint8".into(),
             range: (0.0, 10.0),
-            tolerance: 0.1,
-            parameters: serde_json::Value::Null,
-            events: events.iter().map(event).collect(),
+            placement: Placement::default(),
+            outside: Outside::Low,
+        };
+        let events = events.iter().map(event).collect();
+        let about = About { events, ..About::new(info, (0.0, 10.0), 0.1) };
+        let patch = Patch {
             isovalues: (0..=10).map(f64::from).collect(),
             first_knot: vec![0; 4],
-            knots: Vec::new(),
             triangles: lifetimes.iter().map(triangle).collect(),
-            collapses: Vec::new(),
-        }
+            ..Patch::default()
+        };
+        // Places do not matter here, so there are none.
+        Spectrum::unchecked(about, patch)
     }
 
     #[test]

@@ -22,6 +22,7 @@ pub(super) struct Distribution {
 
 /// What a report says of a distribution of values. Everything is `null` where there are no values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Summary {
     /// How many values.
     pub n: u64,

@@ -19,6 +19,7 @@ use crate::topology::exact::ExactField;
 
 /// How far the surface moves across one isovalue, voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Jump {
     /// The isovalue.
     pub isovalue: f64,

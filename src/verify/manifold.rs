@@ -10,6 +10,7 @@ use crate::disjoint_sets::DisjointSets;
 
 /// The topology of a triangle mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct MeshTopology {
     /// Connected components.
     pub components: usize,

@@ -46,6 +46,7 @@ pub struct Limits {
 
 /// One promise, and what was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Promise {
     /// What is measured, and how it must be.
     pub what: &'static str,

@@ -6,6 +6,7 @@ use super::measure::Geometry;
 use super::promise::{failures, judged};
 use super::{Coherence, Jump, Limits, MeshTopology, Promise, Sampling, Summary};
 use crate::spectrum::Spectrum;
+use crate::sweep::Counts;
 
 /// What was found at one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -99,7 +100,16 @@ pub struct Totals {
     pub tracked_share: Option<f64>,
 }
 
-/// The result of a verification.
+/// The result of a verification; [`verify`](crate::verify()) makes it.
+///
+/// ```
+/// # fn of(report: &isospectrum::Report) {
+/// for promise in &report.promises {
+///     println!("{}: {:?}", promise.what, promise.found);
+/// }
+/// println!("{} of {} isovalues right", report.totals.topology_right, report.totals.isovalues);
+/// # }
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Report {
@@ -120,7 +130,7 @@ pub struct Report {
     /// The sums.
     pub totals: Totals,
     /// How often the sweep met trouble, and what it did then, as the spectrum tells.
-    pub counts: serde_json::Value,
+    pub counts: Option<Counts>,
     /// Jumps, and what lives on.
     pub continuity: Continuity,
     /// Each isovalue.
@@ -137,18 +147,18 @@ impl Report {
         continuity: Continuity,
     ) -> Self {
         let totals = sum(&rows, pooled, &continuity);
-        let promises = judged(&totals, &continuity.beyond_elsewhere, &limits, spectrum.tolerance);
+        let promises = judged(&totals, &continuity.beyond_elsewhere, &limits, spectrum.tolerance());
         let failures = failures(&promises);
         Report {
             passed: failures.is_empty(),
             failures,
             promises,
-            volume: spectrum.volume.name.clone(),
-            tolerance: spectrum.tolerance,
+            volume: spectrum.volume().name.clone(),
+            tolerance: spectrum.tolerance(),
             seed: sampling.seed,
             limits,
             totals,
-            counts: spectrum.parameters.get("counts").cloned().unwrap_or_default(),
+            counts: Counts::of(spectrum),
             continuity,
             rows,
         }

@@ -36,7 +36,7 @@ impl Curves {
         let (points, stop) = (curves.points.clone(), curves.stop.clone());
         let (spectrum, window) = (spectrum.clone(), window.clone());
         thread::spawn(move || {
-            let (low, high) = spectrum.range;
+            let (low, high) = spectrum.range();
             let mut query = Query::new(&*spectrum);
             let mut mesh = SurfaceMesh::default();
             for i in 0..N_ISOVALUES {
@@ -48,7 +48,7 @@ impl Curves {
                 if query.mesh_at_into(isovalue, &mut mesh).is_err() {
                     continue;
                 }
-                let placed = place_in_world(mesh.clone(), &spectrum.volume.placement);
+                let placed = place_in_world(mesh.clone(), &spectrum.volume().placement);
                 let point = Point { isovalue, measures: Measures::of(&placed) };
                 points.lock().unwrap_or_else(PoisonError::into_inner).push(point);
                 window.request_repaint();

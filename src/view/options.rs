@@ -90,7 +90,7 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         }
         let mut is_parallel = view.camera.orthographic;
         if ui.checkbox(&mut is_parallel, "parallel projection").changed() {
-            view.set_orthographic(&scene.spectrum.volume, is_parallel);
+            view.set_orthographic(scene.spectrum.volume(), is_parallel);
         }
     });
 }
@@ -143,7 +143,7 @@ fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
     });
     ui.add_enabled(options.clip, Slider::new(&mut options.clip_share, 0.0..=1.0).text("at"));
     view.clip = options.clip.then(|| {
-        let volume = &scene.spectrum.volume;
+        let volume = scene.spectrum.volume();
         let spacing = DVec3::from_array(volume.placement.spacing);
         let last = volume.dims[options.clip_axis] as f64 - 1.0;
         let size = last * spacing[options.clip_axis] / spacing.min_element();
@@ -156,7 +156,7 @@ fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
 
 /// The second surface: the opposite of the isovalue at first, for fields of both signs.
 fn second(ui: &mut Ui, scene: &mut Scene) {
-    let (low, high) = scene.spectrum.range;
+    let (low, high) = scene.spectrum.range();
     ui.horizontal(|ui| {
         let mut has_second = scene.second.is_some();
         if ui.checkbox(&mut has_second, "second isovalue").changed() {
@@ -181,7 +181,7 @@ fn components(ui: &mut Ui, scene: &Scene, view: &mut View) {
         }
     });
     ui.horizontal(|ui| {
-        let unit = scene.spectrum.volume.placement.voxel_volume();
+        let unit = scene.spectrum.volume().placement.voxel_volume();
         let mut volume = view.keep.min_volume * unit;
         ui.label("of a volume from");
         let field = DragValue::new(&mut volume).range(0.0..=f64::MAX).speed(0.5 * unit);
@@ -214,13 +214,13 @@ fn saves(ui: &mut Ui, options: &mut Options) -> Option<Command> {
 }
 
 fn facts(ui: &mut Ui, scene: &Scene) {
-    let (low, high) = scene.spectrum.range;
+    let (low, high) = scene.spectrum.range();
     let milliseconds = 1e3 * scene.cost().as_secs_f64();
     for line in [
         format!("{} triangles", scene.n_triangles()),
         format!("{milliseconds:.1} ms for the last picture"),
         format!("range {} to {}", typed::shown(low), typed::shown(high)),
-        format!("{} events at {} isovalues", scene.spectrum.events.len(), scene.events.len()),
+        format!("{} events at {} isovalues", scene.spectrum.events().len(), scene.events.len()),
     ] {
         ui.label(RichText::new(line).small());
     }

@@ -126,7 +126,7 @@ fn drag(response: &Response, scale: f32, scene: &Scene, view: &mut View) {
         match (left, middle || right) {
             (true, true) => hand::zoom(view, (-0.01 * by.y).exp()),
             (true, false) => hand::turn(view, by),
-            (false, true) => hand::shift(view, &scene.spectrum.volume, by),
+            (false, true) => hand::shift(view, scene.spectrum.volume(), by),
             (false, false) => {}
         }
     }

@@ -65,7 +65,7 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
         Vec2::new(ui.available_width(), HEIGHT.min(SHARE * ui.ctx().content_rect().height()));
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let rect = response.rect.shrink2(Vec2::new(6.0, 2.0));
-    let axis = Axis { rect, range: scene.spectrum.range };
+    let axis = Axis { rect, range: scene.spectrum.range() };
     let visuals = ui.visuals();
     painter.rect_filled(response.rect, 3.0, visuals.extreme_bg_color);
 

@@ -23,7 +23,7 @@ impl Window {
                 self.typed = Some(text.clone());
             }
             if field.lost_focus() && self.typed.take().is_some() {
-                let range = scene.spectrum.range;
+                let range = scene.spectrum.range();
                 match typed::isovalue(&text, range, scene.statistics.as_ref()) {
                     Ok(isovalue) => (scene.isovalue, self.playing) = (isovalue, None),
                     Err(error) => complaint = Some(error),

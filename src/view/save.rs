@@ -96,7 +96,7 @@ fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
         mesh.caps.extend(one.caps);
     }
     let border = if view.open { Border::Open } else { Border::Closed };
-    export::write(&mesh, &scene.spectrum.volume.placement, border, path)?;
+    export::write(&mesh, &scene.spectrum.volume().placement, border, path)?;
     Ok(mesh.caps.iter().filter(|&&is_cap| !(view.open && is_cap)).count())
 }
 
@@ -154,7 +154,7 @@ impl Sweep {
     ///
     /// As [`picture`].
     pub(super) fn step(&mut self, scene: &mut Scene, view: &View) -> Result<()> {
-        let (low, high) = scene.spectrum.range;
+        let (low, high) = scene.spectrum.range();
         let share = f64::from(self.next) / f64::from(self.n_frames - 1);
         scene.isovalue = (low * (1.0 - share) + high * share).clamp(low, high);
         let name = format!("{}-{:05}.png", self.prefix, self.next + 1);

@@ -67,7 +67,7 @@ impl Scene {
         let spectrum = Arc::new(spectrum);
         let mut painter = Painter::new(gpu, &spectrum, u64::MAX)?;
         painter.set_sources(sources);
-        let mut events: Vec<f64> = spectrum.events.iter().map(|e| e.isovalue).collect();
+        let mut events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
         events.sort_by(f64::total_cmp);
         events.dedup();
         Ok(Scene {
@@ -95,20 +95,20 @@ impl Scene {
 
     /// How far one notch or key goes.
     pub(super) fn step(&self) -> f64 {
-        typed::step(self.spectrum.range)
+        typed::step(self.spectrum.range())
     }
 
     /// Steps through the isovalues.
     pub(super) fn step_by(&mut self, notches: f64, is_fine: bool) {
         let step = if is_fine { 0.1 * self.step() } else { self.step() };
-        self.isovalue = typed::stepped(self.isovalue, notches, step, self.spectrum.range);
+        self.isovalue = typed::stepped(self.isovalue, notches, step, self.spectrum.range());
     }
 
     /// What the closed mesh at the isovalue, which is drawn, is like in the world.
     pub(super) fn measures(&mut self) -> Option<Measures> {
         if self.measures.is_none_or(|(isovalue, _)| isovalue != self.isovalue) {
             let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue).ok()?;
-            let placed = place_in_world(mesh.clone(), &self.spectrum.volume.placement);
+            let placed = place_in_world(mesh.clone(), &self.spectrum.volume().placement);
             self.measures = Some((self.isovalue, Measures::of(&placed)));
         }
         self.measures.map(|(_, measures)| measures)
@@ -117,7 +117,7 @@ impl Scene {
     /// Makes the picture fit the surface, if there is any.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
         if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue, &view.keep)? {
-            view.fit(&self.spectrum.volume, bounds);
+            view.fit(self.spectrum.volume(), bounds);
         }
         Ok(())
     }
@@ -190,7 +190,7 @@ impl Scene {
             true => self.events.iter().find(|&&c| c > self.isovalue),
             false => self.events.iter().rfind(|&&c| c < self.isovalue),
         };
-        let (low, high) = self.spectrum.range;
+        let (low, high) = self.spectrum.range();
         let next = next.copied().filter(|c| (low..=high).contains(c));
         self.isovalue = next.unwrap_or(self.isovalue);
         next.is_some()
@@ -240,7 +240,7 @@ impl Scene {
         let is_kept = |p: DVec3| {
             view.clip.is_none_or(|clip| DVec3::from_array(clip.normal).dot(p) <= clip.offset)
         };
-        hand::first_hit(hand::ray(view, &spectrum.volume, pixel), triangles, is_kept)
+        hand::first_hit(hand::ray(view, spectrum.volume(), pixel), triangles, is_kept)
     }
 
     /// Takes the texture back from the window.

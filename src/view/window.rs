@@ -214,10 +214,10 @@ impl Window {
             (Action::SaveAs, _) => self.choose(Purpose::Save),
             (Action::Orthographic, Some(scene)) => {
                 let is_parallel = !self.view.camera.orthographic;
-                self.view.set_orthographic(&scene.spectrum.volume, is_parallel);
+                self.view.set_orthographic(scene.spectrum.volume(), is_parallel);
             }
             (Action::Side(side), Some(scene)) => {
-                self.view.camera = self.view.camera.from_side(side, &scene.spectrum.volume);
+                self.view.camera = self.view.camera.from_side(side, scene.spectrum.volume());
             }
             (Action::Event { is_up }, Some(scene)) => {
                 self.playing = None;
@@ -277,7 +277,7 @@ impl Window {
             }
             context.request_repaint();
         } else if let Some(direction) = &mut self.playing {
-            let (low, high) = scene.spectrum.range;
+            let (low, high) = scene.spectrum.range();
             let seconds = f64::from(context.input(|input| input.stable_dt)).min(0.25);
             scene.isovalue += *direction * (high - low) * seconds / SWEEP_SECONDS;
             if !(low..=high).contains(&scene.isovalue) {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::decode::reserve;
 use super::{Outside, Placement, Samples, Volume};
 use crate::error::{Error, Result};
-use crate::with_samples;
+use crate::volume::with_samples;
 
 /// Where a block of samples lies in a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

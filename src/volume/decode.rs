@@ -192,7 +192,7 @@ pub(crate) fn picked(samples: Samples, channel: Channel) -> Samples {
     if channel == Channel::ONLY {
         return samples;
     }
-    crate::with_samples!(samples, s => {
+    crate::volume::with_samples!(samples, s => {
         s.chunks_exact(channel.of).map(|sample| sample[channel.index]).collect::<Vec<_>>().into()
     })
 }
@@ -209,7 +209,7 @@ pub(crate) fn permuted(
     let mut new_dims = [0; 3];
     (0..3).for_each(|a| new_dims[order[a]] = dims[a]);
     let stride = [1, new_dims[0], new_dims[0] * new_dims[1]];
-    let moved = crate::with_samples!(samples, s => {
+    let moved = crate::volume::with_samples!(samples, s => {
         let mut moved = reserve(s.len(), s[0])?;
         for (i, &v) in s.iter().enumerate() {
             let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];

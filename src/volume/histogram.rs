@@ -8,6 +8,7 @@ const N_BINS: usize = 1 << 16;
 
 /// A histogram of samples over their range.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Histogram {
     range: (f64, f64),
     counts: Vec<u64>,

@@ -7,7 +7,17 @@ use super::Statistics;
 use crate::error::{Error, Result};
 
 /// An isovalue as it was written.
+///
+/// ```
+/// use isospectrum::Isovalue;
+///
+/// assert_eq!("50%".parse::<Isovalue>()?.resolve((0.0, 8.0), None)?, 4.0);
+/// // Nothing is known of the samples.
+/// assert!("p99".parse::<Isovalue>()?.resolve((0.0, 8.0), None).is_err());
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Isovalue {
     /// A value of the field.
     Absolute(f64),

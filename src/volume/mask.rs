@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 use super::stream::DEFLATE_RATIO;
 use super::{Outside, Samples, Space, Unit, Volume};
 use crate::error::{Error, Result};
-use crate::with_samples;
+use crate::volume::with_samples;
 
 /// Most letters that a mask may take in a spectrum, whose description has room for a MiB.
 const MOST_LETTERS: usize = 768 << 10;

@@ -26,6 +26,7 @@ const LEAST_SPAN: f64 = 1e-3;
 /// What lengths of the world are measured in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Unit {
     /// Not told.
     #[default]
@@ -90,6 +91,7 @@ impl fmt::Display for Unit {
 /// What the axes of the world mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
+#[non_exhaustive]
 pub enum Space {
     /// Nothing that is known.
     #[default]
@@ -111,6 +113,14 @@ impl fmt::Display for Space {
 }
 
 /// Where the samples lie in the world.
+///
+/// ```
+/// use isospectrum::Placement;
+///
+/// let placement = Placement { origin: [10.0, 0.0, 0.0], spacing: [0.5, 0.5, 2.0], ..Placement::default() };
+/// // The voxel frame is that of meshes; its unit is the smallest spacing.
+/// assert_eq!(placement.voxel_of_world([10.0, 1.0, 2.0]), [0.0, 2.0, 4.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
     /// World position of sample (0, 0, 0).

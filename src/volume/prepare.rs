@@ -11,6 +11,14 @@ use super::{MaskRecord, Placement, Samples, Volume};
 use crate::error::{Error, Result};
 
 /// Steps before the sweep, each where it was asked for.
+///
+/// ```
+/// use isospectrum::{Preparation, volume::phantom};
+///
+/// let preparation = Preparation { crop: Some([[0, 8], [2, 8], [0, 8]]), downsample: Some(2), ..Preparation::default() };
+/// assert_eq!(preparation.apply(phantom("sphere:8")?)?.dims(), [4, 3, 4]);
+/// # Ok::<(), isospectrum::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Preparation {
@@ -46,12 +54,9 @@ impl Preparation {
     /// # Errors
     ///
     /// [`Error::Input`] if it says what this version does not know.
-    pub fn of_parameters(parameters: &serde_json::Value) -> Result<Self> {
-        match parameters.get("preparation") {
-            None => Ok(Preparation::default()),
-            Some(done) => serde_json::from_value(done.clone())
-                .map_err(|_| Error::input("the spectrum's preparation of its volume is not known")),
-        }
+    pub(crate) fn of_json(done: &serde_json::Value) -> Result<Self> {
+        Preparation::deserialize(done)
+            .map_err(|_| Error::input("the spectrum's preparation of its volume is not known"))
     }
 
     /// The volume after all steps.

@@ -15,7 +15,8 @@ use super::{
     not_finite, npy, range_of, raw, replace_not_finite,
 };
 use crate::error::{Error, Result};
-use crate::{input, with_samples};
+use crate::input;
+use crate::volume::with_samples;
 
 /// Bytes of samples that are read at a time where all of a volume is looked at: disks and vectors are at their best from a
 /// megabyte on.

@@ -4,13 +4,14 @@ use num_traits::AsPrimitive as _;
 use serde::{Deserialize, Serialize};
 
 use super::{Histogram, Samples, Volume};
-use crate::with_samples;
+use crate::volume::with_samples;
 
 /// Percentiles that are known: every half per cent, and finer towards both ends, where densities have their isovalues.
 const TAIL: [f64; 10] = [0.0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
 
 /// What is known of the samples of a volume without them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Their mean.
     pub mean: f64,
@@ -47,7 +48,7 @@ impl Statistics {
     }
 
     /// As a spectrum's parameters tell them; none where they do not, or not so that percentiles can be found.
-    pub fn of_json(told: &serde_json::Value) -> Option<Statistics> {
+    pub(crate) fn of_json(told: &serde_json::Value) -> Option<Statistics> {
         let told = Statistics::deserialize(told).ok()?;
         let pairs = &told.percentiles;
         let is_good = pairs.len() >= 2

@@ -9,14 +9,14 @@ mod volumes;
 
 use std::sync::Arc;
 
-use isospectrum::extract::count::count;
-use isospectrum::kernels::{Backend, Choice};
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::Query;
-use isospectrum::sweep::{Parameters, Silent, compute};
-use isospectrum::topology::Topology;
-use isospectrum::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::Volume;
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 use random::Random;
 
 /// How many volumes the topology is asked of, and how many are swept.

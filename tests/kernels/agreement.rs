@@ -5,7 +5,7 @@ use crate::random::Random;
 use crate::shapes::{Mesh, noise, sampled};
 use crate::{cpu, gpu};
 use glam::{DVec3, Vec3};
-use isospectrum::kernels::{Kernels, Status};
+use isospectrum::inside::kernels::{Kernels, Status};
 use isospectrum::volume::Volume;
 use std::sync::Arc;
 
@@ -148,7 +148,7 @@ fn relaxation_looks_at_the_force_after_the_same_iterations() {
 #[test]
 fn the_living_triangles_agree() {
     use crate::PIPELINES;
-    use isospectrum::kernels::compact::{Compaction, Draw, alive};
+    use isospectrum::inside::kernels::compact::{Compaction, Draw, alive};
     let mut random = Random(5);
     // More than one workgroup, and no multiple of one; lifetimes up to a fifth of the ranks.
     let lifetimes: Vec<[u32; 2]> = (0..10_007)

@@ -4,9 +4,10 @@ use crate::cpu;
 use crate::random::Random;
 use crate::shapes::{Mesh, noise};
 use glam::Vec3;
-use isospectrum::error::Error;
-use isospectrum::kernels::backend::GPU_FROM_VERTICES;
-use isospectrum::kernels::{Backend, Choice, Field, Kernels};
+use isospectrum::Error;
+use isospectrum::inside::kernels::backend::GPU_FROM_VERTICES;
+use isospectrum::inside::kernels::{Field, Kernels};
+use isospectrum::{Backend, Choice};
 use std::sync::Arc;
 
 #[test]
@@ -87,7 +88,8 @@ fn the_cpu_gives_the_same_bytes_on_any_number_of_threads() {
 #[test]
 fn an_empty_mesh_is_no_work() {
     let volume = noise([8, 8, 8], &mut Random(1));
-    let empty = isospectrum::kernels::Connectivity { ring_offsets: vec![0], ..Default::default() };
+    let empty =
+        isospectrum::inside::kernels::Connectivity { ring_offsets: vec![0], ..Default::default() };
     for backend in [cpu, crate::gpu] {
         let mut kernels = backend(&volume);
         kernels.load(&empty, &[]).expect("loads");

@@ -11,9 +11,9 @@ mod random;
 mod shapes;
 mod suite;
 
-use isospectrum::gpu::Gpu;
-use isospectrum::kernels::gpu::{DeviceField, Pipelines};
-use isospectrum::kernels::{CpuKernels, Field, GpuKernels, Kernels};
+use isospectrum::inside::kernels::gpu::{DeviceField, Pipelines};
+use isospectrum::inside::kernels::{CpuKernels, Field, GpuKernels, Kernels};
+use isospectrum::render::Gpu;
 use isospectrum::volume::Volume;
 use std::sync::{Arc, LazyLock};
 

@@ -2,12 +2,12 @@
 
 use crate::random::Random;
 use glam::Vec3;
-use isospectrum::kernels::Connectivity;
+use isospectrum::inside::kernels::Connectivity;
 use isospectrum::volume::{Placement, Samples, Volume};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A mesh: what [`isospectrum::kernels::Kernels::load`] takes.
+/// A mesh: what [`isospectrum::inside::kernels::Kernels::load`] takes.
 pub(crate) struct Mesh {
     pub(crate) connectivity: Connectivity,
     pub(crate) positions: Vec<[f32; 3]>,

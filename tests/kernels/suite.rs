@@ -4,7 +4,7 @@
 use crate::random::Random;
 use crate::shapes::{Mesh, noise, sampled, volume};
 use glam::{DVec3, Vec3};
-use isospectrum::kernels::{Field, Kernels, Status};
+use isospectrum::inside::kernels::{Field, Kernels, Status};
 use isospectrum::volume::{Samples, Volume};
 use std::sync::Arc;
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use isospectrum::Error;
+use isospectrum::spectrum::{About, SpectrumBuilder, Told};
 use isospectrum::volume::{Placement, Preparation, ReadOptions, Samples, Volume, read_volume};
 
 use crate::here;
@@ -97,8 +98,13 @@ fn filters_keep_integers_small_and_do_not_depend_on_threads() {
     let again = pool.install(|| all.apply(volume)).expect("a volume");
     assert_eq!(once.samples(), again.samples());
     // What was recorded is done again.
-    let parameters = serde_json::json!({ "preparation": all });
-    assert_eq!(Preparation::of_parameters(&parameters).expect("known"), all);
+    let spectrum = |told: serde_json::Value| {
+        let mut about = About::new(once.info(), once.range(), 0.1);
+        about.parameters = Told::of_json(&told.to_string()).expect("JSON");
+        SpectrumBuilder::new().finish(about).expect("a spectrum without triangles")
+    };
+    let done = spectrum(serde_json::json!({ "preparation": all })).preparation();
+    assert_eq!(done.expect("known"), all);
     let unknown = serde_json::json!({ "preparation": { "sharpen": 1 } });
-    assert!(matches!(Preparation::of_parameters(&unknown), Err(Error::Input(_))));
+    assert!(matches!(spectrum(unknown).preparation(), Err(Error::Input(_))));
 }

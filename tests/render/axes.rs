@@ -12,7 +12,7 @@ fn corners() -> [[f64; 3]; 8] {
 
 /// How dark the darkest pixel is next to a point of the voxel frame, 0 for the white background.
 fn ink_at(image: &Image, view: &View, p: [f64; 3]) -> i32 {
-    let ([x, y], _) = project(&growing_sphere(0).volume, view, p);
+    let ([x, y], _) = project(growing_sphere(0).volume(), view, p);
     let near = [-1.0, 0.0, 1.0].map(|d| [-1.0, 0.0, 1.0].map(|e| [x + d, y + e]));
     let inside = |[x, y]: &[f64; 2]| {
         (0.0..f64::from(image.width)).contains(x) && (0.0..f64::from(image.height)).contains(y)

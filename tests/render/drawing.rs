@@ -2,9 +2,9 @@
 
 use std::sync::OnceLock;
 
-use isospectrum::gpu::Gpu;
+use isospectrum::render::Gpu;
 use isospectrum::render::{BORDER, Background, Camera, FIELD_OF_VIEW, FILL, Image, Renderer, View};
-use isospectrum::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
+use isospectrum::spectrum::{About, Knot, Patch, Spectrum, Triangle, VolumeInfo};
 use isospectrum::volume::{Outside, Placement};
 
 /// How far the outline of a drawn shape may lie from that of the shape, pixels: an outline is known
@@ -75,46 +75,40 @@ pub(crate) fn empty(
     isovalues: Vec<f64>,
     range: (f64, f64),
 ) -> Spectrum {
-    Spectrum {
-        volume: VolumeInfo {
-            name: "synthetic".into(),
-            dims,
-            sample_type: "float32".into(),
-            range,
-            placement,
-            outside: Outside::Low,
-        },
+    let info = VolumeInfo {
+        name: "synthetic".into(),
+        dims,
+        sample_type: "float32".into(),
         range,
-        tolerance: 0.1,
-        parameters: serde_json::Value::Null,
-        events: Vec::new(),
-        isovalues,
-        first_knot: vec![0],
-        knots: Vec::new(),
-        triangles: Vec::new(),
-        collapses: Vec::new(),
-    }
+        placement,
+        outside: Outside::Low,
+    };
+    let patch = Patch { isovalues, first_knot: vec![0], ..Patch::default() };
+    Spectrum::new(About::new(info, range, 0.1), patch).expect("valid")
 }
 
 /// Adds a mesh that lives from the first rank to the last, scaled and moved at each rank.
 pub(crate) fn add(spectrum: &mut Spectrum, (positions, faces): &Mesh, at: &[(u32, f64, [f64; 3])]) {
     let first = spectrum.n_vertices() as u32;
-    for &p in positions {
-        for &(rank, radius, middle) in at {
-            spectrum.knots.push(Knot {
-                rank,
-                position: std::array::from_fn(|i| (middle[i] + radius * p[i]) as f32),
-            });
-        }
-        spectrum.first_knot.push(spectrum.knots.len() as u32);
-    }
     let (birth, death) = (at[0].0, at[at.len() - 1].0);
-    spectrum.triangles.extend(faces.iter().map(|face| Triangle {
-        vertices: face.map(|v| first + v),
-        birth,
-        death,
-        cap: false,
-    }));
+    let added = spectrum.clone().changed(|_, patch| {
+        for &p in positions {
+            for &(rank, radius, middle) in at {
+                patch.knots.push(Knot {
+                    rank,
+                    position: std::array::from_fn(|i| (middle[i] + radius * p[i]) as f32),
+                });
+            }
+            patch.first_knot.push(patch.knots.len() as u32);
+        }
+        patch.triangles.extend(faces.iter().map(|face| Triangle {
+            vertices: face.map(|v| first + v),
+            birth,
+            death,
+            cap: false,
+        }));
+    });
+    *spectrum = added.expect("valid");
 }
 
 /// Middle of the volume of [`growing_sphere`].

@@ -28,7 +28,7 @@ fn silhouette_of_a_growing_sphere_has_the_radius_of_its_isovalue() {
     let spectrum = growing_sphere(5);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     let view = small("35,22");
-    let ([x, y], depth) = project(&spectrum.volume, &view, MIDDLE);
+    let ([x, y], depth) = project(spectrum.volume(), &view, MIDDLE);
     for isovalue in [0.0, 0.1, 1.0 / 3.0, 0.5, 0.77, 1.0] {
         let image = renderer.draw(isovalue, &view).expect("a picture");
         let (area, middle) = coverage(&image);
@@ -81,7 +81,7 @@ fn points_appear_where_a_projection_by_hand_puts_them() {
             let camera = view.camera;
             for (step, (start, end)) in paths.iter().enumerate() {
                 let p = std::array::from_fn(|i| (1.0 - t) * start[i] + t * end[i]);
-                let (wanted, _) = project(&spectrum.volume, &view, p);
+                let (wanted, _) = project(spectrum.volume(), &view, p);
                 let image = renderer.draw(step as f64 + t, &view).expect("a picture");
                 assert_eq!(renderer.n_triangles(), 8);
                 let (area, found) = coverage(&image);
@@ -106,7 +106,7 @@ fn knots_a_hair_apart_are_told_apart() {
     add(&mut spectrum, &sphere(4), &at);
     spectrum.check().expect("a valid spectrum");
     let view = small("35,22");
-    let (_, depth) = project(&spectrum.volume, &view, MIDDLE);
+    let (_, depth) = project(spectrum.volume(), &view, MIDDLE);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     for (isovalue, r) in [(0.5, 3.0), (0.5 + 0.5 * hair, 5.5), (0.5 + hair, 8.0)] {
         let (area, _) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
@@ -127,7 +127,7 @@ fn wireframe_darkens_edges_and_leaves_the_middle_of_faces() {
         let p: [f64; 3] = std::array::from_fn(|i| {
             MIDDLE[i] + radius_at(1.0) * (0..3).map(|c| weights[c] * corners[c][i]).sum::<f64>()
         });
-        let ([x, y], _) = project(&spectrum.volume, &plain, p);
+        let ([x, y], _) = project(spectrum.volume(), &plain, p);
         (x as u32, y as u32)
     };
     let (positions, faces) = sphere(1);
@@ -201,7 +201,7 @@ fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
     let view = View { color: Color::Component, ..small("0,0") };
     let image = draw(&two, 0.0, &view);
     let pixel = |y| {
-        let ([x, y], _) = project(&two.volume, &view, [14.0, y, 10.0]);
+        let ([x, y], _) = project(two.volume(), &view, [14.0, y, 10.0]);
         image.pixel(x as u32, y as u32).map(i32::from)
     };
     let (larger, smaller) = (pixel(4.0), pixel(16.0));
@@ -211,22 +211,24 @@ fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
 
 #[test]
 fn caps_are_left_out_of_an_open_picture_and_show_the_back() {
-    let mut spectrum = growing_sphere(4);
-    for triangle in &mut spectrum.triangles {
-        let tops = triangle.vertices.map(|v| spectrum.knots[2 * v as usize].position[2]);
-        triangle.cap = tops.iter().all(|&z| z >= 10.0);
-    }
-    let n_caps = spectrum.triangles.iter().filter(|triangle| triangle.cap).count();
-    assert_eq!(2 * n_caps, spectrum.triangles.len());
+    let spectrum = growing_sphere(4).changed(|_, patch| {
+        for triangle in &mut patch.triangles {
+            let tops = triangle.vertices.map(|v| patch.knots[2 * v as usize].position[2]);
+            triangle.cap = tops.iter().all(|&z| z >= 10.0);
+        }
+    });
+    let spectrum = spectrum.expect("valid");
+    let n_caps = spectrum.triangles().iter().filter(|triangle| triangle.cap).count();
+    assert_eq!(2 * n_caps, spectrum.triangles().len());
     let closed = small("0,90");
     let open = View { open: true, ..closed.clone() };
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     let [r, _, b, a] = renderer.draw(0.5, &closed).expect("a picture").pixel(160, 120);
     assert!(b > r && a == 255, "the front is blue");
-    assert_eq!(renderer.n_triangles(), spectrum.triangles.len());
+    assert_eq!(renderer.n_triangles(), spectrum.triangles().len());
     let [r, _, b, a] = renderer.draw(0.5, &open).expect("a picture").pixel(160, 120);
     assert!(r > b && a == 255, "the back is orange");
-    assert_eq!(renderer.n_triangles(), spectrum.triangles.len() - n_caps);
+    assert_eq!(renderer.n_triangles(), spectrum.triangles().len() - n_caps);
 }
 
 #[test]
@@ -265,11 +267,11 @@ fn components_that_are_not_kept_are_not_drawn() {
     let view = View { keep, background, color: Color::Component, ..small("0,0") };
     let image = renderer.draw(0.0, &view).expect("a picture");
     let seen = |y: f64| {
-        let ([x, y], _) = project(&two.volume, &view, [13.0, y, 10.0]);
+        let ([x, y], _) = project(two.volume(), &view, [13.0, y, 10.0]);
         image.pixel(x as u32, y as u32)[..3] != [255; 3]
     };
     assert_eq!([seen(4.0), seen(15.0)], [false, true]);
-    assert_eq!(2 * renderer.n_triangles(), two.triangles.len());
+    assert_eq!(2 * renderer.n_triangles(), two.triangles().len());
     let bounds = renderer.bounds(&[0.0], &keep).expect("in the range").expect("a sphere");
     assert!(bounds[0][1] > 9.9, "{bounds:?}");
     let small =
@@ -281,8 +283,10 @@ fn components_that_are_not_kept_are_not_drawn() {
 
 #[test]
 fn a_left_handed_grid_shows_its_front_too() {
-    let mut spectrum = growing_sphere(2);
-    spectrum.volume.placement.direction = [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let spectrum = growing_sphere(2).changed(|about, _| {
+        about.volume.placement.direction = [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    });
+    let spectrum = spectrum.expect("valid");
     let [r, _, b, a] = draw(&spectrum, 0.5, &small("35,22")).pixel(160, 120);
     assert!(b > r && a == 255, "the front is blue");
 }
@@ -343,7 +347,7 @@ fn a_lost_device_is_an_error_of_one_line() {
     let spectrum = growing_sphere(1);
     let mut renderer = Renderer::new(&lost, &spectrum).expect("a renderer");
     renderer.draw(0.5, &small("0,0")).expect("a picture");
-    lost.device().destroy();
+    lost.lose();
     for error in [
         renderer.draw(0.6, &small("0,0")).expect_err("a lost device"),
         renderer.draw(0.6, &View { width: 99, ..small("0,0") }).expect_err("a lost device"),
@@ -365,7 +369,7 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
                 .bounds(&[isovalue], &Keep::default())
                 .expect("in the range")
                 .expect("a sphere");
-            view.fit(&spectrum.volume, bounds);
+            view.fit(spectrum.volume(), bounds);
             let (area, middle) = coverage(&renderer.draw(isovalue, &view).expect("a picture"));
             // The box around a ball is wider than the ball from aslant, by up to the square root of three.
             let share = 2.0 * (area / PI).sqrt() / f64::from(view.height);
@@ -382,8 +386,8 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
     let mut twice = View { camera: "35,22,2".parse().expect("a camera"), ..small("35,22") };
     let mut once = small("35,22");
     let bounds = one.expect("a sphere");
-    twice.fit(&spectrum.volume, bounds);
-    once.fit(&spectrum.volume, bounds);
+    twice.fit(spectrum.volume(), bounds);
+    once.fit(spectrum.volume(), bounds);
     assert!((twice.camera.distance / once.camera.distance - 2.0).abs() < 1e-12);
 }
 
@@ -391,9 +395,9 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
 fn what_is_tiny_is_shown_with_its_surroundings() {
     let spectrum = growing_sphere(2);
     let mut view = small("35,22");
-    view.fit(&spectrum.volume, [MIDDLE; 2]);
+    view.fit(spectrum.volume(), [MIDDLE; 2]);
     let mut wider = small("35,22");
-    wider.fit(&spectrum.volume, [MIDDLE.map(|x| x - 0.5), MIDDLE.map(|x| x + 0.5)]);
+    wider.fit(spectrum.volume(), [MIDDLE.map(|x| x - 0.5), MIDDLE.map(|x| x + 0.5)]);
     assert_eq!(view, wider);
     assert!(view.camera.distance > 0.0);
 }
@@ -416,7 +420,7 @@ fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
 fn a_cut_ball_is_covered(spectrum: &Spectrum, view: &View) {
     let image = draw(spectrum, 0.5, view);
     let pixel = |y: f64, z: f64| {
-        let ([x, y], _) = project(&spectrum.volume, view, [10.0, y, z]);
+        let ([x, y], _) = project(spectrum.volume(), view, [10.0, y, z]);
         image.pixel(x as u32, y as u32)
     };
     // Flat: the same colour wherever the plane is inside, which no curved side has.
@@ -432,6 +436,6 @@ fn a_cut_ball_is_covered(spectrum: &Spectrum, view: &View) {
     assert_eq!(beside, image.pixel(2, 2), "nothing beside the ball");
     // Without caps one looks into it.
     let open = draw(spectrum, 0.5, &View { open: true, ..view.clone() });
-    let ([x, y], _) = project(&spectrum.volume, view, [10.0, 15.5, 10.0]);
+    let ([x, y], _) = project(spectrum.volume(), view, [10.0, 15.5, 10.0]);
     assert!(open.pixel(x as u32, y as u32)[2].abs_diff(cap[2]) > 10);
 }

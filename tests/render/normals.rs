@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use isospectrum::kernels::{Backend, Choice};
 use isospectrum::render::{Renderer, View};
 use isospectrum::spectrum::{Spectrum, SurfaceMesh};
-use isospectrum::sweep::{Parameters, Silent, compute};
 use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
 
 use crate::drawing::{dot, gpu, unit};
 use crate::random::Random;
@@ -85,7 +85,7 @@ fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
     for seed in [3, 4] {
         let spectrum = levels(seed);
         let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
-        let (low, high) = spectrum.range;
+        let (low, high) = spectrum.range();
         let n = 40;
         // Golden steps: nowhere near whole isovalues, and spread over the range.
         let shares = (1..=n).map(|i| (f64::from(i) * 0.618_033_988_749).fract());
@@ -124,7 +124,7 @@ fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
     ] {
         let Some(spectrum) = real_spectrum(name) else { continue };
         let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
-        let (low, high) = spectrum.range;
+        let (low, high) = spectrum.range();
         let mut random = Random(25);
         let [mut all, mut wrong] = [0.0; 2];
         let mut worst = (0.0, low);

@@ -28,7 +28,7 @@ fn occluded(view: &View) -> View {
 fn light_left(spectrum: &Spectrum, view: &View, from_touch: f64) -> f64 {
     let y = 10.0 - from_touch;
     let x = 10.0 + (25.0 - (y - 5.0).powi(2)).sqrt();
-    let ([column, row], _) = project(&spectrum.volume, view, [x, y, 10.0]);
+    let ([column, row], _) = project(spectrum.volume(), view, [x, y, 10.0]);
     let light = |view: &View| {
         let pixel = draw(spectrum, 0.5, view).pixel(column as u32, row as u32);
         pixel[..3].iter().map(|&c| f64::from(linear(u32::from(c))[2])).sum::<f64>()
@@ -92,7 +92,7 @@ fn what_one_looks_through_is_not_darkened_and_hides_no_darkness() {
     let mut both = |view: &View| renderer.draw_all(&[0.5.into(), shell], view).expect("a picture");
     let (plain, dark) = (both(&view), both(&occluded(&view)));
     let at = |point| {
-        let ([x, y], _) = project(&spectrum.volume, &view, point);
+        let ([x, y], _) = project(spectrum.volume(), &view, point);
         [&plain, &dark].map(|image| brightness(image.pixel(x as u32, y as u32)))
     };
     let [before, after] = at([12.0, 9.4, 10.0]);

@@ -100,14 +100,14 @@ fn what_is_looked_at_keeps_its_size_in_the_other_projection() {
     // A point beside the one looked at, as far away.
     let (sin, cos) = view.camera.azimuth.to_radians().sin_cos();
     let beside = [MIDDLE[0] - 5.0 * sin, MIDDLE[1] + 5.0 * cos, MIDDLE[2]];
-    let place = |view: &View| project(&spectrum.volume, view, beside).0;
+    let place = |view: &View| project(spectrum.volume(), view, beside).0;
     let before = place(&view);
-    view.set_orthographic(&spectrum.volume, true);
+    view.set_orthographic(spectrum.volume(), true);
     assert!(view.camera.orthographic && view.camera.distance > first.camera.distance);
     let after = place(&view);
     // The arithmetic is f64 on numbers below 1e3.
     assert!((0..2).all(|i| (before[i] - after[i]).abs() < 1e-9), "{before:?} became {after:?}");
-    view.set_orthographic(&spectrum.volume, false);
+    view.set_orthographic(spectrum.volume(), false);
     assert!((view.camera.distance - first.camera.distance).abs() < 1e-12);
 }
 

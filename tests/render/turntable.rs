@@ -54,7 +54,7 @@ fn each_picture_of_a_turntable_is_the_first_one_of_the_turned_object() {
         let spectrum = balls(axis, 0.0);
         // A box in the middle, so that the turned object is looked at from the same distance.
         let bounds = [[6.0, 2.0, 1.0], [24.0, 18.0, 11.0]];
-        let views = view.turntable(&spectrum.volume, Some(bounds), N);
+        let views = view.turntable(spectrum.volume(), Some(bounds), N);
         assert_eq!(views.len(), N as usize);
         assert_eq!(views[0].camera.azimuth, view.camera.azimuth);
         let first = draw(&spectrum, 0.5, &views[0]);
@@ -89,7 +89,8 @@ fn a_turntable_fits_its_box_in_all_pictures_and_touches_the_margin_in_one() {
             let half = 0.5 * f64::from(image.width);
             columns.map(|x| ((f64::from(x) + 0.5 - half) / half).abs()).fold(0.0, f64::max)
         };
-        let all: Vec<f64> = view.turntable(&spectrum.volume, bounds, 4).iter().map(reach).collect();
+        let all: Vec<f64> =
+            view.turntable(spectrum.volume(), bounds, 4).iter().map(reach).collect();
         // A pixel is 1/160; the rod's ends are round and reach into the corners of no box.
         let most = all.iter().copied().fold(0.0, f64::max);
         assert!((0.85..=0.95).contains(&most), "{all:?}");

@@ -8,7 +8,9 @@
 
 use std::collections::HashMap;
 
-use isospectrum::spectrum::{Collapse, Event, EventKind, Knot, Spectrum, Triangle, VolumeInfo};
+use isospectrum::spectrum::{
+    About, Collapse, Event, EventKind, Knot, Patch, Spectrum, Told, Triangle, VolumeInfo,
+};
 use isospectrum::volume::{Outside, Placement};
 use proptest::prelude::*;
 
@@ -78,7 +80,7 @@ pub(crate) fn growing_sphere(growth: &Growth) -> Spectrum {
 /// A row of octahedra around samples of [`volume_info`], whose vertices run from there to the neighbouring
 /// samples, as those of the exact extraction do; each knot is up to `off` voxels beside its sample.
 pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
-    let mut spectrum = small();
+    let (about, mut patch) = small().into_parts();
     let size = [1.0, 1.0, 0.3 / 0.1];
     let mut numbers = Numbers(3);
     let mut place = |sample: [i32; 3]| {
@@ -87,21 +89,21 @@ pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
             (f64::from(sample[a]) * size[a]) as f32 + beside
         })
     };
-    (spectrum.knots, spectrum.triangles, spectrum.collapses) = (vec![], vec![], vec![]);
+    (patch.knots, patch.triangles, patch.collapses) = (vec![], vec![], vec![]);
     for k in 0..n {
         let middle = [10 + 2 * k as i32, 11, 12 + (k % 3) as i32];
         for way in 0..6u32 {
             let mut end = middle;
             end[way as usize / 2] += if way % 2 == 0 { -1 } else { 1 };
             for (rank, sample) in [(0, middle), (1 + k % 2, end)] {
-                spectrum.knots.push(Knot { rank, position: place(sample) });
+                patch.knots.push(Knot { rank, position: place(sample) });
             }
         }
         // Some end before their vertices do.
         let death = if k % 4 == 1 { 1 } else { 1 + k % 2 };
         for [x, y, z] in [[1, 3, 5], [3, 0, 5], [0, 2, 5], [2, 1, 5]] {
             let faces = [[x, y, z], [y, x, 4]];
-            spectrum.triangles.extend(faces.map(|face| Triangle {
+            patch.triangles.extend(faces.map(|face| Triangle {
                 vertices: face.map(|v| 6 * k + v),
                 birth: 0,
                 death,
@@ -109,8 +111,8 @@ pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
             }));
         }
     }
-    spectrum.first_knot = (0..=6 * n).map(|v| 2 * v).collect();
-    spectrum
+    patch.first_knot = (0..=6 * n).map(|v| 2 * v).collect();
+    Spectrum::new(about, patch).expect("valid")
 }
 
 struct Surface {
@@ -252,18 +254,17 @@ impl Surface {
             first_knot.push(knots.len() as u32);
         }
         let kinds = [EventKind::Emerge, EventKind::Merge, EventKind::HandleOpen, EventKind::Vanish];
-        Spectrum {
-            volume: volume_info(),
-            range: (isovalue(0), isovalue(last)),
-            tolerance: 0.1,
-            parameters: serde_json::json!({ "step": 0.1, "backend": "cpu", "repaired": 0 }),
-            events: (0..4)
-                .map(|i| Event {
-                    isovalue: f64::from(i) / 3.0,
-                    position: [0.1 * f64::from(i), -1.5, 7.0],
-                    kind: kinds[i as usize],
-                })
-                .collect(),
+        let told = r#"{"step":0.1,"backend":"cpu","repaired":0}"#;
+        let mut about = About::new(volume_info(), (isovalue(0), isovalue(last)), 0.1);
+        about.parameters = Told::of_json(told).expect("JSON");
+        about.events = (0..4)
+            .map(|i| Event {
+                isovalue: f64::from(i) / 3.0,
+                position: [0.1 * f64::from(i), -1.5, 7.0],
+                kind: kinds[i as usize],
+            })
+            .collect();
+        let patch = Patch {
             isovalues: (0..=last).map(isovalue).collect(),
             first_knot,
             knots,
@@ -271,7 +272,8 @@ impl Surface {
             collapses: (0..4u32)
                 .map(|i| Collapse { vertex: i + 1, target: i, rank: last / 2, upward: i % 2 == 0 })
                 .collect(),
-        }
+        };
+        Spectrum::new(about, patch).expect("the generator keeps the invariants")
     }
 }
 
@@ -320,18 +322,10 @@ pub(crate) fn any_spectrum() -> impl Strategy<Value = Spectrum> {
                 let death = birth + 1 + numbers.below(last - birth);
                 triangles.push(Triangle { vertices, birth, death, cap: numbers.below(4) == 0 });
             }
-            Spectrum {
-                volume: volume_info(),
-                range: (isovalues[0], isovalues[isovalues.len() - 1]),
-                tolerance: 0.1,
-                parameters: serde_json::Value::Null,
-                events: Vec::new(),
-                isovalues,
-                first_knot,
-                knots,
-                triangles,
-                collapses: Vec::new(),
-            }
+            let range = (isovalues[0], isovalues[isovalues.len() - 1]);
+            let collapses = Vec::new();
+            let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
+            Spectrum::new(About::new(volume_info(), range, 0.1), patch).expect("valid")
         },
     )
 }

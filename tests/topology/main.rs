@@ -15,13 +15,13 @@ mod grid_count;
 mod real;
 
 use grid_count::Count;
-use isospectrum::extract::count::count;
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::curves::ContourSpectrum;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::inside::topology::plot::contour_spectrum_svg;
+use isospectrum::inside::topology::regions::critical_regions;
 use isospectrum::spectrum::EventKind;
-use isospectrum::topology::Topology;
-use isospectrum::topology::curves::ContourSpectrum;
-use isospectrum::topology::exact::ExactField;
-use isospectrum::topology::plot::contour_spectrum_svg;
-use isospectrum::topology::regions::critical_regions;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
 use random::Random;
 

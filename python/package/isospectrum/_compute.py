@@ -36,6 +36,8 @@ def compute(
     downsample: int | None = None,
     mask: Any = None,
     start: Isovalue | None = None,
+    brick: int | None = None,
+    max_memory: float | str | None = None,
     backend: str = "auto",
     adapter: str | None = None,
     threads: int | None = None,
@@ -87,6 +89,12 @@ def compute(
         inside. Meshes are then open by themselves.
     start
         Isovalue to start from.
+    brick
+        Compute in bricks of about this many cells along a side: takes less memory for what is swept at a time, and more time.
+        Parts lie in a folder among the temporary ones meanwhile; the result is the same whichever way they are joined.
+    max_memory
+        Compute in bricks where the whole is expected to take more than this, bytes or a text such as ``"8GB"``. The samples
+        stay in memory, and so does the spectrum in the end.
     backend, adapter, threads
         Where it runs: ``"auto"``, ``"gpu"`` or ``"cpu"``; the adapter by a part of its name; threads on the CPU.
     progress
@@ -134,6 +142,8 @@ def compute(
             None if mask is None else _mask(mask),
             None if persistence is None else _persistence(persistence),
             min_component,
+            brick,
+            None if max_memory is None else _bytes(max_memory),
             backend,
             adapter,
             threads,
@@ -143,7 +153,7 @@ def compute(
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
-    """Read a spectrum from a file (``.isp``, or ``.thesis``).
+    """Read a spectrum from a file (``.isp``, or ``.thesis``), or all parts of a folder (``.ispt``).
 
     Raises
     ------
@@ -213,6 +223,20 @@ def _sigma(smooth: Length, whole: _native.Volume) -> tuple[float, float, float]:
     voxels, _ = _steps(smooth, voxel, whole, "smooth")
     x, y, z = (voxels * voxel / s for s in whole.spacing)
     return (x, y, z)
+
+
+def _bytes(size: float | str) -> float:
+    """Bytes, as the command line reads them: with a unit of thousands, or of 1024."""
+    match = re.fullmatch(r"\s*([0-9.]+(?:e\+?[0-9]+)?)\s*((?:[kmgt]i?)?)b?\s*", str(size), re.IGNORECASE)
+    try:
+        number = float(match[1]) if match else float("nan")
+    except ValueError:
+        number = float("nan")
+    if not match or not 0 < number < float("inf"):
+        raise UsageError(f"max_memory {size!r}, expected bytes, or a size such as '8GB'")
+    unit = match[2].lower()
+    base = 1024 if unit.endswith("i") else 1000
+    return number * base ** ("kmgt".index(unit[0]) + 1 if unit else 0)
 
 
 def _mask(mask: Any) -> _native.Volume:

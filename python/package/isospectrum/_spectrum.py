@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 #: A number, or a text such as ``"50%"``, ``"p99"``, ``"2.5sigma"``, ``"top:1%"``.
 Isovalue = Union[float, int, str]
 
+#: One isovalue, several, or several with a colour each.
+Shown = Union[Isovalue, "dict[Isovalue, str]", Sequence[Isovalue], None]
+
 #: Colours of surfaces by name, as they are seen (sRGB).
 COLORS = {
     "blue": 0x85A9CD, "orange": 0xD9A46C, "green": 0x5FAE84, "pink": 0xD184B4, "yellow": 0xE0C95A, "red": 0xC8503C,
@@ -216,7 +219,7 @@ class Spectrum:
         self,
         path: str | os.PathLike[str] | None = None,
         *,
-        c: Isovalue | None = None,
+        c: Shown = None,
         title: str | None = None,
         caption: str | None = None,
         credit: str | None = None,
@@ -224,9 +227,21 @@ class Spectrum:
         range: Sequence[Isovalue] | None = None,  # noqa: A002 (as --range)
         tolerance: float = 0.0,
         step: float | None = None,
-        open: bool | None = None,  # noqa: A002 (as --open)
         camera: Sequence[float] | None = None,
+        up: str | None = None,
+        orthographic: bool = False,
+        color: str = "none",
+        color_by: Any = None,
+        color_map: str | None = None,
+        color_range: str | Sequence[float | str | None] | None = None,
+        color_center: float | None = None,
+        background: str | None = None,
+        clip: str | None = None,
+        opacity: float = 1.0,
+        occlusion: bool = False,
+        wireframe: bool = False,
         axes: bool = False,
+        open: bool | None = None,  # noqa: A002 (as --open)
         keep: int | str | None = None,
         min_volume: float = 0.0,
         min_area: float = 0.0,
@@ -239,15 +254,22 @@ class Spectrum:
         Parameters
         ----------
         c
-            Isovalue it opens at.
+            Isovalue it opens at. Of several, as in :meth:`render`, the first is that of the slider, and the others stay in
+            sight.
         title, caption, credit
             Heading, what is to be seen, whose work it is.
         marks
             Isovalues that are offered, by name: ``{"bone": 1200, "skin": -200}``.
         range, tolerance, step
             Publish these isovalues only; leave out knots within this distance; round positions to multiples (voxels).
-        open, camera, axes
-            Without the caps; (azimuth, elevation[, distance]) in degrees; with the box, the axes and a scale bar.
+        camera, up, orthographic, color, color_by, color_map, color_range, color_center, clip, opacity, occlusion, wireframe
+            How it looks at first, as in :meth:`render`; the colours none, quality, lifetime, curvature and component.
+        background
+            white, light or dark at first; else what the reader's page is like.
+        axes
+            With the box, the axes and a scale bar at first.
+        open
+            Without the caps.
         keep, min_volume, min_area, at
             As in :meth:`mesh`.
         volume
@@ -255,9 +277,8 @@ class Spectrum:
         still
             Whether a picture goes into it for those who can see no other; needs an adapter, and is left out without one.
         """
-        of = None if volume is None else _volume_like(volume, self)
         page = self._native.html(
-            None if c is None else self.isovalue(c),
+            [] if c is None else self._surfaces(c),
             title,
             caption,
             credit,
@@ -265,11 +286,25 @@ class Spectrum:
             None if range is None else _pair(range, self),
             tolerance,
             step,
-            self._is_open(open),
-            None if camera is None else _camera(camera),
-            axes,
-            _kept(keep, min_volume, min_area, at),
-            of,
+            {
+                "camera": None if camera is None else _camera(camera),
+                "up": up,
+                "orthographic": bool(orthographic),
+                "color": color,
+                "color_map": color_map,
+                "color_range": _color_range(color_range),
+                "color_center": color_center,
+                "background": background,
+                "clip": None if clip is None else _clip(clip, self),
+                "opacity": _share(opacity),
+                "occlusion": bool(occlusion),
+                "wireframe": bool(wireframe),
+                "axes": bool(axes),
+                "open": self._is_open(open),
+                "keep": _kept(keep, min_volume, min_area, at),
+            },
+            None if volume is None else _volume_like(volume, self),
+            None if color_by is None else _field_like(color_by, self),
             still,
         )
         if path is None:
@@ -279,20 +314,33 @@ class Spectrum:
 
     def render(
         self,
-        c: Isovalue | dict[Isovalue, str] | Sequence[Isovalue] | None = None,
+        c: Shown = None,
         *,
         size: Sequence[int] = (1024, 768),
         camera: Sequence[float] | None = None,
+        up: str | None = None,
+        orthographic: bool = False,
         color: str = "none",
+        color_by: Any = None,
+        color_map: str | None = None,
+        color_range: str | Sequence[float | str | None] | None = None,
+        color_center: float | None = None,
+        legend: bool = True,
         background: str = "white",
-        wireframe: bool = False,
+        clip: str | None = None,
         opacity: float = 1.0,
+        occlusion: bool = False,
+        wireframe: bool = False,
+        axes: bool = False,
+        scale_bar: bool = False,
+        label: str | None = None,
         open: bool | None = None,  # noqa: A002 (as --open)
         keep: int | str | None = None,
         min_volume: float = 0.0,
         min_area: float = 0.0,
         at: Sequence[float] | None = None,
         fit: str = "surface",
+        volume: Any = None,
         adapter: str | None = None,
     ) -> Picture:
         """A picture of the isosurface, drawn without a window: an array (rows, columns, 4) of uint8 that notebooks show.
@@ -307,10 +355,35 @@ class Spectrum:
         camera
             Azimuth and elevation in degrees, and the distance; 1 just shows what ``fit`` says (``"surface"`` or
             ``"volume"``).
+        up, orthographic
+            The axis of the volume that points up (``"x"``, ``"-x"``, ...; else the z axis of the world); parallel projection.
         color
-            What the colours show: none, quality, lifetime, curvature, component or normal.
+            What the colours show: none, quality, lifetime, curvature, distance (to the isosurface: needs ``volume``),
+            component or normal.
+        color_by
+            Another volume, whose values the colours show in place of ``color``: what can be a volume for
+            :func:`isospectrum.compute`; an array has the frame of this one's volume.
+        color_map
+            viridis, cividis, magma, inferno, plasma, or vik with a neutral middle; else one that suits.
+        color_range, color_center
+            Numbers of the first and the last colour, a pair or a text such as ``"p5:p95"``; number of the middle one.
+        legend
+            Whether a legend tells what colours show.
         background
             white, light, dark or transparent.
+        clip
+            A plane across an axis of the volume beyond which nothing is drawn, at a share of its length or a length from the
+            first sample: ``"x:50%"``, ``"z:12.5"``, or ``"-x:50%"`` for the other side.
+        opacity
+            How much of what lies behind the surface hides, 0 to 1.
+        occlusion, wireframe
+            Darken hollows; draw the edges of the triangles.
+        axes, scale_bar
+            The box of the volume, the axes of the world and a scale bar; a scale bar alone.
+        label
+            Words at the top; ``{isovalue}`` stands for the isovalue.
+        volume
+            The volume, for the colours of the distance.
 
         Raises
         ------
@@ -319,28 +392,50 @@ class Spectrum:
         """
         if fit not in ("surface", "volume"):
             raise UsageError(f"fit {fit!r}, expected surface or volume")
-        if isinstance(c, dict):
-            surfaces = [(self.isovalue(one), *_look(look)) for one, look in c.items()]
-        else:
-            several = c if isinstance(c, Sequence) and not isinstance(c, str) else [c]
-            if isinstance(c, np.ndarray):
-                several = np.atleast_1d(c).tolist()
-            surfaces = [(self.isovalue(one), None, None) for one in several]
+        surfaces = self._surfaces(c)
+        if label is not None:
+            label = label.replace("{isovalue}", ", ".join(f"{one[0]:.6g}" for one in surfaces))
         width, height = (int(n) for n in size)
         native = self._native.render(
             surfaces,
             (width, height),
-            None if camera is None else _camera(camera),
-            color,
-            background,
-            wireframe,
-            opacity,
-            self._is_open(open),
-            _kept(keep, min_volume, min_area, at),
+            {
+                "camera": None if camera is None else _camera(camera),
+                "up": up,
+                "orthographic": bool(orthographic),
+                "color": color,
+                "color_map": color_map,
+                "color_range": _color_range(color_range),
+                "color_center": color_center,
+                "background": background,
+                "clip": None if clip is None else _clip(clip, self),
+                "opacity": _share(opacity),
+                "occlusion": bool(occlusion),
+                "wireframe": bool(wireframe),
+                "axes": bool(axes),
+                "open": self._is_open(open),
+                "keep": _kept(keep, min_volume, min_area, at),
+            },
+            legend,
+            scale_bar,
+            label,
             fit == "volume",
+            None if volume is None else _volume_like(volume, self),
+            None if color_by is None else _field_like(color_by, self),
             adapter,
         )
         return Picture.of(native)
+
+    def _surfaces(self, c: Shown) -> list[tuple[float, int | None, float | None]]:
+        """Isovalues that are shown, each with its colour and opacity."""
+        if isinstance(c, dict):
+            return [(self.isovalue(one), *_look(look)) for one, look in c.items()]
+        several = c if isinstance(c, Sequence) and not isinstance(c, str) else [c]
+        if isinstance(c, np.ndarray):
+            several = np.atleast_1d(c).tolist()
+        if not several:
+            raise UsageError(f"isovalues {c!r}, expected one or more")
+        return [(self.isovalue(one), None, None) for one in several]
 
     def widget(self, c: Isovalue | None = None, **options: Any) -> Widget:
         """A picture with a slider, for notebooks (JupyterLab, VS Code, Colab, marimo): needs anywidget.
@@ -382,6 +477,58 @@ def _volume_like(a: Any, spectrum: Spectrum, **frame: Any) -> _native.Volume:
     each = spectrum.parameters.get("preparation", {}).get("downsample") or 1
     frame.setdefault("spacing", [s / each for s in spectrum.volume["placement"]["spacing"]])
     return volume(a, **frame)
+
+
+def _field_like(a: Any, spectrum: Spectrum) -> _native.Volume:
+    """A volume that lies where a spectrum's does, where it does not tell it itself."""
+    if isinstance(a, np.ndarray):
+        placement = spectrum.volume["placement"]
+        space, unit = (None if placement[name].lower() == "unknown" else placement[name] for name in ("space", "unit"))
+        return volume(
+            a,
+            spacing=placement["spacing"],
+            origin=placement["origin"],
+            direction=np.transpose(placement["direction"]),
+            space=space,
+            unit=unit,
+        )
+    return volume(a)
+
+
+def _share(opacity: float) -> float:
+    if not 0 <= opacity <= 1:
+        raise UsageError(f"opacity {opacity!r}, expected a number from 0 to 1")
+    return float(opacity)
+
+
+def _color_range(ends: str | Sequence[float | str | None] | None) -> str | None:
+    """``LOW:HIGH`` as the command line reads it."""
+    if ends is None or isinstance(ends, str):
+        return ends
+    try:
+        low, high = ("" if end is None else str(end) for end in ends)
+    except (TypeError, ValueError):
+        raise UsageError(f"color_range {ends!r}, expected the numbers of the first and the last colour") from None
+    return f"{low}:{high}"
+
+
+def _clip(clip: str, spectrum: Spectrum) -> tuple[tuple[float, float, float], float]:
+    """A plane in the voxel frame: its normal, towards what is left out, and where it lies along that."""
+    about = spectrum.volume
+    side, rest = ("-", clip.strip()[1:]) if clip.strip().startswith("-") else ("", clip.strip())
+    axis, _, place = rest.partition(":")
+    try:
+        a = ("x", "y", "z").index(axis)
+        number = float(place.removesuffix("%"))
+        if not abs(number) < float("inf") or (place.endswith("%") and not 0 <= number <= 100):
+            raise ValueError
+    except ValueError:
+        raise UsageError(f"clip {clip!r}, expected an axis and a place such as 'x:50%', '-z:12.5'") from None
+    spacing = about["placement"]["spacing"]
+    length = number / 100 * (about["dims"][a] - 1) * spacing[a] if place.endswith("%") else number
+    sign = -1.0 if side else 1.0
+    x, y, z = (sign if i == a else 0.0 for i in range(3))
+    return (x, y, z), sign * length / min(spacing)
 
 
 def _kept(keep: int | str | None, min_volume: float, min_area: float, at: Any) -> tuple[Any, ...] | None:

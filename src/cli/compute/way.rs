@@ -1,9 +1,9 @@
 //! Whether `compute` takes a volume as a whole or in bricks.
 
+use isospectrum::Forecast;
+use isospectrum::Parameters;
 use isospectrum::bricks::{Plan, SIDE, Source, Survey, cut};
-use isospectrum::forecast::Forecast;
-use isospectrum::prepared::{Noise, Prepared};
-use isospectrum::sweep::Parameters;
+use isospectrum::{Noise, Prepared};
 
 use super::Compute;
 use crate::cli::bricks::InBricks;

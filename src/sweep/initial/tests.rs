@@ -105,7 +105,7 @@ fn refusal(mesh: &SurfaceMesh) -> String {
             assert!(what.contains("initial.ply: ") && !what.contains('\n'), "{what}");
             what
         }
-        other => panic!("expected an input error, got {:?}", other.map(|s| s.triangles.len())),
+        other => panic!("expected an input error, got {:?}", other.map(|s| s.triangles().len())),
     }
 }
 

@@ -7,7 +7,7 @@ use num_traits::AsPrimitive;
 use rayon::prelude::*;
 
 use crate::volume::Samples;
-use crate::with_samples;
+use crate::volume::with_samples;
 
 /// How far a Gaussian reaches, in standard deviations.
 const REACH: f64 = 4.0;

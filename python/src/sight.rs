@@ -1,0 +1,126 @@
+//! How pictures and pages look: what both are told alike.
+
+use std::str::FromStr as _;
+use std::sync::Arc;
+
+use isospectrum::color::{Color, Ends, Map, Sources};
+use isospectrum::render::{Axis, Background, Camera, Clip};
+use isospectrum::{Error, Keep, Prepared, Result, Spectrum, Volume, sources};
+use pyo3::prelude::*;
+
+/// Which components are kept: how many, least volume, least area, a point; in the world.
+pub(crate) type Kept = (Option<usize>, f64, f64, Option<[f64; 3]>);
+
+/// What a dictionary tells; texts are those of the command line.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Sight {
+    /// Azimuth, elevation, distance.
+    camera: Option<(f64, f64, f64)>,
+    up: Option<String>,
+    orthographic: bool,
+    color: String,
+    color_map: Option<String>,
+    color_range: Option<String>,
+    color_center: Option<f64>,
+    background: Option<String>,
+    /// Normal and offset, voxel frame.
+    clip: Option<([f64; 3], f64)>,
+    pub(crate) opacity: f32,
+    pub(crate) occlusion: bool,
+    pub(crate) wireframe: bool,
+    pub(crate) axes: bool,
+    pub(crate) open: bool,
+    keep: Option<Kept>,
+}
+
+impl Sight {
+    pub(crate) fn camera(&self) -> Result<Camera> {
+        let told = self.camera.map(|(azimuth, elevation, distance)| Camera {
+            azimuth,
+            elevation,
+            distance,
+            ..Camera::default()
+        });
+        let up = self.up.as_deref().map(Axis::from_str).transpose()?;
+        Ok(Camera { up, orthographic: self.orthographic, ..told.unwrap_or_default() })
+    }
+
+    /// What colours show; that of another volume where there is one.
+    pub(crate) fn color(&self, is_by_volume: bool) -> Result<Color> {
+        let color = Color::from_str(&self.color)?;
+        match color {
+            Color::None if is_by_volume => Ok(Color::Field),
+            _ if is_by_volume => Err(Error::Usage(format!(
+                "color '{}' and color_by, expected one of them",
+                self.color
+            ))),
+            _ => Ok(color),
+        }
+    }
+
+    pub(crate) fn map(&self) -> Result<Option<Map>> {
+        self.color_map.as_deref().map(Map::from_str).transpose()
+    }
+
+    pub(crate) fn ends(&self) -> Result<Ends> {
+        let ends = self.color_range.as_deref().map(Ends::from_str).transpose()?;
+        let ends = ends.unwrap_or_default();
+        Ok(Ends { center: self.color_center.or(ends.center), ..ends })
+    }
+
+    pub(crate) fn background(&self) -> Result<Option<Background>> {
+        self.background.as_deref().map(Background::from_str).transpose()
+    }
+
+    pub(crate) fn clip(&self) -> Option<Clip> {
+        self.clip.map(|(normal, offset)| Clip { normal, offset })
+    }
+
+    pub(crate) fn keep(&self, spectrum: &Spectrum) -> Keep {
+        kept(self.keep, spectrum)
+    }
+}
+
+/// What is kept, in the voxel frame.
+pub(crate) fn kept(keep: Option<Kept>, spectrum: &Spectrum) -> Keep {
+    let Some((largest, min_volume, min_area, at)) = keep else { return Keep::default() };
+    Keep { largest, min_volume, min_area, at }.in_voxels(&spectrum.volume().placement)
+}
+
+/// What colours are had from: another volume, and that of the spectrum itself, as it was before it was prepared.
+pub(crate) fn sources_of(
+    spectrum: &Spectrum,
+    color: Color,
+    volume: Option<&Volume>,
+    color_by: Option<&Volume>,
+) -> Result<Sources> {
+    let mut found = Sources::default();
+    if let Some(field) = color_by {
+        found = found.with_field(sources::field(spectrum, field)?);
+    }
+    if color == Color::Distance {
+        let volume = volume.ok_or_else(|| {
+            Error::Usage("color 'distance' needs the volume of the spectrum: volume=".to_owned())
+        })?;
+        found.distance = Some(sources::distance(Arc::new(volume.clone())));
+    }
+    Ok(found)
+}
+
+/// A volume as it was for the sweep of a spectrum.
+///
+/// # Errors
+///
+/// [`Error::Input`] for one of other dimensions.
+pub(crate) fn prepared(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
+    let volume = Prepared::again(volume, spectrum)?;
+    let (found, expected) = (volume.dims(), spectrum.volume().dims);
+    if found == expected {
+        return Ok(volume);
+    }
+    Err(Error::input(format!(
+        "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
+        volume.name()
+    )))
+}
