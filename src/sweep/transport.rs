@@ -221,6 +221,13 @@ impl Transport<'_> {
         self.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0
     }
 
+    /// The middle of a face where it goes, unless that is in exact cells.
+    fn end_place(&self, corners: [Vec3; 3]) -> Option<Vec3> {
+        let p = corners.iter().sum::<Vec3>() / 3.0;
+        let block = self.region.grid.block_at(p * self.field.inverse_cell_size())?;
+        (!self.region.holds(block)).then_some(p)
+    }
+
     /// Names faces that are turned over or off.
     fn check_faces(&self, compacted: &Compacted, moved: &mut Moved) {
         let Step { at, next } = self.step;
@@ -232,7 +239,7 @@ impl Transport<'_> {
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
-        let found: Vec<(usize, Vec3, Face)> = faces
+        let found: Vec<(usize, [Vec3; 3], Face)> = faces
             .with_min_len(256)
             .filter_map(|(&slot, t)| {
                 let [a, m] = [t.map(end), t.map(middle)];
@@ -241,14 +248,15 @@ impl Transport<'_> {
                 }
                 let is_off = || is_off(&midway, m, most_midway).then_some(3);
                 let check = fault(&ends, a, most).or_else(is_off)?;
-                Some((check, self.middle(slot), slot))
+                Some((check, a, slot))
             })
             .collect();
-        for (check, place, slot) in found {
+        for (check, corners, slot) in found {
             if check == 1 {
                 moved.folded.push(slot);
             }
-            moved.name(check, place);
+            moved.name(check, self.middle(slot));
+            moved.places.extend(self.end_place(corners));
         }
     }
 
@@ -291,7 +299,9 @@ impl Transport<'_> {
         let crossing = intersecting(&positions, &faces);
         for f in crossing.into_iter().map(|f| f as usize).filter(|&f| f < slots.len()) {
             moved.folded.push(slots[f]);
+            let corners = faces[f].map(|v| Vec3::from(positions[v as usize]));
             moved.name(4, self.middle(slots[f]));
+            moved.places.extend(self.end_place(corners));
         }
     }
 

@@ -7,7 +7,7 @@ use crate::sweep::transport::{Moved, Step, typical_slope};
 use crate::sweep::{Parameters, Sweep};
 
 /// How far all but one in ten places move in a step, voxels.
-const STEP_LENGTH: f32 = 0.3;
+const STEP_LENGTH: f32 = 0.25;
 
 /// Where no more blocks are exact than this share of those that hold some of the mesh, a step may be so many times longer.
 const CALM: f64 = 0.02;

@@ -17,7 +17,7 @@ use crate::sweep::tracked::{Tracked, place_on};
 use crate::sweep::transport::{Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults};
 
 /// A step is tried so often with more cells exact before it is taken as it is, but for its seam, which may ask as often once
-/// more; from then on, the blocks around those named become exact as well.
+/// more; from two thirds of that on, the blocks around those named become exact as well.
 const MOST_ROUNDS: usize = 6;
 
 /// So often faces that fold are mended before their cells become exact.
@@ -142,7 +142,7 @@ impl March<'_, '_> {
         transport.moved(kernels)
     }
 
-    /// Blocks become exact for a while, where they are that already, or after many rounds, those around them; the step
+    /// Blocks become exact for a while, where they are that already, or after a few rounds, those around them; the step
     /// is to be taken again.
     fn give_way(
         &mut self,
@@ -156,7 +156,7 @@ impl March<'_, '_> {
         let mut region = state.region.clone();
         for b in named {
             self.back_off(state, b);
-            if !region.add(b) || round >= MOST_ROUNDS {
+            if !region.add(b) || 3 * round >= 2 * MOST_ROUNDS {
                 for near in self.grid.blocks_around(b) {
                     self.back_off(state, near);
                     region.add(near);
