@@ -130,8 +130,10 @@ def test_a_mask_means_what_the_flag_means(array, run, tmp_path):
     of_array = isospectrum.compute(array, mask=inside, **options).mesh("60%")
     assert np.array_equal(of_array.vertices, s.mesh("60%", open=True).vertices)
     assert len(of_array.triangles) < len(s.mesh("60%", open=False).triangles)
-    middles = np.rint(of_array.vertices[of_array.triangles].mean(axis=1)).astype(int)
-    assert inside[middles[:, 2], middles[:, 1], middles[:, 0]].all()
+    # Where a triangle lies is told in the middle of pieces in which it goes a quarter of a voxel at most.
+    middles = of_array.vertices[of_array.triangles].mean(axis=1)
+    away = np.abs(middles[:, None] - np.argwhere(inside)[None, :, ::-1]).max(axis=2).min(axis=1)
+    assert away.max() <= 0.5 + 0.125
     with pytest.raises(isospectrum.InputError, match="a mask of"):
         isospectrum.compute(array, mask=inside[:5], **options)
 
