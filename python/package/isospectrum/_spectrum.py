@@ -286,23 +286,23 @@ class Spectrum:
             None if range is None else _pair(range, self),
             tolerance,
             step,
-            {
-                "camera": None if camera is None else _camera(camera),
-                "up": up,
-                "orthographic": bool(orthographic),
-                "color": color,
-                "color_map": color_map,
-                "color_range": _color_range(color_range),
-                "color_center": color_center,
-                "background": background,
-                "clip": None if clip is None else _clip(clip, self),
-                "opacity": _share(opacity),
-                "occlusion": bool(occlusion),
-                "wireframe": bool(wireframe),
-                "axes": bool(axes),
-                "open": self._is_open(open),
-                "keep": _kept(keep, min_volume, min_area, at),
-            },
+            self._sight(
+                camera=camera,
+                up=up,
+                orthographic=orthographic,
+                color=color,
+                color_map=color_map,
+                color_range=color_range,
+                color_center=color_center,
+                background=background,
+                clip=clip,
+                opacity=opacity,
+                occlusion=occlusion,
+                wireframe=wireframe,
+                axes=axes,
+                open=open,
+                keep=_kept(keep, min_volume, min_area, at),
+            ),
             None if volume is None else _volume_like(volume, self),
             None if color_by is None else _field_like(color_by, self),
             still,
@@ -399,23 +399,23 @@ class Spectrum:
         native = self._native.render(
             surfaces,
             (width, height),
-            {
-                "camera": None if camera is None else _camera(camera),
-                "up": up,
-                "orthographic": bool(orthographic),
-                "color": color,
-                "color_map": color_map,
-                "color_range": _color_range(color_range),
-                "color_center": color_center,
-                "background": background,
-                "clip": None if clip is None else _clip(clip, self),
-                "opacity": _share(opacity),
-                "occlusion": bool(occlusion),
-                "wireframe": bool(wireframe),
-                "axes": bool(axes),
-                "open": self._is_open(open),
-                "keep": _kept(keep, min_volume, min_area, at),
-            },
+            self._sight(
+                camera=camera,
+                up=up,
+                orthographic=orthographic,
+                color=color,
+                color_map=color_map,
+                color_range=color_range,
+                color_center=color_center,
+                background=background,
+                clip=clip,
+                opacity=opacity,
+                occlusion=occlusion,
+                wireframe=wireframe,
+                axes=axes,
+                open=open,
+                keep=_kept(keep, min_volume, min_area, at),
+            ),
             legend,
             scale_bar,
             label,
@@ -425,6 +425,20 @@ class Spectrum:
             adapter,
         )
         return Picture.of(native)
+
+    def _sight(self, **told: Any) -> dict[str, Any]:
+        """How a picture or a page looks, as the library takes it."""
+        camera, clip = told["camera"], told["clip"]
+        flags = ("orthographic", "occlusion", "wireframe", "axes")
+        return {
+            **told,
+            **{flag: bool(told[flag]) for flag in flags},
+            "camera": None if camera is None else _camera(camera),
+            "color_range": _color_range(told["color_range"]),
+            "clip": None if clip is None else _clip(clip, self),
+            "opacity": _share(told["opacity"]),
+            "open": self._is_open(told["open"]),
+        }
 
     def _surfaces(self, c: Shown) -> list[tuple[float, int | None, float | None]]:
         """Isovalues that are shown, each with its colour and opacity."""
