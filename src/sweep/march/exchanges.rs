@@ -56,6 +56,11 @@ impl March<'_, '_> {
             let now = Passage::between(self.exact(), state.at, state.at);
             self.calendar.close_around(&mut both, now, &added);
             self.follow(state, both, now, &mut new);
+            if state.region.is_closed() {
+                // For the whole step, which goes to blocks that the isosurface does not meet yet.
+                let blocks = self.calendar.blocks(self.grid, passage);
+                self.drop_all(state, Region::closed(self.grid, blocks));
+            }
         }
         if !state.region.is_closed() {
             self.follow(state, target, passage, &mut new);
@@ -230,10 +235,7 @@ impl March<'_, '_> {
                 grown |= target.add_around(s);
             }
             if !grown {
-                for &s in &samples {
-                    let block = self.grid.block_of_cell(self.grid.octant(s, 0));
-                    self.add_ring(target, block);
-                }
+                self.add_ring(target, self.blocks_at_samples(samples));
             }
         }
         let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
@@ -275,17 +277,14 @@ impl March<'_, '_> {
         Ok(joined.vertices)
     }
 
-    /// Makes blocks around one exact, farther and farther away until one was not; whether there was one.
-    fn add_ring(&self, region: &mut Region, block: Option<u32>) -> bool {
-        let mut near: BTreeSet<u32> = block.into_iter().collect();
-        loop {
-            let around = near.iter().flat_map(|&b| self.grid.blocks_around(b));
-            let wider: BTreeSet<u32> = around.collect();
-            let grown = wider.iter().fold(false, |any, &b| region.add(b) | any);
-            if grown || wider.len() == near.len() {
-                return grown;
-            }
-            near = wider;
+    /// Makes blocks around some exact, farther and farther away until one was not.
+    fn add_ring(&self, region: &mut Region, mut seen: BTreeSet<u32>) {
+        let mut ring: Vec<u32> = seen.iter().copied().collect();
+        let mut grown = false;
+        while !grown && !ring.is_empty() {
+            let around = ring.iter().flat_map(|&b| self.grid.blocks_around(b));
+            ring = around.filter(|&b| seen.insert(b)).collect();
+            grown = ring.iter().fold(false, |any, &b| region.add(b) | any);
         }
     }
 }
