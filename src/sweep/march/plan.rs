@@ -16,7 +16,7 @@ const CROWDED: f64 = 0.6;
 
 /// Blocks that are exact stay so where something critical comes within so many steps; and where the sample value that
 /// comes next does within so many, and they have flat squares of it: there the isosurface jumps.
-const LOOK_AHEAD: f64 = 1.0;
+const LOOK_AHEAD: f64 = 2.0;
 const FLATS_AHEAD: f64 = 4.0;
 
 impl March<'_, '_> {

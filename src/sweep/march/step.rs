@@ -17,11 +17,11 @@ use crate::sweep::tracked::{Tracked, place_on};
 use crate::sweep::transport::{Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults};
 
 /// A step is tried so often with more cells exact before it is taken as it is, but for its seam, which may ask as often once
-/// more; from two thirds of that on, the blocks around those named become exact as well.
+/// more.
 const MOST_ROUNDS: usize = 6;
 
-/// So often faces that fold are mended before their cells become exact.
-const MOST_MENDED: usize = 3;
+/// So often faces that fold are mended before their cells become exact; and again after that, as cuts leave slivers.
+const MOST_MENDED: usize = 2;
 
 impl March<'_, '_> {
     /// Takes one step; does not where it is too long for too much of the mesh.
@@ -92,8 +92,8 @@ impl March<'_, '_> {
                 state.tracked.mesh.n_faces(),
                 state.region.blocks().len()
             );
-            again = Some(self.give_way(state, named, round, passage, moved, kernels)?);
-            round += 1;
+            again = Some(self.give_way(state, named, passage, moved, kernels)?);
+            (mended, round) = (0, round + 1);
         }
     }
 
@@ -142,13 +142,11 @@ impl March<'_, '_> {
         transport.moved(kernels)
     }
 
-    /// Blocks become exact for a while, where they are that already, or after a few rounds, those around them; the step
-    /// is to be taken again.
+    /// Blocks become exact for a while, where they are that already, those around them; the step is to be taken again.
     fn give_way(
         &mut self,
         state: &mut State,
         named: BTreeSet<u32>,
-        round: usize,
         passage: Passage,
         before: Moved,
         kernels: &mut dyn Kernels,
@@ -156,7 +154,7 @@ impl March<'_, '_> {
         let mut region = state.region.clone();
         for b in named {
             self.back_off(state, b);
-            if !region.add(b) || 3 * round >= 2 * MOST_ROUNDS {
+            if !region.add(b) {
                 for near in self.grid.blocks_around(b) {
                     self.back_off(state, near);
                     region.add(near);
