@@ -15,14 +15,22 @@ use super::unite::{Joined, join_borders, report, unlike};
 use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
 use crate::file::{
-    self, INDEX, Index, IndexedPart, PART, PartName, WHOLE, Written, part_name, seam_bytes,
-    seam_name,
+    self, ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, WHOLE, Written, chunk_name,
+    key_in_part, living, seam_bytes, seam_name,
 };
-use crate::spectrum::{About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told};
+use crate::spectrum::{
+    About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told, Triangle,
+};
 use crate::sweep::Progress;
 
 /// What a part takes of memory while it is written, bytes per triangle (measured: 120 to 150 of `bonsai`).
 const BYTES_PER_TRIANGLE: f64 = 150.0;
+
+/// Fewest triangles that a chunk is cut off for: less than a file's own costs are not worth one.
+const LEAST_OF_CHUNK: usize = 4096;
+
+/// How many times as many triangles as live across its end are born in a chunk.
+const TIMES_ACROSS: usize = 4;
 
 /// Writes all parts, what is known of the whole and the index into a folder that is there, and nobody else writes to; as many
 /// parts at a time as there are threads, and as fit into `memory`, bytes, where that is limited.
@@ -108,30 +116,16 @@ fn write_part(
     }
     let mut builder = SpectrumBuilder::new();
     builder.push_patch(joiner.finish().0);
-    let name = PartName { plan: plan.hash().to_owned(), number };
     let (info, flags) = (plan.recipe.volume.clone(), &plan.recipe.parameters);
-    let range = flags.range.unwrap_or(info.range);
-    let parameters = Told::of_value(serde_json::json!({ PART: name }));
-    let spectrum = builder.finish(About { parameters, ..About::new(info, range, flags.error) })?;
+    let about = About::new(info, flags.range.unwrap_or(plan.recipe.volume.range), flags.error);
+    let spectrum = builder.finish(about)?;
     let size = [spectrum.n_vertices(), spectrum.knots().len(), spectrum.triangles().len()];
     let size = size.map(|n| n as u64);
-    let lives = lives(&spectrum);
-    let mut bytes = 0;
-    if lives.is_some() {
-        let Written { bytes: file, order, .. } = file::into_bytes(spectrum)?;
-        let keys: HashMap<u32, u64> = shared.iter().copied().collect();
-        let in_order = order.iter().zip(0u32..);
-        let seam: Vec<(u32, u64)> =
-            in_order.filter_map(|(v, new)| keys.get(v).map(|&key| (new, key))).collect();
-        let seam = seam_bytes(&seam);
-        bytes = (file.len() + seam.len()) as u64;
-        put(folder, &part_name(number), &file)?;
-        put(folder, &seam_name(number), &seam)?;
-    }
+    let chunks = write_chunks(plan, number, spectrum, shared, folder)?;
     let n_others = is_others.iter().filter(|&&is| is).count() as u64;
     let own = [size[0] - n_others, size[1] - 2 * n_others, size[2]];
     let brick = plan.recipe.bricks[number];
-    let part = IndexedPart { first: brick.first, end: brick.end, size, lives, events, bytes };
+    let part = IndexedPart { first: brick.first, end: brick.end, size, events, chunks };
     Ok(WrittenPart { part, own })
 }
 
@@ -147,11 +141,91 @@ fn alone(shared: &[SharedVertex]) -> (Patch, Vec<(u32, u64)>) {
     (Patch { isovalues, first_knot, knots, ..Patch::default() }, keys)
 }
 
-/// The lowest birth and the highest death; none without triangles.
-fn lives(spectrum: &Spectrum) -> Option<(f64, f64)> {
-    let birth = spectrum.triangles().iter().map(|t| t.birth).min()?;
-    let death = spectrum.triangles().iter().map(|t| t.death).max()?;
-    Some((spectrum.isovalues()[birth as usize], spectrum.isovalues()[death as usize]))
+/// Writes the chunks of a part.
+fn write_chunks(
+    plan: &Plan,
+    number: usize,
+    spectrum: Spectrum,
+    shared: Vec<(u32, u64)>,
+    folder: &Path,
+) -> Result<Vec<IndexedChunk>> {
+    let (about, patch) = spectrum.into_parts();
+    let cuts = cuts(&patch);
+    let shared = if cuts.len() > 2 { with_common(number, &patch, &cuts, shared) } else { shared };
+    let chunk = |(chunk, ends): (usize, &[u32])| {
+        let lives = |t: &Triangle| t.birth < ends[1] && ends[0] < t.death;
+        let (own, shared) = living(&patch, &shared, lives);
+        let n_triangles = own.triangles.len() as u64;
+        let mut builder = SpectrumBuilder::new();
+        builder.push_patch(own);
+        let name = ChunkName { plan: plan.hash().to_owned(), number, chunk };
+        let parameters = Told::of_value(serde_json::json!({ PART: name }));
+        let own = builder.finish(About { parameters, ..about.clone() })?;
+        let Written { bytes, order, .. } = file::into_bytes(own)?;
+        let keys: HashMap<u32, u64> = shared.into_iter().collect();
+        let in_order = order.iter().zip(0u32..);
+        let seam: Vec<(u32, u64)> =
+            in_order.filter_map(|(v, new)| keys.get(v).map(|&key| (new, key))).collect();
+        let seam = seam_bytes(&seam);
+        put(folder, &chunk_name((number, chunk)), &bytes)?;
+        put(folder, &seam_name((number, chunk)), &seam)?;
+        let interval = (patch.isovalues[ends[0] as usize], patch.isovalues[ends[1] as usize]);
+        Ok(IndexedChunk::new(interval, n_triangles, (bytes.len() + seam.len()) as u64))
+    };
+    cuts.windows(2).enumerate().map(chunk).collect()
+}
+
+/// Where a part is cut by isovalue, ranks, from the lowest birth to the highest death: as often as no more than about a quarter of
+/// the triangles come to stand in two chunks, which have some thousands each; nothing without triangles.
+fn cuts(patch: &Patch) -> Vec<u32> {
+    let (mut born, mut died) =
+        (vec![0usize; patch.isovalues.len()], vec![0; patch.isovalues.len()]);
+    for t in &patch.triangles {
+        born[t.birth as usize] += 1;
+        died[t.death as usize] += 1;
+    }
+    let ends = born.iter().position(|&n| n > 0).zip(died.iter().rposition(|&n| n > 0));
+    let Some((first, last)) = ends else { return Vec::new() };
+    let mut cuts = vec![first as u32];
+    // Triangles that live on both sides of a rank, those born in the chunk, and those born from the rank on.
+    let (mut across, mut own, mut left) = (0, 0, patch.triangles.len());
+    for rank in first..last {
+        across -= died[rank];
+        if own >= LEAST_OF_CHUNK.max(TIMES_ACROSS * across) && left >= LEAST_OF_CHUNK {
+            cuts.push(rank as u32);
+            own = 0;
+        }
+        across += born[rank];
+        own += born[rank];
+        left -= born[rank];
+    }
+    cuts.push(last as u32);
+    cuts
+}
+
+/// Vertices in common: those with other parts, and those that several chunks of this one have.
+fn with_common(
+    number: usize,
+    patch: &Patch,
+    cuts: &[u32],
+    shared: Vec<(u32, u64)>,
+) -> Vec<(u32, u64)> {
+    // The first and the last chunk that has each.
+    let mut chunks = vec![(usize::MAX, 0); patch.first_knot.len() - 1];
+    for t in &patch.triangles {
+        let first = cuts.partition_point(|&c| c <= t.birth) - 1;
+        let last = cuts.partition_point(|&c| c < t.death) - 1;
+        for v in t.vertices {
+            let (from, to) = &mut chunks[v as usize];
+            (*from, *to) = ((*from).min(first), (*to).max(last));
+        }
+    }
+    let mut with_others = shared.into_iter().peekable();
+    let all = chunks.iter().zip(0u32..).filter_map(|(&(from, to), v)| {
+        let of_edge = with_others.next_if(|s| s.0 == v);
+        of_edge.or_else(|| (from < to).then(|| (v, key_in_part(number, v))))
+    });
+    all.collect()
 }
 
 /// How the bricks of a plan lie: their first samples along x, y, z.
