@@ -19,7 +19,7 @@ use crate::file::{
     key_in_part, living, seam_bytes, seam_name,
 };
 use crate::spectrum::{
-    About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told, Triangle,
+    About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told, Triangle, cuts,
 };
 use crate::sweep::Progress;
 
@@ -37,8 +37,7 @@ const TIMES_ACROSS: usize = 4;
 ///
 /// # Errors
 ///
-/// As [`merge`](super::merge); [`Error::Usage`] for a volume with a mask: where triangles end by it is told by all isovalues of the
-/// whole.
+/// As [`merge`](super::merge).
 pub fn merge_to_folder(
     parts: &Parts,
     volume: &Opened,
@@ -46,19 +45,13 @@ pub fn merge_to_folder(
     memory: Option<f64>,
     progress: &dyn Progress,
 ) -> Result<Index> {
-    if let Opened::Whole(prepared) = volume
-        && prepared.volume().mask().is_some()
-    {
-        let what = "a volume with a mask is no folder of parts, expected a name that ends in .isp";
-        return Err(Error::Usage(what.to_owned()));
-    }
     let Joined { whole, heads } = join_borders(parts, volume, progress)?;
     let plan = parts.plan();
     let grid = Grid::of(plan);
     let n_events = grid.n_events(&whole);
     let one = |number: usize| {
         report(progress, number, parts.n())?;
-        write_part(parts, (number, &grid.beside(number)), folder, n_events[number])
+        write_part((parts, volume), (number, &grid.beside(number)), folder, n_events[number])
     };
     let largest = heads.iter().map(|h| h.size()[2]).max().unwrap_or(0).max(1) as f64;
     let fit = memory.map_or(f64::INFINITY, |memory| memory / (BYTES_PER_TRIANGLE * largest));
@@ -89,7 +82,7 @@ struct WrittenPart {
 }
 
 fn write_part(
-    parts: &Parts,
+    (parts, volume): (&Parts, &Opened),
     (number, beside): (usize, &[usize]),
     folder: &Path,
     events: usize,
@@ -118,7 +111,11 @@ fn write_part(
     builder.push_patch(joiner.finish().0);
     let (info, flags) = (plan.recipe.volume.clone(), &plan.recipe.parameters);
     let about = About::new(info, flags.range.unwrap_or(plan.recipe.volume.range), flags.error);
-    let spectrum = builder.finish(about)?;
+    let mut spectrum = builder.finish(about)?;
+    if let Opened::Whole(prepared) = volume {
+        // Where triangles pass a mask is told by isovalues of the part's table: within the same piece of a lifetime as in a file.
+        prepared.cap(&mut spectrum);
+    }
     let size = [spectrum.n_vertices(), spectrum.knots().len(), spectrum.triangles().len()];
     let size = size.map(|n| n as u64);
     let chunks = write_chunks(plan, number, spectrum, shared, folder)?;
@@ -150,7 +147,7 @@ fn write_chunks(
     folder: &Path,
 ) -> Result<Vec<IndexedChunk>> {
     let (about, patch) = spectrum.into_parts();
-    let cuts = cuts(&patch);
+    let cuts = cuts(&patch, LEAST_OF_CHUNK, TIMES_ACROSS);
     let shared = if cuts.len() > 2 { with_common(number, &patch, &cuts, shared) } else { shared };
     let chunk = |(chunk, ends): (usize, &[u32])| {
         let lives = |t: &Triangle| t.birth < ends[1] && ends[0] < t.death;
@@ -173,34 +170,6 @@ fn write_chunks(
         Ok(IndexedChunk::new(interval, n_triangles, (bytes.len() + seam.len()) as u64))
     };
     cuts.windows(2).enumerate().map(chunk).collect()
-}
-
-/// Where a part is cut by isovalue, ranks, from the lowest birth to the highest death: as often as no more than about a quarter of
-/// the triangles come to stand in two chunks, which have some thousands each; nothing without triangles.
-fn cuts(patch: &Patch) -> Vec<u32> {
-    let (mut born, mut died) =
-        (vec![0usize; patch.isovalues.len()], vec![0; patch.isovalues.len()]);
-    for t in &patch.triangles {
-        born[t.birth as usize] += 1;
-        died[t.death as usize] += 1;
-    }
-    let ends = born.iter().position(|&n| n > 0).zip(died.iter().rposition(|&n| n > 0));
-    let Some((first, last)) = ends else { return Vec::new() };
-    let mut cuts = vec![first as u32];
-    // Triangles that live on both sides of a rank, those born in the chunk, and those born from the rank on.
-    let (mut across, mut own, mut left) = (0, 0, patch.triangles.len());
-    for rank in first..last {
-        across -= died[rank];
-        if own >= LEAST_OF_CHUNK.max(TIMES_ACROSS * across) && left >= LEAST_OF_CHUNK {
-            cuts.push(rank as u32);
-            own = 0;
-        }
-        across += born[rank];
-        own += born[rank];
-        left -= born[rank];
-    }
-    cuts.push(last as u32);
-    cuts
 }
 
 /// Vertices in common: those with other parts, and those that several chunks of this one have.

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _native
+from . import _native, _ome_zarr
 from ._errors import InputError, InternalError, UsageError
 from ._frame import Frame
 from ._sources import sample_type
@@ -34,13 +34,21 @@ def is_chunked(array: Any) -> bool:
     return all(getattr(array, name, None) is not None for name in ("chunks", "shape", "dtype"))
 
 
+def has_client() -> bool:
+    """Whether there is a client of dask.distributed."""
+    return _client() is not None
+
+
 def client_of(array: Any) -> Any:
-    """The client of dask.distributed that is there, if its user has one and an array that dask or Zarr read; else none."""
+    """The client that there is, of an array that dask or Zarr read; else none."""
+    is_its = hasattr(array, "__dask_graph__") or hasattr(array, "store") or isinstance(array, _ome_zarr.Volume3)
+    return _client() if is_its else None
+
+
+def _client() -> Any:
     distributed = sys.modules.get("distributed")
-    if distributed is None or not (hasattr(array, "__dask_graph__") or hasattr(array, "store") or hasattr(array, "_index")):
-        return None
     try:
-        return distributed.get_client()
+        return None if distributed is None else distributed.get_client()
     except ValueError:
         return None
 

@@ -156,9 +156,9 @@ def compute(
     }  # fmt: skip
     given = [what for what, value in of_whole.items() if value is not None]
     is_asked = not (client is None and parts is None and to is None)
-    if is_asked or not given:
-        array, place = lazy_and_frame(a) if not isinstance(a, (str, os.PathLike, _native.Volume)) else (None, None)
-        if client is None and array is not None:
+    if is_asked or (not given and _bricks.has_client()):
+        array, place = (None, None) if isinstance(a, (str, os.PathLike, _native.Volume)) else lazy_and_frame(a)
+        if client is None and not given:
             client = _bricks.client_of(array)
         if is_asked and not _bricks.is_chunked(array):
             raise UsageError("client, parts and to are for arrays that are read by chunks: dask, Zarr, HDF5")
@@ -174,7 +174,7 @@ def compute(
                     )  # fmt: skip
                 )
     whole = volume(a, **placed, name=name, nan_as=nan_as)
-(progress, "computing") as told:
+    with _progress.shown(progress, "computing") as told:
         native = _native.compute(
             whole,
             parameters,
@@ -198,7 +198,8 @@ def compute(
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
-    """Read a spectrum from a file (``.isp``, or ``.thesis``), or all parts of a folder (``.ispt``).
+    """Read a spectrum from a file (``.isp``, or ``.thesis``), or a folder of parts (``.ispt``), of which those are read that meshes
+    ask for, and dropped again when they are many.
 
     Raises
     ------
