@@ -37,12 +37,14 @@ class Chunks {
 class SplitViewer extends Viewer {
     update() {
         this.isWhole = this.isovalue === this.nearestThere();
-        if (!this.isWhole) this.fetch(this.chunks.at(this.isovalue));
+        // What was not to be had is asked for again once something else was shown.
+        if (this.isWhole) this.missed = null;
+        else this.fetch(this.chunks.at(this.isovalue));
         super.update();
     }
 
     async fetch(number) {
-        if (number === this.fetching) return;
+        if (number === this.fetching || number === this.missed) return;
         this.fetching = number;
         try {
             const spectrum = await this.chunks.get(number);
@@ -56,6 +58,8 @@ class SplitViewer extends Viewer {
             this.request();
         } catch (error) {
             console.info(error.message);
+            if (number === this.fetching) this.fetching = null;
+            this.missed = number;
             byId("loading").textContent = `These isovalues are not to be had: ${error.message}.`;
         }
     }

@@ -188,7 +188,7 @@ fn a_masked_volume_may_be_a_folder_of_parts() {
     let sorted = |name: &str, flags: &[&str]| {
         folder.run(&[&["extract", name, "-c", "115", "-o", "b.ply"], flags].concat());
         let mesh = parse_ply(&folder.read("b.ply")).expect("a mesh");
-        let corner = |v: u32| mesh.positions[v as usize].map(f32::to_bits);
+        let corner = |v: u32| mesh.positions[v as usize].map(f64::to_bits);
         let mut all: Vec<_> = mesh
             .triangles
             .iter()

@@ -45,7 +45,8 @@ mod tests {
             death: birth + life,
             cap: false,
         };
-        let all = (0..20).flat_map(|rank| std::iter::repeat_n(one(rank, if rank == 5 { 3 } else { 1 }), 10));
+        let all = (0..20)
+            .flat_map(|rank| std::iter::repeat_n(one(rank, if rank == 5 { 3 } else { 1 }), 10));
         let isovalues = (0..23).map(f64::from).collect();
         let mut patch = Patch { isovalues, triangles: all.collect(), ..Patch::default() };
         assert_eq!(cuts(&patch, 30, 4), [0, 3, 8, 11, 14, 17, 20]);
