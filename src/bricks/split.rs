@@ -30,7 +30,7 @@ const BYTES_PER_TRIANGLE: f64 = 150.0;
 const LEAST_OF_CHUNK: usize = 4096;
 
 /// How many times as many triangles as live across its end are born in a chunk.
-const TIMES_ACROSS: usize = 4;
+const TIMES_ACROSS: usize = 8;
 
 /// Writes all parts, what is known of the whole and the index into a folder that is there, and nobody else writes to; as many
 /// parts at a time as there are threads, and as fit into `memory`, bytes, where that is limited.
@@ -148,10 +148,15 @@ fn write_chunks(
 ) -> Result<Vec<IndexedChunk>> {
     let (about, patch) = spectrum.into_parts();
     let cuts = cuts(&patch, LEAST_OF_CHUNK, TIMES_ACROSS);
-    let shared = if cuts.len() > 2 { with_common(number, &patch, &cuts, shared) } else { shared };
-    let chunk = |(chunk, ends): (usize, &[u32])| {
+    let common = common(&patch, &cuts);
+    let edges: HashMap<u32, u64> = shared.iter().copied().collect();
+    let all: Vec<(u32, u64)> = (0..common.len() as u32).map(|v| (v, u64::from(v))).collect();
+    // Vertices of several chunks, numbered as they are written first: then numbers ascend in files, and take little.
+    let mut named: HashMap<u32, u64> = HashMap::new();
+    let mut chunk = |(chunk, ends): (usize, &[u32])| {
         let lives = |t: &Triangle| t.birth < ends[1] && ends[0] < t.death;
-        let (own, shared) = living(&patch, &shared, lives);
+        // With what each vertex was in the part.
+        let (own, in_part) = living(&patch, &all, lives);
         let n_triangles = own.triangles.len() as u64;
         let mut builder = SpectrumBuilder::new();
         builder.push_patch(own);
@@ -159,26 +164,25 @@ fn write_chunks(
         let parameters = Told::of_value(serde_json::json!({ PART: name }));
         let own = builder.finish(About { parameters, ..about.clone() })?;
         let Written { bytes, order, .. } = file::into_bytes(own)?;
-        let keys: HashMap<u32, u64> = shared.into_iter().collect();
-        let in_order = order.iter().zip(0u32..);
+        let mut key_of = |v: u32| {
+            let next = named.len() as u32;
+            let in_part = || *named.entry(v).or_insert_with(|| key_in_part(number, next));
+            edges.get(&v).copied().or_else(|| common[v as usize].then(in_part))
+        };
+        let in_order = order.iter().map(|&v| in_part[v as usize].1 as u32).zip(0u32..);
         let seam: Vec<(u32, u64)> =
-            in_order.filter_map(|(v, new)| keys.get(v).map(|&key| (new, key))).collect();
-        let seam = seam_bytes(&seam);
+            in_order.filter_map(|(v, new)| key_of(v).map(|key| (new, key))).collect();
+        let seam = seam_bytes(number, &seam);
         put(folder, &chunk_name((number, chunk)), &bytes)?;
         put(folder, &seam_name((number, chunk)), &seam)?;
         let interval = (patch.isovalues[ends[0] as usize], patch.isovalues[ends[1] as usize]);
         Ok(IndexedChunk::new(interval, n_triangles, (bytes.len() + seam.len()) as u64))
     };
-    cuts.windows(2).enumerate().map(chunk).collect()
+    cuts.windows(2).enumerate().map(&mut chunk).collect()
 }
 
-/// Vertices in common: those with other parts, and those that several chunks of this one have.
-fn with_common(
-    number: usize,
-    patch: &Patch,
-    cuts: &[u32],
-    shared: Vec<(u32, u64)>,
-) -> Vec<(u32, u64)> {
+/// Which vertices several chunks have.
+fn common(patch: &Patch, cuts: &[u32]) -> Vec<bool> {
     // The first and the last chunk that has each.
     let mut chunks = vec![(usize::MAX, 0); patch.first_knot.len() - 1];
     for t in &patch.triangles {
@@ -189,12 +193,7 @@ fn with_common(
             (*from, *to) = ((*from).min(first), (*to).max(last));
         }
     }
-    let mut with_others = shared.into_iter().peekable();
-    let all = chunks.iter().zip(0u32..).filter_map(|(&(from, to), v)| {
-        let of_edge = with_others.next_if(|s| s.0 == v);
-        of_edge.or_else(|| (from < to).then(|| (v, key_in_part(number, v))))
-    });
-    all.collect()
+    chunks.iter().map(|&(from, to)| from < to).collect()
 }
 
 /// How the bricks of a plan lie: their first samples along x, y, z.

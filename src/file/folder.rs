@@ -5,8 +5,7 @@
 //! `index.json` ([`Index`]); `whole.isp`, a spectrum file without triangles, which has the events and all that is known of the
 //! whole. A part, which is a brick, is cut into chunks by isovalue: each has the triangles that live somewhere in its interval, whole,
 //! so some stand in two. Of a chunk there are a spectrum file, `000000-000.isp`, and its vertices in common with other chunks,
-//! `000000-000.seam`: `ISPTSEAM`, how many (u32), their numbers in the chunk (u32, ascending), their keys (u64), the CRC-32 of all
-//! before. Numbers are little endian.
+//! `000000-000.seam` (`folder_index`).
 //!
 //! # Invariants
 //!
@@ -181,7 +180,7 @@ impl SpectrumFolder {
             )));
         }
         let seam = self.path.join(seam_name(place));
-        let shared = read_seam(&input::read(&seam)?).map_err(|e| e.of_file(&seam))?;
+        let shared = read_seam(number, &input::read(&seam)?).map_err(|e| e.of_file(&seam))?;
         let ascends = shared.windows(2).all(|w| w[0].0 < w[1].0);
         if !ascends || shared.last().is_some_and(|s| s.0 as usize >= found.n_vertices()) {
             return Err(Error::input(format!("{}: of another part", seam.display())));

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::column::{Columns, collected, write_column, zigzag};
+use super::section::{deflate, inflate};
 use crate::error::{Error, Result};
+use crate::volume::DEFLATE_RATIO;
 
 /// The file that tells what is in the folder.
 pub const INDEX: &str = "index.json";
@@ -144,36 +147,93 @@ pub(crate) fn seam_name((number, chunk): (usize, usize)) -> String {
     format!("{number:06}-{chunk:03}.seam")
 }
 
-/// The key of a vertex that several chunks of a part have: its number in the part.
+/// The key of a vertex that several chunks of a part have: its number among these.
 pub(crate) fn key_in_part(number: usize, vertex: u32) -> u64 {
     OF_PART | (number as u64) << 32 | u64::from(vertex)
 }
 
-/// The bytes of the file of vertices in common, each with its key.
-pub(crate) fn seam_bytes(shared: &[(u32, u64)]) -> Vec<u8> {
+/// The bytes of the file of vertices in common, ascending, each with its key, of a part: columns of the steps from vertex to vertex,
+/// of what the keys are of, and of the steps from key to key of the same kind.
+pub(crate) fn seam_bytes(number: usize, shared: &[(u32, u64)]) -> Vec<u8> {
+    let mut content = (shared.len() as u64).to_le_bytes().to_vec();
+    let after = std::iter::once(0).chain(shared.iter().map(|s| s.0 + 1));
+    let steps: Vec<u64> = shared.iter().zip(after).map(|(s, from)| u64::from(s.0 - from)).collect();
+    write_column(&mut content, &steps);
+    let kinds: Vec<u64> = shared.iter().map(|s| s.1 >> 63).collect();
+    write_column(&mut content, &kinds);
+    let mut last = [0, key_in_part(number, 0)];
+    let steps = shared.iter().map(|&(_, key)| {
+        let last = &mut last[(key >> 63) as usize];
+        zigzag(key.wrapping_sub(std::mem::replace(last, key)) as i64)
+    });
+    write_column(&mut content, &steps.collect::<Vec<u64>>());
     let mut bytes = SEAM_MAGIC.to_vec();
-    bytes.extend((shared.len() as u32).to_le_bytes());
-    bytes.extend(shared.iter().flat_map(|s| s.0.to_le_bytes()));
-    bytes.extend(shared.iter().flat_map(|s| s.1.to_le_bytes()));
+    bytes.extend((content.len() as u64).to_le_bytes());
+    bytes.extend(deflate(&content));
     bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
     bytes
 }
 
-/// Vertices in common from their file.
-pub(super) fn read_seam(bytes: &[u8]) -> Result<Vec<(u32, u64)>> {
+/// Vertices in common from the file of a part.
+pub(super) fn read_seam(number: usize, bytes: &[u8]) -> Result<Vec<(u32, u64)>> {
     let damaged = || Error::input("damaged vertices in common with other parts");
-    let (content, crc) = bytes.split_last_chunk::<4>().ok_or_else(damaged)?;
-    if crc32fast::hash(content) != u32::from_le_bytes(*crc) {
+    let (head, crc) = bytes.split_last_chunk::<4>().ok_or_else(damaged)?;
+    if crc32fast::hash(head) != u32::from_le_bytes(*crc) {
         return Err(damaged());
     }
-    let rest = content.strip_prefix(&SEAM_MAGIC).ok_or_else(damaged)?;
-    let (n, rest) = rest.split_first_chunk::<4>().ok_or_else(damaged)?;
-    let n = u32::from_le_bytes(*n) as usize;
-    if rest.len() as u64 != 12 * n as u64 {
+    let rest = head.strip_prefix(&SEAM_MAGIC).ok_or_else(damaged)?;
+    let (length, packed) = rest.split_first_chunk::<8>().ok_or_else(damaged)?;
+    let length = u64::from_le_bytes(*length);
+    if length > (packed.len() as u64).saturating_mul(DEFLATE_RATIO) {
         return Err(damaged());
     }
-    let (vertices, keys) = rest.split_at(4 * n);
-    let vertices = vertices.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    let key = |b: &[u8]| b.iter().rev().fold(0u64, |key, &byte| key << 8 | u64::from(byte));
-    Ok(vertices.zip(keys.chunks_exact(8).map(key)).collect())
+    let content = inflate(packed, length as usize).map_err(|_| damaged())?;
+    let mut columns = Columns::new(&content);
+    let n = columns.count()?;
+    let steps = columns.column(n, 32)?;
+    let kinds = columns.column(n, 1)?;
+    let keys = columns.column(n, 64)?;
+    columns.end()?;
+    let (mut next, mut last) = (0u32, [0, key_in_part(number, 0)]);
+    collected(n, |i| {
+        let vertex = u32::try_from(steps.get(i)?).ok().and_then(|step| next.checked_add(step));
+        let vertex = vertex.filter(|&v| v < u32::MAX).ok_or_else(damaged)?;
+        next = vertex + 1;
+        let kind = kinds.get(i)?;
+        let last = &mut last[kind as usize];
+        *last = last.wrapping_add(keys.get_signed(i)? as u64);
+        // A key tells by itself what it is of.
+        if *last >> 63 == kind { Ok((vertex, *last)) } else { Err(damaged()) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_in_common_come_back_and_damage_is_found() {
+        let all = [
+            (0, 7),
+            (1, key_in_part(3, 5)),
+            (9, 1 << 40),
+            (10, key_in_part(3, 6)),
+            (4_000_000_000, 2),
+        ];
+        for shared in [&all[..], &all[..0]] {
+            let bytes = seam_bytes(3, shared);
+            assert_eq!(read_seam(3, &bytes).expect("as it was written"), shared);
+            for i in 0..bytes.len() {
+                let mut damaged = bytes.clone();
+                damaged[i] ^= 16;
+                assert!(read_seam(3, &damaged).is_err(), "byte {i}");
+                assert!(read_seam(3, &bytes[..i]).is_err(), "{i} bytes");
+            }
+        }
+        // What claims more than it can stand for.
+        let mut large = SEAM_MAGIC.to_vec();
+        large.extend(u64::MAX.to_le_bytes());
+        large.extend(crc32fast::hash(&large).to_le_bytes());
+        assert!(read_seam(0, &large).is_err());
+    }
 }

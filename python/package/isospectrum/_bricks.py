@@ -95,7 +95,7 @@ class Cluster:
             blocks = Blocks(dask.array.from_array(array, chunks=array.chunks, name=False, asarray=False))
         waiting = iter(jobs)
         running: dict[Any, int] = {}
-        done = as_completed()
+        done = as_completed(loop=self.client.loop)
 
         def give() -> None:
             while len(running) < max(1, AHEAD * sum(self.client.nthreads().values())):
@@ -159,8 +159,8 @@ def _part_of(array: Any, plan: _native.Plan, number: int, dtype: np.dtype, nan_a
 
 
 def _samples(array: Any, dtype: np.dtype, nan_as: float | None) -> np.ndarray:
-    """Samples in their type, what is not finite replaced."""
-    array = np.asarray(array).astype(dtype, copy=False)
+    """Samples in their type, what is not finite replaced. What came over a network may lie anywhere in memory."""
+    array = np.require(np.asarray(array).astype(dtype, copy=False), requirements="A")
     if nan_as is None or dtype.kind != "f":
         return array
     return np.where(np.isfinite(array), array, dtype.type(nan_as))
