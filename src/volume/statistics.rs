@@ -125,14 +125,13 @@ impl Tally {
         let too_many = |_: ()| wrong();
         self.sum = self.sum.checked_add(sum).ok_or(()).map_err(too_many)?;
         self.squares = self.squares.checked_add(squares).ok_or(()).map_err(too_many)?;
-        let bins = bins.chunks(12).map(|bin| {
+        let mut bins = bins.chunks(12).map(|bin| {
             let (i, n) = bin.split_at_checked(4)?;
             (n.len() == 8).then(|| (number(i) as usize, number(n) as u64))
         });
-        bins.map(|bin| {
+        bins.try_for_each(|bin| {
             bin.filter(|&(i, n)| self.histogram.add_to(i, n)).ok_or_else(wrong).map(drop)
         })
-        .collect()
     }
 
     /// What is known of all samples so far.
