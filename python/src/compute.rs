@@ -107,13 +107,16 @@ pub(crate) fn written_ends(
     Ok((range.transpose()?, start.map(|c| written(&c)).transpose()?))
 }
 
+/// A range and a start as numbers.
+type EndsFound = (Option<(f64, f64)>, Option<f64>);
+
 /// The numbers that a range and a start mean in a volume.
 pub(crate) fn ends_of(
     range: Option<(Isovalue, Isovalue)>,
     start: Option<Isovalue>,
     volume_range: (f64, f64),
     samples: &Statistics,
-) -> Result<(Option<(f64, f64)>, Option<f64>)> {
+) -> Result<EndsFound> {
     let resolve = |c: Isovalue, range| c.resolve(range, Some(samples));
     let range = match range {
         Some((low, high)) => {
