@@ -165,6 +165,7 @@ mod tests {
             first: "",
             data: "AAAA",
             script: "",
+            is_split: false,
             still: "",
         });
         assert!(text.contains("<h1>{{caption}} &lt;b&gt;&amp;&#39;&quot;</h1>"), "the title");
