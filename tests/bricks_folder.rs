@@ -289,7 +289,7 @@ fn what_is_wrong_with_a_folder_is_one_line() {
     let line = change("index.json", &|bytes| *bytes = b"{}".to_vec());
     assert!(line.contains("index.json: no index of this version"), "{line}");
     std::fs::remove_file(folder.path().join("s.ispt/000003-000.seam")).expect("there");
-    assert!(folder.fails(&extract, 3).contains("000003.seam"));
+    assert!(folder.fails(&extract, 3).contains("000003-000.seam"));
     // What is there and no folder of parts is nobody's to replace.
     std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
     let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);
