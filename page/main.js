@@ -1,8 +1,4 @@
-// Puts the page together: finds a way to draw, shows the first picture, and then takes over the whole
-// spectrum, which is unpacked meanwhile.
-
-/** With no more than these, unpacking beside the first picture would hold it up. */
-const FEW_PROCESSORS = 2;
+// Puts the page together: finds a way to draw, and shows the first picture.
 
 /** Ways to draw, the best first. */
 const RENDERERS = { webgpu: WebGpuRenderer, webgl2: WebGl2Renderer };
@@ -92,57 +88,4 @@ function viewerOf(spectrum, about) {
     const viewer = new Viewer(spectrum, about);
     applyAddress(viewer);
     return viewer;
-}
-
-async function start(script) {
-    const about = JSON.parse(byId("about").textContent);
-    performance.mark("start");
-    // The device gets ready while the page arrives.
-    const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
-    const first = taken("first");
-    let unpacking = null;
-    const unpack = () => {
-        unpacking ??= parsed().then(() => unpackedBeside(taken("data"), about, script));
-        // What is wrong with it is told below, when it is waited for.
-        unpacking.catch(() => {});
-        return unpacking;
-    };
-    // Few processors work on the first picture first.
-    if (!first || navigator.hardwareConcurrency > FEW_PROCESSORS) unpack();
-    let viewer = null;
-    if (first) {
-        viewer = viewerOf(await unpacked(first, about), about);
-        viewer.isWhole = false;
-        // What comes first is around the isovalue the page opens at.
-        if (viewer.isovalue !== viewer.nearestThere()) viewer = null;
-    }
-    const renderer = await opening;
-    if (!renderer) {
-        await parsed();
-        const then = document.querySelector("#still img")
-            ? "so this picture does not move" : "one of which this page needs to show the surface";
-        showStill(`This browser has neither WebGPU nor WebGL2, ${then}.`);
-        return;
-    }
-    if (viewer) {
-        await drawWith(viewer, renderer);
-        await present(viewer);
-        await viewer.takeWhole(await unpack());
-        performance.mark("whole");
-    } else {
-        viewer = viewerOf(await unpack(), about);
-        performance.mark("whole");
-        await drawWith(viewer, renderer);
-        await present(viewer);
-    }
-    document.documentElement.dataset.ready = Math.round(performance.now());
-    followMessages(viewer);
-}
-
-if (typeof document === "undefined") work();
-else {
-    start(document.currentScript.textContent).catch((error) => {
-        console.error(error);
-        showStill(`This page cannot be shown: ${error.message}.`);
-    });
 }

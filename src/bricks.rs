@@ -32,7 +32,7 @@ pub use local::{Limits, compute_parts, part_of};
 pub use part::{Border, Part, PartHead};
 pub use parts::Parts;
 pub use plan::{Blocks, Brick, Plan, Recipe, cut};
-pub use source::{Opened, Source};
+pub use source::{Held, Opened, ReadBlocks, Source};
 pub use split::merge_to_folder;
 pub use survey::Survey;
 pub use unite::merge;

@@ -23,6 +23,7 @@ mod knots;
 mod letters;
 mod part;
 mod script;
+mod split;
 mod template;
 
 use base64::Engine as _;
@@ -40,6 +41,7 @@ pub use data::DEFAULT_STEP;
 pub use knots::with_fewer_knots;
 pub use part::part;
 pub use script::script;
+pub use split::{Split, is_split_name, split};
 
 /// What a page says and how it looks.
 #[derive(Clone, Debug)]
@@ -174,7 +176,7 @@ pub struct Sizes {
     pub page: usize,
     /// The scripts.
     pub script: usize,
-    /// The spectrum, compressed, before it becomes letters.
+    /// The spectrum, compressed, before it becomes letters, in the page or beside it.
     pub data: usize,
     /// What is seen first, compressed, before it becomes letters.
     pub first: usize,
@@ -190,20 +192,48 @@ pub struct Sizes {
 /// outside the spectrum's range; [`Error::Input`] if the spectrum does
 /// not pass [`Spectrum::check`] or reaches too many steps.
 pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
+    check(spectrum, page)?;
+    let field = page.field.and_then(|sources| Field::of(sources, page.ends));
+    let codes = field.as_ref().map(|field| &field.codes[..]);
+    let data = data::compressed(spectrum, page.step, codes)?;
+    filled(spectrum, page, field.as_ref(), Isovalues::Inside(&data))
+}
+
+fn check(spectrum: &Spectrum, page: &Page) -> Result<()> {
     if !(page.step > 0.0 && page.step.is_finite()) {
         return Err(Error::Usage(format!("step of {} voxels, expected more than 0", page.step)));
     }
     spectrum.check_isovalue(page.isovalue)?;
     page.keep.check()?;
     page.camera.check()?;
-    let Camera { azimuth, elevation, distance, .. } = page.camera;
     if matches!(page.color, Color::Distance | Color::Normal) {
         let name = page.color.name();
         return Err(Error::Usage(format!("a page cannot show the color {name}")));
     }
-    let field = page.field.and_then(|sources| Field::of(sources, page.ends));
-    let data = data::compressed(spectrum, page.step, field.as_ref().map(|field| &field.codes[..]))?;
-    let first = first::first(spectrum, page.isovalue, page.step, field.as_ref(), data.len())?;
+    Ok(())
+}
+
+/// Where a page has its isovalues from.
+enum Isovalues<'a> {
+    /// The page itself, compressed.
+    Inside(&'a [u8]),
+    /// Files beside it: what its scripts are told of these, and how many bytes they have, compressed.
+    Beside(serde_json::Value, usize),
+}
+
+/// The page around a spectrum that is packed already.
+fn filled(
+    spectrum: &Spectrum,
+    page: &Page,
+    field: Option<&Field>,
+    isovalues: Isovalues,
+) -> Result<(String, Sizes)> {
+    let (data, n_bytes, chunks) = match isovalues {
+        Isovalues::Inside(data) => (data, data.len(), None),
+        Isovalues::Beside(chunks, n_bytes) => (&[][..], n_bytes, Some(chunks)),
+    };
+    let Camera { azimuth, elevation, distance, .. } = page.camera;
+    let first = first::first(spectrum, page.isovalue, page.step, field, n_bytes)?;
     let (first, first_range) = first.map_or_else(Default::default, |f| (f.bytes, Some(f.range)));
     let still = match page.still {
         Some(image) => {
@@ -224,7 +254,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "low": at(page.ends.low),
         "high": at(page.ends.high),
     });
-    let about = serde_json::json!({
+    let mut about = serde_json::json!({
         "step": page.step,
         "along": data::ALONG,
         "open": page.open,
@@ -235,7 +265,7 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "orthographic": page.camera.orthographic,
         "look": page.look.about(spectrum)?,
         "maps": Map::ALL.iter().map(|map| (map.name().to_owned(), map.codes().into())).collect::<serde_json::Map<_, _>>(),
-        "field": field.as_ref().map(Field::about),
+        "field": field.map(Field::about),
         "color": color,
         "basis": page.camera.up.map(|_| page.camera.basis(spectrum.volume()).to_cols_array_2d()),
         "view": { "azimuth": azimuth, "elevation": elevation, "distance": distance },
@@ -247,19 +277,24 @@ pub fn html(spectrum: &Spectrum, page: &Page) -> Result<(String, Sizes)> {
         "suggested": curves::suggested(spectrum, &curves, page.statistics),
         "curves": curves,
     });
-    let script = script();
+    let is_split = chunks.is_some();
+    if let Some(chunks) = chunks {
+        about["chunks"] = chunks;
+    }
+    let script = if is_split { script::of_split() } else { script() };
     let text = template::filled(&template::Parts {
         page,
         about: &about.to_string(),
         first: &letters::letters(&first),
-        data: &letters::letters(&data),
+        data: &letters::letters(data),
+        is_split,
         script: &script,
         still: &BASE64.encode(&still),
     });
     let sizes = Sizes {
         page: text.len(),
         script: script.len(),
-        data: data.len(),
+        data: n_bytes,
         first: first.len(),
         still: still.len(),
     };

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::color::{DistanceTo, KnotValues};
+use crate::color::{Color, DistanceTo, KnotValues, Sources};
 use crate::error::{Error, Result};
+use crate::prepared::Prepared;
 use crate::spectrum::Spectrum;
 use crate::verify;
 use crate::volume::Volume;
@@ -32,4 +33,45 @@ pub fn distance(volume: Arc<Volume>) -> DistanceTo {
     DistanceTo::new(move |isovalue, point, normal| {
         verify::distance(&volume, isovalue, point, normal)
     })
+}
+
+/// What a colour is had from: the values of a second volume where there is one, and for the distance the volume of the spectrum as
+/// it was for the sweep ([`volume_of`]), of which `how` says how it is told.
+///
+/// # Errors
+///
+/// [`Error::Usage`] for a distance without the volume; those of [`field`].
+pub fn of(
+    spectrum: &Spectrum,
+    color: Color,
+    by: Option<&Volume>,
+    (volume, how): (Option<&Volume>, &str),
+) -> Result<Sources> {
+    let mut found = Sources::default();
+    if let Some(by) = by {
+        found = found.with_field(field(spectrum, by)?);
+    }
+    if color == Color::Distance {
+        let what =
+            || Error::Usage(format!("color distance needs the volume of the spectrum: {how}"));
+        found.distance = Some(distance(Arc::new(volume.ok_or_else(what)?.clone())));
+    }
+    Ok(found)
+}
+
+/// The volume of a spectrum, as it was for the sweep.
+///
+/// # Errors
+///
+/// Those of [`Prepared::again`], and [`Error::Input`] for one of other dimensions.
+pub fn volume_of(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
+    let volume = Prepared::again(volume, spectrum)?;
+    let (found, expected) = (volume.dims(), spectrum.volume().dims);
+    if found == expected {
+        return Ok(volume);
+    }
+    Err(Error::Input(format!(
+        "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
+        volume.name()
+    )))
 }

@@ -40,6 +40,7 @@ mod tiff;
 mod vti;
 mod vtk;
 
+pub(crate) use block::part_of_samples;
 pub use block::{Whole, Within};
 pub use histogram::Histogram;
 pub use info::VolumeInfo;
@@ -52,7 +53,7 @@ pub use raw::told_by_name;
 use read::Kind;
 pub use read::{ReadOptions, files_of, is_volume_name, read_volume, replace_not_finite};
 pub use slabs::Slabs;
-pub use statistics::Statistics;
+pub use statistics::{Statistics, Tally};
 pub(crate) use stream::DEFLATE_RATIO;
 
 use std::sync::Arc;
@@ -425,7 +426,7 @@ impl Volume {
 /// # Errors
 ///
 /// [`Error::Input`] as [`Volume::new`].
-fn check_grid(name: &str, dims: [usize; 3], placement: &Placement) -> Result<()> {
+pub(crate) fn check_grid(name: &str, dims: [usize; 3], placement: &Placement) -> Result<()> {
     if dims.iter().any(|&d| d < 2) {
         return Err(Error::input(format!(
             "{name}: dimensions {}x{}x{}, expected at least 2 samples along each axis",
@@ -448,7 +449,7 @@ fn check_grid(name: &str, dims: [usize; 3], placement: &Placement) -> Result<()>
 /// # Errors
 ///
 /// [`Error::Input`] as [`Volume::new`].
-fn check_range(name: &str, range: (f64, f64)) -> Result<()> {
+pub(crate) fn check_range(name: &str, range: (f64, f64)) -> Result<()> {
     if range.0 == range.1 {
         return Err(Error::input(format!(
             "{name}: every sample is {:?}, expected at least two different values",

@@ -118,6 +118,45 @@ fn meshes_of_the_folder_are_those_of_the_file() {
 }
 
 #[test]
+fn parts_are_cut_by_isovalue_and_dropped_again() {
+    let Both { file, split, folder: _folder } =
+        both(phantom("noise:41:6").expect("a phantom"), 20, None);
+    let index = split.index();
+    let n: usize = index.parts.iter().map(|part| part.chunks.len()).sum();
+    assert!(n > 2 * index.parts.len(), "{n} chunks of {} parts", index.parts.len());
+    let triangles = file.triangles().len();
+    // Those that live across a cut stand in two chunks.
+    let stored: u64 = index.parts.iter().flat_map(|part| &part.chunks).map(|c| c.triangles).sum();
+    assert!(stored as usize > triangles && (stored as f64) < 1.2 * triangles as f64);
+    let all = split.read().expect("all chunks");
+    assert_eq!(all.triangles().len(), triangles);
+    assert_eq!(all.knots().len(), file.knots().len());
+    let most = triangles as u64 / 4;
+    let mut few = FolderQuery::within(split.clone(), most).expect("a folder");
+    let mut many = FolderQuery::new(split.clone()).expect("a folder");
+    let mut query = Query::new(file.clone());
+    let (low, high) = file.range();
+    let mut random = Random(5);
+    let (mut dropped, mut before) = (0, 0);
+    for i in 0..60 {
+        // Small moves, and far ones.
+        let t = if i % 3 == 0 { random.unit() } else { i as f64 / 60.0 };
+        let c = low + t * (high - low);
+        let expected = query.mesh_at(c).expect("inside");
+        assert_same(&few.mesh_at(c).expect("inside"), &expected, &format!("few at {c}"));
+        assert_same(&many.mesh_at(c).expect("inside"), &expected, &format!("many at {c}"));
+        let need: u64 = split.chunks_between((c, c)).map(|(_, chunk)| chunk.triangles).sum();
+        assert!(few.n_triangles() as u64 <= most.max(need), "{} triangles", few.n_triangles());
+        dropped += usize::from(few.n_read() < before);
+        before = few.n_read();
+    }
+    assert!(dropped > 3, "{dropped}");
+    assert_eq!(many.n_triangles(), triangles);
+    let need: u64 = split.chunks_between((0.5, 0.5)).map(|(_, chunk)| chunk.bytes).sum();
+    assert!(2 * need < split.n_bytes(), "{need} of {} bytes", split.n_bytes());
+}
+
+#[test]
 fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
     let prepared = Prepared::of(
         phantom("noise:25:6").expect("a phantom"),
@@ -152,10 +191,16 @@ fn only_parts_that_live_at_an_isovalue_are_read() {
     let living: Vec<usize> = split.parts_between((c, c)).collect();
     let n = split.index().parts.len();
     assert!(!living.is_empty() && 2 * living.len() < n, "{} of {n}", living.len());
-    for number in (0..n).filter(|i| !living.contains(i)) {
+    // Nor are others of the chunks.
+    let needed: Vec<(usize, usize)> =
+        split.chunks_between((c, c)).map(|(place, _)| place).collect();
+    assert_eq!(needed.len(), living.len());
+    let parts = split.index().parts.iter().enumerate();
+    let all = parts.flat_map(|(i, part)| (0..part.chunks.len()).map(move |k| (i, k)));
+    for (number, chunk) in all.filter(|place| !needed.contains(place)) {
         for kind in ["isp", "seam"] {
-            // Some have no triangle at all.
-            let _ = std::fs::remove_file(split.path().join(format!("{number:06}.{kind}")));
+            let name = format!("{number:06}-{chunk:03}.{kind}");
+            std::fs::remove_file(split.path().join(name)).expect("there");
         }
     }
     let expected = Query::new(file.clone()).mesh_at(c).expect("inside");
@@ -214,7 +259,8 @@ fn the_program_takes_a_folder_wherever_it_takes_a_file() {
 #[test]
 fn what_is_wrong_with_a_folder_is_one_line() {
     let folder = computed();
-    let extract = ["extract", "s.ispt", "-c", "50%", "-o", "m.ply"];
+    // All chunks are read.
+    let extract = ["extract", "s.ispt", "-c", "0%", "-c", "100%", "-o", "m%d.ply"];
     let change = |name: &str, change: &dyn Fn(&mut Vec<u8>)| {
         let path = folder.path().join("s.ispt").join(name);
         let before = std::fs::read(&path).expect("there");
@@ -229,21 +275,21 @@ fn what_is_wrong_with_a_folder_is_one_line() {
         let middle = bytes.len() / 2;
         bytes[middle] ^= 4;
     };
-    for name in ["whole.isp", "000003.isp", "000003.seam"] {
+    for name in ["whole.isp", "000003-000.isp", "000003-000.seam"] {
         assert!(change(name, &flip).contains(name));
         let line = change(name, &|bytes| bytes.truncate(bytes.len() / 2));
         assert!(line.contains(name), "{line}");
     }
-    let other = folder.read("s.ispt/000002.isp");
-    let line = change("000003.isp", &|bytes| bytes.clone_from(&other));
-    assert!(line.contains("expected part 3 of plan"), "{line}");
-    let other = folder.read("s.ispt/000002.seam");
-    let line = change("000003.seam", &|bytes| bytes.clone_from(&other));
+    let other = folder.read("s.ispt/000002-000.isp");
+    let line = change("000003-000.isp", &|bytes| bytes.clone_from(&other));
+    assert!(line.contains("expected chunk 0 of part 3 of plan"), "{line}");
+    let other = folder.read("s.ispt/000002-000.seam");
+    let line = change("000003-000.seam", &|bytes| bytes.clone_from(&other));
     assert!(line.contains("000003"), "{line}");
     let line = change("index.json", &|bytes| *bytes = b"{}".to_vec());
     assert!(line.contains("index.json: no index of this version"), "{line}");
-    std::fs::remove_file(folder.path().join("s.ispt/000003.seam")).expect("there");
-    assert!(folder.fails(&extract, 3).contains("000003.seam"));
+    std::fs::remove_file(folder.path().join("s.ispt/000003-000.seam")).expect("there");
+    assert!(folder.fails(&extract, 3).contains("000003-000.seam"));
     // What is there and no folder of parts is nobody's to replace.
     std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
     let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);

@@ -176,3 +176,36 @@ fn dust_is_left_out_told_and_left_out_again_by_verify() {
     let found = json(&folder.run(&["components", "d.isp", "-c", "100", "--json"]));
     assert_eq!(found["components"].as_array().map(Vec::len), Some(4), "with the dust");
 }
+
+#[test]
+fn a_masked_volume_may_be_a_folder_of_parts() {
+    let folder = masked();
+    let volumes = ["slope_16x16x16_uint8.raw", "--mask", "ball_16x16x16_uint8.raw"];
+    for name in ["b.isp", "b.ispt"] {
+        let flags = ["--backend", "cpu", "--brick", "8", "-q", "-o", name];
+        folder.run(&[&["compute"], &volumes[..], &flags].concat());
+    }
+    let sorted = |name: &str, flags: &[&str]| {
+        folder.run(&[&["extract", name, "-c", "115", "-o", "b.ply"], flags].concat());
+        let mesh = parse_ply(&folder.read("b.ply")).expect("a mesh");
+        let corner = |v: u32| mesh.positions[v as usize].map(f64::to_bits);
+        let mut all: Vec<_> = mesh
+            .triangles
+            .iter()
+            .map(|t| {
+                let mut corners = t.map(corner);
+                corners.sort_unstable();
+                corners
+            })
+            .collect();
+        all.sort_unstable();
+        all
+    };
+    // The closed mesh is the same; where it ends, within pieces of lifetimes.
+    assert_eq!(sorted("b.ispt", &["--closed"]), sorted("b.isp", &["--closed"]));
+    let (split, file) = (sorted("b.ispt", &[]), sorted("b.isp", &[]));
+    let common = split.iter().filter(|t| file.binary_search(t).is_ok()).count();
+    let (n, all) = (split.len().max(file.len()), sorted("b.isp", &["--closed"]).len());
+    assert!(common > 50 && 10 * (n - common) < n && 2 * n < all, "{common} of {n} of {all}");
+    folder.run(&["verify", "b.ispt", volumes[0], "--n", "8"]);
+}

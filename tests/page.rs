@@ -358,6 +358,23 @@ fn write_sights(folder: &Folder, isovalue: f64) {
     assert!(line.contains("expected white, light or dark"), "{line}");
 }
 
+/// A page with files of isovalues beside it, and the same as one file.
+fn write_split(folder: &Folder) {
+    let compute = ["compute", "--phantom", "noise:33:5", "--backend", "cpu", "-q", "-o"];
+    folder.run(&[&compute[..], &["n33.isp"]].concat());
+    folder.run(&["html", "n33.isp", "--split", "split"]);
+    folder.run(&["html", "n33.isp", "-o", "unsplit.html", "-q"]);
+    // It takes the place of another one, but of nothing else.
+    folder.run(&["html", "n33.isp", "--split", "split", "-q"]);
+    std::fs::create_dir(folder.path().join("mine")).expect("made");
+    folder.write("mine/index.html", b"mine");
+    folder.write("mine/notes.txt", b"mine");
+    let line = folder.fails(&["html", "n33.isp", "--split", "mine", "-q"], 3);
+    assert!(line.contains("mine: is there, expected a name that is free"), "{line}");
+    let both = ["html", "n33.isp", "--split", "split", "-o", "x.html"];
+    folder.fails(&both, 2);
+}
+
 /// Everything `tests/page/` compares the page with, in a folder.
 fn folder_for_the_browser() -> Folder {
     let folder = folder_with_spectrum();
@@ -383,6 +400,7 @@ fn folder_for_the_browser() -> Folder {
     ]);
     folder.run(&["html", "s.isp", "-o", "fine.html", "--step", "0.0009765625"]);
     folder.run(&["convert", "s.isp", "s.thesis"]);
+    write_split(&folder);
     write_ball(&folder);
     let spectrum = spectrum();
     let (low, high) = spectrum.range();

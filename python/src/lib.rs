@@ -6,7 +6,11 @@
 //! Nothing of the library runs while the interpreter's lock is held, and no lock of ours is waited for with it.
 
 mod arrays;
+mod bricks;
+mod compute;
 mod errors;
+mod held;
+mod picture;
 mod reports;
 mod sight;
 mod spectrum;
@@ -19,7 +23,13 @@ use pyo3::prelude::*;
 #[pymodule(name = "_native", gil_used = false)]
 mod native {
     #[pymodule_export]
-    use crate::spectrum::{Picture, Spectrum, write_file};
+    use crate::bricks::{Plan, cut, tally};
+    #[pymodule_export]
+    use crate::compute::compute;
+    #[pymodule_export]
+    use crate::picture::Picture;
+    #[pymodule_export]
+    use crate::spectrum::{Spectrum, write_file};
     #[pymodule_export]
     use crate::volume::Volume;
     #[pymodule_export]

@@ -2,7 +2,7 @@
 
 use isospectrum::export::place_in_world;
 use isospectrum::spectrum::{Component, Components, End, Event, EventKind, Lineage};
-use isospectrum::{Query, Result, Spectrum};
+use isospectrum::{Mesh, Result, Spectrum};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,7 +24,7 @@ impl Curves {
     /// Those at `n` isovalues, both ends of the range among them.
     pub(crate) fn of(
         spectrum: &Spectrum,
-        query: &mut Query<std::sync::Arc<Spectrum>>,
+        mesh_at: impl Fn(f64) -> Result<Mesh>,
         n: usize,
     ) -> Result<Self> {
         let (low, high) = spectrum.range();
@@ -33,7 +33,7 @@ impl Curves {
             let t = i as f64 / (n - 1).max(1) as f64;
             // Weighted, so that both ends are met exactly; between them for any rounding.
             let isovalue = (low * (1.0 - t) + high * t).clamp(low, high);
-            let mesh = query.mesh_at(isovalue)?;
+            let mesh = mesh_at(isovalue)?;
             let found = Components::of(&mesh);
             curves.triangles.push(mesh.triangles.len() as u32);
             let list = found.moved(&place_in_world(mesh, &spectrum.volume().placement)).list;

@@ -1,11 +1,10 @@
 //! How pictures and pages look: what both are told alike.
 
 use std::str::FromStr as _;
-use std::sync::Arc;
 
-use isospectrum::color::{Color, Ends, Map, Sources};
+use isospectrum::color::{Color, Ends, Map};
 use isospectrum::render::{Axis, Background, Camera, Clip};
-use isospectrum::{Error, Keep, Prepared, Result, Spectrum, Volume, sources};
+use isospectrum::{Error, Keep, Result, Spectrum};
 use pyo3::prelude::*;
 
 /// Which components are kept: how many, least volume, least area, a point; in the world.
@@ -86,41 +85,4 @@ impl Sight {
 pub(crate) fn kept(keep: Option<Kept>, spectrum: &Spectrum) -> Keep {
     let Some((largest, min_volume, min_area, at)) = keep else { return Keep::default() };
     Keep { largest, min_volume, min_area, at }.in_voxels(&spectrum.volume().placement)
-}
-
-/// What colours are had from: another volume, and that of the spectrum itself, as it was before it was prepared.
-pub(crate) fn sources_of(
-    spectrum: &Spectrum,
-    color: Color,
-    volume: Option<&Volume>,
-    color_by: Option<&Volume>,
-) -> Result<Sources> {
-    let mut found = Sources::default();
-    if let Some(field) = color_by {
-        found = found.with_field(sources::field(spectrum, field)?);
-    }
-    if color == Color::Distance {
-        let volume = volume.ok_or_else(|| {
-            Error::Usage("color 'distance' needs the volume of the spectrum: volume=".to_owned())
-        })?;
-        found.distance = Some(sources::distance(Arc::new(volume.clone())));
-    }
-    Ok(found)
-}
-
-/// A volume as it was for the sweep of a spectrum.
-///
-/// # Errors
-///
-/// [`Error::Input`] for one of other dimensions.
-pub(crate) fn prepared(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
-    let volume = Prepared::again(volume, spectrum)?;
-    let (found, expected) = (volume.dims(), spectrum.volume().dims);
-    if found == expected {
-        return Ok(volume);
-    }
-    Err(Error::input(format!(
-        "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
-        volume.name()
-    )))
 }

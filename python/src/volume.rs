@@ -90,7 +90,7 @@ impl Volume {
 }
 
 /// Where samples lie. A patient's space is in millimetres: what is told in another unit is converted.
-fn placed(
+pub(crate) fn placed(
     origin: [f64; 3],
     spacing: [f64; 3],
     direction: [[f64; 3]; 3],
@@ -113,7 +113,10 @@ fn placed(
 }
 
 /// The samples of an array, x fastest, whatever its order in memory: one copy, which is the volume's own.
-fn samples_of(py: Python<'_>, array: &Bound<'_, PyAny>) -> PyResult<([usize; 3], Samples)> {
+pub(crate) fn samples_of(
+    py: Python<'_>,
+    array: &Bound<'_, PyAny>,
+) -> PyResult<([usize; 3], Samples)> {
     macro_rules! first_of {
         ($($number:ty),*) => {
             $(if let Ok(array) = array.cast::<PyArrayDyn<$number>>() {

@@ -216,6 +216,14 @@ impl Plan {
         if checksum(&block) == crc32 { Ok(block) } else { Err(self.other_volume()) }
     }
 
+    /// All samples that a part is made of, the first one and the one behind the last: a brick's own, and one more below it.
+    pub fn needed(&self, number: usize) -> ([usize; 3], [usize; 3]) {
+        let (brick, (first, end)) =
+            (self.recipe.bricks[number], with_halo(self.owned(number), self.recipe.volume.dims));
+        let least = [0, 1, 2].map(|a| first[a].min(brick.first[a]));
+        (least, [0, 1, 2].map(|a| end[a].max(brick.end[a])))
+    }
+
     /// What a brick tells of the topology of the whole.
     ///
     /// # Errors

@@ -15,22 +15,29 @@ use super::unite::{Joined, join_borders, report, unlike};
 use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
 use crate::file::{
-    self, INDEX, Index, IndexedPart, PART, PartName, WHOLE, Written, part_name, seam_bytes,
-    seam_name,
+    self, ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, WHOLE, Written, chunk_name,
+    key_in_part, living, seam_bytes, seam_name,
 };
-use crate::spectrum::{About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told};
+use crate::spectrum::{
+    About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told, Triangle, cuts,
+};
 use crate::sweep::Progress;
 
 /// What a part takes of memory while it is written, bytes per triangle (measured: 120 to 150 of `bonsai`).
 const BYTES_PER_TRIANGLE: f64 = 150.0;
+
+/// Fewest triangles that a chunk is cut off for: less than a file's own costs are not worth one.
+const LEAST_OF_CHUNK: usize = 4096;
+
+/// How many times as many triangles as live across its end are born in a chunk.
+const TIMES_ACROSS: usize = 8;
 
 /// Writes all parts, what is known of the whole and the index into a folder that is there, and nobody else writes to; as many
 /// parts at a time as there are threads, and as fit into `memory`, bytes, where that is limited.
 ///
 /// # Errors
 ///
-/// As [`merge`](super::merge); [`Error::Usage`] for a volume with a mask: where triangles end by it is told by all isovalues of the
-/// whole.
+/// As [`merge`](super::merge).
 pub fn merge_to_folder(
     parts: &Parts,
     volume: &Opened,
@@ -38,19 +45,13 @@ pub fn merge_to_folder(
     memory: Option<f64>,
     progress: &dyn Progress,
 ) -> Result<Index> {
-    if let Opened::Whole(prepared) = volume
-        && prepared.volume().mask().is_some()
-    {
-        let what = "a volume with a mask is no folder of parts, expected a name that ends in .isp";
-        return Err(Error::Usage(what.to_owned()));
-    }
     let Joined { whole, heads } = join_borders(parts, volume, progress)?;
     let plan = parts.plan();
     let grid = Grid::of(plan);
     let n_events = grid.n_events(&whole);
     let one = |number: usize| {
         report(progress, number, parts.n())?;
-        write_part(parts, (number, &grid.beside(number)), folder, n_events[number])
+        write_part((parts, volume), (number, &grid.beside(number)), folder, n_events[number])
     };
     let largest = heads.iter().map(|h| h.size()[2]).max().unwrap_or(0).max(1) as f64;
     let fit = memory.map_or(f64::INFINITY, |memory| memory / (BYTES_PER_TRIANGLE * largest));
@@ -81,7 +82,7 @@ struct WrittenPart {
 }
 
 fn write_part(
-    parts: &Parts,
+    (parts, volume): (&Parts, &Opened),
     (number, beside): (usize, &[usize]),
     folder: &Path,
     events: usize,
@@ -108,30 +109,20 @@ fn write_part(
     }
     let mut builder = SpectrumBuilder::new();
     builder.push_patch(joiner.finish().0);
-    let name = PartName { plan: plan.hash().to_owned(), number };
     let (info, flags) = (plan.recipe.volume.clone(), &plan.recipe.parameters);
-    let range = flags.range.unwrap_or(info.range);
-    let parameters = Told::of_value(serde_json::json!({ PART: name }));
-    let spectrum = builder.finish(About { parameters, ..About::new(info, range, flags.error) })?;
+    let about = About::new(info, flags.range.unwrap_or(plan.recipe.volume.range), flags.error);
+    let mut spectrum = builder.finish(about)?;
+    if let Opened::Whole(prepared) = volume {
+        // Where triangles pass a mask is told by isovalues of the part's table: within the same piece of a lifetime as in a file.
+        prepared.cap(&mut spectrum);
+    }
     let size = [spectrum.n_vertices(), spectrum.knots().len(), spectrum.triangles().len()];
     let size = size.map(|n| n as u64);
-    let lives = lives(&spectrum);
-    let mut bytes = 0;
-    if lives.is_some() {
-        let Written { bytes: file, order, .. } = file::into_bytes(spectrum)?;
-        let keys: HashMap<u32, u64> = shared.iter().copied().collect();
-        let in_order = order.iter().zip(0u32..);
-        let seam: Vec<(u32, u64)> =
-            in_order.filter_map(|(v, new)| keys.get(v).map(|&key| (new, key))).collect();
-        let seam = seam_bytes(&seam);
-        bytes = (file.len() + seam.len()) as u64;
-        put(folder, &part_name(number), &file)?;
-        put(folder, &seam_name(number), &seam)?;
-    }
+    let chunks = write_chunks(plan, number, spectrum, shared, folder)?;
     let n_others = is_others.iter().filter(|&&is| is).count() as u64;
     let own = [size[0] - n_others, size[1] - 2 * n_others, size[2]];
     let brick = plan.recipe.bricks[number];
-    let part = IndexedPart { first: brick.first, end: brick.end, size, lives, events, bytes };
+    let part = IndexedPart { first: brick.first, end: brick.end, size, events, chunks };
     Ok(WrittenPart { part, own })
 }
 
@@ -147,11 +138,62 @@ fn alone(shared: &[SharedVertex]) -> (Patch, Vec<(u32, u64)>) {
     (Patch { isovalues, first_knot, knots, ..Patch::default() }, keys)
 }
 
-/// The lowest birth and the highest death; none without triangles.
-fn lives(spectrum: &Spectrum) -> Option<(f64, f64)> {
-    let birth = spectrum.triangles().iter().map(|t| t.birth).min()?;
-    let death = spectrum.triangles().iter().map(|t| t.death).max()?;
-    Some((spectrum.isovalues()[birth as usize], spectrum.isovalues()[death as usize]))
+/// Writes the chunks of a part.
+fn write_chunks(
+    plan: &Plan,
+    number: usize,
+    spectrum: Spectrum,
+    shared: Vec<(u32, u64)>,
+    folder: &Path,
+) -> Result<Vec<IndexedChunk>> {
+    let (about, patch) = spectrum.into_parts();
+    let cuts = cuts(&patch, LEAST_OF_CHUNK, TIMES_ACROSS);
+    let common = common(&patch, &cuts);
+    let edges: HashMap<u32, u64> = shared.iter().copied().collect();
+    let all: Vec<(u32, u64)> = (0..common.len() as u32).map(|v| (v, u64::from(v))).collect();
+    // Vertices of several chunks, numbered as they are written first: then numbers ascend in files, and take little.
+    let mut named: HashMap<u32, u64> = HashMap::new();
+    let mut chunk = |(chunk, ends): (usize, &[u32])| {
+        let lives = |t: &Triangle| t.birth < ends[1] && ends[0] < t.death;
+        // With what each vertex was in the part.
+        let (own, in_part) = living(&patch, &all, lives);
+        let n_triangles = own.triangles.len() as u64;
+        let mut builder = SpectrumBuilder::new();
+        builder.push_patch(own);
+        let name = ChunkName { plan: plan.hash().to_owned(), number, chunk };
+        let parameters = Told::of_value(serde_json::json!({ PART: name }));
+        let own = builder.finish(About { parameters, ..about.clone() })?;
+        let Written { bytes, order, .. } = file::into_bytes(own)?;
+        let mut key_of = |v: u32| {
+            let next = named.len() as u32;
+            let in_part = || *named.entry(v).or_insert_with(|| key_in_part(number, next));
+            edges.get(&v).copied().or_else(|| common[v as usize].then(in_part))
+        };
+        let in_order = order.iter().map(|&v| in_part[v as usize].1 as u32).zip(0u32..);
+        let seam: Vec<(u32, u64)> =
+            in_order.filter_map(|(v, new)| key_of(v).map(|key| (new, key))).collect();
+        let seam = seam_bytes(number, &seam);
+        put(folder, &chunk_name((number, chunk)), &bytes)?;
+        put(folder, &seam_name((number, chunk)), &seam)?;
+        let interval = (patch.isovalues[ends[0] as usize], patch.isovalues[ends[1] as usize]);
+        Ok(IndexedChunk::new(interval, n_triangles, (bytes.len() + seam.len()) as u64))
+    };
+    cuts.windows(2).enumerate().map(&mut chunk).collect()
+}
+
+/// Which vertices several chunks have.
+fn common(patch: &Patch, cuts: &[u32]) -> Vec<bool> {
+    // The first and the last chunk that has each.
+    let mut chunks = vec![(usize::MAX, 0); patch.first_knot.len() - 1];
+    for t in &patch.triangles {
+        let first = cuts.partition_point(|&c| c <= t.birth) - 1;
+        let last = cuts.partition_point(|&c| c < t.death) - 1;
+        for v in t.vertices {
+            let (from, to) = &mut chunks[v as usize];
+            (*from, *to) = ((*from).min(first), (*to).max(last));
+        }
+    }
+    chunks.iter().map(|&(from, to)| from < to).collect()
 }
 
 /// How the bricks of a plan lie: their first samples along x, y, z.

@@ -4,13 +4,16 @@
 //!
 //! A plan is the same whether its volume was read by slabs or as a whole.
 
+use std::sync::Arc;
+
 use super::plan::{Blocks, checksum};
-use super::{Opened, Source};
-use crate::error::Result;
+use super::{Opened, ReadBlocks, Source};
+use crate::error::{Error, Result};
 use crate::prepared::Prepared;
 use crate::spectrum::VolumeInfo;
-use crate::volume::with_samples;
-use crate::volume::{Preparation, Samples, Slabs, Statistics};
+use crate::volume::{
+    Preparation, Samples, Slabs, Statistics, check_grid, check_range, with_samples,
+};
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -18,13 +21,20 @@ pub struct Survey {
     opened: Opened,
     info: VolumeInfo,
     samples: Statistics,
+    /// CRC-32 of the samples of the blocks of a plan, where somebody has looked already.
+    checksums: Option<Vec<u32>>,
 }
 
 impl Survey {
     /// Of a volume that was read and prepared.
     pub fn of(prepared: Prepared) -> Survey {
         let info = prepared.volume().info();
-        Survey { samples: prepared.samples().clone(), info, opened: Opened::Whole(prepared) }
+        Survey {
+            samples: prepared.samples().clone(),
+            info,
+            opened: Opened::Whole(prepared),
+            checksums: None,
+        }
     }
 
     /// Of a volume in a file to which nothing is done, slab by slab; none where it must be read as a whole.
@@ -45,7 +55,26 @@ impl Survey {
             placement: *slabs.placement(),
             outside: *outside,
         };
-        Ok(Some(Survey { opened: Opened::Slabs(slabs, info.clone()), info, samples }))
+        let opened = Opened::Slabs(slabs, info.clone());
+        Ok(Some(Survey { opened, info, samples, checksums: None }))
+    }
+
+    /// Of a volume whose blocks somebody else has looked at: its range and the statistics of all samples, each counted once, and
+    /// CRC-32 of the samples, little endian, x fastest, of every block that a plan will have ([`cut`](super::cut)).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] for what is no volume.
+    pub fn of_blocks(
+        info: VolumeInfo,
+        samples: Statistics,
+        checksums: Vec<u32>,
+        blocks: Arc<dyn ReadBlocks>,
+    ) -> Result<Survey> {
+        check_grid(&info.name, info.dims, &info.placement)?;
+        check_range(&info.name, info.range)?;
+        let opened = Opened::Blocks(blocks, info.clone());
+        Ok(Survey { opened, info, samples, checksums: Some(checksums) })
     }
 
     /// What a spectrum keeps of the volume.
@@ -66,7 +95,7 @@ impl Survey {
     pub(super) fn preparation(&self) -> Preparation {
         match &self.opened {
             Opened::Whole(prepared) => prepared.preparation().clone(),
-            Opened::Slabs(..) => Preparation::default(),
+            Opened::Slabs(..) | Opened::Blocks(..) => Preparation::default(),
         }
     }
 
@@ -74,7 +103,7 @@ impl Survey {
     pub(super) fn told(&self) -> serde_json::Map<String, serde_json::Value> {
         match &self.opened {
             Opened::Whole(prepared) => prepared.told(),
-            Opened::Slabs(..) => {
+            Opened::Slabs(..) | Opened::Blocks(..) => {
                 let told = serde_json::json!(self.samples);
                 [(Statistics::NAME.to_owned(), told)].into_iter().collect()
             }
@@ -87,7 +116,19 @@ impl Survey {
     ///
     /// As [`Opened::block`], [`Slabs::each`].
     pub(super) fn checksums(&self, blocks: &Blocks) -> Result<Vec<u32>> {
+        if let Some(known) = &self.checksums {
+            if known.len() != blocks.len() {
+                let (n, expected) = (known.len(), blocks.len());
+                let what = format!("checksums of {n} blocks, expected {expected}");
+                return Err(Error::Usage(what));
+            }
+            return Ok(known.clone());
+        }
         match &self.opened {
+            Opened::Blocks(..) => {
+                let block = |&(first, end): &_| Ok(checksum(&self.opened.block(first, end)?));
+                blocks.iter().map(block).collect()
+            }
             Opened::Whole(prepared) => {
                 let volume = prepared.volume();
                 let block = |&(first, end): &_| Ok(checksum(&volume.block(first, end)?));

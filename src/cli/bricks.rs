@@ -58,7 +58,7 @@ impl InBricks {
     /// Bytes of samples that stay in memory.
     fn samples_in_memory(&self) -> f64 {
         match self.survey.opened() {
-            Opened::Slabs(..) => 0.0,
+            Opened::Slabs(..) | Opened::Blocks(..) => 0.0,
             Opened::Whole(prepared) => prepared.volume().samples().n_bytes() as f64,
         }
     }
@@ -67,7 +67,7 @@ impl InBricks {
         let (name, n) = (&self.plan.recipe.volume.name, self.plan.recipe.bricks.len());
         let why = self.why.as_ref().map_or_else(String::new, |why| format!("{why}: "));
         let whole = match self.survey.opened() {
-            Opened::Slabs(..) => String::new(),
+            Opened::Slabs(..) | Opened::Blocks(..) => String::new(),
             Opened::Whole(_) => format!(
                 "; it cannot be read or prepared by blocks, so {} of samples stay in memory",
                 report::bytes(self.samples_in_memory() as u64)

@@ -1,15 +1,13 @@
 //! `--color`, `--color-by`, `--color-map`, `--color-range`, `--color-center`: what colours show, and how.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::Args;
-use isospectrum::Prepared;
+use isospectrum::Result;
 use isospectrum::color::{Color, Ends, Map, Sources};
 use isospectrum::sources;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
-use isospectrum::{Error, Result};
 
 /// What colours show, and how.
 #[derive(Args, Clone, Debug, Default)]
@@ -57,20 +55,9 @@ impl ColorArguments {
     ///
     /// What reading a volume meets, and [`Error::Input`] for one that lies elsewhere.
     pub(super) fn sources(&self, spectrum: &Spectrum, volume: Option<Volume>) -> Result<Sources> {
-        let mut found = Sources::default();
-        if let Some(path) = &self.color_by {
-            let field = read_volume(path, &ReadOptions::default())?;
-            found = found.with_field(sources::field(spectrum, &field)?);
-        }
-        if self.color == Color::Distance {
-            let volume = volume.ok_or_else(|| {
-                Error::Usage(
-                    "--color distance needs the volume of the spectrum: --volume VOLUME".into(),
-                )
-            })?;
-            found.distance = Some(sources::distance(Arc::new(volume)));
-        }
-        Ok(found)
+        let by = self.color_by.as_deref().map(|path| read_volume(path, &ReadOptions::default()));
+        let volume = (volume.as_ref(), "--volume VOLUME");
+        sources::of(spectrum, self.color, by.transpose()?.as_ref(), volume)
     }
 }
 
@@ -80,13 +67,5 @@ impl ColorArguments {
 ///
 /// What reading it meets, and [`Error::Input`] for one of other dimensions.
 pub(super) fn volume_of(path: &Path, spectrum: &Spectrum) -> Result<Volume> {
-    let volume = Prepared::again(read_volume(path, &ReadOptions::default())?, spectrum)?;
-    let (found, expected) = (volume.dims(), spectrum.volume().dims);
-    if found == expected {
-        return Ok(volume);
-    }
-    Err(Error::Input(format!(
-        "{}: {found:?} samples, expected {expected:?} as the spectrum's volume has",
-        path.display()
-    )))
+    sources::volume_of(read_volume(path, &ReadOptions::default())?, spectrum)
 }

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::Sources;
+use isospectrum::file::PartFolder;
 use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
 use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Image, Renderer, Surface, View};
@@ -38,8 +39,11 @@ pub(super) struct Html {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Page to write (.html); - is stdout
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", required_unless_present = "split")]
+    output: Option<PathBuf>,
+    /// Write a small page and files of isovalues into this folder, for any static server: no more is fetched than is looked at
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "color_by"])]
+    split: Option<PathBuf>,
     /// Isovalue it opens at: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of
     /// them; else 50%, or the nearest with more than a trace to see. Again for others that stay in sight, each as render
     /// takes it, e.g. 1200=bone or -200=skin@0.3; the first one's colour and opacity are those of the slider's
@@ -120,15 +124,7 @@ impl FromStr for Mark {
 
 impl Html {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
-        let extension = self.output.extension().and_then(|e| e.to_str()).unwrap_or("");
-        let is_html = ["html", "htm"].iter().any(|e| extension.eq_ignore_ascii_case(e));
-        if !is_html && self.output != Path::new("-") {
-            let shown = self.output.display();
-            return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")).into());
-        }
-        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
-        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
-        let output = Output::open(&self.output, &inputs)?;
+        let target = self.target()?;
         let spectrum = self.published(Opened::open(&self.spectrum)?)?;
         let (n_triangles, n_knots) = (spectrum.triangles().len(), spectrum.knots().len());
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
@@ -172,12 +168,42 @@ impl Html {
             still: still.as_ref(),
         };
         bar.report(0.3, "packing and measuring");
-        let (text, sizes) = page::html(&spectrum, &page)?;
+        let (name, sizes, n_files) = match target {
+            Target::File(output) => {
+                let (text, sizes) = page::html(&spectrum, &page)?;
+                let name = output.name().into();
+                output.write_bytes(text.as_bytes())?;
+                (name, sizes, 0)
+            }
+            Target::Folder(path) => {
+                let split = page::split(&spectrum, &page)?;
+                write_folder(&split.files, &path)?;
+                (path, split.sizes, split.files.len() - 1)
+            }
+        };
         drop(bar);
-        log::debug!("packed");
-        output.write_bytes(text.as_bytes())?;
-        self.tell(&spectrum, sizes);
+        tell(&name, &spectrum, sizes, n_files);
         Ok(())
+    }
+
+    /// Where the page goes, which could be written to.
+    fn target(&self) -> Result<Target> {
+        let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
+        let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+        if let Some(path) = &self.split {
+            Output::check_apart(path, &inputs)?;
+            // As in the end; gone again at once.
+            PartFolder::beside_folder(path, is_split)?;
+            return Ok(Target::Folder(path.clone()));
+        }
+        let output = self.output.as_deref().unwrap_or(Path::new("-"));
+        let extension = output.extension().and_then(|e| e.to_str()).unwrap_or("");
+        let is_html = ["html", "htm"].iter().any(|e| extension.eq_ignore_ascii_case(e));
+        if !is_html && output != Path::new("-") {
+            let shown = output.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")));
+        }
+        Output::open(output, &inputs).map(Target::File)
     }
 
     /// The first isosurface, if it is told, and how it looks beside which others.
@@ -274,26 +300,52 @@ impl Html {
         }
         renderer.draw_all(&surfaces, &view).map(Some)
     }
+}
 
-    fn tell(&self, spectrum: &Spectrum, sizes: Sizes) {
-        let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
-        log::info!(
-            "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {} ({:.2} bytes per triangle, {:.2} per knot)",
-            self.output.display(),
-            report::bytes(sizes.page as u64),
-            report::bytes(sizes.script as u64),
-            report::bytes(sizes.still as u64),
-            report::bytes(sizes.first as u64),
-            report::bytes(sizes.data as u64),
-            per(spectrum.triangles().len()),
-            per(spectrum.knots().len()),
+/// Where a page goes.
+enum Target {
+    File(Output),
+    /// With files of isovalues beside it.
+    Folder(PathBuf),
+}
+
+/// Whether a folder has nothing but what `--split` writes: such a one may be replaced.
+fn is_split(path: &Path) -> bool {
+    let Ok(found) = std::fs::read_dir(path) else { return false };
+    let is_own = |name: std::ffi::OsString| name.to_str().is_some_and(page::is_split_name);
+    found.into_iter().all(|entry| entry.is_ok_and(|entry| is_own(entry.file_name())))
+}
+
+/// Writes a page and its files where there is nothing, or another page with its files.
+fn write_folder(files: &[(String, String)], path: &Path) -> Result<()> {
+    let work = PartFolder::beside_folder(path, is_split)?;
+    let made = work.path().join("made");
+    std::fs::create_dir(&made).map_err(|e| Error::io(path, e))?;
+    for (name, text) in files {
+        std::fs::write(made.join(name), text).map_err(|e| Error::io(path, e))?;
+    }
+    work.put_folder("made", path)
+}
+
+fn tell(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) {
+    let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
+    let beside = if n_files > 0 { format!(" in {n_files} files beside it") } else { String::new() };
+    log::info!(
+        "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {}{beside} ({:.2} bytes per triangle, {:.2} per knot)",
+        name.display(),
+        report::bytes(sizes.page as u64),
+        report::bytes(sizes.script as u64),
+        report::bytes(sizes.still as u64),
+        report::bytes(sizes.first as u64),
+        report::bytes(sizes.data as u64),
+        per(spectrum.triangles().len()),
+        per(spectrum.knots().len()),
+    );
+    if sizes.page > LARGE {
+        log::warn!(
+            "the page is large ({}): it loads slowly and is hard to send; \
+             --range, --tolerance and --step make it smaller, --split has files fetched as they are wanted",
+            report::bytes(sizes.page as u64)
         );
-        if sizes.page > LARGE {
-            log::warn!(
-                "the page is large ({}): it loads slowly and is hard to send; \
-                 --range, --tolerance and --step make it smaller",
-                report::bytes(sizes.page as u64)
-            );
-        }
     }
 }

@@ -9,6 +9,7 @@ use isospectrum::{Error, Result};
 
 use super::kind::{self, Kind};
 use super::output::Output;
+use super::report;
 
 /// A format of spectrum files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,11 +65,13 @@ impl Opened {
         };
         let low = isovalues.iter().copied().fold(f64::INFINITY, f64::min);
         let high = isovalues.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let n = folder.parts_between((low, high)).count();
-        log::debug!("{}: {n} of {} parts", folder.path().display(), folder.index().parts.len());
-        let spectrum = folder.read_between((low, high))?;
+        let (n, n_bytes) = folder
+            .chunks_between((low, high))
+            .fold((0, 0), |(n, bytes), (_, chunk)| (n + 1, bytes + chunk.bytes));
+        let (name, of) = (folder.path().display(), report::bytes(folder.n_bytes()));
+        log::debug!("{name}: {n} chunks, {} of {of}", report::bytes(n_bytes));
         // No other isovalue will be asked for, and what is said of the range is meant of the whole.
-        spectrum.changed(|about, _| about.range = folder.whole().range())
+        folder.read_around(isovalues)
     }
 }
 

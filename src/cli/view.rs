@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Parameters;
+use isospectrum::file::is_folder;
 use isospectrum::render::{Background, View as Look};
 use isospectrum::spectrum::Keep;
 use isospectrum::view::{Content, Opening, run};
@@ -21,7 +22,7 @@ use super::spectrum_file::{self, Format};
 /// Open a window on a spectrum, or on a volume whose spectrum it computes
 #[derive(Args, Debug)]
 pub(super) struct View {
-    /// Spectrum (.isp) or volume (.nrrd, .npy, .raw); others can be dropped on the window
+    /// Spectrum (.isp, or a folder .ispt) or volume (.nrrd, .npy, .raw); others can be dropped on the window
     file: Option<PathBuf>,
     /// A built-in volume in place of a file, e.g. hydrogen:64
     #[arg(long, value_name = "NAME[:SIZE]", conflicts_with = "file")]
@@ -129,7 +130,7 @@ impl View {
             let volume = self.phantom.as_deref().map(phantom).transpose()?;
             return Ok(volume.map_or(Content::Nothing, |volume| Content::Volume(volume.into())));
         };
-        if Format::of_name(path).is_err() {
+        if !is_folder(path) && Format::of_name(path).is_err() {
             return Ok(Content::Volume(read(path)?.into()));
         }
         let (spectrum, _) = spectrum_file::read(path)?;

@@ -1,24 +1,32 @@
-//! The mesh at any isovalue of a folder of parts, which are read when they are needed first.
+//! The mesh at any isovalue of a folder of parts, whose chunks are read when they are needed first, and dropped when they are many.
 
 use std::sync::Arc;
 
-use super::folder::SpectrumFolder;
+use super::folder::{SpectrumFolder, above, at_least, living};
 use crate::error::Result;
-use crate::spectrum::{Joiner, Query, Seam, Spectrum, SurfaceMesh};
+use crate::spectrum::{Joiner, Query, Seam, Spectrum, SurfaceMesh, Triangle};
 
-/// Parts that live within this share of the range of an isovalue are read with those that live at it: the search structures are
-/// built anew with every part, and the next isovalue is most often near.
+/// Chunks within this share of the range of an isovalue are read with those that live at it: the search structures are
+/// built anew with every chunk, and the next isovalue is most often near.
 const AHEAD: f64 = 1.0 / 16.0;
 
-/// See the module. What was read stays.
+/// Most triangles that are kept where nothing else is said: about 1 GB with their trajectories and search structures.
+const MOST_TRIANGLES: u64 = 8_000_000;
+
+/// See the module. What was read stays until more is wanted than may be kept; then no more stays than lives where the new isovalue is.
 #[derive(Debug)]
 pub struct FolderQuery {
     folder: SpectrumFolder,
-    is_read: Vec<bool>,
+    /// Of each part, its chunks that are there.
+    is_read: Vec<Vec<bool>>,
     query: Query<Arc<Spectrum>>,
     spectrum: Arc<Spectrum>,
     seam: Seam,
+    most: u64,
 }
+
+/// A chunk by its part and its number there.
+type Place = (usize, usize);
 
 impl FolderQuery {
     /// Of a folder, of which nothing is read yet.
@@ -27,11 +35,20 @@ impl FolderQuery {
     ///
     /// [`Error::Input`](crate::Error::Input) if what is known of the whole passes no check.
     pub fn new(folder: SpectrumFolder) -> Result<FolderQuery> {
+        FolderQuery::within(folder, MOST_TRIANGLES)
+    }
+
+    /// As [`FolderQuery::new`]; no more than so many triangles are kept, but those that a mesh needs.
+    ///
+    /// # Errors
+    ///
+    /// As [`FolderQuery::new`].
+    pub fn within(folder: SpectrumFolder, triangles: u64) -> Result<FolderQuery> {
         let (patch, seam) = Joiner::default().finish();
         let spectrum = Arc::new(folder.spectrum(patch, folder.whole().range())?);
         let query = Query::new(spectrum.clone());
-        let is_read = vec![false; folder.index().parts.len()];
-        Ok(FolderQuery { folder, is_read, query, spectrum, seam })
+        let is_read = none_read(&folder);
+        Ok(FolderQuery { folder, is_read, query, spectrum, seam, most: triangles })
     }
 
     /// The mesh at an isovalue, as [`Query::mesh_at`] has it of the whole, but for the order of its vertices and triangles.
@@ -52,45 +69,83 @@ impl FolderQuery {
     /// As [`FolderQuery::mesh_at`].
     pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
         self.folder.whole().check_isovalue(isovalue)?;
-        let is_missing = |folder: &SpectrumFolder, is_read: &[bool], between| {
-            folder.parts_between(between).filter(|&i| !is_read[i]).collect::<Vec<usize>>()
-        };
-        if !is_missing(&self.folder, &self.is_read, (isovalue, isovalue)).is_empty() {
+        if !self.missing((isovalue, isovalue)).0.is_empty() {
             let (low, high) = self.folder.whole().range();
             let far = AHEAD * (high - low);
             let around = (isovalue - far, isovalue + far);
-            self.read(&is_missing(&self.folder, &self.is_read, around))?;
+            let held = self.spectrum.triangles().len() as u64;
+            let (mut wanted, n) = self.missing(around);
+            if held + n > self.most {
+                self.forget()?;
+                let (all, n) = self.missing(around);
+                wanted = if n > self.most { self.missing((isovalue, isovalue)).0 } else { all };
+            }
+            self.read(&wanted)?;
         }
         self.query.mesh_at_into(isovalue, mesh)
     }
 
-    /// How many parts have been read.
+    /// How many chunks are kept.
     pub fn n_read(&self) -> usize {
-        self.is_read.iter().filter(|&&is_read| is_read).count()
+        self.is_read.iter().flatten().filter(|&&is_read| is_read).count()
     }
 
-    fn read(&mut self, numbers: &[usize]) -> Result<()> {
-        // Their memory is that of what comes in their place.
+    /// How many triangles are kept.
+    pub fn n_triangles(&self) -> usize {
+        self.spectrum.triangles().len()
+    }
+
+    /// The chunks between two isovalues that are not there, and how many triangles they have.
+    fn missing(&self, between: (f64, f64)) -> (Vec<Place>, u64) {
+        let chunks = self.folder.chunks_between(between);
+        let missing = chunks.filter(|((part, chunk), _)| !self.is_read[*part][*chunk]);
+        missing.fold((Vec::new(), 0), |(mut places, n), (place, chunk)| {
+            places.push(place);
+            (places, n + chunk.triangles)
+        })
+    }
+
+    /// Drops all that was read; what it was, to be gone on with.
+    fn emptied(&mut self) -> Result<(Arc<Spectrum>, Seam, Vec<Vec<bool>>)> {
         let (none, no_seam) = Joiner::default().finish();
-        let range = self.folder.whole().range();
-        let empty = Arc::new(self.folder.spectrum(none, range)?);
+        let empty = Arc::new(self.folder.spectrum(none, self.folder.whole().range())?);
         self.query = Query::new(empty.clone());
         let seam = std::mem::replace(&mut self.seam, no_seam);
         let spectrum = std::mem::replace(&mut self.spectrum, empty);
+        let is_read = std::mem::replace(&mut self.is_read, none_read(&self.folder));
+        Ok((spectrum, seam, is_read))
+    }
+
+    fn forget(&mut self) -> Result<()> {
+        self.emptied().map(drop)
+    }
+
+    fn read(&mut self, places: &[Place]) -> Result<()> {
+        // Their memory is that of what comes in their place. Where one is damaged all are read anew by the next query.
+        let (spectrum, seam, mut is_read) = self.emptied()?;
         let spectrum = Arc::unwrap_or_clone(spectrum);
         let mut joiner = Joiner::resume(spectrum.into_parts().1, seam);
-        // Where one is damaged all are read anew by the next query.
-        let was_read = std::mem::take(&mut self.is_read);
-        self.is_read = vec![false; was_read.len()];
-        for &number in numbers {
-            let (patch, shared) = self.folder.part(number)?;
-            self.folder.append(&mut joiner, number, (&patch, &shared))?;
+        for &place in places {
+            let (part, chunk) = place;
+            let (patch, shared) = self.folder.chunk(place)?;
+            let there = self.folder.index().parts[part].chunks.iter().zip(&is_read[part]);
+            let there = there.filter(|c| *c.1);
+            // A triangle is there if a chunk in which it lives is.
+            let there = there.map(|(c, _)| (above(&patch, c.from), at_least(&patch, c.to)));
+            let there: Vec<(u32, u32)> = there.collect();
+            let is_new = |t: &Triangle| !there.iter().any(|c| t.birth < c.1 && c.0 <= t.death);
+            let (patch, shared) = living(&patch, &shared, is_new);
+            self.folder.append(&mut joiner, place, (&patch, &shared))?;
+            is_read[part][chunk] = true;
         }
         let (patch, seam) = joiner.finish();
-        self.spectrum = Arc::new(self.folder.spectrum(patch, range)?);
+        self.spectrum = Arc::new(self.folder.spectrum(patch, self.folder.whole().range())?);
         self.query = Query::new(self.spectrum.clone());
-        (self.seam, self.is_read) = (seam, was_read);
-        numbers.iter().for_each(|&i| self.is_read[i] = true);
+        (self.seam, self.is_read) = (seam, is_read);
         Ok(())
     }
+}
+
+fn none_read(folder: &SpectrumFolder) -> Vec<Vec<bool>> {
+    folder.index().parts.iter().map(|part| vec![false; part.chunks.len()]).collect()
 }

@@ -164,13 +164,13 @@ impl<'a> Section<'a> {
     }
 }
 
-fn deflate(content: &[u8]) -> Vec<u8> {
+pub(super) fn deflate(content: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(6));
     encoder.write_all(content).and_then(|()| encoder.finish()).expect("memory takes every byte")
 }
 
 /// Unpacks exactly `wanted` bytes from exactly `stored`.
-fn inflate(stored: &[u8], wanted: usize) -> std::result::Result<Vec<u8>, String> {
+pub(super) fn inflate(stored: &[u8], wanted: usize) -> std::result::Result<Vec<u8>, String> {
     let mut content = Vec::with_capacity(wanted);
     let mut decoder = ZlibDecoder::new(stored);
     // One byte more than wanted, to see the end of the stream and its checksum.

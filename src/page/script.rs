@@ -5,7 +5,7 @@
 //! statements. Texts, templates and regular expressions stay as they are. `const` becomes the shorter `let`. A semicolon before a bracket that
 //! ends a block goes; of a loop without a body, which no script has, nothing would be left that a browser reads.
 
-/// The scripts, in the order in which they stand in the page; one subject each.
+/// The scripts, in the order in which they stand in the page; one subject each. One that begins comes last.
 const SCRIPTS: [&str; 31] = [
     include_str!("../../page/letters.js"),
     include_str!("../../page/file.js"),
@@ -40,10 +40,25 @@ const SCRIPTS: [&str; 31] = [
     include_str!("../../page/main.js"),
 ];
 
+/// Begins a page that holds its isovalues.
+const START: &str = include_str!("../../page/start.js");
+
+/// Begins a page whose isovalues lie in files beside it.
+const SPLIT: &str = include_str!("../../page/split.js");
+
 /// All scripts as one, which leaves no name behind.
 pub fn script() -> String {
+    joined(START)
+}
+
+/// As [`script`], of a page whose isovalues lie in files beside it.
+pub(super) fn of_split() -> String {
+    joined(SPLIT)
+}
+
+fn joined(last: &str) -> String {
     let mut script = String::from("(()=>{\"use strict\";");
-    script.push_str(&shortened(&SCRIPTS.concat()));
+    script.push_str(&shortened(&[&SCRIPTS.concat(), last].concat()));
     script.push_str("})();\n");
     script
 }

@@ -21,6 +21,8 @@ pub(super) struct Parts<'a> {
     /// Letters.
     pub(super) data: &'a str,
     pub(super) script: &'a str,
+    /// Whether isovalues are fetched from files beside the page.
+    pub(super) is_split: bool,
     /// Base64 of a PNG; empty where there is none.
     pub(super) still: &'a str,
 }
@@ -59,6 +61,8 @@ pub(super) fn filled(parts: &Parts) -> String {
         "first" => parts.first.into(),
         "data" => parts.data.into(),
         "script" => parts.script.into(),
+        "connect" if parts.is_split => " connect-src 'self';".into(),
+        "connect" => String::new(),
         _ => unreachable!("a test looks at every name in the template"),
     })
 }
@@ -161,6 +165,7 @@ mod tests {
             first: "",
             data: "AAAA",
             script: "",
+            is_split: false,
             still: "",
         });
         assert!(text.contains("<h1>{{caption}} &lt;b&gt;&amp;&#39;&quot;</h1>"), "the title");

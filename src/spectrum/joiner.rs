@@ -113,20 +113,27 @@ impl Joiner {
 }
 
 /// Lets a vertex that is there already live as long as the same one of another patch, which is where it is; not if it is not.
-/// Lives may reach a trace beyond the samples between which a vertex moves, where it rests.
+/// Lives of vertices on lattice edges, with two knots, may reach a trace beyond the samples between which they move, where they
+/// rest; all others have the same knots everywhere.
 fn widen(whole: &mut Patch, v: u32, knots: &[Knot]) -> Option<()> {
     let table = &whole.isovalues;
     let first = whole.first_knot[v as usize] as usize;
     let end = whole.first_knot[v as usize + 1] as usize;
-    let [from, to] = whole.knots.get_mut(first..end)? else { return None };
-    let [other_from, other_to] = knots else { return None };
-    let is_same = from.position == other_from.position && to.position == other_to.position;
+    let own = whole.knots.get_mut(first..end)?;
     let at = |rank: u32| table[rank as usize];
+    let is_there = |(a, b): (&Knot, &Knot)| a.position == b.position;
+    if own.len() != knots.len() || !own.iter().zip(knots).all(|(a, b)| is_there((a, b))) {
+        return None;
+    }
+    let ([from, to], [other_from, other_to]) = (own, knots) else {
+        let own = &whole.knots[first..end];
+        return own.iter().zip(knots).all(|(a, b)| at(a.rank) == at(b.rank)).then_some(());
+    };
     if at(other_from.rank) < at(from.rank) {
         from.rank = other_from.rank;
     }
     if at(other_to.rank) > at(to.rank) {
         to.rank = other_to.rank;
     }
-    is_same.then_some(())
+    Some(())
 }

@@ -10,7 +10,7 @@ use std::thread;
 use eframe::egui;
 
 use crate::error::{Error, Result};
-use crate::file::{self, thesis};
+use crate::file::{self, SpectrumFolder, thesis};
 use crate::kernels::{Backend, Choice};
 use crate::spectrum::Spectrum;
 use crate::sweep::{self, Parameters, Progress};
@@ -141,6 +141,7 @@ fn read_spectrum(path: &Path) -> Result<Option<Spectrum>> {
     match extension.as_str() {
         "isp" => file::read(path).map(Some),
         "thesis" => thesis::read(path).map(Some),
+        "ispt" => SpectrumFolder::open(path)?.read().map(Some),
         _ => Ok(None),
     }
 }

@@ -59,16 +59,7 @@ impl Volume {
 
     /// The samples from `first` up to, not including, `end`, which lie inside, x fastest.
     pub(super) fn samples_of(&self, first: [usize; 3], end: [usize; 3]) -> Result<Samples> {
-        let [nx, ny, _] = self.dims;
-        Ok(with_samples!(&self.samples, all => {
-            let n = (0..3).map(|a| end[a] - first[a]).product();
-            let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
-            let rows = (first[2]..end[2]).flat_map(|k| (first[1]..end[1]).map(move |j| nx * (j + ny * k)));
-            for (to, row) in kept.chunks_exact_mut(end[0] - first[0]).zip(rows) {
-                to.copy_from_slice(&all[row + first[0]..row + end[0]]);
-            }
-            Samples::from(kept)
-        }))
+        part_of_samples(&self.samples, self.dims, first, end)
     }
 
     /// A block of a volume that is not there itself: its samples from `first` up to, not including, `end`, x fastest.
@@ -113,6 +104,28 @@ impl Volume {
     pub fn within(&self) -> Within {
         self.within.unwrap_or(Within { first: [0; 3], whole: self.dims })
     }
+}
+
+/// Of samples on a grid, x fastest, those from `first` up to, not including, `end`, which lie inside.
+///
+/// # Errors
+///
+/// [`Error::Input`] where memory does not suffice.
+pub(crate) fn part_of_samples(
+    samples: &Samples,
+    [nx, ny, _]: [usize; 3],
+    first: [usize; 3],
+    end: [usize; 3],
+) -> Result<Samples> {
+    Ok(with_samples!(samples, all => {
+        let n = (0..3).map(|a| end[a] - first[a]).product();
+        let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
+        let rows = (first[2]..end[2]).flat_map(|k| (first[1]..end[1]).map(move |j| nx * (j + ny * k)));
+        for (to, row) in kept.chunks_exact_mut((end[0] - first[0]).max(1)).zip(rows) {
+            to.copy_from_slice(&all[row + first[0]..row + end[0]]);
+        }
+        Samples::from(kept)
+    }))
 }
 
 /// The dimensions of a block.

@@ -38,6 +38,25 @@ impl Histogram {
         }
     }
 
+    /// How many values lie in each bin.
+    pub(super) fn counts(&self) -> &[u64] {
+        &self.counts
+    }
+
+    /// How many values there are.
+    pub(super) fn total(&self) -> u64 {
+        self.total
+    }
+
+    /// Counts `n` more values of a bin; not where there is no such bin, or are more than can be counted.
+    pub(super) fn add_to(&mut self, bin: usize, n: u64) -> bool {
+        let Some(total) = self.total.checked_add(n) else { return false };
+        let Some(count) = self.counts.get_mut(bin) else { return false };
+        *count += n;
+        self.total = total;
+        true
+    }
+
     /// The value below which `percent` (0 to 100) of the samples lie, to within a 65,536th of the range.
     pub fn percentile(&self, percent: f64) -> f64 {
         let (low, high) = self.range;

@@ -9,9 +9,8 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::decode::{SampleType, read_error, read_samples, size_of_grid};
-use super::statistics::Tally;
 use super::{
-    Kind, Placement, ReadOptions, Samples, Statistics, check_grid, check_range, metaimage,
+    Kind, Placement, ReadOptions, Samples, Statistics, Tally, check_grid, check_range, metaimage,
     not_finite, npy, range_of, raw, replace_not_finite,
 };
 use crate::error::{Error, Result};

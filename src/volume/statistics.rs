@@ -4,6 +4,7 @@ use num_traits::AsPrimitive as _;
 use serde::{Deserialize, Serialize};
 
 use super::{Histogram, Samples, Volume};
+use crate::error::{Error, Result};
 use crate::volume::with_samples;
 
 /// Percentiles that are known: every half per cent, and finer towards both ends, where densities have their isovalues.
@@ -60,47 +61,89 @@ impl Statistics {
     }
 }
 
-/// Statistics in the making, of samples that come one after the other: what comes out depends on their order alone, not on how
-/// many came at a time.
-pub(crate) struct Tally {
+/// Statistics in the making. What comes out does not depend on the order of the samples, nor on how many came at a time or were
+/// counted elsewhere: sums are whole numbers.
+#[derive(Clone, Debug)]
+pub struct Tally {
     /// From the middle of the range: squares of what is far from zero would lose digits.
     middle: f64,
-    n: f64,
-    sum: f64,
-    squares: f64,
+    /// How many units a value is, a power of two: no value is further than [`MOST_UNITS`] from the middle.
+    units: f64,
+    sum: i128,
+    squares: i128,
     histogram: Histogram,
 }
 
+/// The squares of 2^35 samples so far from the middle fit into 128 bits; 2^-46 of the range is less than means are told by, and
+/// differences of whole samples of up to 32 bits are whole numbers of units.
+const MOST_UNITS: f64 = (1u64 << 46) as f64;
+
 impl Tally {
     /// Of nothing yet; all samples to come lie in a range.
-    pub(crate) fn new((low, high): (f64, f64)) -> Tally {
+    pub fn new((low, high): (f64, f64)) -> Tally {
         let histogram = Histogram::of_values(std::iter::empty(), (low, high));
-        Tally { middle: 0.5 * low + 0.5 * high, n: 0.0, sum: 0.0, squares: 0.0, histogram }
+        // The exponent as the number has it: logarithms may round to either side of it.
+        let exponent = (0.5 * high - 0.5 * low).to_bits() >> 52;
+        let units = MOST_UNITS / (2.0 * f64::from_bits(exponent << 52));
+        Tally { middle: 0.5 * low + 0.5 * high, units, sum: 0, squares: 0, histogram }
     }
 
     fn add(&mut self, values: impl Iterator<Item = f64>) {
-        let Tally { middle, n, sum, squares, histogram } = self;
+        let Tally { middle, units, sum, squares, histogram } = self;
         histogram.add(values.inspect(|value| {
-            let x = value - *middle;
-            *n += 1.0;
+            let x = i128::from(((value - *middle) * *units).round() as i64);
             *sum += x;
             *squares += x * x;
         }));
     }
 
     /// Takes more samples.
-    pub(crate) fn add_all(&mut self, samples: &Samples) {
+    pub fn add_all(&mut self, samples: &Samples) {
         with_samples!(samples, s => self.add(s.iter().map(|&v| v.as_())));
     }
 
+    /// As bytes: both sums (i128), and of each bin that is not empty its number (u32) and count (u64); little endian.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = [self.sum, self.squares].map(i128::to_le_bytes).concat();
+        for (i, &n) in self.histogram.counts().iter().enumerate().filter(|bin| *bin.1 > 0) {
+            bytes.extend((i as u32).to_le_bytes());
+            bytes.extend(n.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// Takes what another tally of the same range has counted.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] for bytes that are none of a tally.
+    pub fn add_bytes(&mut self, bytes: &[u8]) -> Result<()> {
+        let wrong = || Error::input("statistics that are none");
+        let (sums, bins) = bytes.split_at_checked(32).ok_or_else(wrong)?;
+        let number = |bytes: &[u8]| bytes.iter().rev().fold(0u128, |n, &b| n << 8 | u128::from(b));
+        let [sum, squares] = [0, 16].map(|at| number(&sums[at..at + 16]) as i128);
+        let too_many = |_: ()| wrong();
+        self.sum = self.sum.checked_add(sum).ok_or(()).map_err(too_many)?;
+        self.squares = self.squares.checked_add(squares).ok_or(()).map_err(too_many)?;
+        let mut bins = bins.chunks(12).map(|bin| {
+            let (i, n) = bin.split_at_checked(4)?;
+            (n.len() == 8).then(|| (number(i) as usize, number(n) as u64))
+        });
+        bins.try_for_each(|bin| {
+            bin.filter(|&(i, n)| self.histogram.add_to(i, n)).ok_or_else(wrong).map(drop)
+        })
+    }
+
     /// What is known of all samples so far.
-    pub(crate) fn statistics(&self) -> Statistics {
-        let mean = self.sum / self.n;
+    pub fn statistics(&self) -> Statistics {
+        let n = self.histogram.total() as f64;
+        // In units, whose squares are numbers whatever the range is.
+        let (mean, squares) = (self.sum as f64 / n, self.squares as f64 / n);
         let halves = (1..=199).map(|i| 0.5 * f64::from(i));
         let percents = TAIL.into_iter().chain(halves).chain(TAIL.iter().rev().map(|p| 100.0 - p));
         Statistics {
-            mean: self.middle + mean,
-            deviation: (self.squares / self.n - mean * mean).max(0.0).sqrt(),
+            mean: self.middle + mean / self.units,
+            deviation: (squares - mean * mean).max(0.0).sqrt() / self.units,
             percentiles: percents.map(|p| (p, self.histogram.percentile(p))).collect(),
         }
     }
@@ -132,6 +175,35 @@ mod tests {
         }
         let told = serde_json::to_value(&found).expect("JSON");
         assert_eq!(Statistics::of_json(&told), Some(found));
+    }
+
+    #[test]
+    fn what_is_counted_in_parts_is_the_same_in_any_order() {
+        for (offset, scale) in [(0.0f32, 1.0f32), (1e6, 1.0), (-3e-20, 1e-22), (0.0, 1e30)] {
+            let value = |i: usize| offset + scale * ((i * 7919 % 4001) as f32).sin();
+            let volume = volume((0..4000).map(value).collect());
+            let whole = Statistics::of(&volume);
+            let Samples::F32(all) = volume.samples() else { panic!("floats") };
+            let mut joined = Tally::new(volume.range());
+            for part in all.chunks(611).rev() {
+                let mut tally = Tally::new(volume.range());
+                tally.add_all(&Samples::F32(part.to_vec()));
+                joined.add_bytes(&tally.to_bytes()).expect("a tally");
+            }
+            assert_eq!(joined.statistics(), whole);
+            let from = f64::from(offset);
+            let mean = from + all.iter().map(|&v| f64::from(v) - from).sum::<f64>() / 4000.0;
+            let (low, high) = volume.range();
+            // A mean is told to 2^-46 of the range, and as exactly as a number is.
+            let exact = 1e-12 * (high - low) + 4.0 * f64::EPSILON * mean.abs();
+            assert!((whole.mean - mean).abs() < exact, "{mean} {}", whole.mean);
+            let bytes = joined.to_bytes();
+            assert!(joined.add_bytes(&bytes[..31]).is_err());
+            assert!(joined.add_bytes(&bytes[..bytes.len() - 1]).is_err());
+            let mut far = bytes.clone();
+            far[34] = 7;
+            assert!(joined.add_bytes(&far).is_err());
+        }
     }
 
     #[test]

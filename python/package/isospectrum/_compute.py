@@ -7,9 +7,9 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from . import _native, _progress
+from . import _bricks, _native, _ome_zarr, _progress
 from ._errors import UsageError
-from ._sources import volume
+from ._sources import lazy_and_frame, name_of, told_frame, volume
 from ._spectrum import Isovalue, Spectrum, as_text
 
 #: A number of samples or voxels, or a length such as ``"1.5mm"``.
@@ -38,6 +38,12 @@ def compute(
     start: Isovalue | None = None,
     brick: int | None = None,
     max_memory: float | str | None = None,
+    client: Any = None,
+    parts: str | os.PathLike[str] | None = None,
+    to: str | os.PathLike[str] | None = None,
+    level: int = 0,
+    channel: int | None = None,
+    frame: int | None = None,
     backend: str = "auto",
     adapter: str | None = None,
     threads: int | None = None,
@@ -53,8 +59,9 @@ def compute(
     a
         The samples, ``a[z, y, x]``: an array of numbers of any type and order in memory, or whatever is one for NumPy (dask,
         zarr, h5py, torch on the CPU); an xarray, whose coordinates tell where it lies; a SimpleITK, nibabel or PyVista
-        image with its frame; or the path of a file that the program reads. The samples are copied once, into the volume; an
-        array of 64-bit whole numbers, of half floats or in foreign byte order is converted first.
+        image with its frame; an image of OME-Zarr (a Zarr group) with its scale and unit; or the path of a file that the program
+        reads, or of a Zarr array or group. The samples are copied once, into the volume; an array of 64-bit whole numbers, of half
+        floats or in foreign byte order is converted first.
     spacing
         Distance between samples along x, y, z. Replaces what the source tells, as do the next four.
     origin
@@ -95,6 +102,18 @@ def compute(
     max_memory
         Compute in bricks where the whole is expected to take more than this, bytes or a text such as ``"8GB"``. The samples
         stay in memory, and so does the spectrum in the end.
+    client
+        Compute in bricks on this cluster of ``dask.distributed``: one task per brick, whose samples and those beside it are all that
+        is read of a dask or Zarr array, or of another that has chunks. Without a word the client that there is, if the array is
+        dask's or Zarr's and nothing is to be done to the whole volume before. The package must be installed where the workers are.
+        The array is read three times: ``persist`` what is slow to compute.
+    parts
+        The folder for the parts of these bricks; those that are there already are left. Else a temporary one.
+    to
+        Write the spectrum there as it is made: a file (``.isp``), or a folder of its parts (``.ispt``), which need not be in memory
+        at once, nor the array: with ``client``, ``parts`` or ``to`` a chunked array is never loaded whole.
+    level, channel, frame
+        Which level of an OME-Zarr image's pyramid (0 is the finest), and which of its channels and frames in time.
     backend, adapter, threads
         Where it runs: ``"auto"``, ``"gpu"`` or ``"cpu"``; the adapter by a part of its name; threads on the CPU.
     progress
@@ -119,9 +138,6 @@ def compute(
         if key not in _KNOWN:
             raise TypeError(f"compute() got an unexpected keyword argument {key!r}")
         _check(key, value)
-    whole = volume(
-        a, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit, name=name, nan_as=nan_as
-    )
     ends = None
     if range is not None:
         try:
@@ -129,12 +145,41 @@ def compute(
         except (TypeError, ValueError):
             raise UsageError(f"range {range!r}, expected the lowest and the highest isovalue") from None
         ends = (as_text(low), as_text(high))
+    a = _ome_zarr.opened(a)
+    if _ome_zarr.is_group(a):
+        a = _ome_zarr.image(a, level, channel, frame)
+    told_start = None if start is None else as_text(start)
+    placed = {"spacing": spacing, "origin": origin, "direction": direction, "space": space, "unit": unit}
+    of_whole = {
+        "crop": crop, "median": median, "smooth": smooth, "downsample": downsample, "mask": mask, "persistence": persistence,
+        "min_component": min_component, "max_memory": max_memory, "initial_mesh": parameters.get("initial_mesh"),
+    }  # fmt: skip
+    given = [what for what, value in of_whole.items() if value is not None]
+    is_asked = not (client is None and parts is None and to is None)
+    if is_asked or (not given and _bricks.has_client()):
+        array, place = (None, None) if isinstance(a, (str, os.PathLike, _native.Volume)) else lazy_and_frame(a)
+        if client is None and not given:
+            client = _bricks.client_of(array)
+        if is_asked and not _bricks.is_chunked(array):
+            raise UsageError("client, parts and to are for arrays that are read by chunks: dask, Zarr, HDF5")
+        if is_asked and given:
+            raise UsageError(f"{given[0]} wants the whole volume in memory, expected no client, parts or to")
+        if is_asked or client is not None:
+            with _progress.shown(progress, "computing") as told:
+                return Spectrum(
+                    _bricks.compute(
+                        array, told_frame(place, **placed), client=client, name=name or name_of(a), nan_as=nan_as,
+                        parameters=parameters, ends=ends, start=told_start, brick=brick, runs=(backend, adapter, threads),
+                        parts=parts, to=to, told=told,
+                    )  # fmt: skip
+                )
+    whole = volume(a, **placed, name=name, nan_as=nan_as)
     with _progress.shown(progress, "computing") as told:
-        native = _native.Spectrum.compute(
+        native = _native.compute(
             whole,
             parameters,
             ends,
-            None if start is None else as_text(start),
+            told_start,
             None if crop is None else _region(crop, whole),
             median,
             None if smooth is None else _sigma(smooth, whole),
@@ -153,7 +198,8 @@ def compute(
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
-    """Read a spectrum from a file (``.isp``, or ``.thesis``), or all parts of a folder (``.ispt``).
+    """Read a spectrum from a file (``.isp``, or ``.thesis``), or a folder of parts (``.ispt``), of which those are read that meshes
+    ask for, and dropped again when they are many.
 
     Raises
     ------

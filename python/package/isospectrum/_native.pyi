@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Picture", "Spectrum", "Volume", "unit_in_mm", "write_file"]
+__all__ = ["Picture", "Plan", "Spectrum", "Volume", "compute", "cut", "tally", "unit_in_mm", "write_file"]
 
 _Kept = tuple[int | None, float, float, tuple[float, float, float] | None]
 _Told = Callable[[float, str], object] | None
@@ -60,26 +60,6 @@ class Spectrum:
     """A spectrum, with what answers queries on it once that was asked for."""
 
     @staticmethod
-    def compute(
-        volume: Volume,
-        parameters: dict[str, Any],
-        range: tuple[str, str] | None,
-        start: str | None,
-        crop: list[tuple[int, int]] | None,
-        median: int | None,
-        smooth: _Triple | None,
-        downsample: int | None,
-        mask: Volume | None,
-        persistence: tuple[float, bool] | None,
-        min_component: int | None,
-        brick: int | None,
-        max_memory: float | None,
-        backend: str,
-        adapter: str | None,
-        threads: int | None,
-        progress: _Told,
-    ) -> Spectrum: ...
-    @staticmethod
     def open(path: str) -> Spectrum: ...
     @staticmethod
     def from_bytes(bytes: bytes) -> Spectrum: ...
@@ -124,3 +104,69 @@ class Spectrum:
         color_by: Volume | None,
         has_still: bool,
     ) -> str: ...
+
+def compute(
+    volume: Volume,
+    parameters: dict[str, Any],
+    range: tuple[str, str] | None,
+    start: str | None,
+    crop: list[tuple[int, int]] | None,
+    median: int | None,
+    smooth: _Triple | None,
+    downsample: int | None,
+    mask: Volume | None,
+    persistence: tuple[float, bool] | None,
+    min_component: int | None,
+    brick: int | None,
+    max_memory: float | None,
+    backend: str,
+    adapter: str | None,
+    threads: int | None,
+    progress: _Told,
+) -> Spectrum: ...
+
+_Numbers = tuple[int, int, int]
+
+def cut(dims: _Numbers, brick: int | None) -> list[tuple[_Numbers, _Numbers]]:
+    """The blocks that a volume is cut into: the first sample of each and the one behind its last."""
+
+def tally(array: npt.NDArray[Any], range: tuple[float, float]) -> bytes:
+    """What samples tell of the statistics of a volume of a range."""
+
+@final
+class Plan:
+    """A computation in bricks."""
+
+    def __new__(
+        cls,
+        name: str,
+        dims: _Numbers,
+        sample_type: str,
+        limits: tuple[float, float],
+        frame: tuple[_Triple, _Triple, tuple[_Triple, ...], str, str],
+        tallies: list[bytes],
+        checksums: list[int],
+        brick: int | None,
+        parameters: dict[str, Any],
+        range: tuple[str, str] | None,
+        start: str | None,
+        blocks: Callable[[_Numbers, _Numbers], npt.NDArray[Any]],
+    ) -> Plan: ...
+    @staticmethod
+    def from_bytes(bytes: bytes) -> Plan: ...
+    def to_bytes(self) -> bytes: ...
+    @property
+    def n(self) -> int: ...
+    def needed(self, number: int) -> tuple[_Numbers, _Numbers]: ...
+    def part(
+        self, number: int, array: npt.NDArray[Any], backend: str, adapter: str | None, threads: int | None
+    ) -> bytes: ...
+    def is_there(self, folder: str | os.PathLike[str], number: int) -> bool: ...
+    def keep(self, folder: str | os.PathLike[str], number: int, bytes: bytes) -> None: ...
+    def merge(
+        self,
+        folder: str | os.PathLike[str],
+        blocks: Callable[[_Numbers, _Numbers], npt.NDArray[Any]],
+        to: str | os.PathLike[str] | None,
+        progress: _Told,
+    ) -> Spectrum: ...

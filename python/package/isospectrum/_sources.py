@@ -7,52 +7,21 @@ apart by the protocols of their objects, and none is imported that its user has 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from . import _native
+from . import _native, _ome_zarr
 from ._errors import InputError, UsageError
-
-IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+from ._frame import Frame, triple
 
 #: Types of samples that a volume has; all others are converted, or refused where they do not fit.
 NATIVE = tuple(np.dtype(t) for t in ("u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"))
 
 #: How much steps between coordinates may differ and still be even, over their mean: what a 32-bit float loses.
 UNEVEN = 1e-4
-
-
-@dataclass(frozen=True)
-class Frame:
-    """Where samples lie: sample (i, j, k) along x, y, z at ``origin + direction @ (spacing * (i, j, k))``.
-
-    ``axes`` are the columns of the direction matrix: the unit vectors along which x, y and z of the grid point in the world.
-    """
-
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    spacing: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    axes: tuple[tuple[float, float, float], ...] = IDENTITY
-    space: str = ""
-    unit: str = ""
-
-    @staticmethod
-    def of_matrix(origin: Any, direction: Any, **others: Any) -> Frame:
-        """With a direction matrix of 3 x 3 numbers, row by row."""
-        columns = np.asarray(direction, dtype=float).reshape(3, 3).T
-        return Frame(origin=triple(origin, "origin"), axes=tuple(map(tuple, columns.tolist())), **others)
-
-
-def triple(numbers: Any, name: str) -> tuple[float, float, float]:
-    """Three finite numbers; one stands for three equal ones."""
-    try:
-        if np.ndim(numbers) == 0:
-            numbers = (numbers,) * 3
-        x, y, z = (float(n) for n in numbers)
-    except (TypeError, ValueError):
-        raise UsageError(f"{name} {numbers!r}, expected three numbers: x, y, z") from None
-    return (x, y, z)
 
 
 def volume(
@@ -75,6 +44,23 @@ def volume(
         ends = [None if n is None else triple(n, what) for n, what in ((spacing, "spacing"), (origin, "origin"))]
         return _native.Volume.read(os.fspath(source), ends[0], ends[1], nan_as)
     array, frame = array_and_frame(source)
+    frame = told_frame(frame, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit)
+    samples = sample_array(array)
+    return _native.Volume(
+        samples, name or name_of(source), frame.origin, frame.spacing, frame.axes, frame.space, frame.unit, nan_as
+    )
+
+
+def told_frame(
+    frame: Frame,
+    *,
+    spacing: Any = None,
+    origin: Any = None,
+    direction: Any = None,
+    space: str | None = None,
+    unit: str | None = None,
+) -> Frame:
+    """A frame in which what is given replaces what the source tells."""
     if spacing is not None:
         frame = replace(frame, spacing=triple(spacing, "spacing"))
     if origin is not None:
@@ -87,10 +73,7 @@ def volume(
         frame = replace(frame, space=space)
     if unit is not None:
         frame = replace(frame, unit=unit)
-    samples = sample_array(array)
-    return _native.Volume(
-        samples, name or name_of(source), frame.origin, frame.spacing, frame.axes, frame.space, frame.unit, nan_as
-    )
+    return frame
 
 
 def name_of(source: Any) -> str:
@@ -100,7 +83,13 @@ def name_of(source: Any) -> str:
 
 
 def array_and_frame(source: Any) -> tuple[np.ndarray, Frame]:
-    """The array of a source, z first, and where it lies."""
+    """The array of a source, z first, in memory, and where it lies."""
+    array, frame = lazy_and_frame(source)
+    return of_array(array), frame
+
+
+def lazy_and_frame(source: Any) -> tuple[Any, Frame]:
+    """What is the array of a source, z first, though it may not be in memory yet, and where it lies."""
     if hasattr(source, "GetDirection") and hasattr(source, "GetNumberOfComponentsPerPixel"):
         return of_simple_itk(source)
     if hasattr(source, "dataobj") and hasattr(source, "affine"):
@@ -109,7 +98,7 @@ def array_and_frame(source: Any) -> tuple[np.ndarray, Frame]:
         return of_pyvista(source)
     if hasattr(source, "dims") and hasattr(source, "coords") and hasattr(source, "values"):
         return of_xarray(source)
-    return of_array(source), Frame()
+    return (source.array, source.frame) if isinstance(source, _ome_zarr.Image) else (source, Frame())
 
 
 def of_array(source: Any) -> np.ndarray:
@@ -178,7 +167,7 @@ def of_pyvista(grid: Any) -> tuple[np.ndarray, Frame]:
     return np.asarray(scalars).reshape(dims[::-1]), Frame.of_matrix(origin, matrix, spacing=tuple(grid.spacing))
 
 
-def of_xarray(array: Any) -> tuple[np.ndarray, Frame]:
+def of_xarray(array: Any) -> tuple[Any, Frame]:
     """An xarray of three named axes. Axes named x, y and z are taken as these, in whatever order; others as z, y, x. Their
     coordinates, which are evenly spaced, tell origin, spacing and direction, and the attribute ``units`` the unit."""
     dims = list(array.dims)
@@ -200,7 +189,7 @@ def of_xarray(array: Any) -> tuple[np.ndarray, Frame]:
     unit = units[0] if len(units) == 3 and len(set(units)) == 1 and units[0] else ""
     if not isinstance(unit, str) or _native.unit_in_mm(unit) is None:
         unit = ""
-    return of_array(array.data if hasattr(array.data, "__array__") else array), Frame(
+    return array.data if hasattr(array.data, "__array__") else array, Frame(
         triple(origin, "origin"), triple(spacing, "spacing"), tuple(axes), unit=unit
     )
 
@@ -223,33 +212,32 @@ def sample_array(array: np.ndarray) -> np.ndarray:
     array = np.asarray(array)
     if array.ndim != 3:
         raise UsageError(f"an array of {array.ndim} axes, expected 3: z, y, x")
-    dtype = array.dtype
-    if dtype in NATIVE and dtype.isnative:
-        return array if array.flags.aligned else array.copy()
+    dtype = sample_type(array.dtype, lambda: (int(array.min()), int(array.max())) if array.size else (0, 0))
+    if array.dtype.kind == "b" and array.flags.aligned:
+        return array.view(np.uint8)
+    return array if array.dtype == dtype and array.flags.aligned else array.astype(dtype)
+
+
+def sample_type(dtype: np.dtype, limits: Callable[[], tuple[int, int]]) -> np.dtype:
+    """The type of samples that numbers of a type become; 64-bit whole numbers, whose smallest and largest are asked for, in 32
+    bits, or as 64-bit floats where these hold all of them."""
     kind, size = dtype.kind, dtype.itemsize
     if kind == "b":
-        return array.view(np.uint8) if array.flags.aligned else array.astype(np.uint8)
+        return np.dtype(np.uint8)
     if kind == "f" and size == 2:
-        return array.astype(np.float32)
+        return np.dtype(np.float32)
     if kind == "f" and size > 8:
-        return array.astype(np.float64)
+        return np.dtype(np.float64)
     if kind in "iu" and size == 8:
-        return narrowed(array)
+        low, high = limits()
+        for narrow in (np.int32, np.uint32):
+            ends = np.iinfo(narrow)
+            if ends.min <= low and high <= ends.max:
+                return np.dtype(narrow)
+        if max(-low, high) <= 2**53:
+            return np.dtype(np.float64)
+        raise InputError(f"whole numbers from {low} to {high}, expected at most 2^53, which 64-bit floats hold")
     native = dtype.newbyteorder("=")
     if native in NATIVE:
-        return array.astype(native)
+        return native
     raise InputError(f"an array of {dtype}, expected numbers")
-
-
-def narrowed(array: np.ndarray) -> np.ndarray:
-    """64-bit whole numbers in 32 bits, or as 64-bit floats where these hold all of them."""
-    if array.size == 0:
-        return array.astype(np.int32)
-    low, high = int(array.min()), int(array.max())
-    for dtype in (np.int32, np.uint32):
-        limits = np.iinfo(dtype)
-        if limits.min <= low and high <= limits.max:
-            return array.astype(dtype)
-    if max(-low, high) <= 2**53:
-        return array.astype(np.float64)
-    raise InputError(f"whole numbers from {low} to {high}, expected at most 2^53, which 64-bit floats hold")

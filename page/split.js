@@ -1,0 +1,98 @@
+// Begins a page whose isovalues lie in files beside it, each with the isovalues of an interval: a file is fetched when the isovalue
+// comes into its interval, and until it is there the nearest isovalue that is there is shown.
+
+/** Files that stay unpacked: the last ones that were shown. */
+const MOST_KEPT = 4;
+
+/** The spectra of the files. */
+class Chunks {
+    constructor(about, script) {
+        Object.assign(this, { about, script, kept: new Map() });
+    }
+
+    /** The number of the file with an isovalue. */
+    at(isovalue) {
+        return Math.max(this.about.chunks.findLastIndex(({ from }) => from <= isovalue), 0);
+    }
+
+    /** The spectrum in a file: fetched once, as long as it is one of the last. */
+    get(number) {
+        const known = this.kept.get(number) ?? this.fetched(this.about.chunks[number].file);
+        this.kept.delete(number);
+        this.kept.set(number, known);
+        if (this.kept.size > MOST_KEPT) this.kept.delete(this.kept.keys().next().value);
+        // What could not be had may be there the next time.
+        known.catch(() => this.kept.delete(number));
+        return known;
+    }
+
+    async fetched(file) {
+        const response = await fetch(file);
+        if (!response.ok) throw new Error(`${file}: ${response.status}`);
+        return unpackedBeside(await response.text(), this.about, this.script);
+    }
+}
+
+/** A viewer of the isovalues that are there, which fetches others when they are wanted. */
+class SplitViewer extends Viewer {
+    update() {
+        this.isWhole = this.isovalue === this.nearestThere();
+        // What was not to be had is asked for again once something else was shown.
+        if (this.isWhole) this.missed = null;
+        else this.fetch(this.chunks.at(this.isovalue));
+        super.update();
+    }
+
+    async fetch(number) {
+        if (number === this.fetching || number === this.missed) return;
+        this.fetching = number;
+        try {
+            const spectrum = await this.chunks.get(number);
+            // Others may be wanted by now.
+            if (number === this.chunks.at(this.isovalue)) {
+                const { from, to } = this.about.chunks[number];
+                this.about.first = [from, to];
+                await this.takeWhole(spectrum);
+            }
+            if (number === this.fetching) this.fetching = null;
+            this.request();
+        } catch (error) {
+            console.info(error.message);
+            if (number === this.fetching) this.fetching = null;
+            this.missed = number;
+            byId("loading").textContent = `These isovalues are not to be had: ${error.message}.`;
+        }
+    }
+}
+
+async function start(script) {
+    const about = JSON.parse(byId("about").textContent);
+    performance.mark("start");
+    const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
+    const first = taken("first");
+    const chunks = new Chunks(about, script);
+    const number = chunks.at(about.isovalue);
+    if (!first) about.first = [about.chunks[number].from, about.chunks[number].to];
+    const viewer = new SplitViewer(first ? await unpacked(first, about) : await chunks.get(number), about);
+    viewer.chunks = chunks;
+    applyAddress(viewer);
+    const renderer = await opening;
+    if (!renderer) {
+        await parsed();
+        showStill("This browser has neither WebGPU nor WebGL2, one of which this page needs to show the surface.");
+        return;
+    }
+    await drawWith(viewer, renderer);
+    await present(viewer);
+    performance.mark("whole");
+    document.documentElement.dataset.ready = Math.round(performance.now());
+    followMessages(viewer);
+}
+
+if (typeof document === "undefined") work();
+else {
+    start(document.currentScript.textContent).catch((error) => {
+        console.error(error);
+        showStill(`This page cannot be shown: ${error.message}.`);
+    });
+}

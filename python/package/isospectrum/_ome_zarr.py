@@ -1,0 +1,131 @@
+"""Images of OME-Zarr: one level of a Zarr group's pyramid, with its scale and its unit.
+
+What is read is `multiscales` of OME-NGFF, as versions 0.1 to 0.5 of it have it. Nothing is loaded here: samples are asked for block by
+block.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from ._errors import InputError, UsageError
+from ._frame import Frame
+
+#: Axes where none are told (0.1 and 0.2).
+OLDEST_AXES = ("t", "c", "z", "y", "x")
+
+#: Files that a Zarr group or array has, of version 3 and of version 2.
+MARKS = ("zarr.json", ".zgroup", ".zarray")
+
+
+class Volume3:
+    """Three axes, z first, of an array of more, or in another order; blocks are read from it."""
+
+    def __init__(self, array: Any, index: tuple[Any, ...], order: tuple[int, int, int]) -> None:
+        self._array, self._index, self._order = array, index, order
+        spatial = [n for n, at in zip(array.shape, index) if at is None]
+        self.shape = tuple(spatial[i] for i in order)
+        chunks = [n for n, at in zip(array.chunks, index) if at is None]
+        self.chunks = tuple(chunks[i] for i in order)
+        self.dtype, self.ndim = np.dtype(array.dtype), 3
+
+    def __getitem__(self, part: Any) -> np.ndarray:
+        parts = part if isinstance(part, tuple) else (part,)
+        parts = parts + (slice(None),) * (3 - len(parts))
+        if not all(isinstance(p, slice) for p in parts):
+            raise TypeError(f"{part!r}, expected slices")
+        stored = dict(zip(self._order, parts))
+        axes = iter(range(3))
+        whole = tuple(stored[next(axes)] if at is None else at for at in self._index)
+        return np.asarray(self._array[whole]).transpose(self._order)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.asarray(self[:], dtype=dtype)
+
+
+class Image:
+    """A level of an image: an array ``[z, y, x]`` that is not loaded, and where it lies."""
+
+    def __init__(self, array: Any, frame: Frame, name: str) -> None:
+        self.array, self.frame, self.name = array, frame, name
+
+
+def opened(source: Any) -> Any:
+    """The array or group in a Zarr folder, where a source is the path of one; else the source."""
+    if isinstance(source, (str, os.PathLike)) and any(os.path.isfile(os.path.join(source, m)) for m in MARKS):
+        import zarr
+
+        return zarr.open(os.fspath(source), mode="r")
+    return source
+
+
+def is_group(source: Any) -> bool:
+    """Whether something is a group of Zarr."""
+    return hasattr(source, "group_keys") and hasattr(source, "attrs")
+
+
+def image(group: Any, level: int, channel: int | None, frame: int | None) -> Image:
+    """A level of the image in a group; of several channels or frames in time the one that is told."""
+    attrs = dict(group.attrs)
+    attrs = attrs.get("ome", attrs)
+    try:
+        scales = attrs["multiscales"][0]
+        levels = scales["datasets"]
+    except (KeyError, IndexError, TypeError):
+        raise InputError("a Zarr group without multiscales, expected an image of OME-Zarr, or an array") from None
+    if not 0 <= level < len(levels):
+        raise UsageError(f"level {level}, expected 0 to {len(levels) - 1}")
+    array = group[levels[level]["path"]]
+    axes = [a if isinstance(a, dict) else {"name": a} for a in scales.get("axes", OLDEST_AXES[-array.ndim :])]
+    names = [str(a.get("name", "")).lower() for a in axes]
+    if len(names) != array.ndim or not set("zyx") <= set(names):
+        raise InputError(f"an image of the axes {', '.join(names)}, expected z, y and x among {array.ndim}")
+    index = tuple(_at(n, size, {"c": channel, "t": frame}) for n, size in zip(names, array.shape))
+    spatial = [n for n in names if n in "zyx"]
+    z, y, x = (spatial.index(n) for n in "zyx")
+    scale, origin = _placed([*levels[level].get("coordinateTransformations", []), *scales.get("coordinateTransformations", [])], len(names))
+    at = [names.index(n) for n in "xyz"]
+    units = [str(axes[i].get("unit") or "") for i in at]
+    mm = [_native.unit_in_mm(unit) for unit in units]
+    # In the unit of x.
+    known = all(mm)
+    to = [m / mm[0] if known else 1.0 for m in mm]  # type: ignore[operator]
+    spacing = tuple(scale[i] * t for i, t in zip(at, to))
+    first = tuple(origin[i] * t for i, t in zip(at, to))
+    name = str(scales.get("name") or getattr(group, "basename", "") or getattr(group, "name", "").rsplit("/", 1)[-1])
+    return Image(Volume3(array, index, (z, y, x)), Frame(first, spacing, unit=units[0] if known else ""), name or "array")
+
+
+def _at(name: str, size: int, told: dict[str, int | None]) -> int | None:
+    """Where along an axis that is none of space the volume is; none along one of space."""
+    if name in "zyx":
+        return None
+    what = {"c": "channel", "t": "frame"}.get(name, name)
+    at = told.get(name)
+    if at is None and size == 1:
+        return 0
+    if at is None or not 0 <= at < size:
+        raise UsageError(f"{what} {at}, expected one of 0 to {size - 1}")
+    return at
+
+
+def _placed(transformations: list[dict[str, Any]], n: int) -> tuple[list[float], list[float]]:
+    """Scale and translation along all axes, of transformations one after the other."""
+    scale, origin = [1.0] * n, [0.0] * n
+    for told in transformations:
+        kind = told.get("type")
+        numbers = told.get(kind) if kind in ("scale", "translation") else None
+        if kind == "identity":
+            continue
+        if not isinstance(numbers, (list, tuple)) or len(numbers) != n:
+            raise InputError(f"a transformation {told!r}, expected a scale or a translation along {n} axes")
+        if kind == "scale":
+            scale = [a * float(b) for a, b in zip(scale, numbers)]
+            origin = [a * float(b) for a, b in zip(origin, numbers)]
+        else:
+            origin = [a + float(b) for a, b in zip(origin, numbers)]
+    return scale, origin

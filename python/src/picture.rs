@@ -1,0 +1,91 @@
+//! Pictures, and what is shown in them.
+
+use std::path::PathBuf;
+
+use isospectrum::color::Sources;
+use isospectrum::page::Page;
+use isospectrum::render::{Background, Gpu, Image, Renderer, Surface, View, linear};
+use isospectrum::{Error, Result};
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::errors::raised;
+
+/// A picture: red, green, blue, alpha; one byte each.
+#[pyclass(frozen, module = "isospectrum._native")]
+pub(crate) struct Picture(pub(crate) Image);
+
+#[pymethods]
+impl Picture {
+    /// Rows and columns.
+    #[getter]
+    fn shape(&self) -> (u32, u32) {
+        (self.0.height, self.0.width)
+    }
+
+    /// The pixels, row by row from the top.
+    fn pixels<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<u8>> {
+        self.0.pixels.clone().into_pyarray(py)
+    }
+
+    /// As PNG.
+    fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mut bytes = Vec::new();
+        py.detach(|| self.0.encode_png(&mut bytes)).map_err(|e| raised(Error::io("-", e)))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Writes it as PNG.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| self.0.write_png(&path)).map_err(raised)
+    }
+}
+
+/// The picture of a page for those who can see no other, if there is an adapter to draw it.
+pub(crate) fn still(
+    spectrum: &isospectrum::Spectrum,
+    page: &Page<'_>,
+    first: Surface,
+    sources: &Sources,
+) -> Result<Option<Image>> {
+    let gpu = match Gpu::new(None) {
+        Ok(gpu) => gpu,
+        Err(Error::Gpu(_)) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    let look = &page.look;
+    let mut view = View {
+        width: 640,
+        height: 480,
+        open: page.open,
+        keep: page.keep,
+        camera: page.camera,
+        background: Background::Transparent,
+        color: page.color,
+        map: page.map,
+        ends: page.ends,
+        clip: look.clip,
+        occlusion: look.occlusion,
+        wireframe: look.wireframe.then_some(1.0),
+        opacity: look.opacity,
+        ..View::default()
+    };
+    let mut renderer = Renderer::new(&gpu, spectrum)?;
+    renderer.set_sources(sources.clone());
+    let surfaces: Vec<Surface> = std::iter::once(first).chain(look.also.iter().copied()).collect();
+    let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
+    if let Some(bounds) = renderer.bounds(&isovalues, &view.keep)? {
+        view.fit(spectrum.volume(), bounds);
+    }
+    renderer.draw_all(&surfaces, &view).map(Some)
+}
+
+/// An isosurface that is shown: isovalue, sRGB colour, opacity.
+pub(crate) type Shown = (f64, Option<u32>, Option<f32>);
+
+pub(crate) fn surfaces_of(shown: Vec<Shown>) -> Vec<Surface> {
+    let surface =
+        |(isovalue, color, opacity): Shown| Surface { isovalue, color: color.map(linear), opacity };
+    shown.into_iter().map(surface).collect()
+}

@@ -1,0 +1,123 @@
+// A page whose isovalues lie in files beside it, from a server that knows no more than files.
+
+import assert from "node:assert/strict";
+import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
+import { createServer } from "node:http";
+import { basename, join } from "node:path";
+import { after, before, test } from "node:test";
+import { address, folder, launch, pixels, settled, state } from "./browser.mjs";
+
+const site = join(folder, "split");
+let browser, server, origin, asked;
+
+/** The files of the folder and nothing else; `asked` has the names of those that were asked for. */
+before(async () => {
+    browser = await launch();
+    server = createServer((request, response) => {
+        const name = basename(new URL(request.url, "http://localhost").pathname) || "index.html";
+        asked.push(name);
+        const path = join(site, name);
+        response.writeHead(existsSync(path) ? 200 : 404, { "Content-Type": name.endsWith(".html") ? "text/html" : "text/plain" });
+        response.end(existsSync(path) ? readFileSync(path) : "");
+    });
+    await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+    origin = `http://127.0.0.1:${server.address().port}`;
+});
+
+after(async () => {
+    await browser.close();
+    server.close();
+});
+
+/** Opens a page and waits for its first picture. */
+async function opened(url) {
+    asked = [];
+    const context = await browser.newContext({ viewport: { width: 1000, height: 800 } });
+    const page = await context.newPage();
+    const complaints = [];
+    page.on("pageerror", (error) => complaints.push(error.message));
+    page.on("request", (request) => {
+        if (!/^(data|blob|file):/.test(request.url()) && !request.url().startsWith(`${origin}/`)) complaints.push(request.url());
+    });
+    await page.goto(url);
+    await page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: 60_000 });
+    return { page, context, complaints };
+}
+
+/** Shows an isovalue, and waits until it is there. */
+async function shown(page, isovalue) {
+    await page.evaluate((c) => window.isospectrum.setIsovalue(c), isovalue);
+    await page.waitForFunction(() => {
+        const { isWhole, isPending } = window.isospectrum.getState();
+        return isWhole && !isPending;
+    }, null, { timeout: 60_000 });
+    await settled(page);
+    return state(page);
+}
+
+const names = readdirSync(site).filter((name) => name.endsWith(".txt"));
+const size = (name) => statSync(join(site, name)).size;
+
+test("no more is fetched than is looked at, and it is what a page of one file shows", async () => {
+    assert.ok(names.length >= 4, `${names.length} files`);
+    const hash = "#view=35,22,1&renderer=webgl2";
+    const { page, context, complaints } = await opened(`${origin}/${hash}`);
+    const whole = await opened(`${address({}, "unsplit.html").split("#")[0]}${hash}`);
+    asked = [];
+    const { low, high } = await state(page);
+    for (const share of [0.5, 0.2, 0.7, 0.95, 0.05, 0.6]) {
+        const isovalue = low + share * (high - low);
+        const before = asked.length;
+        const [found, expected] = [await shown(page, isovalue), await shown(whole.page, isovalue)];
+        assert.equal(found.isovalue, isovalue);
+        assert.equal(found.nTriangles, expected.nTriangles, `${share}`);
+        const pictures = [await pixels(page), await pixels(whole.page)];
+        assert.equal(pictures[0].pixels.length, pictures[1].pixels.length);
+        const differ = pictures[0].pixels.reduce((n, byte, i) => n + (Math.abs(byte - pictures[1].pixels[i]) > 8), 0);
+        assert.ok(differ < 0.001 * pictures[0].pixels.length, `${differ} bytes differ at ${share}`);
+        assert.ok(asked.length - before <= 1, asked.slice(before).join());
+    }
+    const read = asked.reduce((n, name) => n + size(name), 0);
+    const all = names.reduce((n, name) => n + size(name), 0);
+    const largest = Math.max(...names.map(size));
+    console.log(`split: ${names.length} files of ${all} bytes, ${largest} at most for one isovalue; page ${size("index.html")} bytes`);
+    assert.ok(read <= asked.length * largest && 3 * largest < all, `${read} of ${all} bytes`);
+    // What was shown lately is not fetched again.
+    const before = asked.length;
+    await shown(page, low + 0.05 * (high - low));
+    await shown(page, low + 0.6 * (high - low));
+    assert.equal(asked.length, before);
+    assert.deepEqual([...complaints, ...whole.complaints], []);
+    await context.close();
+    await whole.context.close();
+});
+
+test("nothing but the page's own server may be asked", async () => {
+    const { page, context } = await opened(`${origin}/`);
+    const other = createServer((_, response) => response.end("there"));
+    await new Promise((resolve) => other.listen(0, "127.0.0.1", resolve));
+    const url = `http://127.0.0.1:${other.address().port}/`;
+    const answer = (to) => page.evaluate((u) => fetch(u).then(() => "there", () => "refused"), to);
+    assert.equal(await answer(`${origin}/000.txt`), "there");
+    assert.equal(await answer(url), "refused");
+    const policy = await page.locator("meta[http-equiv=Content-Security-Policy]").getAttribute("content");
+    assert.ok(policy.includes("connect-src 'self';") && policy.includes("default-src 'none'"));
+    other.close();
+    await context.close();
+});
+
+test("files that are not to be had are told, and what is there stays", async () => {
+    const { page, context } = await opened(`${origin}/`);
+    await page.route("**/*.txt", (route) => route.fulfill({ status: 404, body: "" }));
+    const { low, high, isovalue } = await state(page);
+    const far = isovalue - low > high - isovalue ? low + 0.02 * (high - low) : high - 0.02 * (high - low);
+    await page.evaluate((c) => window.isospectrum.setIsovalue(c), far);
+    await page.waitForFunction(() => document.getElementById("loading").textContent.includes("not to be had"));
+    const after = await state(page);
+    assert.ok(!after.isWhole && after.nTriangles > 0);
+    // The next time they may be there.
+    await page.unroute("**/*.txt");
+    await shown(page, isovalue);
+    await shown(page, far);
+    await context.close();
+});
