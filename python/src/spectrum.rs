@@ -445,6 +445,7 @@ impl Spectrum {
                 background,
                 front: first.color,
                 also,
+                ..page::Look::default()
             };
             let color = sight.color(color_by.is_some())?;
             let sources = sources_of(&spectrum, color, volume.as_ref(), color_by.as_ref())?;

@@ -7,7 +7,7 @@ use super::chooser;
 use super::scene::Scene;
 use super::typed;
 use crate::color::{Map, Scale, to_srgb};
-use crate::render::{Background, Clip, Color, View};
+use crate::render::{Background, Clip, Color, Light, View};
 
 /// What a button asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +81,11 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
             view.open = !caps;
         }
         ui.checkbox(&mut view.occlusion, "dark hollows (D)");
+    });
+    ComboBox::from_label("light").selected_text(view.light.name()).show_ui(ui, |ui| {
+        for light in Light::ALL {
+            ui.selectable_value(&mut view.light, light, light.name());
+        }
     });
     ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
     ui.horizontal(|ui| {
