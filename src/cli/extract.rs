@@ -307,7 +307,7 @@ impl Extract {
         );
         if morph.farthest > FAR {
             log::warn!(
-                "{path}: what has grown out since the first isovalue is not in its mesh; a shorter range follows nearer"
+                "{path}: what grows out between its vertices is not in it; a shorter range is followed better"
             );
         }
         Ok(())

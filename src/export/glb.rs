@@ -83,10 +83,12 @@ pub(super) fn write_all(
     file.write(more, writer)
 }
 
-/// Writes a mesh with the shapes that it takes, which it goes through in so many seconds, straight from one to the next.
+/// Writes a mesh with the shapes that it takes, which it goes through in so many seconds, straight from one to the next; its own
+/// shape comes at place `base` among them.
 pub(super) fn write_morph(
     placed: &Placed,
     shapes: &[Placed],
+    base: usize,
     seconds: f64,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
@@ -94,17 +96,20 @@ pub(super) fn write_morph(
     let mesh = file.mesh(placed, None, None);
     let targets: Vec<Value> = shapes.iter().map(|shape| file.target(placed, shape)).collect();
     file.meshes[mesh]["primitives"][0]["targets"] = json!(targets);
-    file.meshes[mesh]["weights"] = json!(vec![0.0; shapes.len()]);
     let n = shapes.len();
+    // One weight for each shape at each time, all of them 0 where it is the mesh's own.
+    let weights = |time: usize| {
+        (0..=n).filter(move |&place| place != base).map(move |p| f32::from(u8::from(p == time)))
+    };
+    file.meshes[mesh]["weights"] = json!(weights(0).collect::<Vec<_>>());
     let times: Vec<f32> = (0..=n).map(|i| (seconds * i as f64 / n as f64) as f32).collect();
     let view = file.view(times.iter().flat_map(|t| t.to_le_bytes()), None, None);
     let input = file.accessor(json!({
         "bufferView": view, "componentType": FLOAT, "count": n + 1, "type": "SCALAR",
         "min": [times[0]], "max": [times[n]],
     }));
-    // One weight for each shape at each time: none at first, then one after the other.
-    let weights = (0..=n).flat_map(|i| (1..=n).map(move |shape| f32::from(u8::from(shape == i))));
-    let view = file.view(weights.flat_map(f32::to_le_bytes), None, None);
+    let all = (0..=n).flat_map(weights).flat_map(f32::to_le_bytes);
+    let view = file.view(all, None, None);
     let output = file.accessor(json!({
         "bufferView": view, "componentType": FLOAT, "count": n * (n + 1), "type": "SCALAR",
     }));

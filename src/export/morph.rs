@@ -3,10 +3,10 @@
 //! # Theory
 //!
 //! Between two events the isosurface keeps its topology, so one mesh can follow it. A spectrum's own triangles come and go there, as
-//! remeshing keeps them good; so the first one's are taken, and its vertices moved from isosurface to isosurface, each to the
-//! nearest point that faces as it does. Steps are shorter than those between the isovalues that are wanted, which keeps the way
-//! from one to the next unambiguous. How far the surfaces end up apart is measured: what has grown out between the vertices of the
-//! first mesh is not in it.
+//! remeshing keeps them good; so those of one isovalue are taken, where there are most, and their vertices moved from isosurface to
+//! isosurface, each to the nearest point that faces as it does. Steps are shorter than those between the isovalues that are wanted, which keeps the way
+//! from one to the next unambiguous. How far the surfaces end up apart is measured: what grows out between the vertices of the
+//! mesh is not in it.
 
 use std::io::Write;
 
@@ -27,8 +27,10 @@ const STEPS: usize = 4;
 /// A mesh and what becomes of it.
 #[derive(Clone, Debug)]
 pub struct Morph {
-    /// At the first isovalue, voxel frame.
+    /// At the isovalue at which it has most triangles, voxel frame.
     pub mesh: SurfaceMesh,
+    /// Which of the isovalues that is.
+    pub base: usize,
     /// Positions and normals of its vertices at each of the others.
     pub targets: Vec<Shape>,
     /// How far any vertex of the isosurfaces is from it at most, voxels.
@@ -45,7 +47,7 @@ pub struct Shape {
 }
 
 impl Morph {
-    /// The mesh of the first isovalue as it follows the isosurface to each of the others, in their order.
+    /// The mesh of the isovalue with most triangles as it follows the isosurface to each of the others, in their order.
     ///
     /// # Errors
     ///
@@ -63,36 +65,44 @@ impl Morph {
         check_events(spectrum, isovalues)?;
         let mut query = Query::new(spectrum);
         let mut mesh_at = |c: f64| query.mesh_at(c).map(|mesh| mesh.kept(keep, open).0);
-        let mesh = mesh_at(isovalues[0])?;
+        let mut base = (0, SurfaceMesh::default());
+        for (i, &c) in isovalues.iter().enumerate() {
+            let mesh = mesh_at(c)?;
+            if mesh.triangles.len() > base.1.triangles.len() {
+                base = (i, mesh);
+            }
+        }
+        let (base, mesh) = base;
         if mesh.triangles.is_empty() {
-            return Err(Error::Usage(format!(
-                "nothing to see at isovalue {}, expected a surface to morph",
-                isovalues[0]
-            )));
+            return Err(Error::Usage("nothing to see, expected a surface to morph".to_owned()));
         }
-        let mut morph = Morph { mesh, targets: Vec::new(), farthest: 0.0 };
-        let mut moving = morph.mesh.clone();
-        for pair in isovalues.windows(2) {
-            let mut wanted = SurfaceMesh::default();
-            for step in 1..=STEPS {
-                let t = step as f64 / STEPS as f64;
-                wanted = mesh_at(pair[0] * (1.0 - t) + pair[1] * t)?;
-                follow(&mut moving, &wanted)?;
-            }
-            if let Some(nearest) = Nearest::of(&moving) {
-                for &p in &wanted.positions {
-                    let p = DVec3::from(p.map(f64::from));
-                    let distance = nearest.to(p, None).map_or(0.0, |q| q.distance(p));
-                    morph.farthest = morph.farthest.max(distance);
+        let mut shapes = vec![None; isovalues.len()];
+        let mut farthest = 0.0f64;
+        for way in [(0..=base).rev().collect::<Vec<_>>(), (base..isovalues.len()).collect()] {
+            let mut moving = mesh.clone();
+            for pair in way.windows(2) {
+                let [from, to] = [isovalues[pair[0]], isovalues[pair[1]]];
+                let mut wanted = SurfaceMesh::default();
+                for step in 1..=STEPS {
+                    let t = step as f64 / STEPS as f64;
+                    wanted = mesh_at(from * (1.0 - t) + to * t)?;
+                    follow(&mut moving, &wanted)?;
                 }
+                farthest = farthest.max(distance(&wanted, &moving));
+                let SurfaceMesh { positions, normals, .. } = moving.clone();
+                shapes[pair[1]] = Some(Shape { positions, normals });
             }
-            morph.targets.push(Shape {
-                positions: moving.positions.clone(),
-                normals: moving.normals.clone(),
-            });
         }
-        Ok(morph)
+        Ok(Morph { mesh, base, targets: shapes.into_iter().flatten().collect(), farthest })
     }
+}
+
+/// How far a vertex of a mesh is from another mesh at most.
+fn distance(from: &SurfaceMesh, to: &SurfaceMesh) -> f64 {
+    let Some(nearest) = Nearest::of(to) else { return 0.0 };
+    let points = from.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
+    let distances = points.map(|p| nearest.to(p, None).map_or(0.0, |q| q.distance(p)));
+    distances.fold(0.0, f64::max)
 }
 
 /// Writes a mesh that follows the isosurface as GLB, in the world frame: its shapes are morph targets, which an animation goes
@@ -117,7 +127,7 @@ pub fn write_morph_to(
         prepared(&mesh, placement, Border::Closed, Format::Glb)
     };
     let shapes = morph.targets.iter().map(shape).collect::<Result<Vec<_>>>()?;
-    glb::write_morph(&placed, &shapes, seconds, writer)
+    glb::write_morph(&placed, &shapes, morph.base, seconds, writer)
         .and_then(|()| writer.flush())
         .map_err(|e| Error::io("-", e))
 }

@@ -21,6 +21,9 @@ const WIDEST: f64 = 0.25;
 const NARROWER: f64 = 0.7;
 const TRIES: i32 = 16;
 
+/// By their knots, narrow ranges are taken for larger than they are, by so much.
+const LARGER: f64 = 1.6;
+
 /// What is shown first.
 pub(super) struct First {
     /// A raw deflate stream.
@@ -53,7 +56,7 @@ pub(super) fn first(
         // Packing what is clearly too much takes time for nothing.
         let about =
             around.knots().len() as f64 / spectrum.knots().len().max(1) as f64 * whole as f64;
-        if about > 2.0 * most as f64 {
+        if about > LARGER * most as f64 {
             continue;
         }
         let (about, patch) = around.into_parts();

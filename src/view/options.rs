@@ -82,11 +82,6 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         }
         ui.checkbox(&mut view.occlusion, "dark hollows (D)");
     });
-    ComboBox::from_label("light").selected_text(view.light.name()).show_ui(ui, |ui| {
-        for light in Light::ALL {
-            ui.selectable_value(&mut view.light, light, light.name());
-        }
-    });
     ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
     ui.horizontal(|ui| {
         let mut is_dark = view.background == Background::Dark;
@@ -96,6 +91,11 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         let mut is_parallel = view.camera.orthographic;
         if ui.checkbox(&mut is_parallel, "parallel projection").changed() {
             view.set_orthographic(scene.spectrum.volume(), is_parallel);
+        }
+    });
+    ComboBox::from_label("light").selected_text(view.light.name()).show_ui(ui, |ui| {
+        for light in Light::ALL {
+            ui.selectable_value(&mut view.light, light, light.name());
         }
     });
 }
