@@ -43,7 +43,7 @@ pub(super) struct Extract {
     sweep: Option<Sweep>,
     /// With --sweep over a range without events: one mesh that follows the isosurface, its shapes at the N isovalues as morph
     /// targets of a .glb (at most 33)
-    #[arg(long, requires = "sweep", conflicts_with_all = ["color", "color_by", "format", "json"])]
+    #[arg(long, conflicts_with_all = ["color", "color_by", "format", "json"])]
     morph: bool,
     /// Mesh to write: .ply, .stl, .obj, .glb, .vtp, .3mf or .usda; - is stdout; of several isovalues a pattern such as
     /// mesh-%d.ply, numbered from 0, a .glb or .usda of all of them, or a .pvd, which lists .vtp beside it with the isovalue
@@ -285,6 +285,9 @@ impl Extract {
         if Format::of_path(&self.output).ok() != Some(Format::Glb) {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .glb")).into());
+        }
+        if self.sweep.is_none() {
+            return Err(Error::Usage("--morph, expected --sweep with it".to_owned()).into());
         }
         let output = Output::open(&self.output, &[&self.spectrum])?;
         let opened = Opened::open(&self.spectrum)?;

@@ -25,7 +25,8 @@ function seen(scene) {
     const point = new Vector3();
     let nTriangles = 0;
     scene.traverse((mesh) => {
-        if (!mesh.isMesh || mesh.getWorldScale(point).length() === 0) return;
+        // Where a scale is 0 it is 0 in the matrix; taken apart, it would be 1.
+        if (!mesh.isMesh || mesh.matrixWorld.elements.slice(0, 12).every((x) => x === 0)) return;
         nTriangles += mesh.geometry.index.count / 3;
         const { count } = mesh.geometry.attributes.position;
         for (let i = 0; i < count; i++) box.expandByPoint(mesh.getVertexPosition(i, point).applyMatrix4(mesh.matrixWorld));
