@@ -148,7 +148,7 @@ fn check_events(spectrum: &Spectrum, isovalues: &[f64]) -> Result<()> {
     let widest = ends.windows(2).max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
     let [from, to] = widest.map_or([low, high], |pair| [pair[0], pair[1]]);
     Err(Error::Usage(format!(
-        "{n} events between {low} and {high}, expected a range without any to morph over; the widest here is from {from} to {to}"
+        "{n} events between {low} and {high}, expected a range without any to morph over; the widest here is from {from} to below {to}"
     )))
 }
 
