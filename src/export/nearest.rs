@@ -92,11 +92,12 @@ impl<'a> Nearest<'a> {
                     best = Some((distance, found));
                 }
             });
-            // What is in further shells is further than all of this one are deep, from the cell that is nearest.
-            let inside =
-                p.clamp(self.low, self.low + self.side * DVec3::from(self.size.map(|n| n as f64)));
-            let reach = shell as f64 * self.side + inside.distance(p);
-            if best.is_some_and(|(least, _)| least <= reach * reach) {
+            // What is in further shells is at least that deep from where the box is nearest; the way there and on turns by a right
+            // angle at least.
+            let top = self.low + self.side * DVec3::from(self.size.map(|n| n as f64));
+            let deep = shell as f64 * self.side;
+            let reach = deep * deep + p.clamp(self.low, top).distance_squared(p);
+            if best.is_some_and(|(least, _)| least <= reach) {
                 break;
             }
         }
