@@ -1,5 +1,5 @@
 // The part of the page's address after the hash, which leads back to what is seen:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&light=left&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
 // (keep: the number of components, min_volume: cubic voxels)
 
 /** What the address asks for. */
@@ -23,6 +23,7 @@ function applyAddress(viewer) {
     else if (asked.has("clip")) viewer.setLook({ clip: null });
     const opacity = Number(asked.get("opacity"));
     if (asked.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
+    if (LIGHTS.includes(asked.get("light"))) viewer.setLook({ light: asked.get("light") });
     for (const name of ["orthographic", "occlusion"]) {
         if (asked.has(name)) viewer.setLook({ [name]: asked.get(name) !== "0" });
     }
@@ -67,6 +68,7 @@ function writeAddress(viewer) {
         ["clip", !clip ? viewer.about.look.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
         ...["orthographic", "occlusion"].map((name) =>
             [name, viewer.look[name] === (viewer.about[name] ?? viewer.about.look[name]) ? null : Number(viewer.look[name])]),
+        ["light", viewer.look.light === viewer.about.look.light ? null : viewer.look.light],
         ["opacity", viewer.opacity === viewer.about.look.opacity ? null : viewer.opacity],
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
             [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (viewer.about.look.also.length > 0 ? "" : null)],
@@ -82,4 +84,10 @@ function writeAddress(viewer) {
     } catch {
         // A frame without an address of its own.
     }
+}
+
+/** The address that leads back to what is seen. */
+function linkTo(viewer) {
+    writeAddress(viewer);
+    return `${location.href.split("#")[0]}${viewer.address}`;
 }

@@ -1,13 +1,20 @@
 // Talks to a page that shows this one in a frame, by messages:
 //   { isospectrum: "setIsovalue", isovalue, id }  →  { isospectrum: "reply", id, result: state }
 //   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, each if it is to change
-//   { isospectrum: "setLook", look: { wireframe, open, axes, orthographic, occlusion, largest, color }, id }, likewise
+//   { isospectrum: "setLook", look: { wireframe, open, axes, orthographic, occlusion, light, largest, color }, id }, likewise
 //   { isospectrum: "play", playing, id }          →  ... result: state
 //   { isospectrum: "getState", id }               →  ... result: { isovalue, low, high, view, ... }
 //   { isospectrum: "screenshot", size, transparent, id }  →  ... result: a PNG, as Blob; size: [width, height], else as seen
 // A reply has `error` instead of `result` where something was wrong. Once the first picture is
 // there, { isospectrum: "ready", state } is sent unasked, and from then on { isospectrum: "isovalueChanged", isovalue }
 // with every picture that shows another one.
+
+/** The frame that shows it in another page. */
+function embedOf(viewer) {
+    const quoted = (text) => text.replace(/&/g, "&amp;").replace(/"/g, "&quot;");
+    return `<iframe src="${quoted(linkTo(viewer))}" title="${quoted(document.title)}" width="720" height="480" `
+        + 'style="border: 0" loading="lazy" allow="clipboard-write; fullscreen"></iframe>';
+}
 
 /** What is told as an isovalue, if it is a number: nothing is made one. */
 function numberOf(isovalue) {
@@ -44,6 +51,9 @@ function setToldLook(viewer, told) {
     if (largest !== undefined && largest !== null && !(Number.isInteger(largest) && largest > 0)) {
         throw new Error("largest, expected null or a number of components");
     }
+    const light = told?.light ?? viewer.look.light;
+    if (!LIGHTS.includes(light)) throw new Error(`light, expected one of ${LIGHTS.join(", ")}`);
+    viewer.setLook({ light });
     viewer.setLook(Object.fromEntries(switches.filter((name) => told?.[name] !== undefined).map((name) => [name, told[name]])));
     const color = told?.color ?? viewer.coloring.color;
     if (!viewer.canShow(color)) throw new Error(`color, expected one of ${Object.keys(COLORS).filter((c) => viewer.canShow(c)).join(", ")}`);

@@ -3,39 +3,8 @@
 /** Steps of the slider. */
 const SLIDER_STEPS = 10000;
 
-/** Other isosurfaces that can be shown at once, and the colours that they have at first. */
-const MOST_EXTRAS = 6;
-const EXTRA_COLORS = ["d9a46c", "5fae84", "d184b4", "e0c95a", "c8503c", "8c7ac2"];
-
 /** What of the look is on or off, and has a box to be checked. */
 const SWITCHES = ["wireframe", "axes", "orthographic", "occlusion"];
-
-function byId(id) {
-    return document.getElementById(id);
-}
-
-/** Does something at an event of an element, or of the one that has a name. */
-function on(target, event, action) {
-    (target.addEventListener ? target : byId(target)).addEventListener(event, action);
-}
-
-/** Changes a text; the same one again would be laid out again. */
-function setText(element, text) {
-    if (element.textContent !== text) element.textContent = text;
-}
-
-/** The address that leads back to what is seen. */
-function linkTo(viewer) {
-    writeAddress(viewer);
-    return `${location.href.split("#")[0]}${viewer.address}`;
-}
-
-/** The frame that shows it in another page. */
-function embedOf(viewer) {
-    const quoted = (text) => text.replace(/&/g, "&amp;").replace(/"/g, "&quot;");
-    return `<iframe src="${quoted(linkTo(viewer))}" title="${quoted(document.title)}" width="720" height="480" `
-        + 'style="border: 0" loading="lazy" allow="clipboard-write; fullscreen"></iframe>';
-}
 
 /** Slider, typed isovalue and buttons. */
 class Panel {
@@ -81,8 +50,7 @@ class Panel {
         this.border = byId("border");
         on(this.border, "change", () => viewer.setLook({ open: !this.border.checked }));
         this.useComponents();
-        this.useColors();
-        this.useLayers();
+        this.looks = new LookPanel(viewer, this);
         for (const id of ["slider", "plot"]) {
             on(id, "wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
@@ -159,113 +127,6 @@ class Panel {
         setText(this.events, text ?? this.eventsText);
     }
 
-    /** What colours, and how. */
-    useColors() {
-        const { viewer } = this;
-        const { maps, field } = viewer.about;
-        this.color = byId("color");
-        for (const [name, shown] of Object.entries(COLORS)) {
-            if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
-        }
-        on(this.color, "change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
-        this.map = byId("map");
-        for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
-        on(this.map, "change", () => viewer.setColoring({ map: this.map.value || null }));
-        this.scale = byId("scale");
-        on(this.scale, "change", () => {
-            const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
-            const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
-            this.scale.setAttribute("aria-invalid", !isScale);
-            this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
-            if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
-        });
-        this.front = byId("front");
-        on(this.front, "input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
-        this.background = byId("background");
-        on(this.background, "change", () => viewer.setLook({ background: this.background.value }));
-    }
-
-    showColors() {
-        const { coloring, look } = this.viewer;
-        const { color, map, low, high, front } = coloring;
-        this.color.value = color;
-        this.map.value = map ?? "";
-        const hasScale = color !== "none" && color !== "component";
-        for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
-        this.front.parentElement.hidden = color !== "none";
-        if (front) this.front.value = `#${front}`;
-        if (document.activeElement !== this.scale) this.scale.value = low === null ? "" : `${low}:${high}`;
-        this.background.value = look.background;
-    }
-
-    /** A plane that cuts, opacity, and other isosurfaces. */
-    useLayers() {
-        const { viewer } = this;
-        this.clip = byId("clip");
-        this.clipShare = byId("clip-share");
-        this.clipTurned = byId("clip-turned");
-        const clip = () => {
-            const axis = "xyz".indexOf(this.clip.value);
-            const share = Number(this.clipShare.value);
-            viewer.setLook({ clip: this.clip.value ? { axis, share, turned: this.clipTurned.checked } : null });
-        };
-        for (const control of [this.clip, this.clipShare, this.clipTurned]) on(control, "input", clip);
-        this.opacity = byId("opacity");
-        on(this.opacity, "input", () => {
-            viewer.opacity = Number(this.opacity.value);
-            viewer.request();
-        });
-        this.also = byId("also");
-        on("add-isovalue", "click", () => {
-            const front = EXTRA_COLORS[viewer.extras.length % EXTRA_COLORS.length];
-            if (viewer.extras.length < MOST_EXTRAS) {
-                viewer.setExtras([...viewer.extras, { isovalue: viewer.isovalue, front, opacity: 0.4 }]);
-            }
-        });
-    }
-
-    showLayers() {
-        const { clip } = this.viewer.look;
-        this.clip.value = clip ? "xyz"[clip.axis] : "";
-        for (const control of [this.clipShare, this.clipTurned]) control.parentElement.hidden = !clip;
-        if (clip) [this.clipShare.value, this.clipTurned.checked] = [clip.share, clip.turned];
-        this.opacity.value = this.viewer.opacity;
-        const { extras } = this.viewer;
-        if (extras === this.shownExtras) return;
-        this.shownExtras = extras;
-        this.also.replaceChildren(...extras.map((extra) => this.extraRow(extra)));
-    }
-
-    /** The controls of another isosurface. */
-    extraRow(extra) {
-        const { viewer } = this;
-        const { low, high } = viewer;
-        const name = shownIsovalue(extra.isovalue, high - low);
-        const control = (type, label, value, change, rest) => {
-            const input = Object.assign(document.createElement("input"), { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
-            on(input, type === "text" ? "change" : "input", () => {
-                change(input.value, input);
-                viewer.request();
-            });
-            return input;
-        };
-        const remove = Object.assign(document.createElement("button"), { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
-        on(remove, "click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
-        const row = Object.assign(document.createElement("span"), { className: "group" });
-        row.append(
-            control("text", "Value", name, (text, input) => {
-                const { isovalue, problem } = isovalueOfText(text, low, high, this.samples);
-                input.setAttribute("aria-invalid", Boolean(problem));
-                this.message.textContent = problem ?? "";
-                if (!problem) extra.isovalue = isovalue;
-            }),
-            control("color", "Colour", `#${extra.front}`, (value) => { extra.front = value.slice(1); }),
-            control("range", "Opacity", extra.opacity, (value) => { extra.opacity = Number(value); }, { min: 0.05, max: 1, step: 0.05 }),
-            remove,
-        );
-        return row;
-    }
-
     /** What shows and hides components. */
     useComponents() {
         const { viewer } = this;
@@ -329,14 +190,19 @@ class Panel {
         if (!problem) this.viewer.setIsovalue(isovalue);
     }
 
+    /** Where an isovalue lies in the range, percent. */
+    share(isovalue) {
+        const { low, high } = this.viewer;
+        return low < high ? (100 * (isovalue - low)) / (high - low) : 50;
+    }
+
     /** Shows what the viewer does. */
     show() {
         const { isovalue, low, high, look, playing } = this.viewer;
         const text = shownIsovalue(isovalue, high - low);
-        const t = (isovalue - low) / (high - low);
-        this.slider.value = Math.round(SLIDER_STEPS * (Number.isFinite(t) ? t : 0.5));
-        const percent = `${Math.round(100 * (Number.isFinite(t) ? t : 0.5))} %`;
-        this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${percent} of the range`);
+        const percent = this.share(isovalue);
+        this.slider.value = Math.round((SLIDER_STEPS / 100) * percent);
+        this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${Math.round(percent)} % of the range`);
         if (this.shown !== isovalue) {
             this.typed.value = text;
             this.printed.textContent = text;
@@ -349,8 +215,7 @@ class Panel {
         for (const name of SWITCHES) byId(name).checked = look[name];
         this.border.checked = !look.open;
         this.showSelection();
-        this.showColors();
-        this.showLayers();
+        this.looks.show();
         setText(this.playButton, playing ? "Pause" : "Play");
         if (this.playButton.getAttribute("aria-pressed") !== String(playing)) {
             this.playButton.setAttribute("aria-pressed", playing);
@@ -379,9 +244,10 @@ class Panel {
         const { isWhole } = this.viewer;
         if (isWhole === this.isWhole) return;
         this.isWhole = isWhole;
-        const [low, high] = (this.viewer.about.first ?? []).map((c) => shownIsovalue(c, this.viewer.high - this.viewer.low));
+        const [low, high] = this.viewer.there.map((c) => shownIsovalue(c, this.viewer.high - this.viewer.low));
         this.loading.textContent = low === high ? "Loading the other isovalues…" : `Isovalues ${low} to ${high} are there; loading the others…`;
         this.loading.hidden = isWhole;
+        this.slider.style.cssText = isWhole ? "" : ["--from", "--to"].map((end, i) => `${end}:${this.share(this.viewer.there[i])}%`).join(";");
         for (const button of document.querySelectorAll("[data-format], #film")) button.disabled = !isWhole;
     }
 

@@ -15,6 +15,12 @@ class Chunks {
         return Math.max(this.about.chunks.findLastIndex(({ from }) => from <= isovalue), 0);
     }
 
+    /** Between which isovalues a file's are. */
+    ends(number) {
+        const { from, to } = this.about.chunks[number];
+        return [from, to];
+    }
+
     /** The spectrum in a file: fetched once, as long as it is one of the last. */
     get(number) {
         const known = this.kept.get(number) ?? this.fetched(this.about.chunks[number].file);
@@ -35,11 +41,20 @@ class Chunks {
 
 /** A viewer of the isovalues that are there, which fetches others when they are wanted. */
 class SplitViewer extends Viewer {
+    setIsovalue(isovalue) {
+        super.setIsovalue(isovalue);
+        this.isWhole = this.isovalue === this.wanted;
+    }
+
+    /** All: those of the next file are wanted at the end of one. */
+    reach() {
+        return [this.low, this.high];
+    }
+
     update() {
-        this.isWhole = this.isovalue === this.nearestThere();
         // What was not to be had is asked for again once something else was shown.
         if (this.isWhole) this.missed = null;
-        else this.fetch(this.chunks.at(this.isovalue));
+        else this.fetch(this.chunks.at(this.wanted));
         super.update();
     }
 
@@ -49,11 +64,7 @@ class SplitViewer extends Viewer {
         try {
             const spectrum = await this.chunks.get(number);
             // Others may be wanted by now.
-            if (number === this.chunks.at(this.isovalue)) {
-                const { from, to } = this.about.chunks[number];
-                this.about.first = [from, to];
-                await this.takeWhole(spectrum);
-            }
+            if (number === this.chunks.at(this.wanted)) await this.takeWhole(spectrum, this.chunks.ends(number));
             if (number === this.fetching) this.fetching = null;
             this.request();
         } catch (error) {
@@ -72,10 +83,10 @@ async function start(script) {
     const first = taken("first");
     const chunks = new Chunks(about, script);
     const number = chunks.at(about.isovalue);
-    if (!first) about.first = [about.chunks[number].from, about.chunks[number].to];
     const viewer = new SplitViewer(first ? await unpacked(first, about) : await chunks.get(number), about);
     viewer.chunks = chunks;
     applyAddress(viewer);
+    viewer.limit(first ? about.first : chunks.ends(number), true);
     const renderer = await opening;
     if (!renderer) {
         await parsed();

@@ -22,9 +22,9 @@ async function start(script) {
     let viewer = null;
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
-        viewer.isWhole = false;
+        viewer.limit(about.first, false);
         // What comes first is around the isovalue the page opens at.
-        if (viewer.isovalue !== viewer.nearestThere()) viewer = null;
+        if (viewer.isovalue !== viewer.wanted) viewer = null;
     }
     const renderer = await opening;
     if (!renderer) {

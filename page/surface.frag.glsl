@@ -13,6 +13,8 @@ uniform bool mirrored;
 /// Whether all lines of sight have the direction of the eye frame's z axis.
 uniform bool parallel;
 uniform int palette;
+/// Where the main light is.
+uniform int lamp;
 /// Linear colours of the map, evenly spaced.
 uniform vec4 map[33];
 
@@ -40,8 +42,10 @@ float saturate(float x) {
 }
 
 vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
-    vec3 key = normalize(vec3(-0.45, 0.65, 0.70));
-    vec3 fill = normalize(vec3(0.85, 0.05, 0.45));
+    vec3 lamps[6] = vec3[6](vec3(-0.45, 0.65, 0.70), vec3(0.0, 0.0, 1.0), vec3(-1.0, 0.1, 0.3), vec3(1.0, 0.1, 0.3),
+        vec3(0.0, 1.0, 0.3), vec3(0.0, -1.0, 0.3));
+    vec3 key = normalize(lamps[lamp]);
+    vec3 fill = normalize(vec3(lamps[lamp].x > 0.0 ? -0.85 : 0.85, 0.05, 0.45));
     float above = 0.5 + 0.5 * n.y;
     vec3 ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
     float wrap = 0.2;

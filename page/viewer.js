@@ -1,55 +1,12 @@
-// What is seen and what draws it: isovalue, view, look, sweep. Every change only says what is wanted; a
-// picture is drawn when there is something new to show, and shows the latest of it.
+// Draws what is seen, and tells what is drawn: a picture is drawn when there is something new to show, and shows the latest of it.
 
-/** The sweep that "Play" shows takes this long from end to end, seconds. */
-const SWEEP_SECONDS = 12;
-/** Where motion is unwelcome, a sweep goes in so many steps, each so long, milliseconds. */
-const REDUCED_STEPS = 24;
-const REDUCED_PAUSE = 700;
 /** How long nothing may change before measures and address follow, milliseconds. */
 const REST = 250;
 
 /** How many lost devices are replaced. */
 const MOST_LOST = 3;
 
-/** Linear colours behind the surface; those of src/render.rs. */
-const BACKGROUNDS = { white: [1, 1, 1], light: [0.82, 0.83, 0.85], dark: [0.012, 0.013, 0.016] };
-
-class Viewer {
-    constructor(spectrum, about) {
-        this.spectrum = spectrum;
-        this.about = about;
-        [this.low, this.high] = spectrum.info.range;
-        this.isovalue = Math.min(Math.max(about.isovalue, this.low), this.high);
-        this.query = new Query(spectrum, about.step);
-        this.selection = new Selection(about.keep);
-        this.saves = new Saves(this);
-        // Until the whole spectrum is there, only isovalues around the first one are.
-        this.isWhole = true;
-        this.view = { ...FIRST_VIEW, ...about.view };
-        // Whether the next picture is to fit the surface; where the address says how to look, it does not.
-        this.isFitWanted = true;
-        this.look = {
-            wireframe: about.look.wireframe, open: about.open, axes: Boolean(about.axes), orthographic: about.orthographic,
-            occlusion: about.look.occlusion, background: about.look.background ?? "auto", clip: about.look.clip,
-        };
-        // Other isosurfaces beside that of the slider: { isovalue, front (six digits), opacity }.
-        this.opacity = about.look.opacity;
-        this.extras = about.look.also.map((extra) => ({ ...extra }));
-        // What the colours show, and how.
-        this.coloring = { color: "none", map: null, low: null, high: null, front: about.look.front, version: 0, ...about.color };
-        this.selection.isColoured = this.coloring.color === "component";
-        this.firstView = { ...FIRST_VIEW, ...about.view };
-        this.speed = 1;
-        this.measuredPoints = [];
-        this.playing = false;
-        this.darkness = window.matchMedia("(prefers-color-scheme: dark)");
-        this.stillness = window.matchMedia("(prefers-reduced-motion: reduce)");
-        this.darkness.addEventListener("change", () => this.request());
-        // Pictures drawn, and what the last one took from input to done, for tests and the curious.
-        this.nPictures = 0;
-    }
-
+class Viewer extends Scene {
     /** Draws with a renderer, which takes the place of what was in the page. */
     async use(renderer) {
         await renderer.load(this.spectrum, this.about.step);
@@ -63,13 +20,13 @@ class Viewer {
         document.documentElement.dataset.renderer = renderer.name;
     }
 
-    /** Takes over the whole spectrum. */
-    async takeWhole(spectrum) {
+    /** Takes over a spectrum with more isovalues: the whole one, if those are not told. */
+    async takeWhole(spectrum, there = [this.low, this.high]) {
         this.spectrum = spectrum;
         this.query = new Query(spectrum, this.about.step);
         this.selection.forget();
-        this.isWhole = true;
         this.isListed = false;
+        this.limit(there, true);
         // The isosurfaces beside the first are to fit, too, unless the reader looks from elsewhere by now.
         if (this.extras.length > 0 && this.fitted === JSON.stringify(this.view)) {
             Object.assign(this.view, this.firstView);
@@ -97,50 +54,6 @@ class Viewer {
             await this.use(renderer);
             this.request();
         } else showStill("The graphics device was lost; reload the page to see it move again.");
-    }
-
-    setIsovalue(isovalue) {
-        this.isovalue = Math.min(Math.max(isovalue, this.low), this.high);
-        this.request();
-    }
-
-    /** Steps by a share of the range. */
-    stepIsovalue(share) {
-        this.setIsovalue(this.isovalue + share * (this.high - this.low));
-    }
-
-    setLook(look) {
-        // What lies as far as the point looked at keeps its size.
-        const sizes = look.orthographic !== undefined && this.canvas ? [this.projection().distance] : [];
-        Object.assign(this.look, look);
-        if (sizes.length > 0) this.view.distance *= sizes[0] / this.projection().distance;
-        this.request();
-    }
-
-    /** Looks from a side of the world, upright. */
-    lookFrom(side) {
-        this.setView(viewFrom(side, this.about.basis));
-    }
-
-    /** Changes what the colours show, and how. */
-    setColoring(changes) {
-        Object.assign(this.coloring, changes);
-        this.coloring.version++;
-        const isColoured = this.coloring.color === "component";
-        if (isColoured !== this.selection.isColoured) this.selection.set({ isColoured });
-        this.isListed = false;
-        this.request();
-    }
-
-    /** Whether there is what a colour shows. */
-    canShow(color) {
-        return Object.hasOwn(COLORS, color) && (color !== "field" || Boolean(this.about.field));
-    }
-
-    /** Changes which components are shown. */
-    select(changes) {
-        this.selection.set(changes);
-        this.request();
     }
 
     /** The point of the surface under a point of the picture, voxel frame; null beside it. */
@@ -183,87 +96,6 @@ class Viewer {
             const place = [...positions].map((x) => Number(x.toPrecision(5))).join(", ");
             this.panel.readOut(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
-    }
-
-    showAll() {
-        this.selection.showPicked();
-        this.select({ largest: null, minVolume: 0, minArea: 0 });
-    }
-
-    setView(view) {
-        Object.assign(this.view, view);
-        this.request();
-    }
-
-    rotate(azimuth, elevation) {
-        this.setView({
-            azimuth: (((this.view.azimuth + azimuth) % 360) + 360) % 360,
-            elevation: Math.min(Math.max(this.view.elevation + elevation, -90), 90),
-        });
-    }
-
-    /** Moves the volume by CSS pixels to the right and down. */
-    move(dx, dy) {
-        const { axes, distance } = this.projection();
-        const voxels = (2 * Math.tan(0.5 * FIELD_OF_VIEW) * distance) / this.canvas.clientHeight;
-        const { target } = this.view;
-        this.setView({
-            target: target.map((x, i) => x + voxels * (dy * axes[1][i] - dx * axes[0][i])),
-        });
-    }
-
-    /** Multiplies the distance. */
-    zoom(factor) {
-        const distance = Math.min(Math.max(this.view.distance * factor, NEAREST), FARTHEST);
-        this.setView({ distance });
-    }
-
-    /** Looks at the point of the mesh under a point of the picture; else at the middle. */
-    recentre(point) {
-        this.update();
-        const { volume } = this.spectrum.info;
-        const target = pointUnder(this.under(point), volume);
-        this.setView({ target: target ?? [0, 0, 0] });
-    }
-
-    /** Back to where the volume is seen from at first, as near as fits the surface that is shown. */
-    reset() {
-        this.play(false);
-        this.isFitWanted = true;
-        this.setView({ ...this.firstView });
-    }
-
-    projection([width, height] = [this.canvas.width, this.canvas.height]) {
-        return projectionOf(this.spectrum.info.volume, this.based(), width, height);
-    }
-
-    /** The view, what its angles count from, which the author chose, and whether sight is parallel. */
-    based() {
-        return { ...this.view, basis: this.about.basis, orthographic: this.look.orthographic };
-    }
-
-    /** Starts or stops the sweep through all isovalues, to and fro. */
-    play(playing) {
-        if (playing === this.playing) return;
-        this.playing = playing;
-        this.direction = this.isovalue < this.high ? 1 : -1;
-        this.lastTick = performance.now();
-        this.request();
-    }
-
-    tick(now) {
-        const elapsed = now - this.lastTick;
-        const isStill = this.stillness.matches;
-        if (!isStill || elapsed >= REDUCED_PAUSE) {
-            // After a pause (a hidden page) the sweep goes on where it was.
-            const share = isStill ? 1 / REDUCED_STEPS : (this.speed * Math.min(elapsed, 100)) / 1000 / SWEEP_SECONDS;
-            this.lastTick = now;
-            let next = this.isovalue + this.direction * share * (this.high - this.low);
-            if (next >= this.high || next <= this.low) this.direction = -this.direction;
-            next = Math.min(Math.max(next, this.low), this.high);
-            this.isovalue = next;
-        }
-        this.request();
     }
 
     /** Asks for a picture of what is wanted by then; any number of calls make one. */
@@ -339,26 +171,13 @@ class Viewer {
 
     /** Brings the mesh and the renderer's list of it to the isovalue. */
     update() {
-        const isovalue = this.isWhole ? this.isovalue : this.nearestThere();
         const started = performance.now();
         this.updateExtras();
-        if (!this.query.moveTo(isovalue, this.look.open, this.selection) && this.isListed) return;
+        if (!this.query.moveTo(this.isovalue, this.look.open, this.selection) && this.isListed) return;
         this.colour();
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
-    }
-
-    /** The isovalue nearest to the wanted one of those that are there before all others. */
-    nearestThere() {
-        const [low, high] = this.about.first;
-        return Math.min(Math.max(this.isovalue, low), high);
-    }
-
-    /** Shows other isosurfaces, too. */
-    setExtras(extras) {
-        this.extras = extras;
-        this.request();
     }
 
     /** Brings the other isosurfaces to what is wanted; they are there once all isovalues are. */
@@ -412,20 +231,6 @@ class Viewer {
         this.shown = { name: numbers.name, ends, map: maps[map ?? usual] };
     }
 
-    /** Whether what lies behind the surface is dark. */
-    isDark() {
-        const { background } = this.look;
-        return background === "dark" || (background === "auto" && this.darkness.matches);
-    }
-
-    looked(projection = this.projection()) {
-        const { background } = this.look;
-        const behind = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
-        const { clip } = this.look;
-        const plane = clip && planeOf(this.spectrum.info.volume, clip, projection);
-        return { ...this.look, background: behind, plane, pixelRatio: this.pixelRatio ?? 1 };
-    }
-
     /** Soon after the last change: what takes longer than a picture. */
     rest() {
         this.panel?.showMeasures({
@@ -448,8 +253,12 @@ class Viewer {
         return mesh;
     }
 
-    shownIsovalue() {
-        return shownIsovalue(this.isovalue, this.high - this.low);
+    /** Looks at the point of the mesh under a point of the picture; else at the middle. */
+    recentre(point) {
+        this.update();
+        const { volume } = this.spectrum.info;
+        const target = pointUnder(this.under(point), volume);
+        this.setView({ target: target ?? [0, 0, 0] });
     }
 
     state() {

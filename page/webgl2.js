@@ -256,6 +256,7 @@ class WebGl2Renderer {
         gl.uniform2fv(this.uniform(this.cap, "depth"), projection.depth);
         gl.uniform2fv(this.uniform(this.cap, "reach"), projection.reach);
         gl.uniform1i(this.uniform(this.cap, "parallel"), projection.isParallel ? 1 : 0);
+        gl.uniform1i(this.uniform(this.cap, "lamp"), look.lamp);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         gl.disable(gl.BLEND);
         gl.disable(gl.STENCIL_TEST);
@@ -285,6 +286,7 @@ class WebGl2Renderer {
         gl.uniform1f(at("wire_width"), look.wireframe ? look.pixelRatio : 0);
         gl.uniform1i(at("mirrored"), projection.mirrored ? 1 : 0);
         gl.uniform1i(at("parallel"), projection.isParallel ? 1 : 0);
+        gl.uniform1i(at("lamp"), look.lamp);
         if (program === this.cut) this.setCut(program, layer, look);
         this.tables.forEach(([name, texture], unit) => {
             gl.activeTexture(gl.TEXTURE0 + unit);

@@ -77,6 +77,7 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
     numbers[64] = look.wireframe ? look.pixelRatio : 0;
     words[65] = projection.mirrored ? 1 : 0;
     words[66] = projection.isParallel ? 1 : 0;
+    words[67] = look.lamp;
     return frame;
 }
 

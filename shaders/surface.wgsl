@@ -27,8 +27,8 @@ struct Frame {
     mirrored: u32,
     /// 1 where all lines of sight have the direction of the eye frame's z axis.
     parallel: u32,
-    /// Fills the structure.
-    unused: f32,
+    /// Where the main light is, one of `LAMPS`.
+    lamp: u32,
     /// Linear colours of the map, evenly spaced.
     map: array<vec4<f32>, 33>,
 }
@@ -71,6 +71,16 @@ const PLAIN: u32 = 0u;
 const MAP: u32 = 1u;
 const NAMES: u32 = 2u;
 const NORMALS: u32 = 3u;
+
+/// Where the main light may be, eye frame, in the order of `Light` in src/render/light.rs.
+const LAMPS = array(
+    vec3(-0.45, 0.65, 0.70),
+    vec3(0.0, 0.0, 1.0),
+    vec3(-1.0, 0.1, 0.3),
+    vec3(1.0, 0.1, 0.3),
+    vec3(0.0, 1.0, 0.3),
+    vec3(0.0, -1.0, 0.3),
+);
 
 /// Linear colour of what has no number; that of src/color.rs.
 const NO_VALUE = vec3(0.30, 0.30, 0.30);
@@ -234,11 +244,13 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     return lit;
 }
 
-/// Two soft lights fixed to the camera, light from all around that is brighter from above, a small
-/// highlight, and a slight rim.
+/// Two soft lights fixed to the camera, of which the reader places one and the other one fills in from the other side, light
+/// from all around that is brighter from above, a small highlight, and a slight rim.
 fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f32> {
-    let key = normalize(vec3(-0.45, 0.65, 0.70));
-    let fill = normalize(vec3(0.85, 0.05, 0.45));
+    var lamps = LAMPS;
+    let lamp = lamps[frame.lamp];
+    let key = normalize(lamp);
+    let fill = normalize(vec3(select(0.85, -0.85, lamp.x > 0.0), 0.05, 0.45));
     let above = 0.5 + 0.5 * normal.y;
     let ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
     // Wrapped a little around the edge of the shadow: a large light, not a point.

@@ -17,6 +17,8 @@
 //! `SPACE=` is read by 3D Slicer, which takes millimetres: those that a volume of a patient's space is in.
 
 mod glb;
+mod morph;
+mod nearest;
 mod obj;
 mod ply;
 mod stl;
@@ -27,6 +29,8 @@ mod weld;
 
 use std::io::{self, Write};
 use std::path::Path;
+
+pub use morph::{MOST_TARGETS, Morph, Shape, write_morph_to};
 
 pub use crate::mesh::{PlyMesh, parse_ply, read_ply};
 

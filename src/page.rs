@@ -21,6 +21,7 @@ mod field;
 mod first;
 mod knots;
 mod letters;
+mod names;
 mod part;
 mod script;
 mod split;
@@ -31,7 +32,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 
 use crate::color::{Color, End, Ends, Map, Sources, to_srgb};
 use crate::error::{Error, Result};
-use crate::render::{Background, Camera, Clip, Image, Memory, Surface, plain_color};
+use crate::render::{Background, Camera, Clip, Image, Light, Memory, Surface, plain_color};
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
 
@@ -96,6 +97,8 @@ pub struct Look {
     pub opacity: f32,
     /// A plane across an axis of the volume beyond which nothing is drawn.
     pub clip: Option<Clip>,
+    /// Where the main light is.
+    pub light: Light,
     /// What lies behind the surface; without it what the reader's page is like, light or dark.
     pub background: Option<Background>,
     /// Linear red, green and blue of the surface where it is plain; without it the usual colour.
@@ -111,6 +114,7 @@ impl Default for Look {
             wireframe: false,
             opacity: 1.0,
             clip: None,
+            light: Light::default(),
             background: None,
             front: None,
             also: Vec::new(),
@@ -138,6 +142,7 @@ impl Look {
             "wireframe": self.wireframe,
             "opacity": short(self.opacity),
             "clip": self.clip.map(|clip| clip_across(clip, spectrum)).transpose()?,
+            "light": self.light.name(),
             "background": self.background.map(Background::name),
             "front": self.front.map(code_of),
             "also": also.collect::<Result<Vec<_>>>()?,

@@ -29,6 +29,7 @@ mod edges;
 mod image;
 mod layer;
 mod layout;
+mod light;
 mod look;
 mod occlusion;
 mod painter;
@@ -45,6 +46,7 @@ pub use crate::gpu::Gpu;
 pub use axis::Axis;
 pub use camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
 pub use image::Image;
+pub use light::Light;
 pub use look::plain_color;
 pub use painter::Painter;
 pub use surface::{RESIDENT_BYTES, Renderer};
@@ -96,6 +98,8 @@ pub struct View {
     pub opacity: f32,
     /// Whether hollows are darker: of opaque surfaces, by what is seen around each point.
     pub occlusion: bool,
+    /// Where the main light is.
+    pub light: Light,
 }
 
 /// One of the isosurfaces of a picture.
@@ -159,6 +163,7 @@ impl Default for View {
             label: None,
             opacity: 1.0,
             occlusion: false,
+            light: Light::default(),
         }
     }
 }

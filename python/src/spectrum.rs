@@ -314,6 +314,7 @@ impl Spectrum {
                 background,
                 front: first.color,
                 also,
+                ..page::Look::default()
             };
             let color = sight.color(color_by.is_some())?;
             let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));

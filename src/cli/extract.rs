@@ -6,8 +6,8 @@ use clap::Args;
 use isospectrum::Error;
 use isospectrum::color::{Color, Parts, Sources};
 use isospectrum::export::{
-    Arrangement, Border, Colors, Format, Frame, Look, NO_COLORS, write_all_to, write_colored_to,
-    write_to,
+    Arrangement, Border, Colors, Format, Frame, Look, Morph, NO_COLORS, write_all_to,
+    write_colored_to, write_morph_to, write_to,
 };
 use isospectrum::render::{Surface, plain_color};
 use isospectrum::spectrum::{Query, Spectrum};
@@ -41,6 +41,10 @@ pub(super) struct Extract {
     /// twelve seconds
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
     sweep: Option<Sweep>,
+    /// With --sweep over a range without events: one mesh that follows the isosurface, its shapes at the N isovalues as morph
+    /// targets of a .glb (at most 33)
+    #[arg(long, conflicts_with_all = ["color", "color_by", "format", "json"])]
+    morph: bool,
     /// Mesh to write: .ply, .stl, .obj, .glb, .vtp, .3mf or .usda; - is stdout; of several isovalues a pattern such as
     /// mesh-%d.ply, numbered from 0, a .glb or .usda of all of them, or a .pvd, which lists .vtp beside it with the isovalue
     /// as their time
@@ -86,6 +90,9 @@ struct Several {
 /// How long a sweep in one file takes, seconds; as the page and the window play it.
 const SWEEP_SECONDS: f64 = 12.0;
 
+/// What is further from an isosurface than this is warned of, voxels.
+const FAR: f64 = 0.5;
+
 /// The list of a series of meshes as ParaView and PyVista read it: files beside it, with isovalues as their time.
 fn pvd(files: &[String], isovalues: &[f64]) -> String {
     let escaped = |text: &str| {
@@ -104,6 +111,9 @@ fn pvd(files: &[String], isovalues: &[f64]) -> String {
 
 impl Extract {
     pub(super) fn run(&self) -> anyhow::Result<()> {
+        if self.morph {
+            return self.write_morph();
+        }
         let series = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("pvd"));
         let format = if series { Format::Vtp } else { self.format()? };
         let n_isovalues = self.sweep.map_or(self.isovalue.len(), |sweep| sweep.n_frames() as usize);
@@ -268,6 +278,42 @@ impl Extract {
         let (n, bytes_told) = (written.len(), report::bytes(bytes));
         log::info!("{path}: {n} meshes of {n_triangles} triangles together, {bytes_told}");
         Ok((written, Some(bytes)))
+    }
+
+    /// Writes one mesh that follows the isosurface.
+    fn write_morph(&self) -> anyhow::Result<()> {
+        if Format::of_path(&self.output).ok() != Some(Format::Glb) {
+            let shown = self.output.display();
+            return Err(Error::Usage(format!("{shown}: expected a name that ends in .glb")).into());
+        }
+        if self.sweep.is_none() {
+            return Err(Error::Usage("--morph, expected --sweep with it".to_owned()).into());
+        }
+        let output = Output::open(&self.output, &[&self.spectrum])?;
+        let opened = Opened::open(&self.spectrum)?;
+        let isovalues: Vec<f64> =
+            self.surfaces(opened.told())?.iter().map(|surface| surface.isovalue).collect();
+        let spectrum = opened.around(&isovalues)?;
+        let keep = self.keep.of(&spectrum);
+        let morph = Morph::of(&spectrum, &isovalues, &keep, self.border.is_open(&spectrum))?;
+        let path = output.name();
+        let placement = &spectrum.volume().placement;
+        let bytes = output
+            .write(|file| write_morph_to(&morph, SWEEP_SECONDS, placement, file))
+            .map_err(|e| e.of_file(&self.spectrum))?;
+        log::info!(
+            "{path}: {} triangles and {} morph targets, {}; isosurfaces lie at most {} voxels beside it",
+            morph.mesh.triangles.len(),
+            morph.targets.len(),
+            report::bytes(bytes),
+            report::number(morph.farthest)
+        );
+        if morph.farthest > FAR {
+            log::warn!(
+                "{path}: what grows out between its vertices is not in it; a shorter range is followed better"
+            );
+        }
+        Ok(())
     }
 
     fn format(&self) -> isospectrum::Result<Format> {

@@ -9,7 +9,7 @@ use isospectrum::color::Sources;
 use isospectrum::file::PartFolder;
 use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
 use isospectrum::render::Gpu;
-use isospectrum::render::{Background, Image, Renderer, Surface, View};
+use isospectrum::render::{Background, Image, Light, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{Histogram, Statistics, Volume};
 use isospectrum::{Error, Result};
@@ -82,6 +82,9 @@ pub(super) struct Html {
     /// Darken hollows at first, by what is seen around each point: shows form where noise hides it
     #[arg(long)]
     occlusion: bool,
+    /// Where the main light is at first, as seen by who looks: upper-left, eye (no shadow), left, right, above or below
+    #[arg(long, value_name = "WHERE", default_value = "upper-left")]
+    light: Light,
     /// Draw the edges of the triangles at first
     #[arg(long)]
     wireframe: bool,
@@ -223,6 +226,7 @@ impl Html {
         let first = surfaces.next();
         let look = Look {
             occlusion: self.occlusion,
+            light: self.light,
             wireframe: self.wireframe,
             opacity: first.and_then(|surface| surface.opacity).unwrap_or(self.opacity as f32),
             clip: self.clip.map(|clip| clip.of(spectrum.volume())),
@@ -285,6 +289,7 @@ impl Html {
             map: self.color.color_map,
             ends: self.color.ends(),
             occlusion: look.occlusion,
+            light: look.light,
             wireframe: look.wireframe.then_some(1.0),
             clip: look.clip,
             opacity: look.opacity,

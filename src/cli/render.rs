@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 
 use isospectrum::render::Gpu;
-use isospectrum::render::{Background, Renderer, Surface, View};
+use isospectrum::render::{Background, Light, Renderer, Surface, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
 
@@ -76,6 +76,9 @@ pub(super) struct Render {
     /// Darken hollows, by what is seen around each point: shows form where noise hides it
     #[arg(long)]
     occlusion: bool,
+    /// Where the main light is, as seen by who looks: upper-left, eye (no shadow), left, right, above or below
+    #[arg(long, value_name = "WHERE", default_value = "upper-left")]
+    light: Light,
     /// Draw the edges of the triangles
     #[arg(long)]
     wireframe: bool,
@@ -269,6 +272,7 @@ impl Render {
             background: self.background,
             opacity: self.opacity as f32,
             occlusion: self.occlusion,
+            light: self.light,
             ..View::default()
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Parameters;
 use isospectrum::file::is_folder;
-use isospectrum::render::{Background, View as Look};
+use isospectrum::render::{Background, Light, View as Look};
 use isospectrum::spectrum::Keep;
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
@@ -45,6 +45,9 @@ pub(super) struct View {
     /// Darken hollows, by what is seen around each point: shows form where noise hides it
     #[arg(long)]
     occlusion: bool,
+    /// Where the main light is, as seen by who looks: upper-left, eye (no shadow), left, right, above or below
+    #[arg(long, value_name = "WHERE", default_value = "upper-left")]
+    light: Light,
     /// Draw the box of the volume, the axes of the world and a scale bar
     #[arg(long)]
     axes: bool,
@@ -104,6 +107,7 @@ impl View {
                 camera: self.camera.camera(),
                 wireframe: self.wireframe.then_some(1.0),
                 occlusion: self.occlusion,
+                light: self.light,
                 axes: self.axes,
                 scale_bar: self.axes,
                 color: self.color.shown(),

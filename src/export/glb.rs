@@ -1,4 +1,5 @@
-//! GLB: binary glTF 2.0: one mesh with its positions, normals and indices; or several, beside each other or as a flip-book.
+//! GLB: binary glTF 2.0: one mesh with its positions, normals and indices; or several, beside each other or as a flip-book; or
+//! one that changes its shape (`morph`).
 //!
 //! Positions are around the origin of the volume, which is the translation of the nodes: far away, 32-bit floats would
 //! lose the shape.
@@ -82,6 +83,45 @@ pub(super) fn write_all(
     file.write(more, writer)
 }
 
+/// Writes a mesh with the shapes that it takes, which it goes through in so many seconds, straight from one to the next; its own
+/// shape comes at place `base` among them.
+pub(super) fn write_morph(
+    placed: &Placed,
+    shapes: &[Placed],
+    base: usize,
+    seconds: f64,
+    writer: &mut dyn Write,
+) -> io::Result<()> {
+    let mut file = File::default();
+    let mesh = file.mesh(placed, None, None);
+    let targets: Vec<Value> = shapes.iter().map(|shape| file.target(placed, shape)).collect();
+    file.meshes[mesh]["primitives"][0]["targets"] = json!(targets);
+    let n = shapes.len();
+    // One weight for each shape at each time, all of them 0 where it is the mesh's own.
+    let weights = |time: usize| {
+        (0..=n).filter(move |&place| place != base).map(move |p| f32::from(u8::from(p == time)))
+    };
+    file.meshes[mesh]["weights"] = json!(weights(0).collect::<Vec<_>>());
+    let times: Vec<f32> = (0..=n).map(|i| (seconds * i as f64 / n as f64) as f32).collect();
+    let view = file.view(times.iter().flat_map(|t| t.to_le_bytes()), None, None);
+    let input = file.accessor(json!({
+        "bufferView": view, "componentType": FLOAT, "count": n + 1, "type": "SCALAR",
+        "min": [times[0]], "max": [times[n]],
+    }));
+    let all = (0..=n).flat_map(weights).flat_map(f32::to_le_bytes);
+    let view = file.view(all, None, None);
+    let output = file.accessor(json!({
+        "bufferView": view, "componentType": FLOAT, "count": n * (n + 1), "type": "SCALAR",
+    }));
+    file.nodes.push(node(&placed.placement, mesh));
+    let animation = json!({
+        "name": "sweep",
+        "channels": [{ "sampler": 0, "target": { "node": 0, "path": "weights" } }],
+        "samplers": [{ "input": input, "output": output, "interpolation": "LINEAR" }],
+    });
+    file.write(json!({ "animations": [animation] }), writer)
+}
+
 /// A file on its way.
 #[derive(Default)]
 struct File {
@@ -132,25 +172,9 @@ impl File {
         material: Option<Value>,
     ) -> usize {
         let mesh = &placed.mesh;
-        let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
-        let positions: Vec<[f32; 3]> = mesh.positions.iter().map(around).collect();
-        let (n, m) = (positions.len(), mesh.triangles.len());
-        let bound = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
-            let points = positions.iter().copied();
-            points.reduce(|a, b| std::array::from_fn(|i| pick(a[i], b[i]))).unwrap_or_default()
-        };
-        let (least, most) = (bound(f32::min), bound(f32::max));
-        let floats = |rows: &[[f32; 3]]| {
-            rows.iter().flatten().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>()
-        };
-        let view = self.view(floats(&positions).into_iter(), Some(12), Some(ATTRIBUTES));
-        let position = self.accessor(json!({
-            "bufferView": view, "componentType": FLOAT, "count": n, "type": "VEC3", "min": least, "max": most,
-        }));
-        let view = self.view(floats(&mesh.normals).into_iter(), Some(12), Some(ATTRIBUTES));
-        let normal = self.accessor(
-            json!({ "bufferView": view, "componentType": FLOAT, "count": n, "type": "VEC3" }),
-        );
+        let (n, m) = (mesh.positions.len(), mesh.triangles.len());
+        let position = self.vectors(&around_origin(placed), true);
+        let normal = self.vectors(&mesh.normals, false);
         let corners = mesh.triangles.iter().flatten().flat_map(|v| v.to_le_bytes());
         let view = self.view(corners, None, Some(CORNERS));
         let indices = self.accessor(json!({
@@ -179,6 +203,34 @@ impl File {
         }
         self.meshes.push(json!({ "primitives": [primitive] }));
         self.meshes.len() - 1
+    }
+
+    /// Adds three numbers for each vertex, with their bounds where they are `bounded`; the number of the accessor.
+    fn vectors(&mut self, rows: &[[f32; 3]], bounded: bool) -> usize {
+        let bytes = rows.iter().flatten().flat_map(|x| x.to_le_bytes());
+        let view = self.view(bytes, Some(12), Some(ATTRIBUTES));
+        let mut accessor = json!({
+            "bufferView": view, "componentType": FLOAT, "count": rows.len(), "type": "VEC3",
+        });
+        if bounded {
+            for (name, pick) in [("min", f32::min as fn(f32, f32) -> f32), ("max", f32::max)] {
+                let least = rows.iter().copied();
+                let bound = least.reduce(|a, b| std::array::from_fn(|i| pick(a[i], b[i])));
+                accessor[name] = json!(bound.unwrap_or_default());
+            }
+        }
+        self.accessor(accessor)
+    }
+
+    /// Adds a shape of a mesh: what is added to its positions and normals.
+    fn target(&mut self, placed: &Placed, shape: &Placed) -> Value {
+        let differences = |to: &[[f32; 3]], from: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            let pairs = to.iter().zip(from);
+            pairs.map(|(a, b)| std::array::from_fn(|i| a[i] - b[i])).collect()
+        };
+        let positions = differences(&around_origin(shape), &around_origin(placed));
+        let normals = differences(&shape.mesh.normals, &placed.mesh.normals);
+        json!({ "POSITION": self.vectors(&positions, true), "NORMAL": self.vectors(&normals, false) })
     }
 
     /// Shows a node as page `i` of `n` of a flip-book, each so many seconds.
@@ -278,6 +330,12 @@ impl File {
         }
         Ok(())
     }
+}
+
+/// Positions in the axes and the unit of the world.
+fn around_origin(placed: &Placed) -> Vec<[f32; 3]> {
+    let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
+    placed.mesh.positions.iter().map(around).collect()
 }
 
 /// How one of several surfaces looks; where colours show something they are seen as they are.

@@ -11,14 +11,18 @@ use crate::spectrum::{About, Knot, Patch, Query, Spectrum, Triangle};
 
 /// It takes at most this part of the whole spectrum's bytes, and so many bytes: what a page unpacks in a fraction of a second.
 const SMALLEST_PART: usize = 8;
-const MOST_BYTES: usize = 700_000;
+const MOST_BYTES: usize = 2_500_000;
 
 /// One isosurface alone may take this part of the whole spectrum's bytes: nothing smaller can be shown.
 const SMALLEST_PART_OF_ONE: usize = 4;
 
-/// The widest range that is tried is this part of the whole one; then it is halved so many times.
+/// The widest range that is tried is this part of the whole one; each further one is narrower by a factor, down to a thousandth.
 const WIDEST: f64 = 0.25;
-const HALVINGS: i32 = 8;
+const NARROWER: f64 = 0.7;
+const TRIES: i32 = 16;
+
+/// By their knots, narrow ranges are taken for larger than they are, by so much.
+const LARGER: f64 = 1.6;
 
 /// What is shown first.
 pub(super) struct First {
@@ -41,9 +45,9 @@ pub(super) fn first(
     let (low, high) = spectrum.range();
     let most = (whole / SMALLEST_PART).min(MOST_BYTES);
     // Numbers of another field stand at the knots of the whole, which a part cuts.
-    let halvings = if field.is_some() { 0..0 } else { 0..HALVINGS };
-    for halving in halvings {
-        let half = 0.5 * WIDEST * (high - low) * 0.5f64.powi(halving);
+    let tries = if field.is_some() { 0..0 } else { 0..TRIES };
+    for i in tries {
+        let half = 0.5 * WIDEST * (high - low) * NARROWER.powi(i);
         let range = ((isovalue - half).max(low), (isovalue + half).min(high));
         if range.0 >= range.1 {
             break;
@@ -52,7 +56,7 @@ pub(super) fn first(
         // Packing what is clearly too much takes time for nothing.
         let about =
             around.knots().len() as f64 / spectrum.knots().len().max(1) as f64 * whole as f64;
-        if about > 2.0 * most as f64 {
+        if about > LARGER * most as f64 {
             continue;
         }
         let (about, patch) = around.into_parts();

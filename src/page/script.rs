@@ -1,12 +1,14 @@
 //! The scripts of a page as one, without what who reads the page has no use for: comments, indentation, and spaces that part
 //! nothing.
 //!
-//! Names stay, and so do ends of lines behind which a statement may end: JavaScript puts semicolons there, and this knows no
-//! statements. Texts, templates and regular expressions stay as they are. `const` becomes the shorter `let`. A semicolon before a bracket that
+//! Names that are declared at the top become short (`names`), others stay, and so do ends of lines behind which a statement may
+//! end: JavaScript puts semicolons there, and this knows no statements. Texts, templates and regular expressions stay as they are. `const` becomes the shorter `let`. A semicolon before a bracket that
 //! ends a block goes; of a loop without a body, which no script has, nothing would be left that a browser reads.
 
+use super::names;
+
 /// The scripts, in the order in which they stand in the page; one subject each. One that begins comes last.
-const SCRIPTS: [&str; 31] = [
+const SCRIPTS: [&str; 34] = [
     include_str!("../../page/letters.js"),
     include_str!("../../page/file.js"),
     include_str!("../../page/connectivity.js"),
@@ -22,6 +24,7 @@ const SCRIPTS: [&str; 31] = [
     include_str!("../../page/occlusion.js"),
     include_str!("../../page/webgpu.js"),
     include_str!("../../page/webgl2.js"),
+    include_str!("../../page/elements.js"),
     include_str!("../../page/plot.js"),
     include_str!("../../page/overlay.js"),
     include_str!("../../page/cube.js"),
@@ -32,8 +35,10 @@ const SCRIPTS: [&str; 31] = [
     include_str!("../../page/saves.js"),
     include_str!("../../page/isovalue.js"),
     include_str!("../../page/hand.js"),
+    include_str!("../../page/look_panel.js"),
     include_str!("../../page/panel.js"),
     include_str!("../../page/embed.js"),
+    include_str!("../../page/scene.js"),
     include_str!("../../page/viewer.js"),
     include_str!("../../page/address.js"),
     include_str!("../../page/decode.js"),
@@ -58,7 +63,7 @@ pub(super) fn of_split() -> String {
 
 fn joined(last: &str) -> String {
     let mut script = String::from("(()=>{\"use strict\";");
-    script.push_str(&shortened(&[&SCRIPTS.concat(), last].concat()));
+    script.push_str(&names::shortened(&shortened(&[&SCRIPTS.concat(), last].concat())));
     script.push_str("})();\n");
     script
 }
@@ -84,11 +89,7 @@ fn shortened(script: &str) -> String {
                 gap = gap.or(Some(' '));
                 continue;
             }
-            '"' | '\'' => quoted(rest, c),
-            '`' => template(rest),
-            '/' if begins_expression(&shorter) => regular_expression(rest),
-            _ if is_of_name(c) => rest.find(|c| !is_of_name(c)).unwrap_or(rest.len()),
-            _ => c.len_utf8(),
+            _ => length_of_piece(&shorter, rest),
         };
         shorter.extend(gap.take().filter(|&gap| is_needed(gap, &shorter, c)));
         if c == '}' && shorter.ends_with(';') {
@@ -100,7 +101,18 @@ fn shortened(script: &str) -> String {
     shorter
 }
 
-fn is_of_name(c: char) -> bool {
+/// Bytes of the name, literal or character at the start of `rest`, which is not empty; `before` is the script up to there.
+pub(super) fn length_of_piece(before: &str, rest: &str) -> usize {
+    match rest.chars().next() {
+        Some(mark @ ('"' | '\'')) => quoted(rest, mark),
+        Some('`') => template(rest),
+        Some('/') if begins_expression(before) => regular_expression(rest),
+        Some(c) if is_of_name(c) => rest.find(|c| !is_of_name(c)).unwrap_or(rest.len()),
+        c => c.map_or(0, char::len_utf8),
+    }
+}
+
+pub(super) fn is_of_name(c: char) -> bool {
     c.is_alphanumeric() || c == '_' || c == '$'
 }
 

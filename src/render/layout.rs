@@ -22,7 +22,7 @@ pub(super) struct Frame {
     pub(super) wire_width: f32,
     pub(super) mirrored: u32,
     pub(super) parallel: u32,
-    pub(super) unused: f32,
+    pub(super) lamp: u32,
     pub(super) map: [[f32; 4]; N_STOPS],
 }
 
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(
             fields(&module, "Frame"),
             layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
-                rank palette wire_width mirrored parallel unused map)
+                rank palette wire_width mirrored parallel lamp map)
         );
         assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z));
         assert_eq!(

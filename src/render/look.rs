@@ -65,7 +65,7 @@ pub(super) fn frame(
         wire_width: view.wireframe.unwrap_or(0.0),
         mirrored: u32::from(projection.mirrored),
         parallel: u32::from(projection.parallel),
-        unused: 0.0,
+        lamp: view.light as u32,
         map: map.linear_stops().map(|[r, g, b]| [r, g, b, 1.0]),
     }
 }

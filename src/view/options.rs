@@ -7,7 +7,7 @@ use super::chooser;
 use super::scene::Scene;
 use super::typed;
 use crate::color::{Map, Scale, to_srgb};
-use crate::render::{Background, Clip, Color, View};
+use crate::render::{Background, Clip, Color, Light, View};
 
 /// What a button asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +91,11 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         let mut is_parallel = view.camera.orthographic;
         if ui.checkbox(&mut is_parallel, "parallel projection").changed() {
             view.set_orthographic(scene.spectrum.volume(), is_parallel);
+        }
+    });
+    ComboBox::from_label("light").selected_text(view.light.name()).show_ui(ui, |ui| {
+        for light in Light::ALL {
+            ui.selectable_value(&mut view.light, light, light.name());
         }
     });
 }

@@ -1,0 +1,130 @@
+// The controls of how the surface looks: colours, a plane that cuts, opacity, and other isosurfaces.
+
+/** Other isosurfaces that can be shown at once, and the colours that they have at first. */
+const MOST_EXTRAS = 6;
+const EXTRA_COLORS = ["d9a46c", "5fae84", "d184b4", "e0c95a", "c8503c", "8c7ac2"];
+
+/** What of the look is one of several. */
+const CHOICES = ["background", "light"];
+
+/** Colours and layers. */
+class LookPanel {
+    /** The panel says what is wrong with what is typed. */
+    constructor(viewer, { message, samples }) {
+        Object.assign(this, { viewer, message, samples });
+        this.useColors();
+        this.useLayers();
+    }
+
+    /** Shows what the viewer does. */
+    show() {
+        this.showColors();
+        this.showLayers();
+    }
+
+    /** What colours, and how. */
+    useColors() {
+        const { viewer } = this;
+        const { maps, field } = viewer.about;
+        this.color = byId("color");
+        for (const [name, shown] of Object.entries(COLORS)) {
+            if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
+        }
+        on(this.color, "change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
+        this.map = byId("map");
+        for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
+        on(this.map, "change", () => viewer.setColoring({ map: this.map.value || null }));
+        this.scale = byId("scale");
+        on(this.scale, "change", () => {
+            const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
+            const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
+            this.scale.setAttribute("aria-invalid", !isScale);
+            this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
+            if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
+        });
+        this.front = byId("front");
+        on(this.front, "input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
+        for (const name of CHOICES) on(name, "change", () => viewer.setLook({ [name]: byId(name).value }));
+    }
+
+    showColors() {
+        const { coloring, look } = this.viewer;
+        const { color, map, low, high, front } = coloring;
+        this.color.value = color;
+        this.map.value = map ?? "";
+        const hasScale = color !== "none" && color !== "component";
+        for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
+        this.front.parentElement.hidden = color !== "none";
+        if (front) this.front.value = `#${front}`;
+        if (document.activeElement !== this.scale) this.scale.value = low === null ? "" : `${low}:${high}`;
+        for (const name of CHOICES) byId(name).value = look[name];
+    }
+
+    /** A plane that cuts, opacity, and other isosurfaces. */
+    useLayers() {
+        const { viewer } = this;
+        this.clip = byId("clip");
+        this.clipShare = byId("clip-share");
+        this.clipTurned = byId("clip-turned");
+        const clip = () => {
+            const axis = "xyz".indexOf(this.clip.value);
+            const share = Number(this.clipShare.value);
+            viewer.setLook({ clip: this.clip.value ? { axis, share, turned: this.clipTurned.checked } : null });
+        };
+        for (const control of [this.clip, this.clipShare, this.clipTurned]) on(control, "input", clip);
+        this.opacity = byId("opacity");
+        on(this.opacity, "input", () => {
+            viewer.opacity = Number(this.opacity.value);
+            viewer.request();
+        });
+        this.also = byId("also");
+        on("add-isovalue", "click", () => {
+            const front = EXTRA_COLORS[viewer.extras.length % EXTRA_COLORS.length];
+            if (viewer.extras.length < MOST_EXTRAS) {
+                viewer.setExtras([...viewer.extras, { isovalue: viewer.isovalue, front, opacity: 0.4 }]);
+            }
+        });
+    }
+
+    showLayers() {
+        const { clip } = this.viewer.look;
+        this.clip.value = clip ? "xyz"[clip.axis] : "";
+        for (const control of [this.clipShare, this.clipTurned]) control.parentElement.hidden = !clip;
+        if (clip) [this.clipShare.value, this.clipTurned.checked] = [clip.share, clip.turned];
+        this.opacity.value = this.viewer.opacity;
+        const { extras } = this.viewer;
+        if (extras === this.shownExtras) return;
+        this.shownExtras = extras;
+        this.also.replaceChildren(...extras.map((extra) => this.extraRow(extra)));
+    }
+
+    /** The controls of another isosurface. */
+    extraRow(extra) {
+        const { viewer } = this;
+        const { low, high } = viewer;
+        const name = shownIsovalue(extra.isovalue, high - low);
+        const control = (type, label, value, change, rest) => {
+            const input = Object.assign(document.createElement("input"), { type, ariaLabel: `${label} of isovalue ${name}`, ...rest, value });
+            on(input, type === "text" ? "change" : "input", () => {
+                change(input.value, input);
+                viewer.request();
+            });
+            return input;
+        };
+        const remove = Object.assign(document.createElement("button"), { type: "button", textContent: "×", ariaLabel: `Remove isovalue ${name}` });
+        on(remove, "click", () => viewer.setExtras(viewer.extras.filter((other) => other !== extra)));
+        const row = Object.assign(document.createElement("span"), { className: "group" });
+        row.append(
+            control("text", "Value", name, (text, input) => {
+                const { isovalue, problem } = isovalueOfText(text, low, high, this.samples);
+                input.setAttribute("aria-invalid", Boolean(problem));
+                this.message.textContent = problem ?? "";
+                if (!problem) extra.isovalue = isovalue;
+            }),
+            control("color", "Colour", `#${extra.front}`, (value) => { extra.front = value.slice(1); }),
+            control("range", "Opacity", extra.opacity, (value) => { extra.opacity = Number(value); }, { min: 0.05, max: 1, step: 0.05 }),
+            remove,
+        );
+        return row;
+    }
+}

@@ -1,0 +1,58 @@
+//! Where the main light of a picture is.
+
+use crate::error::{Error, Result};
+
+/// Where the main light is, as seen by who looks; a fainter one fills in from the other side. The numbers are those of `LAMPS`
+/// in `shaders/surface.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+#[repr(u32)]
+pub enum Light {
+    /// Above, on the left, in front.
+    #[default]
+    UpperLeft,
+    /// Where the eye is: no shadow, as in a photograph with a flash.
+    Eye,
+    /// On the left: raking light, which shows relief across.
+    Left,
+    /// On the right.
+    Right,
+    /// Above.
+    Above,
+    /// Below.
+    Below,
+}
+
+impl Light {
+    /// Every place, in the order of the documentation.
+    pub const ALL: [Light; 6] =
+        [Light::UpperLeft, Light::Eye, Light::Left, Light::Right, Light::Above, Light::Below];
+
+    /// The name as flags spell it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Light::UpperLeft => "upper-left",
+            Light::Eye => "eye",
+            Light::Left => "left",
+            Light::Right => "right",
+            Light::Above => "above",
+            Light::Below => "below",
+        }
+    }
+}
+
+impl std::str::FromStr for Light {
+    type Err = Error;
+
+    /// Reads the name as flags spell it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for any other text.
+    fn from_str(text: &str) -> Result<Self> {
+        Light::ALL.into_iter().find(|light| light.name() == text).ok_or_else(|| {
+            let names = Light::ALL.map(Light::name).join(", ");
+            Error::Usage(format!("light '{text}', expected one of {names}"))
+        })
+    }
+}

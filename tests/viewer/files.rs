@@ -1,0 +1,115 @@
+//! What is opened, computed and saved.
+
+use std::io::Read as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use super::program::{self, Folder};
+use super::server::{Server, wait_for};
+use super::window::Window;
+
+/// Where the button that closes one of several spectra is, from the top left of the window.
+const CLOSE: (i32, i32) = (591, 566);
+
+#[test]
+fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    folder.run(&["compute", "--phantom", "torus:10", "--backend", "cpu", "-o", "torus.isp"]);
+    let window = Window::open_titled(&server, &folder, &[], "isospectrum");
+    let (width, screen) = server.screen();
+    // Letters are dark on light: the empty window can be read.
+    let row = |y: usize| &screen[y * width + 300..y * width + 900];
+    let light = (150..600).flat_map(row).filter(|p| p[0] > 200).count();
+    assert!(light > 450 * 600 * 8 / 10, "{light} pixels are light");
+
+    let open = |name: &str| {
+        window.input("key ctrl+o");
+        window.input(&format!("type --delay 60 {name}"));
+        window.input("key Return");
+        wait_for(name, || window.title().starts_with(name).then_some(()));
+    };
+    open("s.isp");
+    window.type_isovalue("0.2");
+    window.wait_for_isovalue(|c| c == 0.2);
+    window.point(400, 250);
+    window.input("key ctrl+s");
+    window.input("key ctrl+a");
+    window.input("type --delay 60 mine.ply");
+    window.input("key Return");
+    wait_for("the mesh", || folder.names().contains(&"mine.ply".to_owned()).then_some(()));
+    folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
+    assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is what extract writes");
+    // What cannot be saved is told, and the dialog stays until Escape.
+    window.input("key ctrl+s");
+    window.input("key ctrl+a");
+    window.input("type --delay 60 mine.doc");
+    window.input("key Return");
+    window.input("key Escape");
+    assert!(!folder.names().contains(&"mine.doc".to_owned()));
+
+    open("torus.isp");
+    // The list of what is open is behind the buttons; closing shows the one before, as it was.
+    window.click(CLOSE.0, CLOSE.1);
+    wait_for("the first one", || window.title().starts_with("s.isp").then_some(()));
+    assert_eq!(window.seen().0, 0.2);
+}
+
+#[test]
+fn a_computation_can_be_cancelled() {
+    let server = Server::start();
+    let folder = Folder::new();
+    let window = Window::open_titled(&server, &folder, &["--phantom", "noise:64"], "working");
+    window.click(400, 80);
+    wait_for("nothing", || (window.title() == "isospectrum").then_some(()));
+    window.input("key h");
+    assert_eq!(window.title(), "isospectrum");
+}
+
+#[test]
+fn a_volume_is_computed_and_shown() {
+    let server = Server::start();
+    let folder = Folder::new();
+    let window = Window::open(&server, &folder, &["--phantom", "sphere:12"]);
+    window.wait_for_isovalue(|c| (0.0..0.2).contains(&c));
+    assert!(window.seen().1 > 100, "{}", window.title());
+    // Its samples are known.
+    window.type_isovalue("p50");
+    let median = window.wait_for_isovalue(|c| !(0.05..0.06).contains(&c));
+    assert!((-0.5..0.5).contains(&median), "{median}");
+}
+
+#[test]
+fn what_cannot_be_shown_is_one_line() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let mut damaged = folder.read("s.isp");
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    folder.write("damaged.isp", &damaged);
+    folder.write("volume_2x2x2_uint8.raw", &[1, 2, 3]);
+    let run = |display: Option<&str>, arguments: &[&str]| {
+        let mut command = Command::new(program::path());
+        command.arg("view").args(arguments).current_dir(folder.path());
+        command.env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").stderr(Stdio::piped());
+        display.map(|display| command.env("DISPLAY", display));
+        let mut process = command.spawn().expect("the program");
+        let mut text = String::new();
+        process.stderr.take().expect("a pipe").read_to_string(&mut text).expect("text");
+        (process.wait().expect("a state").code(), text)
+    };
+    let cases: [(Option<&str>, &[&str], i32, &str); 5] = [
+        (Some(&server.display), &["damaged.isp"], 3, "damaged.isp: "),
+        (Some(&server.display), &["nothing.isp"], 3, "nothing.isp: "),
+        (Some(&server.display), &["volume_2x2x2_uint8.raw"], 3, "volume_2x2x2_uint8.raw: "),
+        (Some(&server.display), &["s.isp", "-c", "7"], 4, "isovalue 7 lies outside"),
+        (None, &["s.isp"], 1, "no window: "),
+    ];
+    for (display, arguments, code, words) in cases {
+        let (found, text) = run(display, arguments);
+        assert_eq!(found, Some(code), "{arguments:?}: {text}");
+        assert_eq!(text.lines().count(), 1, "{arguments:?}: {text}");
+        assert!(text.contains(words), "{arguments:?}: {text}");
+    }
+    assert!(Path::new(folder.path()).join("s.isp").exists());
+}

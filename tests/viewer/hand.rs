@@ -1,0 +1,111 @@
+//! What mouse and keys do to the surface, and how it is undone.
+
+use std::thread::sleep;
+
+use super::program::Folder;
+use super::server::{BREATH, Server};
+use super::window::Window;
+
+#[test]
+fn the_hand_moves_the_surface() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.5"]);
+    window.point(400, 250);
+    let first = window.picture();
+    let changes = |what: &str| {
+        let picture = window.picture();
+        assert!(picture.difference(&first) > 0.01, "{what} changes the picture");
+        window.input("key r");
+        let back = window.picture().difference(&first);
+        assert_eq!(back, 0.0, "R brings the first view back after {what}");
+    };
+    // The sphere is not quite round, so that turning it is seen; its edges show it better.
+    window.input("key w");
+    let edges = window.picture();
+    assert!(edges.difference(&first) > 0.01, "W draws edges");
+    window.drag(1, (300, 200), (420, 260));
+    assert!(window.picture().difference(&edges) > 0.01, "the left button turns");
+    window.input("key w");
+    window.input("key r");
+    window.drag(3, (300, 200), (420, 260));
+    changes("moving by the right button");
+    window.drag(2, (300, 200), (250, 300));
+    changes("moving by the middle button");
+    window.point(400, 250);
+    window.input("keydown ctrl");
+    window.input("click 4");
+    window.input("keyup ctrl");
+    let covered = window.picture().covered();
+    assert!(covered > 1.02 * first.covered(), "Ctrl and the wheel zoom in: {covered}");
+    changes("zooming");
+    // A point beside the middle comes to the middle.
+    window.point(440, 280);
+    window.input("click --repeat 2 --delay 80 1");
+    changes("a double click");
+}
+
+#[test]
+fn wheel_and_keys_step_through_isovalues() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.5"]);
+    let near = |wanted: f64| move |c: f64| (c - wanted).abs() < 1e-6;
+    window.point(400, 250);
+    // The range is -0.77 to 0.88: steps are 0.01, fine ones a tenth of that.
+    window.input("key Right");
+    window.wait_for_isovalue(near(0.51));
+    window.input("key Left");
+    window.input("key Left");
+    window.wait_for_isovalue(near(0.49));
+    window.input("key shift+Right");
+    window.wait_for_isovalue(near(0.491));
+    // Where a pointer has no scroll axes, winit reports a notch at the press and at the release.
+    window.input("click 4");
+    let up = window.wait_for_isovalue(|c| c > 0.4999 - 0.001);
+    assert!(near(0.5)(up) || near(0.51)(up), "{up}");
+    window.input("click 5");
+    let down = window.wait_for_isovalue(|c| c < up);
+    assert!((up - down - 0.01).abs() < 1e-6 || (up - down - 0.02).abs() < 1e-6, "{up} {down}");
+    window.input("key space");
+    let played = window.wait_for_isovalue(|c| (c - down).abs() > 0.01);
+    window.input("key space");
+    sleep(BREATH);
+    let (stopped, _) = window.seen();
+    sleep(3 * BREATH);
+    assert_eq!(window.seen().0, stopped, "Space stops what it started at {played}");
+    // In the middle of the slider lies the middle of the range.
+    window.point(500, 650);
+    window.input("click 1");
+    window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
+    // What cannot be understood changes nothing.
+    window.type_isovalue("2");
+    window.type_isovalue("p5x");
+    window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
+}
+
+#[test]
+fn views_are_undone_and_done_again() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--wireframe"]);
+    window.point(400, 250);
+    let first = window.picture();
+    window.drag(1, (300, 200), (420, 260));
+    sleep(3 * BREATH);
+    let second = window.picture();
+    window.drag(1, (300, 200), (340, 300));
+    sleep(3 * BREATH);
+    let third = window.picture();
+    assert!(first.difference(&second) > 0.01 && second.difference(&third) > 0.01);
+    for (keys, wanted) in [
+        ("ctrl+z", &second),
+        ("ctrl+z", &first),
+        ("ctrl+z", &first),
+        ("ctrl+y", &second),
+        ("ctrl+shift+z", &third),
+    ] {
+        window.input(&format!("key {keys}"));
+        assert_eq!(window.picture().difference(wanted), 0.0, "{keys}");
+    }
+}

@@ -1,0 +1,171 @@
+//! A window on the server: what it is told, and what it shows.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::process::{Child, Command};
+use std::thread::sleep;
+
+use super::program::{self, Folder};
+use super::server::{BREATH, Server, wait_for};
+
+/// Channels of a pixel may differ by this much between two ways to the same picture: rounding once.
+const SAME: u8 = 1;
+
+/// Share of pixels that may differ more: where two triangles are equally far, the first one drawn is
+/// seen, and a window draws in the order in which triangles came to life.
+pub(crate) const TIES: f64 = 1e-3;
+
+/// A window on the server.
+pub(crate) struct Window<'a> {
+    server: &'a Server,
+    folder: &'a Folder,
+    process: Child,
+    pub(crate) id: String,
+}
+
+impl<'a> Window<'a> {
+    pub(crate) fn open(server: &'a Server, folder: &'a Folder, arguments: &[&str]) -> Self {
+        Self::open_titled(server, folder, arguments, "isovalue")
+    }
+
+    /// Opens a window and waits until its title has a word.
+    pub(crate) fn open_titled(
+        server: &'a Server,
+        folder: &'a Folder,
+        arguments: &[&str],
+        word: &str,
+    ) -> Self {
+        let process = Command::new(program::path())
+            .args(["-q", "view", "--size", "1000x700"])
+            .args(arguments)
+            .current_dir(folder.path())
+            .env("DISPLAY", &server.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .spawn()
+            .expect("the program");
+        let mut window = Window { server, folder, process, id: String::new() };
+        window.id = wait_for("a window", || {
+            if let Some(status) = window.process.try_wait().expect("a state") {
+                panic!("the window ended: {status}");
+            }
+            // One that is not seen yet takes no focus.
+            let found = server.xdotool(&format!("search --onlyvisible --name {word}"));
+            found.lines().next().map(str::to_owned)
+        });
+        // What a window manager does with a new window; there is none.
+        window.input(&format!("windowfocus --sync {}", window.id));
+        window
+    }
+
+    pub(crate) fn title(&self) -> String {
+        self.server.xdotool(&format!("getwindowname {}", self.id))
+    }
+
+    /// The isovalue and the number of triangles that the title tells.
+    pub(crate) fn seen(&self) -> (f64, usize) {
+        let title = self.title();
+        let part = |name: &str, skip: usize| {
+            let words: Vec<&str> = title.split_whitespace().collect();
+            let at = words.iter().position(|w| *w == name).unwrap_or_else(|| panic!("{title}"));
+            words[(at + skip) - 1].to_owned()
+        };
+        let isovalue = part("isovalue", 2).parse().unwrap_or_else(|_| panic!("{title}"));
+        (isovalue, part("triangles", 0).parse().unwrap_or_else(|_| panic!("{title}")))
+    }
+
+    pub(crate) fn wait_for_isovalue(&self, is_it: impl Fn(f64) -> bool) -> f64 {
+        wait_for(&format!("an isovalue, not {}", self.title()), || {
+            Some(self.seen().0).filter(|&c| is_it(c))
+        })
+    }
+
+    /// Moves the pointer, from the top left of the window.
+    pub(crate) fn point(&self, x: i32, y: i32) {
+        self.server.xdotool(&format!("mousemove --window {} {x} {y}", self.id));
+        sleep(BREATH);
+    }
+
+    pub(crate) fn input(&self, arguments: &str) {
+        self.server.xdotool(arguments);
+        sleep(BREATH);
+    }
+
+    pub(crate) fn drag(&self, button: u32, from: (i32, i32), to: (i32, i32)) {
+        self.point(from.0, from.1);
+        self.input(&format!("mousedown {button}"));
+        self.point((from.0 + to.0) / 2, (from.1 + to.1) / 2);
+        self.point(to.0, to.1);
+        self.input(&format!("mouseup {button}"));
+    }
+
+    /// Clicks on a point, from the top left of the window.
+    pub(crate) fn click(&self, x: i32, y: i32) {
+        self.point(x, y);
+        self.input("click 1");
+    }
+
+    /// Types into the field of the isovalue.
+    pub(crate) fn type_isovalue(&self, text: &str) {
+        self.point(100, 570);
+        self.input("click --repeat 2 --delay 80 1");
+        self.input("key ctrl+a");
+        self.input(&format!("type --delay 40 {text}"));
+        self.input("key Return");
+    }
+
+    /// The picture that the key S saves.
+    pub(crate) fn picture(&self) -> Picture {
+        let before = self.folder.names();
+        self.input("key s");
+        let path = wait_for("a picture", || {
+            let new = |name: &String| name.ends_with(".png") && !before.contains(name);
+            self.folder.names().into_iter().find(new)
+        });
+        Picture::read(&self.folder.path().join(path))
+    }
+}
+
+impl Drop for Window<'_> {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[derive(Clone, PartialEq)]
+pub(crate) struct Picture {
+    pub(crate) width: usize,
+    pub(crate) pixels: Vec<[u8; 3]>,
+}
+
+impl Picture {
+    pub(crate) fn read(path: &PathBuf) -> Self {
+        let mut reader = png::Decoder::new(BufReader::new(File::open(path).expect("a file")))
+            .read_info()
+            .expect("a picture");
+        let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut bytes).expect("a frame");
+        let pixels = bytes.chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect();
+        Picture { width: info.width as usize, pixels }
+    }
+
+    pub(crate) fn height(&self) -> usize {
+        self.pixels.len() / self.width
+    }
+
+    /// Share of pixels that differ by more than rounding.
+    pub(crate) fn difference(&self, other: &Picture) -> f64 {
+        assert_eq!((self.width, self.height()), (other.width, other.height()));
+        let differ =
+            |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > SAME);
+        let n = self.pixels.iter().zip(&other.pixels).filter(|&pair| differ(pair)).count();
+        n as f64 / self.pixels.len() as f64
+    }
+
+    /// Share of pixels that are not the white background.
+    pub(crate) fn covered(&self) -> f64 {
+        let n = self.pixels.iter().filter(|p| **p != [255; 3]).count();
+        n as f64 / self.pixels.len() as f64
+    }
+}
