@@ -20,9 +20,6 @@ use crate::sweep::transport::{Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Tr
 /// more.
 const MOST_ROUNDS: usize = 6;
 
-/// So often faces that fold are mended before their cells become exact; and again after that, as cuts leave slivers.
-const MOST_MENDED: usize = 2;
-
 impl March<'_, '_> {
     /// Takes one step; does not where it is too long for too much of the mesh.
     pub(super) fn take(
@@ -59,15 +56,16 @@ impl March<'_, '_> {
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
         let mut again: Option<Again> = None;
-        let (mut mended, mut round, mut n_exact) = (0, 0, 0);
+        let (mut is_mended, mut round, mut n_exact) = (false, 0, 0);
         loop {
             self.counts.repeated += u64::from(again.is_some());
             let moved = self.moved(state, step, again.as_ref(), kernels)?;
             if again.is_none() && self.is_too_long(state, step, &moved) {
                 return Ok(false);
             }
-            if mended < MOST_MENDED {
-                mended += 1;
+            // What folds is mended before its cells become exact; and again after that, as cuts leave slivers.
+            if !is_mended {
+                is_mended = true;
                 if let Some(near) = self.mend_folded(state, step, &moved) {
                     again = Some(self.again(moved, BTreeSet::new(), near));
                     continue;
@@ -93,7 +91,7 @@ impl March<'_, '_> {
                 state.region.blocks().len()
             );
             again = Some(self.give_way(state, named, passage, moved, kernels)?);
-            (mended, round) = (0, round + 1);
+            (is_mended, round) = (false, round + 1);
         }
     }
 
