@@ -6,6 +6,7 @@ import { createServer } from "node:http";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
 import { address, folder, launch, pixels, settled, state } from "./browser.mjs";
+import { FAR, difference } from "./pixels.mjs";
 
 const site = join(folder, "split");
 let browser, server, origin, asked;
@@ -72,9 +73,9 @@ test("no more is fetched than is looked at, and it is what a page of one file sh
         assert.equal(found.isovalue, isovalue);
         assert.equal(found.nTriangles, expected.nTriangles, `${share}`);
         const pictures = [await pixels(page), await pixels(whole.page)];
-        assert.equal(pictures[0].pixels.length, pictures[1].pixels.length);
-        const differ = pictures[0].pixels.reduce((n, byte, i) => n + (Math.abs(byte - pictures[1].pixels[i]) > 8), 0);
-        assert.ok(differ < 0.001 * pictures[0].pixels.length, `${differ} bytes differ at ${share}`);
+        // Each file is rounded by itself, which a pixel here and there of the silhouettes shows.
+        const differ = difference(pictures[0], pictures[1], FAR);
+        assert.ok(differ.mean < 0.2 && differ.share < 0.002, `mean ${differ.mean}, share ${differ.share} at ${share}`);
         assert.ok(asked.length - before <= 1, asked.slice(before).join());
     }
     const read = asked.reduce((n, name) => n + size(name), 0);
