@@ -323,13 +323,6 @@ impl Region {
         is_new
     }
 
-    /// Makes the blocks around a sample exact; whether one was not.
-    pub(super) fn add_around(&mut self, v: u32) -> bool {
-        let grid = self.grid;
-        let octants = (0..8).filter_map(|o| grid.block_of_cell(grid.octant(v, o)));
-        octants.collect::<Vec<_>>().into_iter().fold(false, |any, b| self.add(b) | any)
-    }
-
     /// Makes the fewest blocks around a sample exact by which its octants are no longer bad; returns those. With all of them
     /// exact they must not be.
     pub(super) fn mend(&mut self, v: u32, is_bad: impl Fn(u8) -> bool) -> Vec<u32> {

@@ -228,15 +228,7 @@ impl March<'_, '_> {
     ) {
         let before = target.blocks().clone();
         for samples in refused {
-            let samples: Vec<u32> =
-                samples.iter().copied().filter(|&s| self.is_sample(s)).collect();
-            let mut grown = false;
-            for &s in &samples {
-                grown |= target.add_around(s);
-            }
-            if !grown {
-                self.add_ring(target, self.blocks_at_samples(samples));
-            }
+            self.add_ring(target, self.blocks_at_samples(samples.iter().copied()));
         }
         let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
         if added.is_empty() || attempt >= MOST_EXCHANGES {
@@ -277,14 +269,12 @@ impl March<'_, '_> {
         Ok(joined.vertices)
     }
 
-    /// Makes blocks around some exact, farther and farther away until one was not.
+    /// Makes blocks exact, or those around them, farther and farther away until one was not.
     fn add_ring(&self, region: &mut Region, mut seen: BTreeSet<u32>) {
         let mut ring: Vec<u32> = seen.iter().copied().collect();
-        let mut grown = false;
-        while !grown && !ring.is_empty() {
+        while !ring.is_empty() && !ring.iter().fold(false, |any, &b| region.add(b) | any) {
             let around = ring.iter().flat_map(|&b| self.grid.blocks_around(b));
             ring = around.filter(|&b| seen.insert(b)).collect();
-            grown = ring.iter().fold(false, |any, &b| region.add(b) | any);
         }
     }
 }
