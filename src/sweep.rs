@@ -63,9 +63,6 @@ pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
 /// Under this name, the same at isovalues evenly spread over the range: [isovalue, share] each, ascending.
 pub const TRACKED_AREA_SHARES: &str = "tracked_area_shares";
 
-/// Share of the tolerance by which knots may be off the trajectory that is left without them.
-const KNOT_SHARE: f32 = 0.15;
-
 /// What does not change during a sweep.
 struct Sweep<'a> {
     exact: ExactField<'a>,
@@ -163,8 +160,7 @@ fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)>
     split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
     // A mesh from outside is shown as it was given.
     let kept = sweep.parameters.start.filter(|_| is_given);
-    let error = KNOT_SHARE * sweep.parameters.error as f32;
-    let thinning = Thinning { error, kept };
+    let thinning = Thinning { tolerance: sweep.parameters.error as f32, kept };
     Ok((patch(record, &inner, &sweep.exact, sweep.range, thinning), counts))
 }
 

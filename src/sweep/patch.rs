@@ -67,8 +67,8 @@ pub(super) struct Swept {
 /// Which knots are left out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thinning {
-    /// By how much they may be off, voxels.
-    pub(super) error: f32,
+    /// The tolerance of the mesh, voxels.
+    pub(super) tolerance: f32,
     /// An isovalue at which none is.
     pub(super) kept: Option<f64>,
 }
@@ -233,7 +233,7 @@ impl<T: Send, F: Fn(&T, &T) -> std::cmp::Ordering + Copy + Sync> Unique<T, F> {
 }
 
 /// The knots of one trajectory that stay, by isovalue.
-fn thinned(knots: &[OwnKnot], Thinning { error, kept }: Thinning) -> Vec<(f64, Vec3)> {
+fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f64, Vec3)> {
     let mut knots = knots.to_vec();
     knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
     knots.dedup_by(|b, a| a.isovalue == b.isovalue);
@@ -244,6 +244,6 @@ fn thinned(knots: &[OwnKnot], Thinning { error, kept }: Thinning) -> Vec<(f64, V
         stays: kept == Some(k.isovalue),
     };
     let places: Vec<Place> = knots.iter().map(place).collect();
-    let stay = thin(&places, Bound::new(error, 1.0));
+    let stay = thin(&places, Bound::new(tolerance));
     stay.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
 }
