@@ -131,6 +131,7 @@ function trianglesOf(section, { firstKnot, ranks }, nIsovalues) {
     const starts = counted();
     const n = born.reduce((sum, count) => sum + count, 0);
     const deathCodes = columns.column(n);
+    const wayFrom = waysOf(columns, deathCodes.reduce((sum, code) => sum + (code === 2), 0));
     const caps = Uint8Array.from(columns.column(n));
 
     const vertices = new Uint32Array(3 * n);
@@ -173,9 +174,9 @@ function trianglesOf(section, { firstKnot, ranks }, nIsovalues) {
             vertices[3 * t + 2] = c;
             births[t] = rank;
             const last = Math.min(lastRank(a), lastRank(b), lastRank(c));
-            // With a vertex, with the triangle before, or so many ranks before the vertex, less one.
+            // With a vertex, with the triangle before, or by a way.
             const kind = deathCodes[t];
-            deaths[t] = kind === 0 ? last : kind === 1 ? deaths[t - 1] : last - kind + 1;
+            deaths[t] = kind === 0 ? last : kind === 1 ? deaths[t - 1] : wayFrom(rank);
             front.add(t, a, b, c, deaths[t], atGate);
             t++;
         }

@@ -75,21 +75,16 @@ function sectionsOf(bytes) {
 }
 
 /**
- * The columns of section POSN: which vertices are lattice vertices, where these start and which way they
+ * The columns of section POSN: where lattice vertices start and which way they
  * go, which axis the others face, and what the predictions miss of these by kind of knot.
  */
-function toldOf(section, { firstKnot }) {
+function toldOf(section, { firstKnot, isLattice }) {
     const nVertices = firstKnot.length - 1;
     const nKnots = (v) => firstKnot[v + 1] - firstKnot[v];
     const columns = new Columns(section);
-    let nPairs = 0;
-    for (let v = 0; v < nVertices; v++) if (nKnots(v) === 2) nPairs++;
-    const flags = columns.column(nPairs);
-    const isLattice = new Uint8Array(nVertices);
     let nLattice = 0;
     const n = [0, 0];
-    for (let v = 0, i = 0; v < nVertices; v++) {
-        if (nKnots(v) === 2) isLattice[v] = flags[i++];
+    for (let v = 0; v < nVertices; v++) {
         if (isLattice[v]) nLattice++;
         else if (nKnots(v) > 0) {
             n[FIRST] += 1;
@@ -101,6 +96,30 @@ function toldOf(section, { firstKnot }) {
     const ways = columns.column(nLattice);
     const facing = columns.column(n[FIRST]);
     return { isLattice, starts, ways, facing, positions: n.map(three) };
+}
+
+/**
+ * Takes the columns of n ways from ranks to later ones, told by the stations that they pass; src/file/stations.rs. Returns what tells, of
+ * one after the other, where it leads from a rank.
+ */
+function waysOf(columns, n) {
+    const steps = columns.column(columns.count());
+    const lengths = columns.column(columns.count());
+    const codes = columns.column(n);
+    const stations = Uint32Array.from(steps);
+    for (let i = 1; i < stations.length; i++) stations[i] += stations[i - 1];
+    let [next, nextLength] = [0, 0];
+    return (from) => {
+        const code = codes[next++];
+        if (code === 0) return from + 1 + lengths[nextLength++];
+        let [low, high] = [0, stations.length];
+        while (low < high) {
+            const middle = (low + high) >>> 1;
+            if (stations[middle] <= from) low = middle + 1;
+            else high = middle;
+        }
+        return stations[low + code - 1];
+    };
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */

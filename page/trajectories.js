@@ -2,28 +2,36 @@
 // src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. What is a whole number there is one
 // here: all of them are below 2^53.
 
-/** First knots and ranks from section VERT. */
+/** First knots, ranks, and whether each vertex is a lattice vertex, from section VERT. */
 function ranksOf(section) {
     const columns = new Columns(section);
     const n = columns.count();
     const counts = columns.column(n);
     const firstKnot = new Uint32Array(n + 1);
+    const [pairs, isLattice] = [[], new Uint8Array(n)];
     let nMoving = 0;
     for (let v = 0; v < n; v++) {
         firstKnot[v + 1] = firstKnot[v] + counts[v];
         if (counts[v] > 0) nMoving++;
+        if (counts[v] === 2) pairs.push(v);
     }
+    const flags = columns.column(pairs.length);
+    pairs.forEach((v, i) => { isLattice[v] = flags[i]; });
+    const nLattice = flags.reduce((sum, flag) => sum + flag, 0);
     const firsts = columns.signedColumn(nMoving);
-    const steps = columns.column(firstKnot[n] - nMoving);
+    // Those of lattice vertices come first.
+    const onLattice = waysOf(columns, nLattice);
+    const further = [waysOf(columns, firstKnot[n] - nMoving - nLattice), onLattice];
     const ranks = new Uint32Array(firstKnot[n]);
-    let [nextFirst, nextStep, previous] = [0, 0, 0];
+    let [nextFirst, previous] = [0, 0];
     for (let v = 0; v < n; v++) {
+        const next = further[isLattice[v]];
         for (let i = firstKnot[v]; i < firstKnot[v + 1]; i++) {
             if (i === firstKnot[v]) ranks[i] = previous += firsts[nextFirst++];
-            else ranks[i] = ranks[i - 1] + 1 + steps[nextStep++];
+            else ranks[i] = next(ranks[i - 1]);
         }
     }
-    return { firstKnot, ranks };
+    return { firstKnot, ranks, isLattice };
 }
 
 /** The last knot of a vertex not above a rank; the first where all are above. */

@@ -17,6 +17,7 @@ mod parts;
 mod predict;
 mod samples;
 mod section;
+mod stations;
 mod tables;
 pub mod thesis;
 mod trajectories;
@@ -47,11 +48,14 @@ use section::{Packing, Section, cut_section, write_section};
 pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 
 /// The version of the format this library writes; it reads this one and all before.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 
 /// Up to this version files told normals, in a section of its own. It is checked and not looked at: normals
 /// follow from the mesh.
 const LAST_WITH_NORMALS: u32 = 2;
+
+/// Up to this version positions counted finer units, and every rank was told by its distance from the one before.
+const LAST_WITHOUT_STATIONS: u32 = 4;
 
 /// Length of what precedes the first section: magic, version, checksum of both.
 const HEAD: usize = 16;
@@ -196,8 +200,10 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let isovalues =
         tables::read_isovalues(&sections.isovalues.content()?).map_err(within("ISOV"))?;
     let most_unused = sections.most_unused()?;
-    let ranks = trajectories::read_ranks(&sections.ranks.content()?, isovalues.len(), most_unused)
+    let content = sections.ranks.content()?;
+    let ranks = trajectories::read_ranks(&content, isovalues.len(), version, most_unused)
         .map_err(within("VERT"))?;
+    drop(content);
     let content = sections.triangles.content()?;
     let triangles =
         triangles::read_triangles(&content, &ranks, isovalues.len(), version, most_unused)
@@ -207,7 +213,8 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let knots = if version == 1 {
         version_1::read_geometry(&content, &ranks, &isovalues, &triangles)
     } else {
-        geometry::read_geometry(&content, &info.volume, &ranks, &isovalues, &triangles)
+        let units = Units::of_file(version);
+        geometry::read_geometry(&content, &info.volume, &ranks, (&isovalues, &triangles), units)
     };
     drop(content);
     let knots = knots.map_err(within("POSN"))?;

@@ -39,7 +39,7 @@ pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use normals::Normals;
 pub use quantise::QUANTUM;
-pub(crate) use quantise::{from_fixed, to_fixed};
+pub(crate) use quantise::to_fixed;
 pub use query::Query;
 pub use told::{About, Told};
 

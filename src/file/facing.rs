@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 
+use super::LAST_WITHOUT_STATIONS;
 use super::samples::Samples;
 use crate::error::{Error, Result};
 use crate::spectrum::{Knot, MAX_COORDINATE, Normals, QUANTUM, Spectrum, normal, to_fixed};
@@ -25,6 +26,20 @@ pub(crate) struct Units {
 impl Units {
     /// Those of a file.
     pub(super) const FILE: Units = Units { per_voxel: 1.0 / QUANTUM, along: 1 };
+
+    /// Those of a file of a version.
+    pub(super) fn of_file(version: u32) -> Units {
+        if version <= LAST_WITHOUT_STATIONS {
+            Units { per_voxel: 1024.0, ..Units::FILE }
+        } else {
+            Units::FILE
+        }
+    }
+
+    /// The coordinate of so many units.
+    pub(super) fn coordinate(self, x: i32) -> f32 {
+        (f64::from(x) / self.per_voxel) as f32
+    }
 
     /// Whether it makes a difference what a vertex faces.
     pub(super) fn has_facing(self) -> bool {

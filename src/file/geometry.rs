@@ -7,10 +7,10 @@
 use super::column::{Column, Columns, write_column, zigzag};
 use super::facing::Units;
 use super::predict::Predictor;
-use super::samples::{Samples, candidates};
-use super::trajectories::Ranks;
+use super::samples::Samples;
+use super::trajectories::{Ranks, read_flags};
 use crate::error::{Error, Result};
-use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, from_fixed, to_fixed};
+use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, to_fixed};
 
 /// Kinds of knots, those of lattice vertices aside: each with columns of its own.
 const FIRST: usize = 0;
@@ -19,8 +19,6 @@ const FURTHER: usize = 1;
 /// All columns.
 #[derive(Debug, Default)]
 struct Told {
-    /// For each vertex with two knots, whether it is a lattice vertex.
-    is_lattice: Vec<u64>,
     /// The samples at which lattice vertices start, less the predicted ones.
     samples: [Vec<u64>; 3],
     /// Their ways.
@@ -40,7 +38,6 @@ struct Told {
 pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<u8>> {
     let told = tell(spectrum, ranks, units)?;
     let mut positions = Vec::new();
-    write_column(&mut positions, &told.is_lattice);
     told.samples.iter().for_each(|column| write_column(&mut positions, column));
     write_column(&mut positions, &told.ways);
     if units.has_facing() {
@@ -59,11 +56,7 @@ fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
     let mut predictor = Predictor::new(ranks, spectrum.isovalues(), spectrum.triangles())?;
     for v in 0..ranks.n_vertices() {
         let knots = spectrum.trajectory(v);
-        let mut lattice = None;
-        if let [start, end] = knots {
-            lattice = samples.way_of([start, end].map(|knot| knot.position.map(to_fixed)));
-            told.is_lattice.push(lattice.is_some().into());
-        }
+        let lattice = samples.way_along(knots);
         let axis = units.facing(knots);
         if lattice.is_none() && !knots.is_empty() {
             told.facing.push(axis as u64);
@@ -134,19 +127,23 @@ pub(super) fn read_geometry(
     bytes: &[u8],
     volume: &VolumeInfo,
     ranks: &Ranks,
-    isovalues: &[f64],
-    triangles: &[Triangle],
+    (isovalues, triangles): (&[f64], &[Triangle]),
+    units: Units,
 ) -> Result<Vec<Knot>> {
     let mut columns = Columns::new(bytes);
-    let is_lattice = read_flags(&mut columns, ranks)?;
-    let (n_lattice, n) = counts(ranks, &is_lattice);
+    let told = match &ranks.is_lattice {
+        Some(_) => None,
+        None => Some(read_flags(&mut columns, &ranks.first_knot)?),
+    };
+    let is_lattice = ranks.is_lattice.as_ref().or(told.as_ref()).expect("one of them");
+    let (n_lattice, n) = counts(ranks, is_lattice);
     let mut starts = Queue::new(&mut columns, n_lattice)?;
     let ways = columns.column(n_lattice, 3)?;
     let mut positions =
         [Queue::new(&mut columns, n[FIRST])?, Queue::new(&mut columns, n[FURTHER])?];
     columns.end()?;
 
-    let samples = Samples::new(volume, Units::FILE.per_voxel);
+    let samples = Samples::new(volume, units.per_voxel);
     let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
     let mut knots = Vec::with_capacity(ranks.ranks.len());
     for v in 0..ranks.n_vertices() {
@@ -167,28 +164,17 @@ pub(super) fn read_geometry(
                 })?
             } else {
                 let x = added(expected.map(i64::from), positions[kind(i)].take()?);
-                in_file(x).ok_or_else(|| {
+                in_file(x, units).ok_or_else(|| {
                     Error::input(format!(
                         "knot {i} of vertex {v} lies at {x:?} quanta, expected less"
                     ))
                 })?
             };
             predictor.push(position);
-            knots.push(Knot { rank, position: position.map(from_fixed) });
+            knots.push(Knot { rank, position: position.map(|x| units.coordinate(x)) });
         }
     }
     Ok(knots)
-}
-
-/// For each vertex, whether it is a lattice vertex.
-fn read_flags(columns: &mut Columns, ranks: &Ranks) -> Result<Vec<bool>> {
-    let chosen: Vec<u32> = candidates(ranks).collect();
-    let flags = columns.column(chosen.len(), 1)?;
-    let mut is_lattice = vec![false; ranks.n_vertices() as usize];
-    for (i, &v) in chosen.iter().enumerate() {
-        is_lattice[v as usize] = flags.get(i)? == 1;
-    }
-    Ok(is_lattice)
 }
 
 /// How many lattice vertices there are, and how many knots of others of each kind.
@@ -216,10 +202,12 @@ fn added(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
 }
 
 /// A position that a file may hold.
-pub(super) fn in_file(x: [i64; 3]) -> Option<[i32; 3]> {
+pub(super) fn in_file(x: [i64; 3], units: Units) -> Option<[i32; 3]> {
     let mut position = [0; 3];
     for (whole, x) in position.iter_mut().zip(x) {
-        *whole = i32::try_from(x).ok().filter(|&x| to_fixed(from_fixed(x)) == x)?;
+        let comes_back =
+            |&x: &i32| f64::from(units.coordinate(x)) * units.per_voxel == f64::from(x);
+        *whole = i32::try_from(x).ok().filter(comes_back)?;
     }
     Some(position)
 }

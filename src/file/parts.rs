@@ -27,7 +27,7 @@ pub(super) fn parts_of(spectrum: Spectrum, units: Units) -> Result<Parts> {
     spectrum.check()?;
     let info = info(&spectrum)?;
     let (spectrum, walk, order) = triangles::arranged(spectrum);
-    let ranks = Ranks::new(&spectrum);
+    let ranks = Ranks::new(&spectrum, units);
     let triangles = triangles::write_triangles(&walk, spectrum.triangles(), &ranks);
     drop(walk);
     let sections = [

@@ -198,7 +198,7 @@ mod tests {
 
     /// So many vertices with knots at rank 0 and the last, and one with a knot at each of `n_ranks`.
     fn ranks(n_others: u32, n_ranks: u32) -> Ranks {
-        let mut ranks = Ranks { first_knot: vec![0], ranks: Vec::new() };
+        let mut ranks = Ranks { first_knot: vec![0], ..Ranks::default() };
         for _ in 0..n_others {
             ranks.ranks.extend([0, n_ranks - 1]);
             ranks.first_knot.push(ranks.ranks.len() as u32);

@@ -6,8 +6,7 @@
 //! sample and ends at a neighbour. Such a *lattice vertex* is told by its sample and one of six ways, and takes
 //! a byte where two free positions take six. In spectra of noisy volumes most vertices are of this kind.
 
-use super::trajectories::Ranks;
-use crate::spectrum::VolumeInfo;
+use crate::spectrum::{Knot, VolumeInfo, to_fixed};
 
 /// The samples of a volume in the whole numbers that positions are stored in.
 #[derive(Debug)]
@@ -50,6 +49,12 @@ impl Samples {
         sample
     }
 
+    /// The sample that a trajectory starts at and its way, if it is that of a lattice vertex.
+    pub(super) fn way_along(&self, trajectory: &[Knot]) -> Option<([i64; 3], u64)> {
+        let [start, end] = trajectory else { return None };
+        self.way_of([start, end].map(|knot| knot.position.map(to_fixed)))
+    }
+
     /// The sample that a vertex starts at and its way, if these say where its two knots are.
     pub(super) fn way_of(&self, knots: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
         let start = self.nearest(knots[0]);
@@ -59,11 +64,6 @@ impl Samples {
         }
         (0..6).find(|&way| Samples::neighbour(start, way) == end).map(|way| (start, way))
     }
-}
-
-/// The vertices that may be lattice vertices: those with two knots.
-pub(super) fn candidates(ranks: &Ranks) -> impl Iterator<Item = u32> + '_ {
-    (0..ranks.n_vertices()).filter(|&v| ranks.of(v).is_some_and(|ranks| ranks.len() == 2))
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Section `POSN` of version 1: all knots in one order, none of them told by its sample.
 
 use super::column::Columns;
+use super::facing::Units;
 use super::geometry::in_file;
 use super::predict::Predictor;
 use super::trajectories::Ranks;
 use crate::error::{Error, Result};
-use crate::spectrum::{Knot, Triangle, from_fixed};
+use crate::spectrum::{Knot, Triangle};
 
 /// Reads it.
 pub(super) fn read_geometry(
@@ -14,7 +15,7 @@ pub(super) fn read_geometry(
     isovalues: &[f64],
     triangles: &[Triangle],
 ) -> Result<Vec<Knot>> {
-    let n = ranks.ranks.len();
+    let (n, units) = (ranks.ranks.len(), Units::of_file(1));
     let mut columns = Columns::new(bytes);
     let positions = [columns.column(n, 34)?, columns.column(n, 34)?, columns.column(n, 34)?];
     columns.end()?;
@@ -27,11 +28,11 @@ pub(super) fn read_geometry(
             for a in 0..3 {
                 x[a] += positions[a].get_signed(i)?;
             }
-            let position = in_file(x).ok_or_else(|| {
+            let position = in_file(x, units).ok_or_else(|| {
                 Error::input(format!("knot {i} of vertex {v} lies at {x:?} quanta, expected less"))
             })?;
             predictor.push(position);
-            knots.push(Knot { rank, position: position.map(from_fixed) });
+            knots.push(Knot { rank, position: position.map(|x| units.coordinate(x)) });
         }
     }
     Ok(knots)

@@ -3,13 +3,13 @@
 //! The file keeps positions in steps of [`QUANTUM`]. [`Spectrum::quantised`] rounds to exactly what comes
 //! back from a file, so that what is verified is what is stored.
 //!
-//! A step of 1/1024 voxel is a hundredth of the usual tolerance of 0.1 voxel, is the same in a
+//! A step of 1/256 voxel is a twenty-fifth of the usual tolerance of 0.1 voxel, is the same in a
 //! volume of any size, and leaves whole numbers (the border of an isotropic volume) exact.
 
 use super::Spectrum;
 
 /// Positions are stored as whole multiples of this many voxels.
-pub const QUANTUM: f64 = 1.0 / 1024.0;
+pub const QUANTUM: f64 = 1.0 / 256.0;
 
 impl Spectrum {
     /// The spectrum with positions rounded as the file rounds them. Doing it again changes nothing.
@@ -26,9 +26,9 @@ pub(crate) fn to_fixed(x: f32) -> i32 {
     (f64::from(x) / QUANTUM).round() as i32
 }
 
-/// The coordinate of a number of quanta. Every `f32` of 2^14 voxels or more is a multiple of the
+/// The coordinate of a number of quanta. Every `f32` of 2^16 voxels or more is a multiple of the
 /// quantum already, and below that every multiple is an `f32`, so nothing is rounded here.
-pub(crate) fn from_fixed(x: i32) -> f32 {
+fn from_fixed(x: i32) -> f32 {
     (f64::from(x) * QUANTUM) as f32
 }
 
