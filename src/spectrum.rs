@@ -38,8 +38,7 @@ pub(crate) use joiner::{Joiner, Seam, Unlike};
 pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use normals::Normals;
-pub use quantise::QUANTUM;
-pub(crate) use quantise::to_fixed;
+pub use quantise::{FINEST_QUANTUM, quantum};
 pub use query::Query;
 pub use told::{About, Told};
 
