@@ -26,13 +26,14 @@ mod numbers;
 mod quantise;
 mod query;
 mod shown_first;
+mod suggested;
 mod told;
 mod uncounted;
 
 pub(crate) use assembly::Assembly;
 pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
-pub use components::{Component, Components, Keep};
+pub use components::{Component, Components, Keep, Picked};
 pub(crate) use cuts::cuts;
 pub(crate) use joiner::{Joiner, Seam, Unlike};
 pub use lineage::{End, Lineage, lineages};

@@ -13,6 +13,7 @@ use super::chooser::{Chooser, Purpose};
 use super::history::History;
 use super::loading::{Loaded, Loading, Source};
 use super::options::{self, Command, Options};
+use super::pointing::{Pointing, Tool};
 use super::save::{self, Sweep};
 use super::scene::Scene;
 use super::{Content, Opening, hand, plot, typed};
@@ -67,6 +68,11 @@ pub(super) struct Window {
     pub(super) typed: Option<String>,
     /// Direction of the sweep that plays.
     pub(super) playing: Option<f64>,
+    /// How much faster it plays than usual.
+    pub(super) speed: f64,
+    /// What the next click on the surface does.
+    pub(super) tool: Option<Tool>,
+    pub(super) pointing: Pointing,
     pub(super) help: bool,
     pub(super) message: Option<(String, f64)>,
     pub(super) title: String,
@@ -89,7 +95,8 @@ impl Window {
         context.all_styles_mut(|style| {
             style.text_styles.insert(TextStyle::Small, FontId::proportional(LEAST_LETTERS));
         });
-        let Opening { content, volume, field, isovalue, view, parameters, folder, .. } = opening;
+        let Opening { content, volume, field, surfaces, marks, view, parameters, folder, .. } =
+            opening;
         let mut window = Window {
             gpu,
             render_state,
@@ -113,6 +120,9 @@ impl Window {
             folder,
             typed: None,
             playing: None,
+            speed: 1.0,
+            tool: None,
+            pointing: Pointing::default(),
             help: false,
             message: None,
             title: String::new(),
@@ -123,9 +133,10 @@ impl Window {
             Content::Spectrum(name, spectrum) => {
                 let loaded = Loaded::new(name, *spectrum, volume.map(Arc::new));
                 window.show_scene(loaded, context)?;
-                if let (Some(scene), Some(isovalue)) = (&mut window.scene, isovalue) {
-                    scene.spectrum.check_isovalue(isovalue)?;
-                    scene.isovalue = isovalue;
+                if let Some(scene) = &mut window.scene {
+                    window.options = Options::with_clip(window.view.clip, scene.spectrum.volume());
+                    scene.marks = marks;
+                    scene.show_surfaces(&surfaces)?;
                 }
             }
             Content::Volume(volume) => window.load(Source::Volume(volume), context),
@@ -194,7 +205,7 @@ impl Window {
         }
     }
 
-    fn act(&mut self, action: Action, context: &egui::Context) {
+    pub(super) fn act(&mut self, action: Action, context: &egui::Context) {
         match (action, &mut self.scene) {
             (Action::Help, _) => self.help = !self.help,
             (Action::Wireframe, _) => {
@@ -206,6 +217,14 @@ impl Window {
                 self.view.scale_bar = self.view.axes;
             }
             (Action::Occlusion, _) => self.view.occlusion = !self.view.occlusion,
+            (Action::Components, _) => {
+                let is_so = self.view.color == Color::Component;
+                self.view.color = if is_so { Color::None } else { Color::Component };
+            }
+            (Action::Fullscreen, _) => {
+                let is_full = context.input(|input| input.viewport().fullscreen.unwrap_or(false));
+                context.send_viewport_cmd(ViewportCommand::Fullscreen(!is_full));
+            }
             (Action::Caps, _) => self.view.open = !self.view.open,
             (Action::Zoom(factor), _) => hand::zoom(&mut self.view, factor),
             (Action::Undo, _) => _ = self.history.undo(&mut self.view),
@@ -231,6 +250,17 @@ impl Window {
                 self.playing = if self.playing.is_some() { None } else { Some(1.0) };
             }
             (Action::Picture, Some(_)) => self.save(Command::Picture, context),
+            (Action::Pick { is_hiding }, Some(_)) => self.pick(is_hiding, context),
+            (Action::ShowAll, Some(scene)) => {
+                if let Err(error) = scene.show_all(&mut self.view) {
+                    self.say(context, error.to_string());
+                }
+            }
+            (Action::Measure, Some(scene)) => {
+                scene.measured.clear();
+                let is_measuring = self.tool == Some(Tool::Measure);
+                self.tool = (!is_measuring).then_some(Tool::Measure);
+            }
             (_, None) => {}
         }
     }
@@ -241,11 +271,15 @@ impl Window {
             return self.say(context, error.to_string());
         }
         let Some(scene) = &mut self.scene else { return };
+        if let Err(error) = scene.follow(&mut self.view) {
+            return self.say(context, error.to_string());
+        }
         let result = match command {
             Command::Picture => save::picture(&self.folder, scene, &self.view)
                 .map(|path| format!("saved {}", path.display())),
             Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension)
                 .map(|(path, n_triangles)| save::mesh_saved(&path, n_triangles)),
+            Command::Act(action) => return self.act(action, context),
             Command::Sweep(n_frames) => {
                 self.playing = None;
                 match Sweep::start(&self.folder, scene, n_frames) {
@@ -264,7 +298,7 @@ impl Window {
     fn advance(&mut self, context: &egui::Context) {
         let Some(scene) = &mut self.scene else { return };
         if let Some(mut sweep) = self.sweep.take() {
-            match sweep.step(scene, &self.view) {
+            match sweep.step(scene, &mut self.view) {
                 Ok(_) if !sweep.is_done() => self.sweep = Some(sweep),
                 Ok(_) => {
                     let text = sweep.finish(scene);
@@ -279,7 +313,7 @@ impl Window {
         } else if let Some(direction) = &mut self.playing {
             let (low, high) = scene.spectrum.range();
             let seconds = f64::from(context.input(|input| input.stable_dt)).min(0.25);
-            scene.isovalue += *direction * (high - low) * seconds / SWEEP_SECONDS;
+            scene.isovalue += *direction * (high - low) * self.speed * seconds / SWEEP_SECONDS;
             if !(low..=high).contains(&scene.isovalue) {
                 scene.isovalue = scene.isovalue.clamp(low, high);
                 *direction = -*direction;
@@ -344,7 +378,12 @@ impl eframe::App for Window {
         if let Some(scene) = &mut self.scene {
             Panel::right("options").default_size(230.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
-                    command = options::show(ui, scene, &mut self.view, &mut self.options);
+                    command = options::show(
+                        ui,
+                        scene,
+                        (&mut self.view, &mut self.tool),
+                        &mut self.options,
+                    );
                 });
             });
         }
