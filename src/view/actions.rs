@@ -65,7 +65,7 @@ pub(super) const HELP: [(&str, &str); 27] = [
     ("R", "reset the view"),
     ("1 to 6", "look from +x, -x, +y, -y, +z, -z"),
     ("Ctrl + Z, Ctrl + Y", "the view before, and on again"),
-    ("K, X", "keep the component under the pointer alone, hide it"),
+    ("K, X", "keep the component pointed at alone, hide it"),
     ("A", "show all components again"),
     ("C", "colour each component"),
     ("M", "measure between two clicks on the surface"),

@@ -22,6 +22,8 @@ pub(super) enum Command {
     Mesh(&'static str),
     /// Save so many pictures of a sweep.
     Sweep(u32),
+    /// Show this isovalue.
+    GoTo(f64),
     /// What a key does, too.
     Act(Action),
 }
@@ -86,9 +88,10 @@ pub(super) fn show(
     ui.separator();
     plane(ui, scene, view, options);
     ui.separator();
+    let mut command = offered(ui, scene);
     layers::show(ui, scene);
     ui.separator();
-    let mut command = components(ui, scene, view, tool);
+    command = components(ui, scene, view, tool).or(command);
     ui.separator();
     command = saves(ui, options).or(command);
     ui.separator();
@@ -212,6 +215,21 @@ fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
         normal[options.clip_axis] = sign;
         Clip { normal, offset: sign * options.clip_share * size }
     });
+}
+
+/// Isovalues that are worth a look, by name.
+fn offered(ui: &mut Ui, scene: &mut Scene) -> Option<Command> {
+    let mut command = None;
+    ui.horizontal_wrapped(|ui| {
+        for (isovalue, name) in scene.offered() {
+            let text = typed::short(*isovalue);
+            let text = if *name == text { text } else { format!("{name} ({text})") };
+            if ui.button(text).clicked() {
+                command = Some(Command::GoTo(*isovalue));
+            }
+        }
+    });
+    command
 }
 
 /// Which components are shown.

@@ -52,7 +52,7 @@ impl Window {
         if let Some(told) = &self.pointing.told {
             let (visuals, font) = (ui.visuals(), FontId::proportional(13.0));
             let text = ui.painter().layout_no_wrap(told.clone(), font, visuals.text_color());
-            let at = picture.left_bottom() + vec2(8.0, -6.0 - text.size().y);
+            let at = picture.left_top() + vec2(8.0, 6.0);
             let ground = Rect::from_min_size(at, text.size()).expand(3.0);
             ui.painter().rect_filled(ground, 3.0, visuals.panel_fill.gamma_multiply(0.85));
             ui.painter().galley(at, text, visuals.text_color());

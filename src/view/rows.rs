@@ -47,13 +47,6 @@ impl Window {
             if !self.others.is_empty() {
                 wanted = opened(ui, (self.number, &scene.name), &self.others).or(wanted.take());
             }
-            for (isovalue, name) in scene.offered().to_vec() {
-                let text = typed::shown(isovalue);
-                let text = if name == text { name } else { format!("{name} ({text})") };
-                if ui.button(text).clicked() {
-                    (scene.isovalue, self.playing) = (isovalue, None);
-                }
-            }
             if let Some((message, _)) = &self.message {
                 ui.label(message);
             }

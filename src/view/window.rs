@@ -280,6 +280,10 @@ impl Window {
             Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension)
                 .map(|(path, n_triangles)| save::mesh_saved(&path, n_triangles)),
             Command::Act(action) => return self.act(action, context),
+            Command::GoTo(isovalue) => {
+                (scene.isovalue, self.playing) = (isovalue, None);
+                return;
+            }
             Command::Sweep(n_frames) => {
                 self.playing = None;
                 match Sweep::start(&self.folder, scene, n_frames) {
