@@ -9,6 +9,7 @@
 //! What takes longer than a frame runs in a thread of its own and ends when its scene goes: reading
 //! and computing, the curves over the isovalue.
 
+mod act;
 mod actions;
 mod chooser;
 mod cube;

@@ -316,7 +316,6 @@ impl Spectrum {
                 light: sight.light()?,
                 front: first.color,
                 also,
-                ..page::Look::default()
             };
             let color = sight.color(color_by.is_some())?;
             let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));

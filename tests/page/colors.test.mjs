@@ -68,6 +68,7 @@ describe("colours", () => {
         await page.waitForFunction(() => /scale=p10(:|%3A)p90/.test(location.hash));
         await reopen(page);
         assert.deepEqual((await state(page)).ends, [low, high]);
+        await page.locator("summary").click();
         await page.locator("#scale").fill("0.5:0.9");
         await page.locator("#scale").press("Enter");
         for (const wrong of ["0.9:0.5", "p101:1", "1:2:3"]) {
