@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use isospectrum::export::place_in_world;
 use isospectrum::spectrum::{Component, Components as Found, End, Lineage, lineages};
+use isospectrum::volume::Unit;
 use serde::Serialize;
 
 use super::isovalue::{self, Isovalue};
@@ -41,6 +42,8 @@ pub(super) struct Components {
 #[derive(Serialize)]
 struct Report {
     isovalue: f64,
+    /// Of lengths, as the volume tells it; none where it does not.
+    unit: Option<String>,
     n_components: usize,
     components: Vec<Row>,
 }
@@ -106,7 +109,9 @@ impl Components {
         let components: Vec<Row> = rows
             .map(|((i, (component, lineage)), _)| Row::new(i, component, lineage, placement.origin))
             .collect();
-        let report = Report { isovalue, n_components: found.list.len(), components };
+        let unit = Some(placement.unit).filter(|&unit| unit != Unit::Unknown);
+        let unit = unit.map(|unit| unit.to_string());
+        let report = Report { isovalue, unit, n_components: found.list.len(), components };
         if self.json {
             report::print_json("components", &report)?;
         } else if self.csv {
@@ -118,7 +123,7 @@ impl Components {
     }
 
     fn table(&self, report: &Report) -> String {
-        let Report { isovalue, n_components, components } = report;
+        let Report { isovalue, unit, n_components, components } = report;
         let plural = if *n_components == 1 { "" } else { "s" };
         let mut text =
             format!("{n_components} component{plural} at isovalue {}", number(*isovalue));
@@ -126,8 +131,15 @@ impl Components {
             let _ = write!(text, ", {} of them kept", components.len());
         }
         text.push('\n');
-        let head = ["no.", "volume", "area", "Euler", "triangles", "birth", "death", "box"];
-        let mut rows = vec![head.map(str::to_owned)];
+        let powered = |name: &str, power: &str| match unit {
+            Some(unit) => format!("{name}, {unit}{power}"),
+            None => name.to_owned(),
+        };
+        let head = ["no.", "", "", "Euler", "triangles", "birth", "death", ""];
+        let mut head = head.map(str::to_owned);
+        [head[1], head[2], head[7]] =
+            [powered("volume", "^3"), powered("area", "^2"), powered("box", "")];
+        let mut rows = vec![head];
         rows.extend(components.iter().take(self.rows).map(cells));
         text += &aligned(&rows);
         let rest = components.get(self.rows..).unwrap_or_default();

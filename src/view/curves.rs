@@ -27,13 +27,16 @@ pub(super) struct Point {
 pub(super) struct Curves {
     points: Arc<Mutex<Vec<Point>>>,
     stop: Arc<AtomicBool>,
+    is_finished: Arc<AtomicBool>,
 }
 
 impl Curves {
     /// Starts the thread.
     pub(super) fn start(spectrum: &Arc<Spectrum>, window: &egui::Context) -> Self {
-        let curves = Curves { points: Arc::default(), stop: Arc::default() };
+        let curves =
+            Curves { points: Arc::default(), stop: Arc::default(), is_finished: Arc::default() };
         let (points, stop) = (curves.points.clone(), curves.stop.clone());
+        let is_finished = curves.is_finished.clone();
         let (spectrum, window) = (spectrum.clone(), window.clone());
         thread::spawn(move || {
             let (low, high) = spectrum.range();
@@ -53,8 +56,15 @@ impl Curves {
                 points.lock().unwrap_or_else(PoisonError::into_inner).push(point);
                 window.request_repaint();
             }
+            is_finished.store(true, Ordering::Release);
+            window.request_repaint();
         });
         curves
+    }
+
+    /// All points, once they are known.
+    pub(super) fn finished(&self) -> Option<Vec<Point>> {
+        self.is_finished.load(Ordering::Acquire).then(|| self.points())
     }
 
     /// The points so far, by isovalue.

@@ -9,6 +9,7 @@ mod program;
 mod files;
 mod hand;
 mod panel;
+mod pointing;
 mod server;
 mod shows;
 mod window;
