@@ -77,12 +77,17 @@ impl<'a> Calendar<'a> {
         let range = Passage::between(field, low, high);
         let [nx, ny, nz] = field.dims();
         let [_, sy, sz] = field.strides();
-        let rows = (1..nz - 1).flat_map(|k| (1..ny - 1).map(move |j| (j, k)));
-        let vertices = rows.flat_map(|(j, k)| {
-            let row = j as u32 * sy + k as u32 * sz;
-            row + 1..row + nx as u32 - 1
-        });
-        let mut samples: Vec<u32> = vertices.filter(|&v| range.holds(field.order_key(v))).collect();
+        let rows = (1..nz as u32 - 1).into_par_iter();
+        let rows = rows.flat_map_iter(|k| (1..ny as u32 - 1).map(move |j| j * sy + k * sz));
+        let vertices = rows.flat_map_iter(|row| row + 1..row + nx as u32 - 1);
+        // The next values beyond the range's ends are looked at as well.
+        let values = vertices.clone().map(|v| field.sample(v));
+        let [below, above] = [f64::NEG_INFINITY, f64::INFINITY];
+        let (below, above) = values
+            .map(|x| (if x <= low { x } else { below }, if x > high { x } else { above }))
+            .reduce(|| (below, above), |a, b| (a.0.max(b.0), a.1.min(b.1)));
+        let is_near = |v: u32| (below..=above).contains(&field.sample(v));
+        let mut samples: Vec<u32> = vertices.clone().filter(|&v| is_near(v)).collect();
         samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
         let grid = Grid::of(field);
         let squares_from = |v: u32| {
@@ -102,13 +107,8 @@ impl<'a> Calendar<'a> {
             range.holds(key).then_some((key, s))
         };
         // The corner of a square whose saddle is in the range need not be.
-        let rows = (1..nz as u32 - 1)
-            .into_par_iter()
-            .flat_map_iter(|k| (1..ny as u32 - 1).map(move |j| j * sy + k * sz));
-        let mut squares: Vec<(i128, Square)> = rows
-            .flat_map_iter(|row| row + 1..row + nx as u32 - 1)
-            .flat_map_iter(|v| squares_from(v).filter_map(saddle))
-            .collect();
+        let mut squares: Vec<(i128, Square)> =
+            vertices.flat_map_iter(|v| squares_from(v).filter_map(saddle)).collect();
         squares.par_sort_unstable();
         let squares = squares.into_iter().map(|s| s.1).collect();
         let critical = topology.events.iter().map(|e| (e.key, e.place)).collect();
