@@ -69,46 +69,36 @@ impl<'a> Calendar<'a> {
         0.5 * (way + n(from, to) / n(low, high).max(1.0))
     }
 
+    /// That of a range of isovalues.
     pub(super) fn new(
         field: &'a ExactField<'a>,
         topology: &Topology,
         (low, high): (f64, f64),
     ) -> Calendar<'a> {
-        let range = Passage::between(field, low, high);
-        let [nx, ny, nz] = field.dims();
-        let [_, sy, sz] = field.strides();
-        let rows = (1..nz as u32 - 1).into_par_iter();
-        let rows = rows.flat_map_iter(|k| (1..ny as u32 - 1).map(move |j| j * sy + k * sz));
-        let vertices = rows.flat_map_iter(|row| row + 1..row + nx as u32 - 1);
         // The next values beyond the range's ends are looked at as well.
-        let values = vertices.clone().map(|v| field.sample(v));
         let [below, above] = [f64::NEG_INFINITY, f64::INFINITY];
+        let values = inner_samples(field).map(|v| field.sample(v));
         let (below, above) = values
             .map(|x| (if x <= low { x } else { below }, if x > high { x } else { above }))
             .reduce(|| (below, above), |a, b| (a.0.max(b.0), a.1.min(b.1)));
-        let is_near = |v: u32| (below..=above).contains(&field.sample(v));
-        let mut samples: Vec<u32> = vertices.clone().filter(|&v| is_near(v)).collect();
+        let is_near = |v: &u32| (below..=above).contains(&field.sample(*v));
+        let mut samples: Vec<u32> = inner_samples(field).filter(is_near).collect();
         samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
-        let grid = Grid::of(field);
-        let squares_from = |v: u32| {
-            let last = move |axis: usize| field.position(v)[axis] + 3 == field.dims()[axis] as i64;
-            (0..3u8).map(move |axis| Square { corner: v, axis }).filter(move |s| {
-                let [i, j] = [1, 2].map(|n| (s.axis as usize + n) % 3);
-                !last(i) && !last(j)
-            })
-        };
         let is_flat = |s: &Square| {
-            grid.corners(*s).map(|c| field.sample(c) == field.sample(s.corner)) == [true; 4]
+            let corners = Grid::of(field).corners(*s);
+            corners.iter().all(|&c| field.sample(c) == field.sample(s.corner))
         };
-        let flats =
-            samples.par_iter().flat_map_iter(|&v| squares_from(v).filter(is_flat)).collect();
+        let flats = samples.par_iter();
+        let flats = flats.flat_map_iter(|&v| squares_from(field, v).filter(is_flat)).collect();
+        let range = Passage::between(field, low, high);
         let saddle = |s: Square| {
             let key = field.face_saddle(s.corner, s.axis as usize)?.order_key();
             range.holds(key).then_some((key, s))
         };
-        // The corner of a square whose saddle is in the range need not be.
-        let mut squares: Vec<(i128, Square)> =
-            vertices.flat_map_iter(|v| squares_from(v).filter_map(saddle)).collect();
+        // Of all samples: the corner of a square whose saddle is in the range need not be.
+        let squares = inner_samples(field);
+        let squares = squares.flat_map_iter(|v| squares_from(field, v).filter_map(saddle));
+        let mut squares: Vec<(i128, Square)> = squares.collect();
         squares.par_sort_unstable();
         let squares = squares.into_iter().map(|s| s.1).collect();
         let critical = topology.events.iter().map(|e| (e.key, e.place)).collect();
@@ -242,4 +232,22 @@ impl<'a> Calendar<'a> {
             suspects = added.into_iter().flat_map(|b| grid.samples_around(b)).collect();
         }
     }
+}
+
+/// The samples of the volume itself, in their order.
+fn inner_samples<'f>(field: &'f ExactField) -> impl ParallelIterator<Item = u32> + 'f {
+    let [nx, ny, nz] = field.dims().map(|n| n as u32);
+    let [_, sy, sz] = field.strides();
+    let rows = (1..nz - 1).into_par_iter();
+    let rows = rows.flat_map_iter(move |k| (1..ny - 1).map(move |j| j * sy + k * sz));
+    rows.flat_map_iter(move |row| row + 1..row + nx - 1)
+}
+
+/// The squares of which a sample is the lowest corner.
+fn squares_from<'f>(field: &'f ExactField, v: u32) -> impl Iterator<Item = Square> + 'f {
+    let last = move |axis: usize| field.position(v)[axis] + 3 == field.dims()[axis] as i64;
+    (0..3u8).map(move |axis| Square { corner: v, axis }).filter(move |s| {
+        let [i, j] = [1, 2].map(|n| (s.axis as usize + n) % 3);
+        !last(i) && !last(j)
+    })
 }
