@@ -26,6 +26,7 @@ mod numbers;
 mod quantise;
 mod query;
 mod shown_first;
+mod size;
 mod told;
 mod uncounted;
 
@@ -41,6 +42,8 @@ pub use normals::Normals;
 pub use quantise::QUANTUM;
 pub(crate) use quantise::to_fixed;
 pub use query::Query;
+pub(crate) use shown_first::shown_first;
+pub use size::Size;
 pub use told::{About, Told};
 
 pub use crate::topology::{Event, EventKind};

@@ -8,12 +8,16 @@
 //!
 //! What takes longer than a frame runs in a thread of its own and ends when its scene goes: reading
 //! and computing, the curves over the isovalue.
+//!
+//! Of a folder of parts those chunks are read that what is shown needs (`held`); until they are there the picture stays as it was.
+//! What asks for all of them, the curves, is computed when it is asked for.
 
 mod actions;
 mod chooser;
 mod curves;
 mod empty;
 mod hand;
+mod held;
 mod history;
 mod loading;
 mod opened;
@@ -30,6 +34,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{Error, Result};
+use crate::file::SpectrumFolder;
 use crate::gpu::Gpu;
 use crate::render::View;
 use crate::spectrum::Spectrum;
@@ -44,6 +49,8 @@ pub enum Content {
     Nothing,
     /// A spectrum and the name to show.
     Spectrum(String, Box<Spectrum>),
+    /// A folder of parts and the name to show. No more is read of it than what is shown needs.
+    Folder(String, Box<SpectrumFolder>),
     /// A volume, whose spectrum is computed in the window.
     Volume(Box<Volume>),
 }
@@ -57,7 +64,7 @@ pub struct Opening {
     pub volume: Option<Volume>,
     /// A second field that colours can show.
     pub field: Option<Volume>,
-    /// The first isovalue; without it [`Spectrum::shown_first`].
+    /// The first isovalue; without it [`Spectrum::shown_first`], or that of the folder.
     pub isovalue: Option<f64>,
     /// How the surface looks; the width and height are those of the window, points.
     pub view: View,

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Parameters;
-use isospectrum::file::is_folder;
+use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::{Background, Light, View as Look};
-use isospectrum::spectrum::Keep;
+use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
 
@@ -79,23 +79,18 @@ impl View {
         let defaults = Parameters::default();
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
-        let isovalue = match &content {
-            Content::Spectrum(_, spectrum) => {
+        let told = told(&content);
+        let isovalue = match told {
+            Some(spectrum) => {
                 let own = volume.as_ref().map(Statistics::of);
                 let samples = own.or_else(|| spectrum.statistics());
                 let resolve = |c: Isovalue| c.resolve(spectrum.range(), samples.as_ref());
                 self.isovalue.map(resolve).transpose()?
             }
-            _ => None,
+            None => None,
         };
-        let open = match &content {
-            Content::Spectrum(_, spectrum) => self.border.is_open(spectrum),
-            _ => self.border.open(),
-        };
-        let keep = match &content {
-            Content::Spectrum(_, spectrum) => self.keep.of(spectrum),
-            _ => Keep::default(),
-        };
+        let open = told.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
+        let keep = told.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
         run(Opening {
             content,
             volume,
@@ -137,9 +132,21 @@ impl View {
         if !is_folder(path) && Format::of_name(path).is_err() {
             return Ok(Content::Volume(read(path)?.into()));
         }
-        let (spectrum, _) = spectrum_file::read(path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if is_folder(path) {
+            return Ok(Content::Folder(name, SpectrumFolder::open(path)?.into()));
+        }
+        let (spectrum, _) = spectrum_file::read(path)?;
         Ok(Content::Spectrum(name, spectrum.into()))
+    }
+}
+
+/// All that is known of the whole of the spectrum, if there is one.
+fn told(content: &Content) -> Option<&Spectrum> {
+    match content {
+        Content::Spectrum(_, spectrum) => Some(spectrum),
+        Content::Folder(_, folder) => Some(folder.whole()),
+        Content::Nothing | Content::Volume(_) => None,
     }
 }
 

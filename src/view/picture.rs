@@ -52,7 +52,7 @@ impl Window {
             self.playing = None;
             scene.step_by(notches, is_fine);
         }
-        match scene.paint(&self.render_state, &self.view) {
+        match scene.paint((&self.render_state, ui.ctx()), &self.view) {
             Ok(texture) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
                 ui.painter().image(texture, shown, whole, Color32::WHITE);

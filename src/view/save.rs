@@ -85,9 +85,19 @@ pub(super) fn mesh(
 
 /// Writes the mesh; how many triangles.
 fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
-    let mut query = Query::new(&*scene.spectrum);
+    let (isovalues, around);
+    isovalues = scene.isovalues();
+    let spectrum = match scene.folder() {
+        // Anew, so that the file does not depend on what was seen before.
+        Some(folder) => {
+            around = folder.read_around(&isovalues)?;
+            &around
+        }
+        None => &*scene.spectrum,
+    };
+    let mut query = Query::new(spectrum);
     let mut mesh = SurfaceMesh::default();
-    for isovalue in scene.isovalues() {
+    for isovalue in isovalues {
         let one = query.mesh_at(isovalue)?.with_components(&view.keep);
         let first = mesh.positions.len() as u32;
         mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));

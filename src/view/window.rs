@@ -39,7 +39,7 @@ pub(super) struct Window {
     pub(super) gpu: Arc<Gpu>,
     pub(super) render_state: eframe::egui_wgpu::RenderState,
     /// A second field that colours can show.
-    pub(super) field: Option<Volume>,
+    pub(super) field: Option<Arc<Volume>>,
     pub(super) scene: Option<Scene>,
     pub(super) loading: Option<Loading>,
     pub(super) sweep: Option<Sweep>,
@@ -93,7 +93,7 @@ impl Window {
         let mut window = Window {
             gpu,
             render_state,
-            field,
+            field: field.map(Arc::new),
             scene: None,
             loading: None,
             sweep: None,
@@ -128,6 +128,11 @@ impl Window {
                     scene.isovalue = isovalue;
                 }
             }
+            Content::Folder(name, folder) => {
+                let volume = volume.map(Arc::new);
+                let loaded = Loaded::of_folder(name, *folder, volume, isovalue)?;
+                window.show_scene(loaded, context)?;
+            }
             Content::Volume(volume) => window.load(Source::Volume(volume), context),
         }
         Ok(window)
@@ -138,7 +143,7 @@ impl Window {
     }
 
     fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
-        let scene = Scene::new(&self.gpu, loaded, self.field.as_ref(), context)?;
+        let scene = Scene::new(&self.gpu, loaded, self.field.clone(), context)?;
         // Another spectrum may not have what the colours showed.
         if !scene.painter.sources().have(self.view.color) {
             self.view.color = Color::None;
@@ -292,6 +297,9 @@ impl Window {
     fn name_window(&mut self, context: &egui::Context) {
         let title = match (&self.scene, &self.loading) {
             (_, Some(_)) => "isospectrum - working".to_owned(),
+            (Some(scene), None) if scene.is_reading() => {
+                format!("{} - isovalue {} - reading", scene.name, typed::shown(scene.isovalue))
+            }
             (Some(scene), None) => format!(
                 "{} - isovalue {} - {} triangles",
                 scene.name,
