@@ -10,7 +10,7 @@ use super::window::{Picture, TIES, Window};
 const AHEAD: f64 = 1.0 / 16.0;
 
 /// Where the button that computes the curves is, from the top left of the window.
-const CURVES: (i32, i32) = (560, 592);
+const CURVES: (i32, i32) = (820, 589);
 
 /// The colour of the curve of components.
 const COMPONENTS: [u8; 3] = [0xE6, 0x9F, 0x00];
