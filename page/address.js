@@ -1,6 +1,6 @@
 // The part of the page's address after the hash, which leads back to what is seen:
-// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&light=left&keep=3&min_volume=10&color=quality&map=magma&scale=0:1
-// (keep: the number of components, min_volume: cubic voxels)
+// #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&light=left&background=dark&front=c8503c&keep=3&min_volume=10&without=x,y,z;x,y,z&color=quality&map=magma&scale=0:1
+// (keep: the number of components, min_volume: cubic voxels; only, without: points on components that are picked, voxel frame)
 
 /** What the address asks for. */
 function readAddress() {
@@ -24,12 +24,20 @@ function applyAddress(viewer) {
     const opacity = Number(asked.get("opacity"));
     if (asked.has("opacity") && opacity >= 0 && opacity <= 1) viewer.opacity = opacity;
     if (LIGHTS.includes(asked.get("light"))) viewer.setLook({ light: asked.get("light") });
-    for (const name of ["orthographic", "occlusion"]) {
+    const background = asked.get("background");
+    if (background === "auto" || Object.hasOwn(BACKGROUNDS, background)) viewer.setLook({ background });
+    if (/^[0-9a-f]{6}$/.test(asked.get("front"))) viewer.setColoring({ front: asked.get("front") });
+    for (const name of ["only", "without"]) {
+        for (const text of asked.get(name)?.split(";") ?? []) {
+            const point = text.split(",").map(Number);
+            if (point.length === 3 && point.every(Number.isFinite)) viewer.selection.pick(point, name === "without");
+        }
+    }
+    for (const name of [...SWITCHES, "open"]) {
         if (asked.has(name)) viewer.setLook({ [name]: asked.get(name) !== "0" });
     }
     if (asked.has("also")) viewer.setExtras(extrasOf(asked.get("also"), viewer));
-    const [low, high] = (asked.get("scale") ?? "").split(":").map(Number);
-    if (low < high) viewer.setColoring({ low, high });
+    if (asked.has("scale")) viewer.setColoring(endsOf(asked.get("scale")) ?? {});
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
@@ -62,18 +70,21 @@ function writeAddress(viewer) {
     asked.set("isovalue", Number(viewer.isovalue.toPrecision(9)));
     asked.set("view", view);
     const { largest, minVolume } = viewer.selection;
-    const { color, map, low, high } = viewer.coloring;
+    const { color, map, low, high, front } = viewer.coloring;
     const { clip } = viewer.look;
     const told = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
         ["clip", !clip ? viewer.about.look.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
-        ...["orthographic", "occlusion"].map((name) =>
+        ...[...SWITCHES, "open"].map((name) =>
             [name, viewer.look[name] === (viewer.about[name] ?? viewer.about.look[name]) ? null : Number(viewer.look[name])]),
         ["light", viewer.look.light === viewer.about.look.light ? null : viewer.look.light],
+        ["background", viewer.look.background === (viewer.about.look.background ?? "auto") ? null : viewer.look.background],
+        ["front", front === viewer.about.look.front ? null : front],
+        ...["only", "without"].map((name, i) => [name, viewer.selection.isHiding === Boolean(i) && viewer.selection.pointsPicked() || null]),
         ["opacity", viewer.opacity === viewer.about.look.opacity ? null : viewer.opacity],
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
             [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (viewer.about.look.also.length > 0 ? "" : null)],
         ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
-        ["scale", low === null || high === null ? null : `${low}:${high}`]];
+        ["scale", textOfEnds(low, high)]];
     for (const [name, value] of told) {
         if (value === null) asked.delete(name);
         else asked.set(name, value);

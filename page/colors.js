@@ -84,9 +84,37 @@ function meanCurvature(surface, t) {
     }, 0);
 }
 
-/** Ends of the scale of numbers, with what the reader wants of them. */
-function scaleOf({ low, high }, { low: wantedLow = null, high: wantedHigh = null }) {
-    const ends = [wantedLow ?? low, wantedHigh ?? high];
+/**
+ * The ends of a scale as a text tells them: `0:5`, `p5:p95` (what 5 and 95 % of the numbers do not exceed), or without one that
+ * follows from the numbers; nothing where it tells none.
+ */
+function endsOf(text) {
+    const parts = text.trim() === "" ? ["", ""] : text.split(/\s*(?:to|:)\s*/);
+    const [low, high] = parts.map((end) => (end.trim() === "" ? null
+        : /^\s*p\d/.test(end) && end.trim().slice(1) <= 100 ? end.trim() : Number(end)));
+    const isEnd = (end) => typeof end !== "number" || Number.isFinite(end);
+    const isUpsideDown = typeof low === "number" && typeof high === "number" && low >= high;
+    return parts.length === 2 && isEnd(low) && isEnd(high) && !isUpsideDown ? { low, high } : undefined;
+}
+
+/** The text of the ends of a scale; null where both follow from the numbers. */
+function textOfEnds(low, high) {
+    return (low ?? high ?? null) === null ? null : `${low ?? ""}:${high ?? ""}`;
+}
+
+/** Ends of the scale of the numbers of a surface, with what the reader wants of them. */
+function scaleOf({ low, high, values, perVertex }, wanted, { triangles, spectrum }) {
+    const at = (end, usual) => {
+        if (typeof end !== "string") return end ?? usual;
+        const inner = values.filter((x, i) => x === x && (perVertex || !spectrum.caps[triangles[i]])).sort();
+        return inner[Math.round(((inner.length - 1) * end.slice(1)) / 100)] ?? usual;
+    };
+    let ends = [at(wanted.low, low), at(wanted.high, high)];
+    const center = wanted.center ?? null;
+    if (center !== null) {
+        const reach = Math.max(...ends.map((end) => Math.abs(end - center)));
+        ends = [center - reach, center + reach];
+    }
     return ends[0] < ends[1] ? ends : [low, high];
 }
 

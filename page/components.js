@@ -122,16 +122,29 @@ class Selection {
                 pick.component = best ? best[0] : null;
             }
             if (pick.component !== null) pick.isFresh = false;
+            pick.place = undefined;
         });
         const pickOf = new Map();
         this.picks.forEach((pick, i) => { if (pick.component !== null) pickOf.set(pick.component, i + 1); });
         for (let i = 0; i < nVertices; i++) {
             const v = vertices[i];
             const now = pickOf.get(ofVertex[i]);
-            if (now) this.owner[v] = now;
+            if (now) {
+                this.owner[v] = now;
+                this.picks[now - 1].place = i;
+            }
             // A piece that split off is no longer followed; what is gone may come back.
             else if (this.owner[v] > 0 && this.picks[this.owner[v] - 1].component !== null) this.owner[v] = 0;
         }
+        // From where it is found again in another spectrum, and by who opens the address.
+        for (const pick of this.picks.filter((each) => each.component !== null && each.place !== undefined)) {
+            pick.point = [...surface.positions.subarray(3 * pick.place, 3 * pick.place + 3)];
+        }
+    }
+
+    /** Points on the parts that are picked, as the address tells them. */
+    pointsPicked() {
+        return this.picks.map(({ point }) => point.map((x) => Number(x.toPrecision(5))).join(",")).join(";");
     }
 
     /** Of each component whether it is shown. */

@@ -30,17 +30,16 @@ class LookPanel {
         for (const [name, shown] of Object.entries(COLORS)) {
             if (viewer.canShow(name)) this.color.append(new Option(name === "field" ? field.name : shown.split(",")[0], name));
         }
-        on(this.color, "change", () => viewer.setColoring({ color: this.color.value, low: null, high: null }));
+        on(this.color, "change", () => viewer.setColoring({ color: this.color.value, low: null, high: null, center: null }));
         this.map = byId("map");
         for (const name of Object.keys(maps)) this.map.append(new Option(name, name));
         on(this.map, "change", () => viewer.setColoring({ map: this.map.value || null }));
         this.scale = byId("scale");
         on(this.scale, "change", () => {
-            const ends = this.scale.value.trim() === "" ? [null, null] : this.scale.value.split(/\s*(?:to|:)\s*/).map(Number);
-            const isScale = ends.length === 2 && (ends[0] === null || ends[0] < ends[1]);
-            this.scale.setAttribute("aria-invalid", !isScale);
-            this.message.textContent = isScale ? "" : "expected a scale, such as 0:1";
-            if (isScale) viewer.setColoring({ low: ends[0], high: ends[1] });
+            const ends = endsOf(this.scale.value);
+            this.scale.setAttribute("aria-invalid", !ends);
+            this.message.textContent = ends ? "" : "expected a scale, such as 0:1 or p5:p95";
+            if (ends) viewer.setColoring(ends);
         });
         this.front = byId("front");
         on(this.front, "input", () => viewer.setColoring({ front: this.front.value.slice(1) }));
@@ -56,7 +55,7 @@ class LookPanel {
         for (const control of [this.map, this.scale]) control.parentElement.hidden = !hasScale;
         this.front.parentElement.hidden = color !== "none";
         if (front) this.front.value = `#${front}`;
-        if (document.activeElement !== this.scale) this.scale.value = low === null ? "" : `${low}:${high}`;
+        if (document.activeElement !== this.scale) this.scale.value = textOfEnds(low, high) ?? "";
         for (const name of CHOICES) byId(name).value = look[name];
     }
 

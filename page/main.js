@@ -58,8 +58,39 @@ async function drawOtherwise(viewer, renderer, error) {
     await viewer.use(other);
 }
 
-/** Shows what the viewer has, and listens to the reader. */
-async function present(viewer) {
+/** The way to draw, once it is there; without one says so. */
+async function drawable(opening) {
+    const renderer = await opening;
+    if (!renderer) {
+        await parsed();
+        const then = document.querySelector("#still img")
+            ? "so this picture does not move" : "one of which this page needs to show the surface";
+        showStill(`This browser has neither WebGPU nor WebGL2, ${then}.`);
+    }
+    return renderer;
+}
+
+/** All is there: the page around may talk to this one. */
+function finished(viewer) {
+    document.documentElement.dataset.ready = Math.round(performance.now());
+    followMessages(viewer);
+}
+
+/** Begins a page, or in a worker what it has done there. */
+function run(start) {
+    if (typeof document === "undefined") {
+        work();
+        return;
+    }
+    start(document.currentScript.textContent).catch((error) => {
+        console.error(error);
+        showStill(`This page cannot be shown: ${error.message}.`);
+    });
+}
+
+/** Draws what the viewer has, and listens to the reader. */
+async function present(viewer, renderer) {
+    await drawWith(viewer, renderer);
     document.documentElement.classList.toggle("framed", IS_FRAMED);
     byId("stage").hidden = false;
     performance.mark("renderer");

@@ -87,23 +87,11 @@ async function start(script) {
     viewer.chunks = chunks;
     applyAddress(viewer);
     viewer.limit(first ? about.first : chunks.ends(number), true);
-    const renderer = await opening;
-    if (!renderer) {
-        await parsed();
-        showStill("This browser has neither WebGPU nor WebGL2, one of which this page needs to show the surface.");
-        return;
-    }
-    await drawWith(viewer, renderer);
-    await present(viewer);
+    const renderer = await drawable(opening);
+    if (!renderer) return;
+    await present(viewer, renderer);
     performance.mark("whole");
-    document.documentElement.dataset.ready = Math.round(performance.now());
-    followMessages(viewer);
+    finished(viewer);
 }
 
-if (typeof document === "undefined") work();
-else {
-    start(document.currentScript.textContent).catch((error) => {
-        console.error(error);
-        showStill(`This page cannot be shown: ${error.message}.`);
-    });
-}
+run(start);

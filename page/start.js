@@ -26,33 +26,18 @@ async function start(script) {
         // What comes first is around the isovalue the page opens at.
         if (viewer.isovalue !== viewer.wanted) viewer = null;
     }
-    const renderer = await opening;
-    if (!renderer) {
-        await parsed();
-        const then = document.querySelector("#still img")
-            ? "so this picture does not move" : "one of which this page needs to show the surface";
-        showStill(`This browser has neither WebGPU nor WebGL2, ${then}.`);
-        return;
-    }
+    const renderer = await drawable(opening);
+    if (!renderer) return;
     if (viewer) {
-        await drawWith(viewer, renderer);
-        await present(viewer);
+        await present(viewer, renderer);
         await viewer.takeWhole(await unpack());
         performance.mark("whole");
     } else {
         viewer = viewerOf(await unpack(), about);
         performance.mark("whole");
-        await drawWith(viewer, renderer);
-        await present(viewer);
+        await present(viewer, renderer);
     }
-    document.documentElement.dataset.ready = Math.round(performance.now());
-    followMessages(viewer);
+    finished(viewer);
 }
 
-if (typeof document === "undefined") work();
-else {
-    start(document.currentScript.textContent).catch((error) => {
-        console.error(error);
-        showStill(`This page cannot be shown: ${error.message}.`);
-    });
-}
+run(start);

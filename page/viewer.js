@@ -78,9 +78,14 @@ class Viewer extends Scene {
         const found = point && this.under(point);
         if (found) this.measuredPoints.push(found);
         this.request();
-        const [a, b] = this.measuredPoints;
-        const { spacing } = this.spectrum.info.volume.placement;
-        return b ? Math.min(...spacing) * Math.hypot(...a.map((x, i) => x - b[i])) : null;
+        const [a, b] = this.measuredPoints.map((p) => this.inWorld(p));
+        return b ? Math.hypot(...a.map((x, i) => x - b[i])) : null;
+    }
+
+    /** A point of the voxel frame in the world. */
+    inWorld(point) {
+        const mesh = { positions: Float64Array.from(point), normals: [], triangles: [] };
+        return [...placeInWorld(mesh, this.spectrum.info.volume.placement).positions];
     }
 
     /** Soon after the pointer rests on the surface, says where that is in the world. */
@@ -91,9 +96,7 @@ class Viewer extends Scene {
         this.telling = setTimeout(() => {
             const found = this.pointed && this.under(this.pointed);
             if (!found) return;
-            const mesh = { positions: Float64Array.from(found), normals: [], triangles: [] };
-            const { positions } = placeInWorld(mesh, this.spectrum.info.volume.placement);
-            const place = [...positions].map((x) => Number(x.toPrecision(5))).join(", ");
+            const place = this.inWorld(found).map((x) => Number(x.toPrecision(5))).join(", ");
             this.panel.readOut(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
     }
@@ -224,7 +227,7 @@ class Viewer extends Scene {
         if (color === "component") this.shown = { name: "component, the largest first" };
         if (color === "component" || color === "none") return;
         const numbers = numbersOf(color, surface, this.about, [this.low, this.high]);
-        const ends = scaleOf(numbers, this.coloring);
+        const ends = scaleOf(numbers, this.coloring, surface);
         surface.codes = codesOfNumbers(numbers, ends, surface);
         const { maps, field } = this.about;
         const usual = color === "curvature" ? "vik" : color === "field" ? field.map : "viridis";

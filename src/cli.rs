@@ -28,6 +28,7 @@ mod isovalue;
 mod keep_arguments;
 mod kind;
 mod machine;
+mod mark_argument;
 mod merge;
 mod output;
 mod parts;

@@ -37,7 +37,7 @@ pub use crate::mesh::{PlyMesh, parse_ply, read_ply};
 use crate::beside::write_beside;
 use crate::color::{Attribute, Map, Per, to_srgb};
 use crate::error::{Error, Result};
-use crate::spectrum::{QUANTUM, SurfaceMesh};
+use crate::spectrum::{FINEST_QUANTUM, SurfaceMesh};
 use crate::volume::{Placement, Space};
 
 /// A mesh format that can be written.
@@ -292,7 +292,7 @@ impl Placed {
         let step = f64::from(f32::EPSILON) * farthest(&|p| placement.world_of_voxel(p));
         // Where the volume alone is that large, 64 bits tell no more than its own 32.
         let own = f64::from(f32::EPSILON) * farthest(&|p| placement.around_origin(p));
-        let is_far = step > 2.0 * own && step > placement.voxel() * QUANTUM;
+        let is_far = step > 2.0 * own && step > placement.voxel() * FINEST_QUANTUM;
         Placed { mesh, placement: *placement, is_far }
     }
 

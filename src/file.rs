@@ -164,8 +164,9 @@ pub struct Written {
 ///
 /// As [`to_bytes`].
 pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
+    let units = Units::of_file(VERSION, spectrum.tolerance());
     let (spectrum, [info, isovalues, ranks, triangles, positions], order) =
-        parts_of(spectrum, Units::FILE)?;
+        parts_of(spectrum, units)?;
     if info.len() > LONGEST_INFO {
         return Err(Error::input(format!(
             "the description of the spectrum takes {} bytes, expected at most {LONGEST_INFO}",
@@ -228,7 +229,7 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let knots = if version == 1 {
         version_1::read_geometry(&content, &ranks, &isovalues, &triangles)
     } else {
-        let units = Units::of_file(version);
+        let units = Units::of_file(version, info.tolerance);
         geometry::read_geometry(&content, &info.volume, &ranks, (&isovalues, &triangles), units)
     };
     drop(content);

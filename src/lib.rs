@@ -54,6 +54,7 @@ mod gpu;
 mod input;
 mod kernels;
 mod mesh;
+mod named;
 pub mod page;
 mod prepared;
 mod progress;

@@ -249,15 +249,18 @@ fn filled(
         None => Vec::new(),
     };
     let curves = curves::curves(spectrum)?;
-    let at = |end: Option<End>| match end {
-        Some(End::At(x)) => Some(x),
-        _ => None,
+    // Those of a field are found among all its knots, of all isovalues.
+    let is_field = page.color == Color::Field;
+    let at = |end: Option<End>| match end? {
+        End::At(x) => Some(serde_json::json!(x)),
+        End::Percentile(p) => (!is_field).then(|| format!("p{p}").into()),
     };
     let color = serde_json::json!({
         "color": page.color.name(),
         "map": page.map.map(Map::name),
         "low": at(page.ends.low),
         "high": at(page.ends.high),
+        "center": page.ends.center.filter(|_| !is_field),
     });
     let mut about = serde_json::json!({
         "step": page.step,

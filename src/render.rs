@@ -55,7 +55,8 @@ pub use tables::Memory;
 pub(crate) use target::SHOWN_FORMAT;
 
 use crate::error::{Error, Result};
-use crate::spectrum::{Keep, VolumeInfo};
+use crate::named::read_by_name;
+use crate::spectrum::{Keep, Picked, VolumeInfo};
 
 /// How a picture looks.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +84,8 @@ pub struct View {
     pub open: bool,
     /// Which components are drawn, sizes and places in the voxel frame; their colours are those that they have among all.
     pub keep: Keep,
+    /// Of these, which are drawn of the first isosurface.
+    pub picked: Picked,
     /// A plane beyond which nothing is drawn.
     pub clip: Option<Clip>,
     /// Whether a legend tells what the colours show, where they show something.
@@ -156,6 +159,7 @@ impl Default for View {
             background: Background::White,
             open: false,
             keep: Keep::default(),
+            picked: Picked::default(),
             clip: None,
             legend: true,
             axes: false,
@@ -301,18 +305,4 @@ impl Background {
     }
 }
 
-impl std::str::FromStr for Background {
-    type Err = Error;
-
-    /// Reads the name as flags spell it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Usage`] for any other text.
-    fn from_str(text: &str) -> Result<Self> {
-        Background::ALL.into_iter().find(|background| background.name() == text).ok_or_else(|| {
-            let names = Background::ALL.map(Background::name).join(", ");
-            Error::Usage(format!("background '{text}', expected one of {names}"))
-        })
-    }
-}
+read_by_name!(Background, "background");

@@ -12,18 +12,23 @@
 //! Of a folder of parts those chunks are read that what is shown needs (`held`); until they are there the picture stays as it was.
 //! What asks for all of them, the curves, is computed when it is asked for.
 
+mod act;
 mod actions;
 mod chooser;
+mod cube;
 mod curves;
 mod empty;
 mod hand;
 mod held;
 mod history;
+mod layers;
 mod loading;
 mod opened;
 mod options;
+mod picks;
 mod picture;
 mod plot;
+mod pointing;
 mod rows;
 mod save;
 mod scene;
@@ -36,7 +41,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::error::{Error, Result};
 use crate::file::SpectrumFolder;
 use crate::gpu::Gpu;
-use crate::render::View;
+use crate::render::{Surface, View};
 use crate::spectrum::Spectrum;
 use crate::sweep::Parameters;
 use crate::volume::Volume;
@@ -64,8 +69,10 @@ pub struct Opening {
     pub volume: Option<Volume>,
     /// A second field that colours can show.
     pub field: Option<Volume>,
-    /// The first isovalue; without it [`Spectrum::shown_first`], or that of the folder.
-    pub isovalue: Option<f64>,
+    /// The first isosurface, and others that stay beside it; without any that of [`Spectrum::shown_first`], or of the folder.
+    pub surfaces: Vec<Surface>,
+    /// Isovalues that are offered by name; without any some are suggested.
+    pub marks: Vec<(f64, String)>,
     /// How the surface looks; the width and height are those of the window, points.
     pub view: View,
     /// Parameters of spectra that are computed in the window.
@@ -81,7 +88,7 @@ pub struct Opening {
 /// # Errors
 ///
 /// [`Error::Gpu`] if there is no adapter, no display, or the device is lost; [`Error::Range`] if
-/// the first isovalue lies outside the range.
+/// an isovalue lies outside the range.
 pub fn run(opening: Opening) -> Result<()> {
     let gpu = Arc::new(Gpu::new(opening.adapter.as_deref())?);
     let failure = Arc::new(Mutex::new(None));

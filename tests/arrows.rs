@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 /// Each module may use those that stand before it. The program (`main`, `cli`) is a crate of its own.
-const FLOW: [&str; 26] = [
+const FLOW: [&str; 27] = [
     "error",
+    "named",
     "progress",
     "random",
     "disjoint_sets",

@@ -290,6 +290,28 @@ fn parts_are_told_and_kept_in_the_unit_of_the_world() {
 }
 
 #[test]
+fn the_table_tells_the_unit_where_the_volume_does() {
+    let folder = Folder::new();
+    let head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 6 6\nspace dimension: 3\n\
+                space directions: (2,0,0) (0,2,0) (0,0,2)\nspace units: \"mm\" \"mm\" \"mm\"\nencoding: raw\n\n";
+    let mut bytes = head.as_bytes().to_vec();
+    bytes.extend((0..216).map(|i| if i == 86 { 200 } else { 10 }));
+    folder.write("v.nrrd", &bytes);
+    folder.write("v_6x6x6_uint8.raw", &bytes[head.len()..]);
+    for (volume, unit) in [("v.nrrd", Some("mm")), ("v_6x6x6_uint8.raw", None)] {
+        folder.run(&["compute", volume, "-o", "s.isp", "--backend", "cpu"]);
+        let told = folder.run(&["components", "s.isp", "-c", "100"]).stdout;
+        let told = String::from_utf8(told).expect("text");
+        let head = told.lines().nth(1).expect("a head");
+        let has = ["volume, mm^3", "area, mm^2", "box, mm"].map(|name| head.contains(name));
+        assert_eq!(has, [unit.is_some(); 3], "{told}");
+        let told = folder.run(&["components", "s.isp", "-c", "100", "--json"]).stdout;
+        let told: serde_json::Value = serde_json::from_slice(&told).expect("JSON");
+        assert_eq!(told["unit"].as_str(), unit);
+    }
+}
+
+#[test]
 fn what_is_kept_does_not_change_the_rest() {
     let spectrum = swept(&noise(3, 1 << 20));
     let isovalue = 0.6 * f64::from(1u32 << 20);

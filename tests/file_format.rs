@@ -6,7 +6,7 @@ use std::path::Path;
 
 use isospectrum::Error;
 use isospectrum::file::{self, arranged, from_bytes, thesis, to_bytes, write_beside};
-use isospectrum::spectrum::{Patch, QUANTUM, Spectrum, Told};
+use isospectrum::spectrum::{Patch, Spectrum, Told, quantum};
 use isospectrum::volume::{Placement, Space, Unit};
 use proptest::prelude::*;
 use synthetic::{Growth, any_spectrum, growing_sphere, on_lattice, small};
@@ -99,7 +99,7 @@ fn positions_are_rounded_to_the_quantum_and_meshes_stay_the_same_surface() {
         for a in 0..3 {
             // Each corner moves by half a quantum at most, and f32 rounds below that.
             let moved = (sum(&before, a) - sum(&after, a)).abs() / before.len() as f64;
-            assert!(moved <= 0.5 * QUANTUM + 1e-5, "{moved} at {c}");
+            assert!(moved <= 0.5 * quantum(spectrum.tolerance()) + 1e-5, "{moved} at {c}");
         }
     }
 }
@@ -186,10 +186,11 @@ fn assert_golden(read: &Spectrum, written: &Spectrum) {
     assert_eq!(read.events(), expected.events());
     assert_eq!(read.collapses(), expected.collapses());
     assert_eq!(read.volume(), expected.volume());
+    let step = quantum(written.tolerance());
     for (a, b) in read.knots().iter().zip(expected.knots()) {
         assert_eq!(a.rank, b.rank);
         for i in 0..3 {
-            assert!(f64::from((a.position[i] - b.position[i]).abs()) <= QUANTUM);
+            assert!(f64::from((a.position[i] - b.position[i]).abs()) <= step);
         }
     }
 }

@@ -65,6 +65,7 @@ pub(crate) fn still(
         color: page.color,
         map: page.map,
         ends: page.ends,
+        light: look.light,
         clip: look.clip,
         occlusion: look.occlusion,
         wireframe: look.wireframe.then_some(1.0),

@@ -3,7 +3,7 @@
 use std::str::FromStr as _;
 
 use isospectrum::color::{Color, Ends, Map};
-use isospectrum::render::{Axis, Background, Camera, Clip};
+use isospectrum::render::{Axis, Background, Camera, Clip, Light};
 use isospectrum::{Error, Keep, Result, Spectrum};
 use pyo3::prelude::*;
 
@@ -23,6 +23,7 @@ pub(crate) struct Sight {
     color_range: Option<String>,
     color_center: Option<f64>,
     background: Option<String>,
+    light: String,
     /// Normal and offset, voxel frame.
     clip: Option<([f64; 3], f64)>,
     pub(crate) opacity: f32,
@@ -70,6 +71,10 @@ impl Sight {
 
     pub(crate) fn background(&self) -> Result<Option<Background>> {
         self.background.as_deref().map(Background::from_str).transpose()
+    }
+
+    pub(crate) fn light(&self) -> Result<Light> {
+        self.light.parse()
     }
 
     pub(crate) fn clip(&self) -> Option<Clip> {

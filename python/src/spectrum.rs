@@ -229,6 +229,7 @@ impl Spectrum {
                 map: sight.map()?,
                 ends: sight.ends()?,
                 background: sight.background()?.unwrap_or_default(),
+                light: sight.light()?,
                 clip: sight.clip(),
                 wireframe: sight.wireframe.then_some(1.0),
                 opacity: sight.opacity,
@@ -312,9 +313,9 @@ impl Spectrum {
                 opacity: first.opacity.unwrap_or(sight.opacity),
                 clip: sight.clip(),
                 background,
+                light: sight.light()?,
                 front: first.color,
                 also,
-                ..page::Look::default()
             };
             let color = sight.color(color_by.is_some())?;
             let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));

@@ -112,7 +112,7 @@ def test_a_picture_is_an_array_that_notebooks_show(spectrum, array, tmp_path):
     two = spectrum.render([0.3, 0.6], size=(160, 120), opacity=0.5, background="dark")
     assert (two[0, 0, :3] < 60).all()
     assert spectrum.render({0.3: "red", "60%": "@0.5"}, size=(32, 32)).shape == (32, 32, 4)
-    for wrong in ({"size": (0, 5)}, {"color": "rainbow"}, {"background": "pink"}, {"fit": "all"}, {"c": {0.3: "pinkish"}}):
+    for wrong in ({"size": (0, 5)}, {"color": "rainbow"}, {"background": "pink"}, {"light": "north"}, {"fit": "all"}, {"c": {0.3: "pinkish"}}):
         with pytest.raises(isospectrum.UsageError):
             spectrum.render(**{"c": 0.3, **wrong})
     for wrong in (

@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use isospectrum::render::Clip;
 use isospectrum::spectrum::VolumeInfo;
+use isospectrum::volume::Placement;
 
 /// `[-]AXIS:PLACE`: what lies beyond the place is left out, with `-` what lies before it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,12 +25,14 @@ enum Place {
 impl ClipArgument {
     /// The plane in the voxel frame of a volume.
     pub(super) fn of(self, volume: &VolumeInfo) -> Clip {
+        self.of_grid(volume.dims, &volume.placement)
+    }
+
+    /// The same of so many samples that lie somewhere.
+    pub(super) fn of_grid(self, dims: [usize; 3], placement: &Placement) -> Clip {
         let ClipArgument { axis, is_turned, place } = self;
-        let placement = &volume.placement;
         let world = match place {
-            Place::Share(share) => {
-                share * (volume.dims[axis] as f64 - 1.0) * placement.spacing[axis]
-            }
+            Place::Share(share) => share * (dims[axis] as f64 - 1.0) * placement.spacing[axis],
             Place::Length(length) => length,
         };
         let sign = if is_turned { -1.0 } else { 1.0 };

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use isospectrum::export::place_in_world;
 use isospectrum::spectrum::{Component, Components as Found, End, Lineage, lineages};
+use isospectrum::volume::Unit;
 use serde::Serialize;
 
 use super::isovalue::{self, Isovalue};
@@ -46,6 +47,8 @@ pub(super) struct Components {
 #[derive(Serialize)]
 struct Report {
     isovalue: f64,
+    /// Of lengths, as the volume tells it; none where it does not.
+    unit: Option<String>,
     n_components: usize,
     components: Vec<Row>,
 }
@@ -137,7 +140,9 @@ impl Components {
                 Row::new(i, component, lineage.as_ref().map(Ends::new), placement.origin)
             })
             .collect();
-        let report = Report { isovalue, n_components: found.list.len(), components };
+        let unit = Some(placement.unit).filter(|&unit| unit != Unit::Unknown);
+        let unit = unit.map(|unit| unit.to_string());
+        let report = Report { isovalue, unit, n_components: found.list.len(), components };
         if self.json {
             report::print_json("components", &report)?;
         } else if self.csv {
@@ -149,7 +154,7 @@ impl Components {
     }
 
     fn table(&self, report: &Report) -> String {
-        let Report { isovalue, n_components, components } = report;
+        let Report { isovalue, unit, n_components, components } = report;
         let plural = if *n_components == 1 { "" } else { "s" };
         let mut text =
             format!("{n_components} component{plural} at isovalue {}", number(*isovalue));
@@ -157,8 +162,15 @@ impl Components {
             let _ = write!(text, ", {} of them kept", components.len());
         }
         text.push('\n');
-        let head = ["no.", "volume", "area", "Euler", "triangles", "birth", "death", "box"];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
+        let powered = |name: &str, power: &str| match unit {
+            Some(unit) => format!("{name}, {unit}{power}"),
+            None => name.to_owned(),
+        };
+        let head = ["no.", "", "", "Euler", "triangles", "birth", "death", ""];
+        let mut head = head.map(str::to_owned);
+        [head[1], head[2], head[7]] =
+            [powered("volume", "^3"), powered("area", "^2"), powered("box", "")];
+        let mut rows = vec![head.to_vec()];
         rows.extend(components.iter().take(self.rows).map(|row| cells(row).to_vec()));
         if self.no_lineage {
             rows.iter_mut().for_each(|row| _ = row.drain(5..7));

@@ -1,7 +1,6 @@
 //! `html`: a spectrum as one web page that anyone can open.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::Args;
 use isospectrum::Progress as _;
@@ -19,8 +18,9 @@ use super::camera_arguments::CameraArguments;
 use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::{not_negative, positive, share};
-use super::isovalue::{Isovalue, IsovalueRange};
+use super::isovalue::IsovalueRange;
 use super::keep_arguments::KeepArguments;
+use super::mark_argument::{Mark, resolved};
 use super::output::Output;
 use super::progress::Bar;
 use super::spectrum_file::Opened;
@@ -109,22 +109,6 @@ pub(super) struct Html {
     adapter: Option<String>,
 }
 
-/// `120=bone`: an isovalue and what it shows.
-#[derive(Clone, Debug, PartialEq)]
-struct Mark {
-    isovalue: Isovalue,
-    name: String,
-}
-
-impl FromStr for Mark {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        let (written, name) = text.split_once('=').unwrap_or((text, text));
-        Ok(Mark { isovalue: written.parse()?, name: name.trim().to_owned() })
-    }
-}
-
 impl Html {
     pub(super) fn run(&self, quiet: bool) -> anyhow::Result<()> {
         let target = self.target()?;
@@ -133,15 +117,8 @@ impl Html {
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
         let volume = self.volume_of(&spectrum)?;
         let statistics = volume.as_ref().map(Statistics::of).or_else(|| spectrum.statistics());
-        let resolve = |c: Isovalue| c.resolve(spectrum.range(), statistics.as_ref());
         let (told, look) = self.look(&spectrum, statistics.as_ref())?;
-        let marks = (self.mark.iter())
-            .map(|mark| {
-                let isovalue = resolve(mark.isovalue)?;
-                spectrum.check_isovalue(isovalue)?;
-                Ok((isovalue, mark.name.clone()))
-            })
-            .collect::<Result<Vec<_>>>()?;
+        let marks = resolved(&self.mark, &spectrum, statistics.as_ref())?;
         let samples = volume.as_ref().map(Histogram::of);
         let sources = self.color.sources(&spectrum, None)?;
         let isovalue = told.map_or_else(|| spectrum.shown_first(), |surface| surface.isovalue);

@@ -8,16 +8,18 @@ use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::{Background, Light, View as Look};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, Opening, run};
-use isospectrum::volume::{ReadOptions, Statistics, phantom, read_volume};
+use isospectrum::volume::{Placement, ReadOptions, Statistics, phantom, read_volume};
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
+use super::clip_argument::ClipArgument;
 use super::color_arguments::ColorArguments;
-use super::compute::positive;
-use super::isovalue::Isovalue;
+use super::compute::{positive, share};
 use super::keep_arguments::KeepArguments;
+use super::mark_argument::{Mark, resolved};
 use super::render::Size;
 use super::spectrum_file::{self, Format};
+use super::surface_argument::SurfaceArgument;
 
 /// Open a window on a spectrum, or on a volume whose spectrum it computes
 #[derive(Args, Debug)]
@@ -30,10 +32,13 @@ pub(super) struct View {
     /// The spectrum's volume: shows the histogram of its samples, and p99 can be typed
     #[arg(long, value_name = "FILE", requires = "file")]
     volume: Option<PathBuf>,
-    /// First isovalue of a spectrum: a number, or a percentage of the range; else 50%, or the nearest with more than
-    /// a trace to see
-    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
-    isovalue: Option<Isovalue>,
+    /// First isovalue of a spectrum; else 50%, or the nearest with more than a trace to see. Given again, others stay beside it; each
+    /// may have a colour and an opacity, such as 1200=bone@0.5
+    #[arg(short = 'c', long, value_name = "C[=COLOR][@OPACITY]", allow_hyphen_values = true)]
+    isovalue: Vec<SurfaceArgument>,
+    /// Isovalues of a spectrum that are offered, each with a name; without any some are suggested
+    #[arg(long, value_name = "C[=NAME],...", value_delimiter = ',', allow_hyphen_values = true)]
+    mark: Vec<Mark>,
     /// Width and height of the window, points
     #[arg(long, value_name = "WxH", default_value = "1280x800")]
     size: Size,
@@ -57,9 +62,16 @@ pub(super) struct View {
     border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
-    /// Light on dark
-    #[arg(long)]
-    dark: bool,
+    /// What lies behind the surface: white, light or dark
+    #[arg(long, value_name = "WHAT", default_value = "white")]
+    background: Background,
+    /// Cut at first along a plane across an axis of the volume, at a share of its length or a length from the first sample:
+    /// x:50%, -z:12.5
+    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
+    clip: Option<ClipArgument>,
+    /// How much of what lies behind the surface hides at first, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
+    opacity: f64,
     /// Tolerance of spectra that are computed, voxels
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     error: Option<f64>,
@@ -79,23 +91,35 @@ impl View {
         let defaults = Parameters::default();
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
+        if self.background == Background::Transparent {
+            let told = "background 'transparent', expected white, light or dark";
+            return Err(isospectrum::Error::Usage(told.into()).into());
+        }
         let told = told(&content);
-        let isovalue = match told {
+        let (surfaces, marks) = match told {
             Some(spectrum) => {
                 let own = volume.as_ref().map(Statistics::of);
                 let samples = own.or_else(|| spectrum.statistics());
-                let resolve = |c: Isovalue| c.resolve(spectrum.range(), samples.as_ref());
-                self.isovalue.map(resolve).transpose()?
+                let resolve = |c: &SurfaceArgument| c.resolve(spectrum.range(), samples.as_ref());
+                let surfaces = self.isovalue.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
+                (surfaces, resolved(&self.mark, spectrum, samples.as_ref())?)
             }
-            None => None,
+            None => Default::default(),
         };
+        let clip = self.clip.map(|clip| match (&content, told) {
+            (Content::Volume(volume), _) => clip.of_grid(volume.dims(), volume.placement()),
+            (_, Some(spectrum)) => clip.of(spectrum.volume()),
+            (_, None) => clip.of_grid([2; 3], &Placement::default()),
+        });
+        let opacity = surfaces.first().and_then(|first| first.opacity);
         let open = told.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
         let keep = told.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
         run(Opening {
             content,
             volume,
             field: self.color.color_by.as_deref().map(read).transpose()?,
-            isovalue,
+            surfaces,
+            marks,
             view: Look {
                 width: self.size.width,
                 height: self.size.height,
@@ -110,7 +134,9 @@ impl View {
                 ends: self.color.ends(),
                 open,
                 keep,
-                background: if self.dark { Background::Dark } else { Background::White },
+                background: self.background,
+                clip,
+                opacity: opacity.unwrap_or(self.opacity as f32),
                 ..Look::default()
             },
             parameters: Parameters {

@@ -19,6 +19,7 @@ use super::{Ends, KnotValues, Map, Scale, name_color};
 use crate::color::NO_VALUE;
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
+use crate::named::read_by_name;
 use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
 
 /// What the colour of a surface shows.
@@ -83,21 +84,7 @@ impl Color {
     }
 }
 
-impl std::str::FromStr for Color {
-    type Err = Error;
-
-    /// Reads the name as flags spell it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Usage`] for any other text.
-    fn from_str(text: &str) -> Result<Self> {
-        Color::ALL.into_iter().find(|color| color.name() == text).ok_or_else(|| {
-            let names = Color::ALL.map(Color::name).join(", ");
-            Error::Usage(format!("color '{text}', expected one of {names}"))
-        })
-    }
-}
+read_by_name!(Color, "color");
 
 /// The distance from a point (voxel frame) with a unit normal to the isosurface of an isovalue, voxels; not a number
 /// where that is not known.

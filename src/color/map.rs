@@ -9,7 +9,7 @@
 use std::sync::LazyLock;
 
 use super::linear;
-use crate::error::{Error, Result};
+use crate::named::read_by_name;
 
 /// Colours that a map is told by.
 pub(crate) const N_STOPS: usize = 33;
@@ -75,21 +75,7 @@ impl Map {
     }
 }
 
-impl std::str::FromStr for Map {
-    type Err = Error;
-
-    /// Reads the name as flags spell it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Usage`] for any other text.
-    fn from_str(text: &str) -> Result<Self> {
-        Map::ALL.into_iter().find(|map| map.name() == text).ok_or_else(|| {
-            let names = Map::ALL.map(Map::name).join(", ");
-            Error::Usage(format!("color map '{text}', expected one of {names}"))
-        })
-    }
-}
+read_by_name!(Map, "color map");
 
 /// The tables of `maps.txt`, in the order of [`Map::ALL`].
 static TABLES: LazyLock<[[u32; N_STOPS]; 6]> = LazyLock::new(|| {

@@ -5,40 +5,56 @@
 //! A vertex that lies a little elsewhere on the surface leaves the surface as it is, and most of what
 //! tells a position is where along the surface it lies. So a vertex has an axis that it *faces*, the one that
 //! its normal is nearest to; its coordinate there is counted in units, the other two in `along` units each.
-//! Where these are rounded, the vertex moves in its tangent plane. A file, which loses nothing, has `along` 1.
+//! Where these are rounded, the vertex moves in its tangent plane. A file has `along` 1.
 
 use glam::DVec3;
 
 use super::LAST_WITHOUT_STATIONS;
 use super::samples::Samples;
 use crate::error::{Error, Result};
-use crate::spectrum::{Knot, MAX_COORDINATE, Normals, QUANTUM, Spectrum, normal, to_fixed};
+use crate::spectrum::{FINEST_QUANTUM, Knot, MAX_COORDINATE, Normals, Spectrum, normal, quantum};
 
 /// What positions are counted in.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Units {
     /// Units of a position per voxel.
-    pub(crate) per_voxel: f64,
+    pub(super) per_voxel: f64,
     /// Units in one of a coordinate along the surface.
-    pub(crate) along: i64,
+    pub(super) along: i64,
+    /// Units in 1 of a coordinate of a spectrum that is rounded to them.
+    stored: f64,
 }
 
-impl Units {
-    /// Those of a file.
-    pub(super) const FILE: Units = Units { per_voxel: 1.0 / QUANTUM, along: 1 };
+/// Units in 1 of a coordinate where a spectrum is rounded for a page, whatever they are: as many can be told from each other
+/// wherever a coordinate may be.
+const STORED_OF_PAGE: f64 = 256.0;
 
-    /// Those of a file of a version.
-    pub(super) fn of_file(version: u32) -> Units {
-        if version <= LAST_WITHOUT_STATIONS {
-            Units { per_voxel: 1024.0, ..Units::FILE }
-        } else {
-            Units::FILE
-        }
+impl Units {
+    /// Those of a file of a version, of a spectrum of a tolerance, voxels.
+    pub(super) fn of_file(version: u32, tolerance: f64) -> Units {
+        let is_old = version <= LAST_WITHOUT_STATIONS;
+        let per_voxel = 1.0 / if is_old { FINEST_QUANTUM } else { quantum(tolerance) };
+        Units { per_voxel, along: 1, stored: per_voxel }
+    }
+
+    /// Units of a `step`, voxels, and `along` of them along the surface.
+    pub(crate) fn of_page(step: f64, along: i64) -> Units {
+        Units { per_voxel: 1.0 / step, along, stored: STORED_OF_PAGE }
+    }
+
+    /// Where a knot of a spectrum that is rounded to them lies.
+    pub(super) fn of(self, knot: &Knot) -> [i32; 3] {
+        knot.position.map(|x| self.of_coordinate(x))
+    }
+
+    /// How many units a coordinate is.
+    pub(super) fn of_coordinate(self, x: f32) -> i32 {
+        (f64::from(x) * self.stored).round() as i32
     }
 
     /// The coordinate of so many units.
     pub(super) fn coordinate(self, x: i32) -> f32 {
-        (f64::from(x) / self.per_voxel) as f32
+        (f64::from(x) / self.stored) as f32
     }
 
     /// Whether it makes a difference what a vertex faces.
@@ -46,7 +62,7 @@ impl Units {
         self.along > 1
     }
 
-    /// The spectrum with positions rounded to these units, each unit a [`QUANTUM`].
+    /// The spectrum with positions rounded to these units, as [`Units::of`] finds them.
     ///
     /// # Errors
     ///
@@ -54,7 +70,7 @@ impl Units {
     pub(crate) fn rounded(self, spectrum: &Spectrum) -> Result<Spectrum> {
         let (about, mut rounded) = spectrum.clone().into_parts();
         let normals = Normals::of(spectrum);
-        let samples = Samples::new(spectrum.volume(), self.per_voxel);
+        let samples = Samples::new(spectrum.volume(), self);
         for v in 0..spectrum.n_vertices() as u32 {
             let trajectory = spectrum.trajectory(v);
             let mut places: Vec<DVec3> = trajectory.iter().map(|k| self.place(k).round()).collect();
@@ -75,8 +91,8 @@ impl Units {
                 places = trajectory.iter().zip(&normals).map(along).collect();
             }
             for (knot, place) in rounded.knots[first..].iter_mut().zip(places) {
-                knot.position = (place * QUANTUM).to_array().map(|x| x as f32);
-                if place.abs().max_element() * QUANTUM > f64::from(MAX_COORDINATE) {
+                knot.position = (place / self.stored).to_array().map(|x| x as f32);
+                if place.abs().max_element() / self.stored > f64::from(MAX_COORDINATE) {
                     let (step, place) = (1.0 / self.per_voxel, place / self.per_voxel);
                     return Err(Error::Usage(format!(
                         "step of {step} voxels, expected more: at {place} there are too many"
@@ -107,8 +123,7 @@ impl Units {
     /// The axis that a vertex with rounded positions faces: the first one beside which they are whole in both
     /// others.
     pub(super) fn facing(self, trajectory: &[Knot]) -> usize {
-        let is_whole =
-            |knot: &Knot, a: usize| i64::from(to_fixed(knot.position[a % 3])) % self.along == 0;
+        let is_whole = |knot: &Knot, a: usize| i64::from(self.of(knot)[a % 3]) % self.along == 0;
         let faces = |&a: &usize| {
             trajectory.iter().all(|knot| is_whole(knot, a + 1) && is_whole(knot, a + 2))
         };
@@ -126,7 +141,7 @@ fn axis_of(normals: &[DVec3]) -> usize {
 mod tests {
     use super::*;
 
-    const PAGE: Units = Units { per_voxel: 64.0, along: 4 };
+    const PAGE: Units = Units { per_voxel: 64.0, along: 4, stored: STORED_OF_PAGE };
 
     #[test]
     fn a_vertex_faces_the_axis_of_most_of_its_normals() {
@@ -150,9 +165,9 @@ mod tests {
             // Half a unit along the axis.
             let across = off.dot(n);
             assert!(across.abs() <= 0.5 * 0.8 + 1e-9, "{across} units off the surface");
-            let knot = Knot { rank: 0, position: (place * QUANTUM).as_vec3().to_array() };
+            let knot = Knot { rank: 0, position: (place / STORED_OF_PAGE).as_vec3().to_array() };
             assert!([0, 1, 2].contains(&PAGE.facing(&[knot])));
-            let other = Knot { position: [1.0, 1.0, QUANTUM as f32], ..knot };
+            let other = Knot { position: [1.0, 1.0, 1.0 / STORED_OF_PAGE as f32], ..knot };
             assert_eq!(PAGE.facing(&[knot, other]), 2);
         }
     }

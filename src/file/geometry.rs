@@ -10,7 +10,7 @@ use super::predict::Predictor;
 use super::samples::Samples;
 use super::trajectories::{Ranks, read_flags};
 use crate::error::{Error, Result};
-use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo, to_fixed};
+use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
 
 /// Kinds of knots, those of lattice vertices aside: each with columns of its own.
 const FIRST: usize = 0;
@@ -29,8 +29,7 @@ struct Told {
     positions: [[Vec<u64>; 3]; 2],
 }
 
-/// Writes section `POSN`. Positions are as [`Units::rounded`] leaves them, in multiples of
-/// [`crate::spectrum::QUANTUM`] whatever the units are.
+/// Writes section `POSN`. Positions are as [`Units::rounded`] leaves them.
 ///
 /// # Errors
 ///
@@ -52,7 +51,7 @@ pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -
 /// What the predictions miss, knot by knot.
 fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
     let mut told = Told::default();
-    let samples = Samples::new(spectrum.volume(), units.per_voxel);
+    let samples = Samples::new(spectrum.volume(), units);
     let mut predictor = Predictor::new(ranks, spectrum.isovalues(), spectrum.triangles())?;
     for v in 0..ranks.n_vertices() {
         let knots = spectrum.trajectory(v);
@@ -63,7 +62,7 @@ fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
         }
         for (i, knot) in knots.iter().enumerate() {
             let expected = predictor.predict(v);
-            let stored = knot.position.map(to_fixed);
+            let stored = units.of(knot);
             match lattice {
                 Some((start, way)) if i == 0 => {
                     let near = samples.nearest(expected);
@@ -143,7 +142,7 @@ pub(super) fn read_geometry(
         [Queue::new(&mut columns, n[FIRST])?, Queue::new(&mut columns, n[FURTHER])?];
     columns.end()?;
 
-    let samples = Samples::new(volume, units.per_voxel);
+    let samples = Samples::new(volume, units);
     let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
     let mut knots = Vec::with_capacity(ranks.ranks.len());
     for v in 0..ranks.n_vertices() {
@@ -205,8 +204,7 @@ fn added(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
 pub(super) fn in_file(x: [i64; 3], units: Units) -> Option<[i32; 3]> {
     let mut position = [0; 3];
     for (whole, x) in position.iter_mut().zip(x) {
-        let comes_back =
-            |&x: &i32| f64::from(units.coordinate(x)) * units.per_voxel == f64::from(x);
+        let comes_back = |&x: &i32| units.of_coordinate(units.coordinate(x)) == x;
         *whole = i32::try_from(x).ok().filter(comes_back)?;
     }
     Some(position)

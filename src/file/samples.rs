@@ -6,7 +6,8 @@
 //! sample and ends at a neighbour. Such a *lattice vertex* is told by its sample and one of six ways, and takes
 //! a byte where two free positions take six. In spectra of noisy volumes most vertices are of this kind.
 
-use crate::spectrum::{Knot, VolumeInfo, to_fixed};
+use super::facing::Units;
+use crate::spectrum::{Knot, VolumeInfo};
 
 /// The samples of a volume in the whole numbers that positions are stored in.
 #[derive(Debug)]
@@ -15,18 +16,20 @@ pub(super) struct Samples {
     dims: [i64; 3],
     /// Units of a position per cell, along x, y, z.
     cell: [f64; 3],
+    units: Units,
 }
 
 impl Samples {
-    /// The samples of a volume whose positions count `per_voxel` units. None where it is not known where they lie.
-    pub(super) fn new(volume: &VolumeInfo, per_voxel: f64) -> Self {
+    /// The samples of a volume whose positions count units. None where it is not known where they lie.
+    pub(super) fn new(volume: &VolumeInfo, units: Units) -> Self {
         let spacing = volume.placement.spacing;
         let least = spacing[0].min(spacing[1]).min(spacing[2]);
         let is_known = volume.placement.check().is_ok();
         let dims = volume.dims.map(|n| i64::try_from(n).unwrap_or(0));
         Samples {
             dims: if is_known { dims } else { [0; 3] },
-            cell: spacing.map(|s| s / least * per_voxel),
+            cell: spacing.map(|s| s / least * units.per_voxel),
+            units,
         }
     }
 
@@ -52,7 +55,7 @@ impl Samples {
     /// The sample that a trajectory starts at and its way, if it is that of a lattice vertex.
     pub(super) fn way_along(&self, trajectory: &[Knot]) -> Option<([i64; 3], u64)> {
         let [start, end] = trajectory else { return None };
-        self.way_of([start, end].map(|knot| knot.position.map(to_fixed)))
+        self.way_of([start, end].map(|knot| self.units.of(knot)))
     }
 
     /// The sample that a vertex starts at and its way, if these say where its two knots are.
@@ -80,7 +83,7 @@ mod tests {
             placement: Placement { spacing, ..Placement::default() },
             outside: Outside::Low,
         };
-        Samples::new(&volume, 1024.0)
+        Samples::new(&volume, Units::of_file(4, 0.1))
     }
 
     #[test]

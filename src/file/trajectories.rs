@@ -26,7 +26,7 @@ pub(super) struct Ranks {
 impl Ranks {
     /// Those of a spectrum whose positions are as [`Units::rounded`] leaves them.
     pub(super) fn new(spectrum: &Spectrum, units: Units) -> Self {
-        let samples = Samples::new(spectrum.volume(), units.per_voxel);
+        let samples = Samples::new(spectrum.volume(), units);
         let is_lattice = |v: u32| samples.way_along(spectrum.trajectory(v)).is_some();
         Ranks {
             first_knot: spectrum.first_knot().to_vec(),

@@ -15,7 +15,7 @@ pub(super) fn read_geometry(
     isovalues: &[f64],
     triangles: &[Triangle],
 ) -> Result<Vec<Knot>> {
-    let (n, units) = (ranks.ranks.len(), Units::of_file(1));
+    let (n, units) = (ranks.ranks.len(), Units::of_file(1, 0.0));
     let mut columns = Columns::new(bytes);
     let positions = [columns.column(n, 34)?, columns.column(n, 34)?, columns.column(n, 34)?];
     columns.end()?;

@@ -10,9 +10,6 @@ use crate::volume::{Histogram, Statistics};
 /// Isovalues at which the curves are known.
 const N_ISOVALUES: usize = 129;
 
-/// An isosurface with less than this share of the largest area is a trace.
-const AREA_SHARE: f32 = 0.1;
-
 /// Bins of the histogram; with 256, 8-bit samples have one each.
 const N_BINS: usize = 256;
 
@@ -21,31 +18,17 @@ pub(super) fn histogram(samples: &Histogram, range: (f64, f64)) -> Vec<u64> {
     samples.parts(N_BINS, range)
 }
 
-/// Isovalues that are offered where the author names none: what shows 1 and 10 per cent of the samples (1 per cent is
-/// the rule of thumb for densities), and the middle of the longest stretch without an event, where the surface keeps
-/// its shape longest, of those where there is more than a trace of it.
+/// Isovalues that are offered where the author names none.
 pub(super) fn suggested(
     spectrum: &Spectrum,
     curves: &Curves,
     samples: Option<&Statistics>,
 ) -> Vec<(f64, &'static str)> {
     let (low, high) = spectrum.range();
-    let shares = [(99.0, "top:1%"), (90.0, "top:10%")];
-    let of_samples = samples.map(|samples| shares.map(|(p, name)| (samples.percentile(p), name)));
-    let mut ends: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
-    ends.extend([low, high]);
-    ends.sort_by(f64::total_cmp);
-    let largest_area = curves.area.iter().copied().fold(0.0, f32::max);
-    let is_seen = |isovalue: f64| {
-        let share = (isovalue - low) / (high - low);
-        let at = (share * (N_ISOVALUES - 1) as f64).round() as usize;
-        curves.area.get(at).is_some_and(|&area| area >= AREA_SHARE * largest_area)
-    };
-    let stretches = ends.windows(2).map(|w| (w[1] - w[0], 0.5 * w[0] + 0.5 * w[1]));
-    let longest = stretches.filter(|&(_, middle)| is_seen(middle));
-    let calm = longest.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| (c, "longest unchanged"));
-    let all = of_samples.into_iter().flatten().chain(calm);
-    all.filter(|&(c, _)| low < c && c < high).collect()
+    let at = |i: usize| low + (high - low) * (i as f64 / (N_ISOVALUES - 1) as f64);
+    let areas: Vec<(f64, f64)> =
+        curves.area.iter().enumerate().map(|(i, &area)| (at(i), f64::from(area))).collect();
+    spectrum.suggested(&areas, samples)
 }
 
 /// Curves over evenly spaced isovalues from one end of the range to the other.

@@ -27,7 +27,7 @@ pub(super) const ALONG: i64 = 4;
 ///
 /// Behind the sections of the spectrum comes that of a second field (`field.rs`), of which `codes` has one for each knot.
 pub(super) fn compressed(spectrum: &Spectrum, step: f64, codes: Option<&[u8]>) -> Result<Vec<u8>> {
-    let units = Units { per_voxel: 1.0 / step, along: ALONG };
+    let units = Units::of_page(step, ALONG);
     let (arranged, sections, order) = parts(&units.rounded(spectrum)?, units)?;
     let mut bytes = Vec::new();
     sections.iter().for_each(|section| append(&mut bytes, section));

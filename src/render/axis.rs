@@ -1,8 +1,6 @@
 //! An axis of a volume, as flags spell it.
 
-use std::str::FromStr;
-
-use crate::error::{Error, Result};
+use crate::named::read_by_name;
 
 /// An axis of a volume, one way or the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,18 +49,4 @@ impl Axis {
     }
 }
 
-impl FromStr for Axis {
-    type Err = Error;
-
-    /// Reads the name as flags spell it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Usage`] for any other text.
-    fn from_str(text: &str) -> Result<Self> {
-        Axis::ALL.into_iter().find(|axis| axis.name() == text).ok_or_else(|| {
-            let names = Axis::ALL.map(Axis::name).join(", ");
-            Error::Usage(format!("axis '{text}', expected one of {names}"))
-        })
-    }
-}
+read_by_name!(Axis, "axis");

@@ -130,7 +130,7 @@ impl Camera {
 
     /// From the middle of the volume to the eye, and upwards in the picture; unit vectors of the
     /// world. Upwards is the derivative by the elevation, so it is defined at the poles too.
-    pub(super) fn directions(&self, volume: &VolumeInfo) -> (DVec3, DVec3) {
+    pub(crate) fn directions(&self, volume: &VolumeInfo) -> (DVec3, DVec3) {
         let (sin_a, cos_a) = self.azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation.to_radians().sin_cos();
         let basis = self.basis(volume);

@@ -9,7 +9,7 @@ use super::table::Table;
 use crate::color::{Attribute, Color, Ends, Parts, Per, Sources};
 use crate::error::Result;
 use crate::spectrum::active_set::ActiveSet;
-use crate::spectrum::{Assembly, Keep, Spectrum, SurfaceMesh};
+use crate::spectrum::{Assembly, Keep, Picked, Spectrum, SurfaceMesh};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub(super) struct Layer {
 /// The active triangles of the last picture, and what they depend on.
 #[derive(Debug, Default)]
 pub(super) struct Listed {
-    key: Option<(u64, Color, Ends, bool, Keep)>,
+    key: Option<(u64, Color, Ends, bool, Keep, Picked)>,
     pub(super) triangles: Vec<ActiveTriangle>,
     /// What the colours show, of the whole mesh.
     pub(super) attribute: Option<Attribute>,
@@ -73,11 +73,11 @@ impl Layer {
         &mut self,
         spectrum: &Spectrum,
         isovalue: f64,
-        view: &View,
+        (view, picked): (&View, &Picked),
         sources: &Sources,
     ) -> Result<()> {
-        let key = (isovalue.to_bits(), view.color, view.ends, view.open, view.keep);
-        if self.listed.key == Some(key) {
+        let key = (isovalue.to_bits(), view.color, view.ends, view.open, view.keep, picked.clone());
+        if self.listed.key.as_ref() == Some(&key) {
             return Ok(());
         }
         self.mesh_at(spectrum, isovalue);
@@ -89,7 +89,7 @@ impl Layer {
         let attribute = parts.attribute(view.color, sources, view.ends)?;
         let measures = |t: usize| attribute.as_ref().map_or(0, |a| measures_of(a, mesh, t));
         let normals: Vec<u32> = mesh.normals.par_iter().map(|&n| normal_code(n)).collect();
-        let is_kept = mesh.kept_triangles(&view.keep);
+        let is_kept = mesh.shown_triangles(&view.keep, picked);
         let Listed { mut triangles, mut numbers, .. } = std::mem::take(&mut self.listed);
         numbers.clear();
         numbers.extend((0..mesh.triangles.len() as u32).filter(|&i| {
@@ -127,6 +127,12 @@ impl Layer {
             assembly.assemble(triangles.map(|t| (t.vertices, t.cap)), place, mesh);
         }
         mesh
+    }
+
+    /// The last mesh, and which of the spectrum's vertices its own are.
+    #[cfg(feature = "viewer")]
+    pub(super) fn meshed(&self) -> (&SurfaceMesh, &[u32]) {
+        (&self.mesh, self.assembly.vertices())
     }
 
     /// Sorts the triangles from the farthest to the nearest, for surfaces that one looks through.

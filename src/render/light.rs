@@ -1,6 +1,6 @@
 //! Where the main light of a picture is.
 
-use crate::error::{Error, Result};
+use crate::named::read_by_name;
 
 /// Where the main light is, as seen by who looks; a fainter one fills in from the other side. The numbers are those of `LAMPS`
 /// in `shaders/surface.wgsl`.
@@ -41,18 +41,4 @@ impl Light {
     }
 }
 
-impl std::str::FromStr for Light {
-    type Err = Error;
-
-    /// Reads the name as flags spell it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Usage`] for any other text.
-    fn from_str(text: &str) -> Result<Self> {
-        Light::ALL.into_iter().find(|light| light.name() == text).ok_or_else(|| {
-            let names = Light::ALL.map(Light::name).join(", ");
-            Error::Usage(format!("light '{text}', expected one of {names}"))
-        })
-    }
-}
+read_by_name!(Light, "light");

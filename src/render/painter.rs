@@ -22,7 +22,7 @@ use super::{Background, Image, Surface, View};
 use crate::color::{Attribute, Map, Sources};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::spectrum::{Keep, Spectrum, SurfaceMesh};
+use crate::spectrum::{Keep, Picked, Spectrum, SurfaceMesh};
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
 /// between them. Every call takes the spectrum that it was made for.
@@ -127,8 +127,10 @@ impl Painter {
             let layer = caught(&device, || Layer::new(&device, spectrum))?;
             self.layers.push(layer);
         }
-        for (layer, surface) in self.layers.iter_mut().zip(surfaces) {
-            layer.list(spectrum, surface.isovalue, view, &self.sources)?;
+        for (i, (layer, surface)) in self.layers.iter_mut().zip(surfaces).enumerate() {
+            // Others have other components.
+            let picked = if i == 0 { view.picked.clone() } else { Picked::default() };
+            layer.list(spectrum, surface.isovalue, (view, &picked), &self.sources)?;
             if surface.opacity_in(view) < 1.0 {
                 layer.sort_by_depth(projection.eye_from_voxel);
             }
@@ -186,6 +188,17 @@ impl Painter {
     pub(crate) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<&SurfaceMesh> {
         spectrum.check_isovalue(isovalue)?;
         Ok(self.layers[0].mesh_at(spectrum, isovalue))
+    }
+
+    /// As `mesh_at`, with which of the spectrum's vertices those of the mesh are.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn mesh_and_vertices(
+        &mut self,
+        spectrum: &Spectrum,
+        isovalue: f64,
+    ) -> Result<(&SurfaceMesh, &[u32])> {
+        self.mesh_at(spectrum, isovalue)?;
+        Ok(self.layers[0].meshed())
     }
 
     /// Waits for the last picture and takes it; none before the first.

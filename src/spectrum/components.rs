@@ -14,7 +14,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::SurfaceMesh;
+use super::{Picked, SurfaceMesh};
 use crate::disjoint_sets::DisjointSets;
 use crate::mesh::nearest_on_triangle;
 use crate::volume::Placement;
@@ -90,18 +90,38 @@ impl Components {
     /// Of each component whether it is kept. Points and sizes are those of the frame of the mesh, which is the one that
     /// these components were found in.
     pub fn kept(&self, mesh: &SurfaceMesh, keep: &Keep) -> Vec<bool> {
+        self.shown(mesh, keep, &Picked::default())
+    }
+
+    /// Of each component whether it is kept, and not left out by hand. What is picked is so among all components; the largest
+    /// are those of what that leaves.
+    fn shown(&self, mesh: &SurfaceMesh, keep: &Keep, picked: &Picked) -> Vec<bool> {
         let is_large = |c: &Component| c.volume.abs() >= keep.min_volume && c.area >= keep.min_area;
         let mut kept: Vec<bool> = self.list.iter().map(is_large).collect();
         if let Some(point) = keep.at {
             let nearest = self.nearest(mesh, &kept, point);
             (0..).zip(&mut kept).for_each(|(i, kept)| *kept &= nearest == Some(i));
         }
+        let (Picked::Only(points) | Picked::Without(points)) = picked;
+        let all = vec![true; self.list.len()];
+        let mut is_picked = vec![false; self.list.len()];
+        for component in points.iter().filter_map(|&point| self.nearest(mesh, &all, point)) {
+            is_picked[component as usize] = true;
+        }
+        let is_wanted = matches!(picked, Picked::Only(_));
+        kept.iter_mut().zip(is_picked).for_each(|(kept, is)| *kept &= is == is_wanted);
         let mut n_left = keep.largest.unwrap_or(usize::MAX);
         for kept in &mut kept {
             *kept &= n_left > 0;
             n_left -= usize::from(*kept);
         }
         kept
+    }
+
+    /// The component that is nearest to a point; none of none.
+    #[cfg(feature = "viewer")]
+    pub(crate) fn nearest_to(&self, mesh: &SurfaceMesh, point: [f64; 3]) -> Option<u32> {
+        self.nearest(mesh, &vec![true; self.list.len()], point)
     }
 
     /// The component of `among` that is nearest to a point.
@@ -214,9 +234,14 @@ impl Keep {
 impl SurfaceMesh {
     /// The mesh of the components that are kept alone, in the same order.
     pub fn with_components(&self, keep: &Keep) -> SurfaceMesh {
-        match self.kept_triangles(keep) {
+        self.with_shown(keep, &Picked::default())
+    }
+
+    /// The mesh of the components that are kept, and not left out by hand, in the same order.
+    pub fn with_shown(&self, keep: &Keep, picked: &Picked) -> SurfaceMesh {
+        match self.shown_triangles(keep, picked) {
             None => self.clone(),
-            Some(kept) => self.with_triangles(|t| kept[t]),
+            Some(shown) => self.with_triangles(|t| shown[t]),
         }
     }
 
@@ -234,12 +259,17 @@ impl SurfaceMesh {
 
     /// Of each triangle whether its component is kept; none where all are.
     pub(crate) fn kept_triangles(&self, keep: &Keep) -> Option<Vec<bool>> {
-        if keep.is_all() {
+        self.shown_triangles(keep, &Picked::default())
+    }
+
+    /// Of each triangle whether its component is kept and not left out by hand; none where all are.
+    pub(crate) fn shown_triangles(&self, keep: &Keep, picked: &Picked) -> Option<Vec<bool>> {
+        if keep.is_all() && picked.is_all() {
             return None;
         }
         let components = Components::of(self);
-        let kept = components.kept(self, keep);
-        Some(components.of_triangle.iter().map(|&c| kept[c as usize]).collect())
+        let shown = components.shown(self, keep, picked);
+        Some(components.of_triangle.iter().map(|&c| shown[c as usize]).collect())
     }
 
     /// The mesh of some triangles alone and of the vertices that they use, in the order in which they are used.
@@ -327,6 +357,28 @@ mod tests {
         // Of those that are large enough.
         assert_eq!(left(Keep { min_area: 3.0, ..at(40.0) }), 20.0);
         assert_eq!(n_kept(Keep { largest: Some(0), ..all }), 0);
+    }
+
+    #[test]
+    fn components_are_picked_one_by_one() {
+        let mesh = tetrahedra(&[(1.0, 0.0), (3.0, 10.0), (-2.0, 20.0), (0.5, 30.0)]);
+        let left = |keep: Keep, picked: &Picked| -> Vec<f32> {
+            let mesh = mesh.with_shown(&keep, picked);
+            mesh.positions.iter().step_by(4).map(|p| p[0]).collect()
+        };
+        let all = Keep::default();
+        let [first, third] = [[0.1, 0.1, 0.0], [20.5, 0.0, 0.3]];
+        assert!(Picked::default().is_all() && !Picked::Only(vec![]).is_all());
+        assert_eq!(left(all, &Picked::default()), [0.0, 10.0, 20.0, 30.0]);
+        assert_eq!(left(all, &Picked::Only(vec![first])), [0.0]);
+        assert_eq!(left(all, &Picked::Only(vec![])), [0.0; 0]);
+        assert_eq!(left(all, &Picked::Without(vec![third, first])), [10.0, 30.0]);
+        // The largest of what is left; what is too small is picked all the same.
+        assert_eq!(
+            left(Keep { largest: Some(2), ..all }, &Picked::Without(vec![third])),
+            [0.0, 10.0]
+        );
+        assert_eq!(left(Keep { min_area: 3.0, ..all }, &Picked::Only(vec![first, third])), [20.0]);
     }
 
     #[test]

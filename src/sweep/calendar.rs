@@ -17,13 +17,15 @@ use crate::topology::Topology;
 use crate::topology::critical::Place;
 use crate::topology::exact::{ExactField, ORDER_BITS};
 
-/// All that isovalues pass, by order key.
+/// All that the isovalues of a range pass, by order key: these follow from what is passed, as they take more memory.
 pub(super) struct Calendar<'a> {
     pub(super) field: &'a ExactField<'a>,
     samples: Vec<u32>,
-    squares: Vec<(i128, Square)>,
-    /// The blocks beside squares whose samples are equal.
-    flats: Vec<(i128, u32)>,
+    /// Those with a saddle inside, by its key.
+    squares: Vec<Square>,
+    /// Those whose samples are equal, by the key of their corner.
+    flats: Vec<Square>,
+    /// Of the whole volume.
     critical: Vec<(i128, Place)>,
 }
 
@@ -67,16 +69,27 @@ impl<'a> Calendar<'a> {
         0.5 * (way + n(from, to) / n(low, high).max(1.0))
     }
 
-    pub(super) fn new(field: &'a ExactField<'a>, topology: &Topology) -> Calendar<'a> {
+    pub(super) fn new(
+        field: &'a ExactField<'a>,
+        topology: &Topology,
+        (low, high): (f64, f64),
+    ) -> Calendar<'a> {
+        let range = Passage::between(field, low, high);
         let [nx, ny, nz] = field.dims();
         let [_, sy, sz] = field.strides();
-        let rows = (1..nz - 1).flat_map(|k| (1..ny - 1).map(move |j| (j, k)));
-        let vertices = rows.flat_map(|(j, k)| {
-            let row = j as u32 * sy + k as u32 * sz;
-            row + 1..row + nx as u32 - 1
-        });
-        let mut samples: Vec<u32> = vertices.collect();
+        let rows = (1..nz as u32 - 1).into_par_iter();
+        let rows = rows.flat_map_iter(|k| (1..ny as u32 - 1).map(move |j| j * sy + k * sz));
+        let vertices = rows.flat_map_iter(|row| row + 1..row + nx as u32 - 1);
+        // The next values beyond the range's ends are looked at as well.
+        let values = vertices.clone().map(|v| field.sample(v));
+        let [below, above] = [f64::NEG_INFINITY, f64::INFINITY];
+        let (below, above) = values
+            .map(|x| (if x <= low { x } else { below }, if x > high { x } else { above }))
+            .reduce(|| (below, above), |a, b| (a.0.max(b.0), a.1.min(b.1)));
+        let is_near = |v: u32| (below..=above).contains(&field.sample(v));
+        let mut samples: Vec<u32> = vertices.clone().filter(|&v| is_near(v)).collect();
         samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
+        let grid = Grid::of(field);
         let squares_from = |v: u32| {
             let last = move |axis: usize| field.position(v)[axis] + 3 == field.dims()[axis] as i64;
             (0..3u8).map(move |axis| Square { corner: v, axis }).filter(move |s| {
@@ -84,27 +97,20 @@ impl<'a> Calendar<'a> {
                 !last(i) && !last(j)
             })
         };
-        let saddle = |s: Square| {
-            let saddle = field.face_saddle(s.corner, s.axis as usize)?;
-            Some((saddle.order_key(), s))
-        };
-        let mut squares: Vec<(i128, Square)> =
-            samples.par_iter().flat_map_iter(|&v| squares_from(v).filter_map(saddle)).collect();
-        squares.par_sort_unstable();
-        let grid = Grid::of(field);
         let is_flat = |s: &Square| {
             grid.corners(*s).map(|c| field.sample(c) == field.sample(s.corner)) == [true; 4]
         };
-        let beside = |s: Square| {
-            let key = field.order_key(s.corner);
-            let cells = grid.cells_beside(s).into_iter();
-            cells.filter_map(move |c| Some((key, grid.block_of_cell(c)?)))
+        let flats =
+            samples.par_iter().flat_map_iter(|&v| squares_from(v).filter(is_flat)).collect();
+        let saddle = |s: Square| {
+            let key = field.face_saddle(s.corner, s.axis as usize)?.order_key();
+            range.holds(key).then_some((key, s))
         };
-        let mut flats: Vec<(i128, u32)> = samples
-            .par_iter()
-            .flat_map_iter(|&v| squares_from(v).filter(is_flat).flat_map(beside))
-            .collect();
-        flats.par_sort_unstable();
+        // The corner of a square whose saddle is in the range need not be.
+        let mut squares: Vec<(i128, Square)> =
+            vertices.flat_map_iter(|v| squares_from(v).filter_map(saddle)).collect();
+        squares.par_sort_unstable();
+        let squares = squares.into_iter().map(|s| s.1).collect();
         let critical = topology.events.iter().map(|e| (e.key, e.place)).collect();
         Calendar { field, samples, squares, flats, critical }
     }
@@ -121,7 +127,10 @@ impl<'a> Calendar<'a> {
 
     /// The blocks with flat squares over which an isosurface of the passage jumps.
     pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
-        passage.of(&self.flats, |s| s.0).iter().map(|s| s.1)
+        let grid = Grid::of(self.field);
+        let flats = passage.of(&self.flats, |s| self.field.order_key(s.corner)).iter();
+        let beside = flats.flat_map(move |&s| grid.cells_beside(s));
+        beside.filter_map(move |cell| grid.block_of_cell(cell))
     }
 
     /// A passage made longer at its end, but not beyond the sample value that comes there next.
@@ -141,7 +150,11 @@ impl<'a> Calendar<'a> {
     }
 
     fn squares(&self, passage: Passage) -> impl Iterator<Item = Square> {
-        passage.of(&self.squares, |s| s.0).iter().map(|s| s.1)
+        let key = |s: &Square| {
+            let saddle = self.field.face_saddle(s.corner, s.axis as usize);
+            saddle.expect("one inside").order_key()
+        };
+        passage.of(&self.squares, key).iter().copied()
     }
 
     /// The blocks that isosurfaces of a passage meet, its ends among them.

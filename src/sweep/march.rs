@@ -75,7 +75,7 @@ pub(super) struct Marched {
 
 /// Goes up and down from the start, both at once.
 pub(super) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<Marched> {
-    let calendar = Calendar::new(&sweep.exact, &sweep.topology);
+    let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
     let start = sweep.parameters.start.unwrap_or_else(|| start(sweep, &calendar));
     let done = Done { share: Mutex::new(0.0), progress: sweep.progress };
     let mut kernels = sweep.backend.kernels(&sweep.field)?;

@@ -37,12 +37,22 @@ pub(super) enum Action {
     Open,
     /// Choose a name to save under.
     SaveAs,
+    /// Keep the component under the pointer alone, or hide it.
+    Pick { is_hiding: bool },
+    /// Show all components again.
+    ShowAll,
+    /// Colour each component, or none.
+    Components,
+    /// Measure with the next clicks, or no longer.
+    Measure,
+    /// The whole screen, or the window again.
+    Fullscreen,
     /// Help on or off.
     Help,
 }
 
 /// The keys, and what they do, as the help shows them.
-pub(super) const HELP: [(&str, &str); 22] = [
+pub(super) const HELP: [(&str, &str); 27] = [
     ("left drag", "turn"),
     ("middle or right drag", "move"),
     ("both buttons, Ctrl + wheel, pinch", "zoom"),
@@ -55,6 +65,11 @@ pub(super) const HELP: [(&str, &str); 22] = [
     ("R", "reset the view"),
     ("1 to 6", "look from +x, -x, +y, -y, +z, -z"),
     ("Ctrl + Z, Ctrl + Y", "the view before, and on again"),
+    ("K, X", "keep the component pointed at alone, hide it"),
+    ("A", "show all components again"),
+    ("C", "colour each component"),
+    ("M", "measure between two clicks on the surface"),
+    ("F", "full screen"),
     ("S", "save the picture"),
     ("Ctrl + S", "save under a name, as a picture or a mesh"),
     ("Ctrl + O", "open a spectrum or a volume"),
@@ -120,6 +135,12 @@ fn of_key(event: &Event) -> Option<Action> {
         Key::Num4 => Some(Action::Side(3)),
         Key::Num5 => Some(Action::Side(4)),
         Key::Num6 => Some(Action::Side(5)),
+        Key::K => Some(Action::Pick { is_hiding: false }),
+        Key::X => Some(Action::Pick { is_hiding: true }),
+        Key::A => Some(Action::ShowAll),
+        Key::C => Some(Action::Components),
+        Key::M => Some(Action::Measure),
+        Key::F | Key::F11 => Some(Action::Fullscreen),
         Key::H | Key::Questionmark => Some(Action::Help),
         _ => None,
     }

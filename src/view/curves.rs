@@ -80,14 +80,16 @@ pub(super) struct Curves {
     points: Arc<Mutex<Vec<Point>>>,
     is_started: bool,
     stop: Arc<AtomicBool>,
+    is_finished: Arc<AtomicBool>,
 }
 
 impl Curves {
     /// Starts the thread.
     pub(super) fn start(mut meshes: Meshes, window: &egui::Context) -> Self {
-        let curves = Curves { points: Arc::default(), is_started: true, stop: Arc::default() };
+        let (points, stop, is_finished) = (Arc::default(), Arc::default(), Arc::default());
+        let curves = Curves { points, is_started: true, stop, is_finished };
         let (points, stop) = (curves.points.clone(), curves.stop.clone());
-        let window = window.clone();
+        let (is_finished, window) = (curves.is_finished.clone(), window.clone());
         thread::spawn(move || {
             let (low, high) = meshes.range;
             let mut mesh = SurfaceMesh::default();
@@ -105,6 +107,8 @@ impl Curves {
                 points.lock().unwrap_or_else(PoisonError::into_inner).push(point);
                 window.request_repaint();
             }
+            is_finished.store(true, Ordering::Release);
+            window.request_repaint();
         });
         curves
     }
@@ -112,6 +116,11 @@ impl Curves {
     /// Whether there is a thread, or was.
     pub(super) fn is_started(&self) -> bool {
         self.is_started
+    }
+
+    /// All points, once they are known.
+    pub(super) fn finished(&self) -> Option<Vec<Point>> {
+        self.is_finished.load(Ordering::Acquire).then(|| self.points())
     }
 
     /// The points so far, by isovalue.

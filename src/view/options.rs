@@ -1,16 +1,20 @@
 //! The panel beside the picture: how the surface looks, and what can be saved.
 
-use eframe::egui::{Color32, ComboBox, DragValue, Rect, RichText, Sense, Slider, Ui, vec2};
-use glam::DVec3;
+use eframe::egui::{
+    Button, Color32, ComboBox, DragValue, Rect, RichText, Sense, Slider, TextEdit, Ui, vec2,
+};
 
-use super::chooser;
+use super::actions::Action;
+use super::pointing::Tool;
 use super::scene::Scene;
 use super::typed;
-use crate::color::{Map, Scale, to_srgb};
-use crate::render::{Background, Clip, Color, Light, View};
+use super::{chooser, layers};
+use crate::color::{Ends, Map, Scale, to_srgb};
+use crate::render::{Background, Clip, Color, Light, View, plain_color};
+use crate::spectrum::VolumeInfo;
 
 /// What a button asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Command {
     /// Save the picture.
     Picture,
@@ -18,6 +22,10 @@ pub(super) enum Command {
     Mesh(&'static str),
     /// Save so many pictures of a sweep.
     Sweep(u32),
+    /// Show this isovalue.
+    GoTo(f64),
+    /// What a key does, too.
+    Act(Action),
 }
 
 /// What the panel remembers beside the view.
@@ -29,43 +37,86 @@ pub(super) struct Options {
     clip: bool,
     /// Pictures of a sweep.
     n_frames: u32,
+    /// What is typed as the ends of the colours' scale.
+    scale: String,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { clip_axis: 0, clip_share: 0.5, clip_is_turned: false, clip: false, n_frames: 100 }
+        Options {
+            clip_axis: 0,
+            clip_share: 0.5,
+            clip_is_turned: false,
+            clip: false,
+            n_frames: 100,
+            scale: String::new(),
+        }
     }
+}
+
+impl Options {
+    /// With a plane that cuts from the beginning, as the panel knows it: across the axis that it is nearest to be across.
+    pub(super) fn with_clip(clip: Option<Clip>, volume: &VolumeInfo) -> Self {
+        let usual = Options::default();
+        let Some(Clip { normal, offset }) = clip else { return usual };
+        let steepness = |&axis: &usize| normal[axis].abs();
+        let axis = (0..3).max_by(|a, b| steepness(a).total_cmp(&steepness(b))).unwrap_or(0);
+        Options {
+            clip: true,
+            clip_axis: axis,
+            clip_share: (offset / normal[axis] / length(volume, axis)).clamp(0.0, 1.0),
+            clip_is_turned: normal[axis] < 0.0,
+            ..usual
+        }
+    }
+}
+
+/// How long a volume is along an axis, voxels.
+fn length(volume: &VolumeInfo, axis: usize) -> f64 {
+    let placement = &volume.placement;
+    (volume.dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel()
 }
 
 /// Draws the panel.
 pub(super) fn show(
     ui: &mut Ui,
     scene: &mut Scene,
-    view: &mut View,
+    (view, tool): (&mut View, &mut Option<Tool>),
     options: &mut Options,
 ) -> Option<Command> {
-    looks(ui, scene, view);
+    looks(ui, scene, view, options);
     ui.separator();
     plane(ui, scene, view, options);
     ui.separator();
-    second(ui, scene);
+    let mut command = offered(ui, scene);
+    layers::show(ui, scene);
     ui.separator();
-    components(ui, scene, view);
+    command = components(ui, scene, view, tool).or(command);
     ui.separator();
-    let command = saves(ui, options);
+    command = saves(ui, options).or(command);
     ui.separator();
     facts(ui, scene);
     command
 }
 
-fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
+fn looks(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Options) {
     let sources = scene.painter.sources();
     ComboBox::from_label("colour").selected_text(label(view.color)).show_ui(ui, |ui| {
         for color in Color::ALL.into_iter().filter(|&color| sources.have(color)) {
             ui.selectable_value(&mut view.color, color, label(color));
         }
     });
-    legend(ui, scene, view);
+    if view.color == Color::None {
+        ui.horizontal(|ui| {
+            let usual = plain_color(0).map(to_srgb);
+            let mut front = scene.front.unwrap_or(usual);
+            if ui.color_edit_button_srgb(&mut front).changed() {
+                scene.front = Some(front);
+            }
+            ui.label("surface");
+        });
+    }
+    legend(ui, scene, view, options);
     ui.horizontal(|ui| {
         let mut wireframe = view.wireframe.is_some();
         if ui.checkbox(&mut wireframe, "edges (W)").changed() {
@@ -83,14 +134,13 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
         ui.checkbox(&mut view.occlusion, "dark hollows (D)");
     });
     ui.add(Slider::new(&mut view.opacity, 0.05..=1.0).text("opacity"));
-    ui.horizontal(|ui| {
-        let mut is_dark = view.background == Background::Dark;
-        if ui.checkbox(&mut is_dark, "dark").changed() {
-            view.background = if is_dark { Background::Dark } else { Background::White };
-        }
-        let mut is_parallel = view.camera.orthographic;
-        if ui.checkbox(&mut is_parallel, "parallel projection").changed() {
-            view.set_orthographic(scene.spectrum.volume(), is_parallel);
+    let mut is_parallel = view.camera.orthographic;
+    if ui.checkbox(&mut is_parallel, "parallel projection (O)").changed() {
+        view.set_orthographic(scene.spectrum.volume(), is_parallel);
+    }
+    ComboBox::from_label("background").selected_text(view.background.name()).show_ui(ui, |ui| {
+        for background in [Background::White, Background::Light, Background::Dark] {
+            ui.selectable_value(&mut view.background, background, background.name());
         }
     });
     ComboBox::from_label("light").selected_text(view.light.name()).show_ui(ui, |ui| {
@@ -101,7 +151,7 @@ fn looks(ui: &mut Ui, scene: &Scene, view: &mut View) {
 }
 
 /// The map with what its ends stand for, and the choice of another.
-fn legend(ui: &mut Ui, scene: &Scene, view: &mut View) {
+fn legend(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
     let Some(shown) = scene.painter.attribute().filter(|_| view.color != Color::None) else {
         return;
     };
@@ -124,6 +174,17 @@ fn legend(ui: &mut Ui, scene: &Scene, view: &mut View) {
     }
     let ends = format!("{} to {}", typed::shown(low), typed::shown(high));
     ui.label(RichText::new(ends).small());
+    ui.horizontal(|ui| {
+        ui.label("scale");
+        let is_wrong = !options.scale.trim().is_empty() && options.scale.parse::<Ends>().is_err();
+        let color = is_wrong.then(|| ui.visuals().error_fg_color);
+        let field = TextEdit::singleline(&mut options.scale).hint_text("usual, or p5:p95");
+        let field = ui.add(field.text_color_opt(color).desired_width(110.0));
+        if field.changed() {
+            let told: Option<Ends> = options.scale.parse().ok();
+            view.ends = Ends { center: view.ends.center, ..told.unwrap_or_default() };
+        }
+    });
 }
 
 /// Width and height of the legend, points.
@@ -148,10 +209,7 @@ fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
     });
     ui.add_enabled(options.clip, Slider::new(&mut options.clip_share, 0.0..=1.0).text("at"));
     view.clip = options.clip.then(|| {
-        let volume = scene.spectrum.volume();
-        let spacing = DVec3::from_array(volume.placement.spacing);
-        let last = volume.dims[options.clip_axis] as f64 - 1.0;
-        let size = last * spacing[options.clip_axis] / spacing.min_element();
+        let size = length(scene.spectrum.volume(), options.clip_axis);
         let sign = if options.clip_is_turned { -1.0 } else { 1.0 };
         let mut normal = [0.0; 3];
         normal[options.clip_axis] = sign;
@@ -159,23 +217,28 @@ fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
     });
 }
 
-/// The second surface: the opposite of the isovalue at first, for fields of both signs.
-fn second(ui: &mut Ui, scene: &mut Scene) {
-    let (low, high) = scene.spectrum.range();
-    ui.horizontal(|ui| {
-        let mut has_second = scene.second.is_some();
-        if ui.checkbox(&mut has_second, "second isovalue").changed() {
-            scene.second = has_second.then(|| (-scene.isovalue).clamp(low, high));
-        }
-        if let Some(second) = &mut scene.second {
-            let speed = (high - low) / 500.0;
-            ui.add(DragValue::new(second).range(low..=high).speed(speed));
+/// Isovalues that are worth a look, by name.
+fn offered(ui: &mut Ui, scene: &mut Scene) -> Option<Command> {
+    let mut command = None;
+    ui.horizontal_wrapped(|ui| {
+        for (isovalue, name) in scene.offered() {
+            let text = typed::short(*isovalue);
+            let text = if *name == text { text } else { format!("{name} ({text})") };
+            if ui.button(text).clicked() {
+                command = Some(Command::GoTo(*isovalue));
+            }
         }
     });
+    command
 }
 
 /// Which components are shown.
-fn components(ui: &mut Ui, scene: &Scene, view: &mut View) {
+fn components(
+    ui: &mut Ui,
+    scene: &Scene,
+    view: &mut View,
+    tool: &mut Option<Tool>,
+) -> Option<Command> {
     ui.horizontal(|ui| {
         let mut are_few = view.keep.largest.is_some();
         if ui.checkbox(&mut are_few, "largest components").changed() {
@@ -194,6 +257,24 @@ fn components(ui: &mut Ui, scene: &Scene, view: &mut View) {
             view.keep.min_volume = volume / unit;
         }
     });
+    let mut command = None;
+    ui.horizontal_wrapped(|ui| {
+        ui.label("click to");
+        for (one, name) in [(Tool::Keep, "keep one"), (Tool::Hide, "hide one")] {
+            let is_in_hand = *tool == Some(one);
+            if ui.selectable_label(is_in_hand, name).clicked() {
+                *tool = (!is_in_hand).then_some(one);
+            }
+        }
+        if ui.selectable_label(*tool == Some(Tool::Measure), "measure (M)").clicked() {
+            command = Some(Command::Act(Action::Measure));
+        }
+        let is_all = view.keep.is_all() && scene.picks.is_empty();
+        if ui.add_enabled(!is_all, Button::new("show all (A)")).clicked() {
+            command = Some(Command::Act(Action::ShowAll));
+        }
+    });
+    command
 }
 
 fn saves(ui: &mut Ui, options: &mut Options) -> Option<Command> {

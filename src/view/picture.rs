@@ -7,6 +7,7 @@ use glam::DVec2;
 
 use super::actions::{self, Action};
 use super::chooser::Purpose;
+use super::cube;
 use super::empty::{self, Choice};
 use super::hand;
 use super::history::REST;
@@ -41,6 +42,7 @@ impl Window {
         let shown = Rect::from_min_size(corner, size / scale);
         drag(&response, scale, scene, &mut self.view);
         if response.double_clicked()
+            && self.tool.is_none()
             && let Some(at) = response.interact_pointer_pos()
         {
             let pixel = (at - corner) * scale;
@@ -52,7 +54,10 @@ impl Window {
             self.playing = None;
             scene.step_by(notches, is_fine);
         }
-        match scene.paint((&self.render_state, ui.ctx()), &self.view) {
+        let painted = scene
+            .follow(&mut self.view)
+            .and_then(|()| scene.paint((&self.render_state, ui.ctx()), &self.view));
+        match painted {
             Ok(texture) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
                 ui.painter().image(texture, shown, whole, Color32::WHITE);
@@ -61,6 +66,11 @@ impl Window {
                 }
             }
             Err(error) => self.say(ui.ctx(), error.to_string()),
+        }
+        self.point(ui, &response, shown, scale);
+        let Some(scene) = &self.scene else { return };
+        if let Some(side) = cube::show(ui, shown, &self.view.camera, scene.spectrum.volume()) {
+            self.act(Action::Side(side), ui.ctx());
         }
         self.remember(ui.ctx());
     }
@@ -86,6 +96,7 @@ impl Window {
     pub(super) fn fit(&mut self) -> Result<()> {
         let Some(scene) = self.scene.as_mut().filter(|_| self.is_to_fit) else { return Ok(()) };
         self.is_to_fit = false;
+        scene.follow(&mut self.view)?;
         scene.fit(&mut self.view)?;
         self.fitted = Some((self.view.camera, scene.isovalue));
         Ok(())

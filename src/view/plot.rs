@@ -1,6 +1,8 @@
 //! The slider: the isovalue under the curves of the contour spectrum, with the events to click.
 
-use eframe::egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
+use std::fmt::Write as _;
+
+use eframe::egui::{Color32, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
 
 use super::curves::Point;
 use super::scene::Scene;
@@ -83,9 +85,12 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
             Stroke::new(1.0, visuals.text_color()),
         );
     }
-    for (isovalue, width) in
-        scene.second.map(|c| (c, 1.0)).into_iter().chain([(scene.isovalue, 2.0)])
-    {
+    for (isovalue, _) in &scene.marks {
+        let stroke = Stroke::new(1.0, visuals.weak_text_color());
+        painter.add(Shape::dashed_line(&axis.upright(*isovalue), stroke, 3.0, 3.0));
+    }
+    let layers = scene.layers.iter().map(|layer| (layer.isovalue, 1.0));
+    for (isovalue, width) in layers.chain([(scene.isovalue, 2.0)]) {
         let x = axis.x_of(isovalue);
         let stroke = Stroke::new(width, visuals.selection.stroke.color);
         painter.vline(x, rect.y_range(), stroke);
@@ -95,9 +100,11 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
     let hover = response.hover_pos().map(|p| axis.isovalue_at(p.x));
     if let Some(isovalue) = hover {
         let isovalue = nearest_event(scene, &axis, isovalue).unwrap_or(isovalue);
-        let text = typed::shown(isovalue);
-        let font = FontId::proportional(12.0);
-        painter.text(rect.left_top(), Align2::LEFT_TOP, text, font, visuals.text_color());
+        let text = told(&points, &axis, isovalue);
+        let text = painter.layout_no_wrap(text, FontId::proportional(12.0), visuals.text_color());
+        let ground = Rect::from_min_size(rect.left_top(), text.size());
+        painter.rect_filled(ground, 2.0, visuals.extreme_bg_color.gamma_multiply(0.85));
+        painter.galley(rect.left_top(), text, visuals.text_color());
     }
     let pointer = response.interact_pointer_pos()?;
     let isovalue = axis.isovalue_at(pointer.x);
@@ -105,6 +112,20 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
         return Some(nearest_event(scene, &axis, isovalue).unwrap_or(isovalue));
     }
     response.dragged().then_some(isovalue)
+}
+
+/// An isovalue, and what the curves say there as far as they are known.
+fn told(points: &[Point], axis: &Axis, isovalue: f64) -> String {
+    let mut text = typed::shown(isovalue);
+    let away = |point: &Point| (axis.x_of(point.isovalue) - axis.x_of(isovalue)).abs();
+    let nearest = points.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    // What lies further than a few pixels says nothing of this place.
+    if let Some(point) = nearest.filter(|&point| away(point) <= 2.0 * SNAP) {
+        for curve in &CURVES {
+            let _ = write!(text, "   {} {}", curve.name, typed::short((curve.of)(&point.measures)));
+        }
+    }
+    text
 }
 
 /// Isovalues from left to right.
@@ -121,6 +142,12 @@ impl Axis {
         // A range of one isovalue has no length.
         let share = if share.is_finite() { share } else { 0.5 };
         self.rect.left() + self.rect.width() * share as f32
+    }
+
+    /// From the top to the bottom at an isovalue.
+    fn upright(&self, isovalue: f64) -> [Pos2; 2] {
+        let x = self.x_of(isovalue);
+        [pos2(x, self.rect.top()), pos2(x, self.rect.bottom())]
     }
 
     fn isovalue_at(&self, x: f32) -> f64 {

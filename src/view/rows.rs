@@ -1,6 +1,8 @@
 //! What is around the picture: the row of the isovalue with the slider, how far work is, the help.
 
-use eframe::egui::{self, Align2, ComboBox, ProgressBar, ScrollArea, TextEdit, Ui, vec2};
+use eframe::egui::{
+    self, Align2, ComboBox, DragValue, ProgressBar, ScrollArea, TextEdit, Ui, vec2,
+};
 
 use super::actions::HELP;
 use super::chooser::Purpose;
@@ -33,6 +35,8 @@ impl Window {
             if ui.button(play).clicked() {
                 self.playing = if self.playing.is_some() { None } else { Some(1.0) };
             }
+            let speed = DragValue::new(&mut self.speed).range(0.1..=10.0).speed(0.02);
+            ui.add(speed.prefix("speed ").fixed_decimals(1));
             ui.toggle_value(&mut self.help, "help (H)");
             if ui.button("open").clicked() {
                 wanted = Some(Wanted::Choose(Purpose::Open));

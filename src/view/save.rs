@@ -7,7 +7,7 @@ use super::typed;
 use crate::error::{Error, Result};
 use crate::export::{self, Border};
 use crate::render::View;
-use crate::spectrum::{Query, SurfaceMesh};
+use crate::spectrum::{Picked, Query, SurfaceMesh};
 
 /// Where files of a scene go: the folder, and the name of the scene without its extension.
 fn stem(folder: &Path, scene: &Scene) -> PathBuf {
@@ -66,7 +66,7 @@ fn write_picture(path: &Path, scene: &mut Scene, view: &View) -> Result<()> {
     scene.picture(view)?.write_png(path)
 }
 
-/// Writes the mesh that is seen, both surfaces if there are two, uncut, in the format of the
+/// Writes the mesh that is seen, all surfaces as one if there are several, uncut, in the format of the
 /// extension; where, and how many triangles.
 ///
 /// # Errors
@@ -85,20 +85,21 @@ pub(super) fn mesh(
 
 /// Writes the mesh; how many triangles.
 fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
-    let (isovalues, around);
-    isovalues = scene.isovalues();
+    let around;
     let spectrum = match scene.folder() {
         // Anew, so that the file does not depend on what was seen before.
         Some(folder) => {
-            around = folder.read_around(&isovalues)?;
+            around = folder.read_around(&scene.isovalues())?;
             &around
         }
         None => &*scene.spectrum,
     };
     let mut query = Query::new(spectrum);
     let mut mesh = SurfaceMesh::default();
-    for isovalue in isovalues {
-        let one = query.mesh_at(isovalue)?.with_components(&view.keep);
+    for (i, surface) in scene.surfaces().into_iter().enumerate() {
+        // What is picked are components of the first.
+        let picked = if i == 0 { view.picked.clone() } else { Picked::default() };
+        let one = query.mesh_at(surface.isovalue)?.with_shown(&view.keep, &picked);
         let first = mesh.positions.len() as u32;
         mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
         mesh.positions.extend(one.positions);
@@ -163,10 +164,11 @@ impl Sweep {
     /// # Errors
     ///
     /// As [`picture`].
-    pub(super) fn step(&mut self, scene: &mut Scene, view: &View) -> Result<()> {
+    pub(super) fn step(&mut self, scene: &mut Scene, view: &mut View) -> Result<()> {
         let (low, high) = scene.spectrum.range();
         let share = f64::from(self.next) / f64::from(self.n_frames - 1);
         scene.isovalue = (low * (1.0 - share) + high * share).clamp(low, high);
+        scene.follow(view)?;
         let name = format!("{}-{:05}.png", self.prefix, self.next + 1);
         write_picture(&self.folder.join(name), scene, view)?;
         self.next += 1;

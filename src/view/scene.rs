@@ -10,9 +10,11 @@ use glam::{DVec2, DVec3};
 use super::curves::{Curves, Meshes};
 use super::hand;
 use super::held::Held;
+use super::layers::{Layer, linear_of};
 use super::loading::Loaded;
+use super::picks::Picks;
 use super::typed;
-use crate::color::Sources;
+use crate::color::{Sources, to_srgb};
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::file::SpectrumFolder;
@@ -40,10 +42,18 @@ pub(super) struct Scene {
     pub(super) isovalue: f64,
     /// The isovalue of the last numbers, and those.
     measures: Option<(f64, Measures)>,
-    /// The isovalue of the second surface.
-    pub(super) second: Option<f64>,
+    /// The colour of its surface where it is not the usual one, sRGB.
+    pub(super) front: Option<[u8; 3]>,
+    /// Isosurfaces that stay beside it.
+    pub(super) layers: Vec<Layer>,
+    /// Components that were picked.
+    pub(super) picks: Picks,
+    /// Isovalues that are offered, and what they are.
+    pub(super) marks: Vec<(f64, String)>,
+    /// Points of the surface between which the distance is told, voxel frame.
+    pub(super) measured: Vec<[f64; 3]>,
     pub(super) painter: Painter,
-    painted: Option<(Vec<f64>, View)>,
+    painted: Option<(Vec<Surface>, View)>,
     texture: Option<Shown>,
     /// What is written over the picture, and of which isovalue and view.
     sheet: Option<((f64, View), egui::TextureHandle)>,
@@ -87,7 +97,11 @@ impl Scene {
             events,
             isovalue,
             measures: None,
-            second: None,
+            front: None,
+            layers: Vec::new(),
+            picks: Picks::default(),
+            marks: Vec::new(),
+            measured: Vec::new(),
             painter,
             samples,
             statistics,
@@ -154,13 +168,67 @@ impl Scene {
             let sources = self.painter.sources().clone();
             self.painter.set_sources(sources.with_field(sources::values(&spectrum, field)));
         }
+        // Its vertices have other numbers.
+        let last = self.picks.isovalue();
+        let has_last = self.held.as_ref().is_some_and(|held| held.has(&[last]));
+        let at = if has_last { last } else { self.isovalue };
+        self.picks.find_again(&mut self.painter, &spectrum, at)?;
         (self.spectrum, self.painted) = (spectrum, None);
         Ok(())
     }
 
     /// The isovalues shown.
     pub(super) fn isovalues(&self) -> Vec<f64> {
-        std::iter::once(self.isovalue).chain(self.second).collect()
+        self.surfaces().iter().map(|surface| surface.isovalue).collect()
+    }
+
+    /// The isosurfaces shown.
+    pub(super) fn surfaces(&self) -> Vec<Surface> {
+        let color = self.front.map(linear_of);
+        let first = Surface { color, ..self.isovalue.into() };
+        std::iter::once(first).chain(self.layers.iter().map(Layer::surface)).collect()
+    }
+
+    /// Isovalues that are offered by name: those that were marked, else suggested ones once the curves are known.
+    pub(super) fn offered(&mut self) -> &[(f64, String)] {
+        if self.marks.is_empty()
+            && let Some(points) = self.curves.finished()
+        {
+            let areas: Vec<(f64, f64)> =
+                points.iter().map(|p| (p.isovalue, p.measures.area)).collect();
+            let suggested = self.spectrum.suggested(&areas, self.statistics.as_ref());
+            self.marks = suggested.into_iter().map(|(c, name)| (c, name.to_owned())).collect();
+        }
+        &self.marks
+    }
+
+    /// Takes over into the view which components were picked, wherever they are by now.
+    pub(super) fn follow(&mut self, view: &mut View) -> Result<()> {
+        if self.held.as_ref().is_some_and(|held| !held.has(&[self.isovalue])) {
+            return Ok(());
+        }
+        self.picks.follow(&mut self.painter, &self.spectrum, self.isovalue)?;
+        view.picked = self.picks.picked();
+        Ok(())
+    }
+
+    /// Keeps the component under a pixel alone, or hides it; whether there is one.
+    pub(super) fn pick(&mut self, view: &View, pixel: DVec2, is_hiding: bool) -> Result<bool> {
+        let Some(point) = self.point_under(view, pixel) else { return Ok(false) };
+        let at = (self.isovalue, point.to_array());
+        self.picks.pick(&mut self.painter, &self.spectrum, at, is_hiding)?;
+        Ok(true)
+    }
+
+    /// Shows the first of some isosurfaces, and the others beside it.
+    pub(super) fn show_surfaces(&mut self, surfaces: &[Surface]) -> Result<()> {
+        surfaces.iter().try_for_each(|one| self.spectrum.check_isovalue(one.isovalue))?;
+        if let Some((first, others)) = surfaces.split_first() {
+            self.isovalue = first.isovalue;
+            self.front = first.color.map(|color| color.map(to_srgb));
+            self.layers = others.iter().enumerate().map(|(i, one)| Layer::told(i, one)).collect();
+        }
+        Ok(())
     }
 
     /// How far one notch or key goes.
@@ -190,7 +258,8 @@ impl Scene {
     /// Makes the picture fit the surface, if there is any.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
         self.read()?;
-        if let Some(bounds) = self.painter.bounds(&self.spectrum, self.isovalue, &view.keep)? {
+        let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue)?;
+        if let Some(bounds) = mesh.with_shown(&view.keep, &view.picked).bounds() {
             view.fit(self.spectrum.volume(), bounds);
         }
         Ok(())
@@ -198,7 +267,7 @@ impl Scene {
 
     /// Triangles drawn.
     pub(super) fn n_triangles(&self) -> usize {
-        (0..self.isovalues().len()).map(|i| self.painter.n_triangles(i)).sum()
+        (0..=self.layers.len()).map(|i| self.painter.n_triangles(i)).sum()
     }
 
     /// How long the device took for the last picture, from its submission on.
@@ -218,11 +287,11 @@ impl Scene {
         {
             return Ok(id);
         }
-        let wanted = (self.isovalues(), view.clone());
+        let wanted = (self.surfaces(), view.clone());
         if self.painted.as_ref() != Some(&wanted) {
             let started = Instant::now();
             self.painted = None;
-            self.painter.paint(&self.spectrum, &surfaces(&wanted.0), view)?;
+            self.painter.paint(&self.spectrum, &wanted.0, view)?;
             let cost = self.cost.clone();
             window.queue.on_submitted_work_done(move || {
                 cost.store(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
@@ -236,7 +305,7 @@ impl Scene {
     pub(super) fn picture(&mut self, view: &View) -> Result<Image> {
         self.read()?;
         self.painted = None;
-        self.painter.paint(&self.spectrum, &surfaces(&self.isovalues()), view)?;
+        self.painter.paint(&self.spectrum, &self.surfaces(), view)?;
         self.painter.picture(&self.spectrum, view)
     }
 
@@ -309,7 +378,8 @@ impl Scene {
     /// The point of the surface under a pixel, voxel frame.
     pub(super) fn point_under(&self, view: &View, pixel: DVec2) -> Option<DVec3> {
         let spectrum = &self.spectrum;
-        let triangles = self.isovalues().into_iter().enumerate().flat_map(|(i, isovalue)| {
+        let triangles = self.surfaces().into_iter().enumerate().flat_map(|(i, surface)| {
+            let isovalue = surface.isovalue;
             let rank = spectrum.rank_at(isovalue).unwrap_or(0);
             self.painter.triangles(i).map(move |vertices| {
                 vertices.map(|v| {
@@ -330,9 +400,4 @@ impl Scene {
             window.renderer.write().free_texture(&id);
         }
     }
-}
-
-/// Isosurfaces that look as the view says.
-fn surfaces(isovalues: &[f64]) -> Vec<Surface> {
-    isovalues.iter().map(|&isovalue| isovalue.into()).collect()
 }

@@ -38,6 +38,16 @@ pub(super) fn shown(x: f64) -> String {
     }
 }
 
+/// A number as one reads it at a glance: four digits.
+pub(super) fn short(x: f64) -> String {
+    if x == 0.0 || !(1e-4..1e9).contains(&x.abs()) {
+        return shown(x);
+    }
+    let step = 10f64.powf(x.abs().log10().floor() - 3.0);
+    // Whole numbers keep all their digits.
+    shown(if step > 1.0 { x.round() } else { (x / step).round() * step })
+}
+
 /// The step of an isovalue over a range: 1, 2 or 5 times a power of ten, about 200 of them.
 pub(super) fn step((low, high): (f64, f64)) -> f64 {
     let raw = high / 200.0 - low / 200.0;
@@ -80,6 +90,12 @@ mod tests {
             assert!(at(wrong).is_err(), "{wrong}");
         }
         assert!(at("p50").expect_err("no samples").contains("needs the samples"));
+    }
+
+    #[test]
+    fn numbers_at_a_glance_have_four_digits() {
+        let texts = [0.0, 12.3456789, -0.012345678, 123_456.7, 3.0].map(short);
+        assert_eq!(texts, ["0", "12.35", "-0.01235", "123457", "3"]);
     }
 
     #[test]

@@ -8,17 +8,18 @@ use eframe::egui::{
     self, CentralPanel, FontId, Frame, Panel, ScrollArea, TextStyle, Theme, Ui, ViewportCommand,
 };
 
-use super::actions::{self, Action};
-use super::chooser::{Chooser, Purpose};
+use super::actions;
+use super::chooser::Chooser;
 use super::history::History;
 use super::loading::{Loaded, Loading, Source};
 use super::options::{self, Command, Options};
+use super::pointing::{Pointing, Tool};
 use super::save::{self, Sweep};
 use super::scene::Scene;
 use super::{Content, Opening, hand, plot, typed};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::render::{Background, Camera, Color, View};
+use crate::render::{Background, Camera, Color, Surface, View};
 use crate::sweep::Parameters;
 use crate::volume::Volume;
 
@@ -67,6 +68,11 @@ pub(super) struct Window {
     pub(super) typed: Option<String>,
     /// Direction of the sweep that plays.
     pub(super) playing: Option<f64>,
+    /// How much faster it plays than usual.
+    pub(super) speed: f64,
+    /// What the next click on the surface does.
+    pub(super) tool: Option<Tool>,
+    pub(super) pointing: Pointing,
     pub(super) help: bool,
     pub(super) message: Option<(String, f64)>,
     pub(super) title: String,
@@ -89,7 +95,8 @@ impl Window {
         context.all_styles_mut(|style| {
             style.text_styles.insert(TextStyle::Small, FontId::proportional(LEAST_LETTERS));
         });
-        let Opening { content, volume, field, isovalue, view, parameters, folder, .. } = opening;
+        let Opening { content, volume, field, surfaces, marks, view, parameters, folder, .. } =
+            opening;
         let mut window = Window {
             gpu,
             render_state,
@@ -113,6 +120,9 @@ impl Window {
             folder,
             typed: None,
             playing: None,
+            speed: 1.0,
+            tool: None,
+            pointing: Pointing::default(),
             help: false,
             message: None,
             title: String::new(),
@@ -122,20 +132,33 @@ impl Window {
             Content::Nothing => {}
             Content::Spectrum(name, spectrum) => {
                 let loaded = Loaded::new(name, *spectrum, volume.map(Arc::new));
-                window.show_scene(loaded, context)?;
-                if let (Some(scene), Some(isovalue)) = (&mut window.scene, isovalue) {
-                    scene.spectrum.check_isovalue(isovalue)?;
-                    scene.isovalue = isovalue;
-                }
+                window.show_first(loaded, (surfaces, marks), context)?;
             }
             Content::Folder(name, folder) => {
                 let volume = volume.map(Arc::new);
+                let isovalue = surfaces.first().map(|first| first.isovalue);
                 let loaded = Loaded::of_folder(name, *folder, volume, isovalue)?;
-                window.show_scene(loaded, context)?;
+                window.show_first(loaded, (surfaces, marks), context)?;
             }
             Content::Volume(volume) => window.load(Source::Volume(volume), context),
         }
         Ok(window)
+    }
+
+    /// Shows what the window opens with: isosurfaces, and isovalues that are offered.
+    fn show_first(
+        &mut self,
+        loaded: Loaded,
+        (surfaces, marks): (Vec<Surface>, Vec<(f64, String)>),
+        context: &egui::Context,
+    ) -> Result<()> {
+        self.show_scene(loaded, context)?;
+        if let Some(scene) = &mut self.scene {
+            self.options = Options::with_clip(self.view.clip, scene.spectrum.volume());
+            scene.marks = marks;
+            scene.show_surfaces(&surfaces)?;
+        }
+        Ok(())
     }
 
     pub(super) fn load(&mut self, source: Source, context: &egui::Context) {
@@ -164,7 +187,7 @@ impl Window {
     }
 
     /// Back to the first direction, with the surface that is shown filling the picture.
-    fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         hand::reset(&mut self.view, &self.first_camera);
         self.is_to_fit = true;
     }
@@ -199,58 +222,25 @@ impl Window {
         }
     }
 
-    fn act(&mut self, action: Action, context: &egui::Context) {
-        match (action, &mut self.scene) {
-            (Action::Help, _) => self.help = !self.help,
-            (Action::Wireframe, _) => {
-                self.view.wireframe = self.view.wireframe.is_none().then_some(1.0);
-            }
-            (Action::Reset, _) => self.reset(),
-            (Action::Axes, _) => {
-                self.view.axes = !self.view.axes;
-                self.view.scale_bar = self.view.axes;
-            }
-            (Action::Occlusion, _) => self.view.occlusion = !self.view.occlusion,
-            (Action::Caps, _) => self.view.open = !self.view.open,
-            (Action::Zoom(factor), _) => hand::zoom(&mut self.view, factor),
-            (Action::Undo, _) => _ = self.history.undo(&mut self.view),
-            (Action::Redo, _) => _ = self.history.redo(&mut self.view),
-            (Action::Open, _) => self.choose(Purpose::Open),
-            (Action::SaveAs, _) => self.choose(Purpose::Save),
-            (Action::Orthographic, Some(scene)) => {
-                let is_parallel = !self.view.camera.orthographic;
-                self.view.set_orthographic(scene.spectrum.volume(), is_parallel);
-            }
-            (Action::Side(side), Some(scene)) => {
-                self.view.camera = self.view.camera.from_side(side, scene.spectrum.volume());
-            }
-            (Action::Event { is_up }, Some(scene)) => {
-                self.playing = None;
-                scene.next_event(is_up);
-            }
-            (Action::Step { notches, is_fine }, Some(scene)) => {
-                self.playing = None;
-                scene.step_by(notches, is_fine);
-            }
-            (Action::Play, Some(_)) => {
-                self.playing = if self.playing.is_some() { None } else { Some(1.0) };
-            }
-            (Action::Picture, Some(_)) => self.save(Command::Picture, context),
-            (_, None) => {}
-        }
-    }
-
-    fn save(&mut self, command: Command, context: &egui::Context) {
+    pub(super) fn save(&mut self, command: Command, context: &egui::Context) {
         // What was asked for before this shows in it.
         if let Err(error) = self.fit() {
             return self.say(context, error.to_string());
         }
         let Some(scene) = &mut self.scene else { return };
+        if let Err(error) = scene.follow(&mut self.view) {
+            return self.say(context, error.to_string());
+        }
         let result = match command {
             Command::Picture => save::picture(&self.folder, scene, &self.view)
                 .map(|path| format!("saved {}", path.display())),
             Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension)
                 .map(|(path, n_triangles)| save::mesh_saved(&path, n_triangles)),
+            Command::Act(action) => return self.act(action, context),
+            Command::GoTo(isovalue) => {
+                (scene.isovalue, self.playing) = (isovalue, None);
+                return;
+            }
             Command::Sweep(n_frames) => {
                 self.playing = None;
                 match Sweep::start(&self.folder, scene, n_frames) {
@@ -269,7 +259,7 @@ impl Window {
     fn advance(&mut self, context: &egui::Context) {
         let Some(scene) = &mut self.scene else { return };
         if let Some(mut sweep) = self.sweep.take() {
-            match sweep.step(scene, &self.view) {
+            match sweep.step(scene, &mut self.view) {
                 Ok(_) if !sweep.is_done() => self.sweep = Some(sweep),
                 Ok(_) => {
                     let text = sweep.finish(scene);
@@ -284,7 +274,7 @@ impl Window {
         } else if let Some(direction) = &mut self.playing {
             let (low, high) = scene.spectrum.range();
             let seconds = f64::from(context.input(|input| input.stable_dt)).min(0.25);
-            scene.isovalue += *direction * (high - low) * seconds / SWEEP_SECONDS;
+            scene.isovalue += *direction * (high - low) * self.speed * seconds / SWEEP_SECONDS;
             if !(low..=high).contains(&scene.isovalue) {
                 scene.isovalue = scene.isovalue.clamp(low, high);
                 *direction = -*direction;
@@ -352,7 +342,12 @@ impl eframe::App for Window {
         if let Some(scene) = &mut self.scene {
             Panel::right("options").default_size(230.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
-                    command = options::show(ui, scene, &mut self.view, &mut self.options);
+                    command = options::show(
+                        ui,
+                        scene,
+                        (&mut self.view, &mut self.tool),
+                        &mut self.options,
+                    );
                 });
             });
         }

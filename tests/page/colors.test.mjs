@@ -60,6 +60,23 @@ describe("colours", () => {
         await page.locator("#scale").press("Enter");
         await settled(page);
         assert.deepEqual((await state(page)).ends, [0.5, 0.9]);
+        await page.locator("#scale").fill("p10:p90");
+        await page.locator("#scale").press("Enter");
+        await settled(page);
+        const [low, high] = (await state(page)).ends;
+        assert.ok(low > 0.2 && low < high && high < 1, `${low} to ${high}`);
+        await page.waitForFunction(() => /scale=p10(:|%3A)p90/.test(location.hash));
+        await reopen(page);
+        assert.deepEqual((await state(page)).ends, [low, high]);
+        await page.locator("summary").click();
+        await page.locator("#scale").fill("0.5:0.9");
+        await page.locator("#scale").press("Enter");
+        for (const wrong of ["0.9:0.5", "p101:1", "1:2:3"]) {
+            await page.locator("#scale").fill(wrong);
+            await page.locator("#scale").press("Enter");
+            assert.equal(await page.locator("#scale").getAttribute("aria-invalid"), "true", wrong);
+            assert.deepEqual((await state(page)).ends, [0.5, 0.9], wrong);
+        }
         await page.locator("#scale").fill("much");
         await page.locator("#scale").press("Enter");
         assert.equal(await page.locator("#scale").getAttribute("aria-invalid"), "true");

@@ -94,6 +94,53 @@ describe("sights", () => {
         await close();
     });
 
+    test("the address leads back to every switch, colour and component that the reader chose", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2", view: "35,22,1" });
+        const before = await state(page);
+        for (const key of ["g", "w", "b", "o", "d"]) await page.keyboard.press(key);
+        await page.locator("summary").click();
+        await page.selectOption("#background", "dark");
+        await page.selectOption("#light", "left");
+        await page.locator("#front").fill("#c8503c");
+        const box = await page.locator("#canvas").boundingBox();
+        await page.locator("#pick-hide").click();
+        // The ring is around the middle.
+        const { width, height, pixels: picture } = await pixels(page);
+        const row = Math.round(height / 2);
+        const isRing = (x) => picture[4 * (row * width + x)] > picture[4 * (row * width + 2)] + 40;
+        const columns = Array.from({ length: width }, (_, x) => x).filter(isRing);
+        const column = columns[columns.length >> 2];
+        await page.mouse.click(box.x + ((column + 0.5) * box.width) / width, box.y + box.height / 2);
+        await settled(page);
+        const chosen = await state(page);
+        assert.deepEqual(chosen.components, { n: 1, nKept: 0 }, "the one component is hidden");
+        await page.waitForFunction(() => location.hash.includes("without="));
+        await reopen(page);
+        const again = await state(page);
+        for (const name of ["axes", "wireframe", "open", "orthographic", "occlusion", "background", "light"]) {
+            assert.deepEqual(again[name], chosen[name], name);
+            assert.notDeepEqual(again[name], before[name], name);
+        }
+        assert.deepEqual(again.components, chosen.components);
+        assert.equal(await page.locator("#front").inputValue(), "#c8503c");
+        await close();
+    });
+
+    test("on a large screen the picture has the height, and what is chosen stands beside it", async () => {
+        const { page, close } = await watched(browser, { viewport: { width: 1280, height: 800 } });
+        await open(page, { renderer: "webgl2" });
+        await page.locator("summary").click();
+        const [stage, side, slider] = await Promise.all(["#stage", "#side", "#slider"].map((id) => page.locator(id).boundingBox()));
+        assert.ok(stage.height > 0.55 * 800, `${stage.height} of 800`);
+        assert.ok(side.x >= stage.x + stage.width && slider.y + slider.height <= 800);
+        assert.ok(await page.evaluate(() => document.documentElement.scrollHeight <= innerHeight), "nothing scrolls");
+        await page.setViewportSize({ width: 900, height: 800 });
+        const below = await page.locator("#side").boundingBox();
+        assert.ok(below.y > (await page.locator("#slider").boundingBox()).y);
+        await close();
+    });
+
     test("what lies in the middle keeps its size in parallel projection, and is found under the pointer", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);

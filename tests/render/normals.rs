@@ -1,6 +1,5 @@
 //! Pictures are shaded with the normals of the mesh that they show.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use isospectrum::render::{Renderer, View};
@@ -100,48 +99,21 @@ fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
     }
 }
 
-/// The spectrum of a real volume: `NAME.isp` in the folder ISOSPECTRUM_SPECTRA where there is one, which saves minutes, or
-/// computed of NAME in the folder ISOSPECTRUM_DATA or `../shared/data`; `None` (said loudly) where there is none.
-fn real_spectrum(name: &str) -> Option<Spectrum> {
-    let folder = std::env::var_os("ISOSPECTRUM_SPECTRA").map(PathBuf::from);
-    let ready = folder.map(|f| f.join(name).with_extension("isp"));
-    if let Some(path) = ready.filter(|path| path.is_file()) {
-        return Some(isospectrum::file::read(path).expect("a spectrum"));
-    }
-    let path = crate::data::file(name, name)?;
-    Some(computed(read_volume(&path, &ReadOptions::default()).expect("a volume")))
-}
-
 #[test]
-#[ignore = "takes many minutes: cargo test --release --test render -- --ignored --nocapture"]
 fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
-    for name in [
-        "nucleon_41x41x41_uint8.raw",
-        "fuel_64x64x64_uint8.raw",
-        "marschner_lobb_41x41x41_uint8.raw",
-        "lobster_kvs_120x120x34_uint8.raw",
-        "hydrogen_atom_128x128x128_uint8.raw",
-    ] {
-        let Some(spectrum) = real_spectrum(name) else { continue };
+    // Two that are computed within seconds; what is special about others is exact cells among tracked ones, which these have.
+    for name in ["nucleon_41x41x41_uint8.raw", "fuel_64x64x64_uint8.raw"] {
+        let Some(path) = crate::data::file("shading of real volumes", name) else { continue };
+        let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
+        let spectrum = computed(volume);
         let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
         let (low, high) = spectrum.range();
         let mut random = Random(25);
-        let [mut all, mut wrong] = [0.0; 2];
-        let mut worst = (0.0, low);
-        for _ in 0..200 {
+        for _ in 0..20 {
             let isovalue = low + random.unit() * (high - low);
-            let [area, off] = areas(&mut renderer, &spectrum, isovalue);
-            (all, wrong) = (all + area, wrong + off);
-            if area > 0.0 && off / area > worst.0 {
-                worst = (off / area, isovalue);
-            }
+            let [area, wrong] = areas(&mut renderer, &spectrum, isovalue);
+            assert!(area > 0.0, "{name}: nothing is drawn at {isovalue}");
+            assert!(wrong <= LARGEST_SHARE * area, "{name}: {wrong} of {area} at {isovalue}");
         }
-        let (share, isovalue) = worst;
-        println!(
-            "{name}: {:.5} % of the area, worst {:.5} % at {isovalue}",
-            100.0 * wrong / all,
-            100.0 * share
-        );
-        assert!(all > 0.0 && share <= LARGEST_SHARE, "{name}: {share} of the area at {isovalue}");
     }
 }

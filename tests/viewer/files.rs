@@ -9,7 +9,7 @@ use super::server::{Server, wait_for};
 use super::window::Window;
 
 /// Where the button that closes one of several spectra is, from the top left of the window.
-const CLOSE: (i32, i32) = (591, 566);
+const CLOSE: (i32, i32) = (668, 564);
 
 #[test]
 fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {

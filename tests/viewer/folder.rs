@@ -96,9 +96,10 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
         wait_for_mesh(&window, at(share), n_triangles(&folder, at(share)));
         assert_rendered(&window, &folder, at(share));
     }
-    let second = (-at(0.45)).clamp(low, high);
-    window.click(746, 214);
-    let n = n_triangles(&folder, at(0.45)) + n_triangles(&folder, second);
+    drop(window);
+    let two = [at(0.45), at(0.12)].map(|c| c.to_string());
+    let window = Window::open(&server, &folder, &["s.ispt", "-c", &two[0], "-c", &two[1]]);
+    let n = n_triangles(&folder, at(0.45)) + n_triangles(&folder, at(0.12));
     wait_for_mesh(&window, at(0.45), n);
 
     // The curves are computed when they are asked for.
@@ -107,7 +108,8 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
     window.click(CURVES.0, CURVES.1);
     wait_for("curves", || (components() > before + 50).then_some(()));
     folder.run(&["extract", "s.ispt", "-c", &at(0.7).to_string(), "-o", "m.ply"]);
-    window.click(746, 214);
+    drop(window);
+    let window = Window::open(&server, &folder, &["s.ispt", "-c", "0.1"]);
     type_isovalue(&window, at(0.7));
     wait_for_mesh(&window, at(0.7), n_triangles(&folder, at(0.7)));
     window.point(400, 250);

@@ -10,6 +10,7 @@ mod files;
 mod folder;
 mod hand;
 mod panel;
+mod pointing;
 mod server;
 mod shows;
 mod window;

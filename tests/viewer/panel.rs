@@ -2,60 +2,119 @@
 
 use super::program::Folder;
 use super::server::{Server, wait_for};
-use super::window::{TIES, Window};
+use super::window::{Picture, TIES, Window};
+
+/// Rows of the panel, from the top of the window; how far they are apart.
+const OPACITY: i32 = 106;
+const PARALLEL: i32 = 129;
+const BACKGROUND: i32 = 151;
+const CLIP: i32 = 207;
+const OFFERED: i32 = 261;
+const KEEP: i32 = 284;
+const SAVE: i32 = 416;
+const SWEEP: i32 = 462;
+const ROW: i32 = 23;
 
 #[test]
 fn what_the_panel_offers_is_done() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
-    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2"]);
+    let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--mark", "0.4"]);
     window.point(400, 250);
     let whole = window.picture();
-    let (_, n_triangles) = window.seen();
 
     // Half of the ball is gone, and one looks into it: everything stays where it is.
-    window.click(746, 159);
+    window.click(746, CLIP);
     let clipped = window.picture();
     assert!(clipped.difference(&whole) > 0.05, "the plane cuts");
     assert!(clipped.covered() < whole.covered(), "and leaves less");
-    window.click(746, 159);
+    window.click(746, CLIP);
     assert!(window.picture() == whole, "without the plane all is as before");
 
-    // The second surface is that of -0.2, a larger ball around the first.
-    window.click(746, 214);
-    wait_for("two surfaces", || (window.seen().1 > n_triangles).then_some(()));
-    let both = window.picture();
-    assert!(both.covered() > 1.1 * whole.covered(), "the larger ball is seen");
-    // To the middle of the slider of opacity; one looks through the one at the other.
-    window.drag(1, (833, 81), (790, 81));
-    assert!(window.picture().difference(&both) > 0.05, "one looks through");
-    window.drag(1, (790, 81), (850, 81));
-    assert!(window.picture().difference(&both) < TIES, "opaque again");
-    window.click(746, 214);
-    wait_for("one surface", || (window.seen().1 == n_triangles).then_some(()));
+    // To the middle of the slider of opacity.
+    window.drag(1, (833, OPACITY), (790, OPACITY));
+    assert!(window.picture().difference(&whole) > 0.05, "one looks through");
+    window.drag(1, (790, OPACITY), (850, OPACITY));
+    assert!(window.picture().difference(&whole) < TIES, "opaque again");
 
-    window.click(746, 104);
-    let dark = window.picture();
-    assert!(dark.pixels[0].iter().all(|&c| c < 64), "dark: {:?}", dark.pixels[0]);
-    window.click(746, 104);
-
-    window.click(850, 104);
+    window.click(746, PARALLEL);
     let parallel = window.picture();
     // What is nearer than the middle of the ball is not larger any more.
     let share = parallel.covered() / whole.covered();
     assert!(parallel.difference(&whole) > 0.005 && share < 0.995, "{share} in parallel projection");
-    window.click(850, 104);
+    window.click(746, PARALLEL);
     assert!(window.picture() == whole, "in perspective all is as before");
 
-    window.click(872, 301);
+    // The first choice of the list below is white, the last one dark.
+    window.click(780, BACKGROUND);
+    window.click(780, BACKGROUND + 3 * ROW - 6);
+    let dark = window.picture();
+    assert!(dark.pixels[0].iter().all(|&c| c < 64), "dark: {:?}", dark.pixels[0]);
+    window.click(780, BACKGROUND);
+    window.click(780, BACKGROUND + ROW - 4);
+    assert!(window.picture() == whole, "white again");
+
+    window.click(868, SAVE);
     wait_for("the mesh", || folder.names().contains(&"s-0.2.ply".to_owned()).then_some(()));
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
     assert!(folder.read("s-0.2.ply") == folder.read("m.ply"), "the mesh is what extract writes");
 
-    window.click(766, 347);
+    window.click(758, SWEEP);
     let last = folder.path().join("s-sweep").join("s-00100.png");
     wait_for("the last picture of the sweep", || last.exists().then_some(()));
     window.wait_for_isovalue(|c| c == 0.2);
     let frames = std::fs::read_dir(folder.path().join("s-sweep")).expect("a folder").count();
     assert_eq!(frames, 100);
+}
+
+#[test]
+fn isovalues_are_offered_and_kept_beside_each_other() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let window =
+        Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--mark", "-0.2=outer,0.4"]);
+    window.point(400, 250);
+    let (_, n_inner) = window.seen();
+    let inner = window.picture();
+    window.click(770, OFFERED);
+    window.wait_for_isovalue(|c| c == -0.2);
+    let (_, n_outer) = window.seen();
+    let outer = window.picture();
+    assert!(
+        outer.covered() > 1.1 * inner.covered(),
+        "the marked isovalue is that of a larger ball"
+    );
+    // It stays, in a colour of its own, while the slider moves on.
+    window.click(798, KEEP);
+    window.type_isovalue("0.2");
+    wait_for("two surfaces", || (window.seen().1 == n_inner + n_outer).then_some(()));
+    window.point(400, 250);
+    let both = window.picture();
+    assert!(both.difference(&inner) > 0.05 && both.difference(&outer) > 0.05);
+    // And is taken away.
+    window.click(903, KEEP + ROW);
+    wait_for("one surface", || (window.seen().1 == n_inner).then_some(()));
+    window.point(400, 250);
+    assert_eq!(window.picture().difference(&inner), 0.0);
+}
+
+#[test]
+fn surfaces_colours_and_a_plane_are_told_at_the_beginning() {
+    let server = Server::start();
+    let folder = Folder::with_spectrum();
+    let told = ["-c", "0.2=bone", "-c", "-0.2=skin@0.3", "--clip", "y:60%", "--background", "dark"];
+    let window = Window::open(&server, &folder, &[&["s.isp"][..], &told].concat());
+    window.point(400, 250);
+    let seen = window.picture();
+    let size = format!("{}x{}", seen.width, seen.height());
+    let rest = ["--size", &size, "-o", "r.png"];
+    folder.run(&[&["render", "s.isp"][..], &told, &rest].concat());
+    let rendered = Picture::read(&folder.path().join("r.png"));
+    // The window fits the isosurface of the slider, `render` all of them: the larger one is seen nearer.
+    assert!(seen.covered() > 0.9 && rendered.covered() > 0.9, "both are dark");
+    let colors = |picture: &Picture| {
+        let is_bone = |p: &&[u8; 3]| p[0] > 150 && p[0] > p[2] && p[0] - p[2] < 60;
+        picture.pixels.iter().filter(is_bone).count()
+    };
+    assert!(colors(&seen) > 1000 && colors(&rendered) > 1000, "both show bone");
 }

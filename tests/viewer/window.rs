@@ -16,6 +16,9 @@ const SAME: u8 = 1;
 /// seen, and a window draws in the order in which triangles came to life.
 pub(crate) const TIES: f64 = 1e-3;
 
+/// Side of the corner in which the cube lies, pixels.
+const CUBE: usize = 72;
+
 /// A window on the server.
 pub(crate) struct Window<'a> {
     server: &'a Server,
@@ -105,6 +108,19 @@ impl<'a> Window<'a> {
         self.input("click 1");
     }
 
+    /// What the server shows of the picture, which has that many pixels.
+    pub(crate) fn screen(&self, width: usize, height: usize) -> Picture {
+        let place = self.server.xdotool(&format!("getwindowgeometry --shell {}", self.id));
+        let number = |name: &str| -> usize {
+            let line = place.lines().find_map(|line| line.strip_prefix(name));
+            line.and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{place}"))
+        };
+        let (left, top) = (number("X="), number("Y="));
+        let (of_row, screen) = self.server.screen();
+        let row = |y: usize| screen[(top + y) * of_row + left..][..width].to_vec();
+        Picture { width, pixels: (0..height).flat_map(row).collect() }
+    }
+
     /// Types into the field of the isovalue.
     pub(crate) fn type_isovalue(&self, text: &str) {
         self.point(100, 570);
@@ -161,6 +177,25 @@ impl Picture {
             |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > SAME);
         let n = self.pixels.iter().zip(&other.pixels).filter(|&pair| differ(pair)).count();
         n as f64 / self.pixels.len() as f64
+    }
+
+    /// Without the corner in which the cube lies.
+    pub(crate) fn without_cube(&self) -> Self {
+        let mut picture = self.clone();
+        for y in 0..CUBE {
+            let row = &mut picture.pixels[y * self.width..(y + 1) * self.width];
+            row[self.width - CUBE..].fill([0; 3]);
+        }
+        picture
+    }
+
+    /// Where the surface is: the middle one of the pixels that are not white between two columns.
+    pub(crate) fn middle_between(&self, from: usize, to: usize) -> (i32, i32) {
+        let is_surface =
+            |&i: &usize| (from..to).contains(&(i % self.width)) && self.pixels[i] != [255; 3];
+        let all: Vec<usize> = (0..self.pixels.len()).filter(is_surface).collect();
+        let middle = all[all.len() / 2];
+        ((middle % self.width) as i32, (middle / self.width) as i32)
     }
 
     /// Share of pixels that are not the white background.

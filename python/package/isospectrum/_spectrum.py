@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
@@ -236,6 +236,7 @@ class Spectrum:
         color_range: str | Sequence[float | str | None] | None = None,
         color_center: float | None = None,
         background: str | None = None,
+        light: str = "upper-left",
         clip: str | None = None,
         opacity: float = 1.0,
         occlusion: bool = False,
@@ -262,7 +263,7 @@ class Spectrum:
             Isovalues that are offered, by name: ``{"bone": 1200, "skin": -200}``.
         range, tolerance, step
             Publish these isovalues only; leave out knots within this distance; round positions to multiples (voxels).
-        camera, up, orthographic, color, color_by, color_map, color_range, color_center, clip, opacity, occlusion, wireframe
+        camera, up, orthographic, color, color_by, color_map, color_range, color_center, light, clip, opacity, occlusion, wireframe
             How it looks at first, as in :meth:`render`; the colours none, quality, lifetime, curvature and component.
         background
             white, light or dark at first; else what the reader's page is like.
@@ -277,6 +278,7 @@ class Spectrum:
         still
             Whether a picture goes into it for those who can see no other; needs an adapter, and is left out without one.
         """
+        sight = self._sight(locals())
         page = self._native.html(
             [] if c is None else self._surfaces(c),
             title,
@@ -286,23 +288,7 @@ class Spectrum:
             None if range is None else _pair(range, self),
             tolerance,
             step,
-            self._sight(
-                camera=camera,
-                up=up,
-                orthographic=orthographic,
-                color=color,
-                color_map=color_map,
-                color_range=color_range,
-                color_center=color_center,
-                background=background,
-                clip=clip,
-                opacity=opacity,
-                occlusion=occlusion,
-                wireframe=wireframe,
-                axes=axes,
-                open=open,
-                keep=_kept(keep, min_volume, min_area, at),
-            ),
+            sight,
             None if volume is None else _volume_like(volume, self),
             None if color_by is None else _field_like(color_by, self),
             still,
@@ -327,6 +313,7 @@ class Spectrum:
         color_center: float | None = None,
         legend: bool = True,
         background: str = "white",
+        light: str = "upper-left",
         clip: str | None = None,
         opacity: float = 1.0,
         occlusion: bool = False,
@@ -371,6 +358,8 @@ class Spectrum:
             Whether a legend tells what colours show.
         background
             white, light, dark or transparent.
+        light
+            Where the main light is: upper-left, eye, left, right, above or below.
         clip
             A plane across an axis of the volume beyond which nothing is drawn, at a share of its length or a length from the
             first sample: ``"x:50%"``, ``"z:12.5"``, or ``"-x:50%"`` for the other side.
@@ -396,26 +385,11 @@ class Spectrum:
         if label is not None:
             label = label.replace("{isovalue}", ", ".join(f"{one[0]:.6g}" for one in surfaces))
         width, height = (int(n) for n in size)
+        sight = self._sight(locals())
         native = self._native.render(
             surfaces,
             (width, height),
-            self._sight(
-                camera=camera,
-                up=up,
-                orthographic=orthographic,
-                color=color,
-                color_map=color_map,
-                color_range=color_range,
-                color_center=color_center,
-                background=background,
-                clip=clip,
-                opacity=opacity,
-                occlusion=occlusion,
-                wireframe=wireframe,
-                axes=axes,
-                open=open,
-                keep=_kept(keep, min_volume, min_area, at),
-            ),
+            sight,
             legend,
             scale_bar,
             label,
@@ -426,18 +400,20 @@ class Spectrum:
         )
         return Picture.of(native)
 
-    def _sight(self, **told: Any) -> dict[str, Any]:
-        """How a picture or a page looks, as the library takes it."""
-        camera, clip = told["camera"], told["clip"]
+    def _sight(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """How a picture or a page looks, as the library takes it: of a method's arguments those that tell it."""
+        texts = ("up", "color", "color_map", "color_center", "background", "light")
         flags = ("orthographic", "occlusion", "wireframe", "axes")
+        camera, clip = told["camera"], told["clip"]
         return {
-            **told,
+            **{name: told[name] for name in texts},
             **{flag: bool(told[flag]) for flag in flags},
             "camera": None if camera is None else _camera(camera),
             "color_range": _color_range(told["color_range"]),
             "clip": None if clip is None else _clip(clip, self),
             "opacity": _share(told["opacity"]),
             "open": self._is_open(told["open"]),
+            "keep": _kept(told["keep"], told["min_volume"], told["min_area"], told["at"]),
         }
 
     def _surfaces(self, c: Shown) -> list[tuple[float, int | None, float | None]]:

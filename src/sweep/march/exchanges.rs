@@ -43,6 +43,13 @@ impl March<'_, '_> {
     ) -> Result<BTreeSet<Vertex>> {
         if state.region.is_closed() {
             let blocks = state.region.blocks().clone();
+            debug_assert!(
+                self.calendar
+                    .blocks(self.grid, Passage::between(self.exact(), state.at, state.at))
+                    .is_subset(&blocks),
+                "blocks at {} that nobody has",
+                state.at
+            );
             state.region = Region::open(self.grid);
             for b in blocks {
                 state.region.add(b);
