@@ -11,6 +11,7 @@ mod facing;
 mod folder;
 mod folder_index;
 mod folder_query;
+mod folder_spectrum;
 mod front;
 mod geometry;
 mod parts;
@@ -18,6 +19,7 @@ mod predict;
 mod samples;
 mod section;
 mod stations;
+mod summary;
 mod tables;
 pub mod thesis;
 mod trajectories;
@@ -35,13 +37,15 @@ pub use folder::{SpectrumFolder, is_folder};
 pub(crate) use folder_index::{ChunkName, PART, chunk_name, key_in_part, seam_bytes, seam_name};
 pub use folder_index::{INDEX, Index, IndexedChunk, IndexedPart, WHOLE};
 pub use folder_query::FolderQuery;
+pub use folder_spectrum::FolderSpectrum;
 pub(crate) use parts::parts;
 use parts::parts_of;
+pub use summary::Summary;
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{About, Patch, Spectrum, Told, VolumeInfo};
-use section::{Packing, Section, cut_section, write_section};
+use crate::spectrum::{About, Patch, Size, Spectrum, Told, VolumeInfo};
+use section::{Packing, Section, cut_section, left_over, write_section};
 
 /// The first bytes of every spectrum file. They differ from text and show whether a transfer
 /// changed line ends or cut the eighth bit, as those of PNG do.
@@ -56,6 +60,9 @@ const LAST_WITH_NORMALS: u32 = 2;
 
 /// Up to this version positions counted finer units, and every rank was told by its distance from the one before.
 const LAST_WITHOUT_STATIONS: u32 = 4;
+
+/// Up to this version section `INFO` told no size.
+const LAST_WITHOUT_SIZE: u32 = 4;
 
 /// Length of what precedes the first section: magic, version, checksum of both.
 const HEAD: usize = 16;
@@ -75,6 +82,9 @@ struct Info<V, P> {
     range: (f64, f64),
     tolerance: f64,
     parameters: P,
+    /// From version 5 on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    size: Option<Size>,
 }
 
 /// Writes a spectrum to `path`: beside it first, then renamed.
@@ -121,6 +131,7 @@ fn info(spectrum: &Spectrum) -> Result<Vec<u8>> {
         range: spectrum.range(),
         tolerance: spectrum.tolerance(),
         parameters: spectrum.parameters(),
+        size: Some(Size::of(spectrum)),
     };
     serde_json::to_vec(&info).map_err(|e| Error::input(e.to_string()))
 }
@@ -196,7 +207,11 @@ fn n_unused(spectrum: &Spectrum) -> usize {
 pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     let (version, rest) = after_head(bytes)?;
     let sections = Sections::cut(rest, version)?;
-    let info = sections.info()?;
+    let info = read_info(&sections.info)?;
+    if info.size.is_some() != (version > LAST_WITHOUT_SIZE) {
+        let found = if info.size.is_some() { "a" } else { "no" };
+        return Err(Error::input(format!("section INFO: {found} size in version {version}")));
+    }
     let events = tables::read_events(&sections.events.content()?).map_err(within("EVNT"))?;
     let isovalues =
         tables::read_isovalues(&sections.isovalues.content()?).map_err(within("ISOV"))?;
@@ -227,7 +242,18 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
         ..About::new(info.volume, info.range, info.tolerance)
     };
     let first_knot = ranks.first_knot;
-    Spectrum::new(about, Patch { isovalues, first_knot, knots, triangles, collapses })
+    let spectrum =
+        Spectrum::new(about, Patch { isovalues, first_knot, knots, triangles, collapses })?;
+    info.size.map_or(Ok(()), |told| check_size(&told, &Size::of(&spectrum)))?;
+    Ok(spectrum)
+}
+
+/// Checks that a file holds as much as it tells.
+fn check_size(told: &Size, found: &Size) -> Result<()> {
+    let other = told.named().into_iter().zip(found.named()).find(|(told, found)| told != found);
+    other.map_or(Ok(()), |((what, told), (_, found))| {
+        Err(Error::input(format!("section INFO: {told} {what}, found {found}")))
+    })
 }
 
 /// The sections of a file, none of them unpacked.
@@ -252,26 +278,9 @@ impl<'a> Sections<'a> {
         }
         let collapses = next(b"COLL")?;
         if !rest.is_empty() {
-            return Err(Error::input(format!("{} bytes after the last section", rest.len())));
+            return Err(left_over(rest.len() as u64));
         }
         Ok(Sections { info, events, isovalues, ranks, triangles, positions, collapses })
-    }
-
-    /// What section `INFO` says.
-    fn info(&self) -> Result<Info<VolumeInfo, Told>> {
-        let (section, n) = (&self.info, self.info.n_content());
-        if !section.is_plain() || n > LONGEST_INFO {
-            return Err(Error::input(format!(
-                "section INFO: {n} bytes, expected at most {LONGEST_INFO} stored as they are"
-            )));
-        }
-        serde_json::from_slice(&section.content()?).map_err(|e| {
-            // It names keys, which may be long and hold line ends.
-            let said = e.to_string();
-            let said: String =
-                said.chars().take(200).map(|c| if c.is_control() { '?' } else { c }).collect();
-            Error::input(format!("section INFO: {said}"))
-        })
     }
 
     /// How many vertices may be of no use to any triangle. Each of the others takes a byte of `TRIA` when it is used
@@ -286,6 +295,23 @@ impl<'a> Sections<'a> {
         }
         Ok(most)
     }
+}
+
+/// What section `INFO` says.
+fn read_info(section: &Section<'_>) -> Result<Info<VolumeInfo, Told>> {
+    let n = section.n_content();
+    if !section.is_plain() || n > LONGEST_INFO {
+        return Err(Error::input(format!(
+            "section INFO: {n} bytes, expected at most {LONGEST_INFO} stored as they are"
+        )));
+    }
+    serde_json::from_slice(&section.content()?).map_err(|e| {
+        // It names keys, which may be long and hold line ends.
+        let said = e.to_string();
+        let said: String =
+            said.chars().take(200).map(|c| if c.is_control() { '?' } else { c }).collect();
+        Error::input(format!("section INFO: {said}"))
+    })
 }
 
 /// What to say of vertices that no triangle uses.

@@ -15,17 +15,21 @@ use crate::volume::Volume;
 ///
 /// [`Error::Input`] where the volume reaches none of the knots.
 pub fn field(spectrum: &Spectrum, volume: &Volume) -> Result<KnotValues> {
-    let own = spectrum.volume();
-    let value_at = volume.field_in(own.dims, &own.placement);
-    let values = KnotValues::sampled(spectrum, volume.name(), value_at);
+    let values = values(spectrum, volume);
     if !spectrum.knots().is_empty() && values.values.iter().all(|x| x.is_nan()) {
         return Err(Error::Input(format!(
             "{}: it lies beside the surfaces, expected a volume in the same place of the world as {}",
             volume.name(),
-            own.name
+            spectrum.volume().name
         )));
     }
     Ok(values)
+}
+
+/// As [`field`], of which the volume need not reach any: of a part of a spectrum.
+pub(crate) fn values(spectrum: &Spectrum, volume: &Volume) -> KnotValues {
+    let own = spectrum.volume();
+    KnotValues::sampled(spectrum, volume.name(), volume.field_in(own.dims, &own.placement))
 }
 
 /// The distance to the isosurfaces of the volume of a spectrum ([`verify::distance`]).

@@ -27,6 +27,7 @@ mod picked;
 mod quantise;
 mod query;
 mod shown_first;
+mod size;
 mod suggested;
 mod told;
 mod uncounted;
@@ -43,6 +44,8 @@ pub use normals::Normals;
 pub use picked::Picked;
 pub use quantise::{FINEST_QUANTUM, quantum};
 pub use query::Query;
+pub(crate) use shown_first::shown_first;
+pub use size::Size;
 pub use told::{About, Told};
 
 pub use crate::topology::{Event, EventKind};

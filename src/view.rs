@@ -8,6 +8,9 @@
 //!
 //! What takes longer than a frame runs in a thread of its own and ends when its scene goes: reading
 //! and computing, the curves over the isovalue.
+//!
+//! Of a folder of parts those chunks are read that what is shown needs (`held`); until they are there the picture stays as it was.
+//! What asks for all of them, the curves, is computed when it is asked for.
 
 mod act;
 mod actions;
@@ -16,6 +19,7 @@ mod cube;
 mod curves;
 mod empty;
 mod hand;
+mod held;
 mod history;
 mod layers;
 mod loading;
@@ -35,6 +39,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{Error, Result};
+use crate::file::SpectrumFolder;
 use crate::gpu::Gpu;
 use crate::render::{Surface, View};
 use crate::spectrum::Spectrum;
@@ -49,6 +54,8 @@ pub enum Content {
     Nothing,
     /// A spectrum and the name to show.
     Spectrum(String, Box<Spectrum>),
+    /// A folder of parts and the name to show. No more is read of it than what is shown needs.
+    Folder(String, Box<SpectrumFolder>),
     /// A volume, whose spectrum is computed in the window.
     Volume(Box<Volume>),
 }
@@ -62,7 +69,7 @@ pub struct Opening {
     pub volume: Option<Volume>,
     /// A second field that colours can show.
     pub field: Option<Volume>,
-    /// The first isosurface, and others that stay beside it; without any that of [`Spectrum::shown_first`].
+    /// The first isosurface, and others that stay beside it; without any that of [`Spectrum::shown_first`], or of the folder.
     pub surfaces: Vec<Surface>,
     /// Isovalues that are offered by name; without any some are suggested.
     pub marks: Vec<(f64, String)>,

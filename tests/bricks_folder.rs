@@ -8,7 +8,7 @@ use std::sync::Arc;
 use isospectrum::bricks::{Limits, Opened};
 use isospectrum::bricks::{Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder};
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
-use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
+use isospectrum::spectrum::{Components, Query, Spectrum, SurfaceMesh};
 use isospectrum::volume::{Preparation, Volume, phantom};
 use isospectrum::{Backend, Choice};
 use isospectrum::{Cleaned, Noise, Prepared};
@@ -208,6 +208,18 @@ fn only_parts_that_live_at_an_isovalue_are_read() {
     assert_same(&read.mesh_at(c).expect("inside"), &expected, "blobs");
     let text = c.to_string();
     folder.run(&["extract", "s.ispt", "-c", &text, "-o", "m.ply"]);
+    let components = ["components", "s.ispt", "-c", &text];
+    let here = [&components[..], &["--no-lineage"]].concat();
+    let told = json(&folder.run(&[&here[..], &["--json"]].concat()));
+    let n = Components::of(&expected).list.len();
+    assert_eq!(told["n_components"], n);
+    let rows = told["components"].as_array().expect("rows");
+    assert!(n > 0 && rows.iter().all(|row| row.get("birth").is_none() && row["area"].is_f64()));
+    let table = String::from_utf8_lossy(&folder.run(&here).stdout).into_owned();
+    assert!(table.contains("Euler  triangles  box\n"), "{table}");
+    // Where they are born and die is told by all parts.
+    let line = folder.fails(&components, 3);
+    assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
     let line = folder.fails(&["extract", "s.ispt", "-c", "50%", "-o", "n.ply"], 3);
     assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
 }

@@ -3,14 +3,15 @@
 //! A reader may refuse a file with an error of one line, or read it; what it reads must hold what its type promises. A
 //! panic, more memory than the file's length has earned, or more time is a fault.
 
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use isospectrum::Error;
 use isospectrum::export::parse_ply;
-use isospectrum::file::{from_bytes, thesis, to_bytes};
-use isospectrum::spectrum::Spectrum;
+use isospectrum::file::{Summary, from_bytes, thesis, to_bytes};
+use isospectrum::spectrum::{Size, Spectrum};
 use isospectrum::volume::{ReadOptions, read_volume};
 use peak_alloc::PeakAlloc;
 use tempfile::TempDir;
@@ -58,7 +59,11 @@ pub fn spectrum(input: &[u8]) {
     let Some((&kind, rest)) = input.split_first() else { return };
     let file = if kind & 1 == 0 { of_contents(kind, rest) } else { repaired(rest.to_vec()) };
     within_limits(file.len(), || {
+        let told = Summary::from_reader(&mut Cursor::new(&file), file.len() as u64);
+        let told = read_or_one_line(told);
         if let Some(spectrum) = read_or_one_line(from_bytes(&file)) {
+            let told = told.expect("what can be read tells what it is");
+            assert_eq!((told.size, told.told.about()), (Size::of(&spectrum), spectrum.about()));
             sound(&spectrum);
             let again = to_bytes(&spectrum).expect("what was read can be written");
             let read = from_bytes(&again).expect("what was written can be read");
@@ -69,7 +74,7 @@ pub fn spectrum(input: &[u8]) {
 
 /// A file whose sections have these contents, each a length (u16) and that many bytes; the last takes what is left.
 fn of_contents(kind: u8, mut rest: &[u8]) -> Vec<u8> {
-    let version = 1 + u32::from(kind >> 1) % 4;
+    let version = 1 + u32::from(kind >> 1) % 5;
     let mut file = head(version);
     let tags: [&[u8; 4]; 8] =
         [b"INFO", b"EVNT", b"ISOV", b"VERT", b"TRIA", b"POSN", b"NRML", b"COLL"];

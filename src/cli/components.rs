@@ -12,7 +12,8 @@ use serde::Serialize;
 use super::isovalue::{self, Isovalue};
 use super::keep_arguments::KeepArguments;
 use super::report::{self, number, number_or_dash};
-use super::{empty, output, spectrum_file};
+use super::spectrum_file::Opened;
+use super::{empty, output};
 
 /// Tell the components of the isosurface at one isovalue
 ///
@@ -27,6 +28,10 @@ pub(super) struct Components {
     isovalue: Isovalue,
     #[command(flatten)]
     keep: KeepArguments,
+    /// Leave out where components are born and die, for which all isovalues are looked at: of a folder (.ispt) no more is
+    /// read then than the isosurface takes
+    #[arg(long)]
+    no_lineage: bool,
     /// Rows of the table for people; --json and --csv tell all
     #[arg(long, value_name = "N", default_value_t = 20)]
     rows: usize,
@@ -61,6 +66,16 @@ struct Row {
     area: f64,
     euler: i64,
     n_triangles: usize,
+    /// Unless it is left out.
+    #[serde(flatten)]
+    ends: Option<Ends>,
+    /// Least and largest corner of the box around it, world.
+    bounds: [[f64; 3]; 2],
+}
+
+/// Where a component is born and dies.
+#[derive(Serialize)]
+struct Ends {
     /// Where it appears; none if it is there at the low end of the range.
     birth: Option<f64>,
     /// The larger component that it splits off there; none if it just appears.
@@ -69,15 +84,24 @@ struct Row {
     death: Option<f64>,
     /// The larger component that it merges with there; none if it just vanishes.
     merges_into: Option<usize>,
-    /// Least and largest corner of the box around it, world.
-    bounds: [[f64; 3]; 2],
+}
+
+impl Ends {
+    fn new(lineage: &Lineage) -> Ends {
+        let isovalue = |end: Option<End>| end.map(|end| end.isovalue);
+        let other = |end: Option<End>| end.and_then(|end| end.joins).map(|i| i as usize + 1);
+        Ends {
+            birth: isovalue(lineage.birth),
+            splits_from: other(lineage.birth),
+            death: isovalue(lineage.death),
+            merges_into: other(lineage.death),
+        }
+    }
 }
 
 impl Row {
     /// `component` is measured around the origin of the world.
-    fn new(i: usize, component: &Component, lineage: &Lineage, origin: [f64; 3]) -> Row {
-        let isovalue = |end: Option<End>| end.map(|end| end.isovalue);
-        let other = |end: Option<End>| end.and_then(|end| end.joins).map(|i| i as usize + 1);
+    fn new(i: usize, component: &Component, ends: Option<Ends>, origin: [f64; 3]) -> Row {
         Row {
             number: i + 1,
             is_cavity: component.volume < 0.0,
@@ -85,10 +109,7 @@ impl Row {
             area: component.area,
             euler: component.euler,
             n_triangles: component.n_triangles,
-            birth: isovalue(lineage.birth),
-            splits_from: other(lineage.birth),
-            death: isovalue(lineage.death),
-            merges_into: other(lineage.death),
+            ends,
             bounds: component.bounds.map(|p| std::array::from_fn(|a| p[a] + origin[a])),
         }
     }
@@ -96,18 +117,28 @@ impl Row {
 
 impl Components {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        let (spectrum, _) = spectrum_file::read(&self.spectrum)?;
-        let isovalue = isovalue::in_spectrum(self.isovalue, &spectrum)?;
+        let opened = Opened::open(&self.spectrum)?;
+        let isovalue = isovalue::in_spectrum(self.isovalue, opened.told())?;
+        let spectrum =
+            if self.no_lineage { opened.around(&[isovalue])? } else { opened.whole()? };
         let mesh = spectrum.mesh_at(isovalue)?;
         empty::warn(&spectrum, isovalue, false);
         let found = Found::of(&mesh);
         let kept = found.kept(&mesh, &self.keep.of(&spectrum));
-        let lineages = lineages(&spectrum, isovalue, &found)?;
+        let lineages = match self.no_lineage {
+            true => vec![None; found.list.len()],
+            false => {
+                let all = lineages(&spectrum, isovalue, &found)?;
+                all.into_iter().map(Some).collect()
+            }
+        };
         let placement = &spectrum.volume().placement;
         let placed = found.moved(&place_in_world(mesh, placement));
         let rows = placed.list.iter().zip(&lineages).enumerate().zip(kept).filter(|row| row.1);
         let components: Vec<Row> = rows
-            .map(|((i, (component, lineage)), _)| Row::new(i, component, lineage, placement.origin))
+            .map(|((i, (component, lineage)), _)| {
+                Row::new(i, component, lineage.as_ref().map(Ends::new), placement.origin)
+            })
             .collect();
         let unit = Some(placement.unit).filter(|&unit| unit != Unit::Unknown);
         let unit = unit.map(|unit| unit.to_string());
@@ -139,8 +170,11 @@ impl Components {
         let mut head = head.map(str::to_owned);
         [head[1], head[2], head[7]] =
             [powered("volume", "^3"), powered("area", "^2"), powered("box", "")];
-        let mut rows = vec![head];
-        rows.extend(components.iter().take(self.rows).map(cells));
+        let mut rows = vec![head.to_vec()];
+        rows.extend(components.iter().take(self.rows).map(|row| cells(row).to_vec()));
+        if self.no_lineage {
+            rows.iter_mut().for_each(|row| _ = row.drain(5..7));
+        }
         text += &aligned(&rows);
         let rest = components.get(self.rows..).unwrap_or_default();
         if !rest.is_empty() {
@@ -165,24 +199,28 @@ fn cells(row: &Row) -> [String; 8] {
     };
     let corner = |corner: [f64; 3]| corner.map(number).join(",");
     let cavity = if row.is_cavity { " (cavity)" } else { "" };
+    let ends = row.ends.as_ref();
+    let [birth, death] = [ends.and_then(|e| e.birth), ends.and_then(|e| e.death)];
+    let [from, into] = [ends.and_then(|e| e.splits_from), ends.and_then(|e| e.merges_into)];
     [
         row.number.to_string(),
         format!("{}{cavity}", number(row.volume)),
         number(row.area),
         row.euler.to_string(),
         row.n_triangles.to_string(),
-        end(row.birth, "from", row.splits_from),
-        end(row.death, "into", row.merges_into),
+        end(birth, "from", from),
+        end(death, "into", into),
         format!("{} to {}", corner(row.bounds[0]), corner(row.bounds[1])),
     ]
 }
 
 /// Columns that line up, two spaces between them.
-fn aligned(rows: &[[String; 8]]) -> String {
+fn aligned(rows: &[Vec<String>]) -> String {
+    let n = rows.first().map_or(0, Vec::len);
     let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 8] = std::array::from_fn(width);
-    let line = |row: &[String; 8]| {
-        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+    let widths: Vec<usize> = (0..n).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
         format!("{}\n", cells.collect::<Vec<_>>().join("  ").trim_end())
     };
     rows.iter().map(line).collect()
@@ -195,8 +233,10 @@ fn csv(rows: &[Row]) -> String {
          min_x,min_y,min_z,max_x,max_y,max_z\n",
     );
     for row in rows {
-        let ends = [row.birth, row.death].map(|c| c.map_or_else(String::new, |c| c.to_string()));
-        let others = [row.splits_from, row.merges_into]
+        let told = row.ends.as_ref();
+        let ends = [told.and_then(|e| e.birth), told.and_then(|e| e.death)]
+            .map(|c| c.map_or_else(String::new, |c| c.to_string()));
+        let others = [told.and_then(|e| e.splits_from), told.and_then(|e| e.merges_into)]
             .map(|number| number.map_or_else(String::new, |number| number.to_string()));
         let bounds: Vec<String> = row.bounds.iter().flatten().map(f64::to_string).collect();
         let _ = writeln!(

@@ -7,7 +7,7 @@ use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use isospectrum::inside::topology::dust::Dust;
 use isospectrum::render::Memory;
-use isospectrum::spectrum::{Spectrum, Told, VolumeInfo};
+use isospectrum::spectrum::{Size, Spectrum, Told, VolumeInfo};
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::{Deserialize as _, Serialize};
 
@@ -31,8 +31,8 @@ impl Info {
             folder = SpectrumFolder::open(&self.spectrum)?;
             Facts::of_folder(&folder)
         } else {
-            file = spectrum_file::read(&self.spectrum)?;
-            Facts::of(&file.0, file.1)
+            file = spectrum_file::read_summary(&self.spectrum)?;
+            Facts::told(&file.told, &file.size, file.bytes)
         };
         if self.json {
             report::print_json("info", &facts)?;
@@ -84,6 +84,11 @@ pub(super) struct Facts<'a> {
 impl<'a> Facts<'a> {
     /// What there is to say of a spectrum that takes `n_bytes` in its file.
     pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
+        Facts::told(spectrum, &Size::of(spectrum), n_bytes)
+    }
+
+    /// What there is to say of a spectrum, which need have no triangles, that is of a size and takes `n_bytes` in its file.
+    fn told(spectrum: &'a Spectrum, size: &Size, n_bytes: u64) -> Self {
         let backend = spectrum.parameters().text("/backend");
         // Names that have no type are handed on as they stand.
         let told = serde_json::json!(spectrum.parameters());
@@ -92,13 +97,13 @@ impl<'a> Facts<'a> {
             volume: spectrum.volume(),
             range: spectrum.range(),
             tolerance: spectrum.tolerance(),
-            n_vertices: spectrum.n_vertices(),
-            n_triangles: spectrum.triangles().len(),
-            n_knots: spectrum.knots().len(),
-            n_isovalues: Some(spectrum.isovalues().len()),
-            n_collapses: spectrum.collapses().len(),
+            n_vertices: size.trajectories as usize,
+            n_triangles: size.triangles as usize,
+            n_knots: size.knots as usize,
+            n_isovalues: Some(size.isovalues as usize),
+            n_collapses: size.collapses as usize,
             bytes: n_bytes,
-            gpu_memory: Some(Memory::of(spectrum)),
+            gpu_memory: Some(Memory::of_size(size)),
             n_parts: None,
             counts: told.get("counts").cloned(),
             n_events: events.len(),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isospectrum::file::{self, MAGIC, SpectrumFolder, Written, thesis};
+use isospectrum::file::{self, MAGIC, SpectrumFolder, Summary, Written, thesis};
 use isospectrum::inside::input;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::{Error, Result};
@@ -57,6 +57,14 @@ impl Opened {
         }
     }
 
+    /// The whole spectrum; of a folder all of it is read.
+    pub(super) fn whole(self) -> Result<Spectrum> {
+        match self {
+            Opened::Whole(spectrum) => Ok(*spectrum),
+            Opened::Folder(folder) => folder.read(),
+        }
+    }
+
     /// The spectrum with all triangles that live at isovalues, or between them.
     pub(super) fn around(self, isovalues: &[f64]) -> Result<Spectrum> {
         let folder = match self {
@@ -83,11 +91,24 @@ pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
     }
     kind::check(path, Kind::Spectrum)?;
     let bytes = input::read(path)?;
-    let is_thesis =
-        matches!(Format::of_name(path), Ok(Format::Thesis)) && !bytes.starts_with(&MAGIC);
+    let is_thesis = is_named_thesis(path) && !bytes.starts_with(&MAGIC);
     let spectrum = if is_thesis { thesis::from_bytes(&bytes) } else { file::from_bytes(&bytes) };
     let spectrum = spectrum.map_err(|e| e.of_file(path))?;
     Ok((spectrum, bytes.len() as u64))
+}
+
+/// Whether a file has the name of one in the layout of the thesis.
+fn is_named_thesis(path: &Path) -> bool {
+    matches!(Format::of_name(path), Ok(Format::Thesis))
+}
+
+/// What a file of either format tells of itself, of which no more is read than that takes.
+pub(super) fn read_summary(path: &Path) -> Result<Summary> {
+    kind::check(path, Kind::Spectrum)?;
+    if is_named_thesis(path) {
+        return read(path).map(|(spectrum, bytes)| Summary::of(spectrum, bytes));
+    }
+    Summary::read(path)
 }
 
 /// Writes a spectrum in our format; how many bytes that took.

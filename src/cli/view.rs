@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Parameters;
-use isospectrum::file::is_folder;
+use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::{Background, Light, View as Look};
-use isospectrum::spectrum::Keep;
+use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, Opening, run};
 use isospectrum::volume::{Placement, ReadOptions, Statistics, phantom, read_volume};
 
@@ -95,30 +95,25 @@ impl View {
             let told = "background 'transparent', expected white, light or dark";
             return Err(isospectrum::Error::Usage(told.into()).into());
         }
-        let (surfaces, marks) = match &content {
-            Content::Spectrum(_, spectrum) => {
+        let told = told(&content);
+        let (surfaces, marks) = match told {
+            Some(spectrum) => {
                 let own = volume.as_ref().map(Statistics::of);
                 let samples = own.or_else(|| spectrum.statistics());
                 let resolve = |c: &SurfaceArgument| c.resolve(spectrum.range(), samples.as_ref());
                 let surfaces = self.isovalue.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
                 (surfaces, resolved(&self.mark, spectrum, samples.as_ref())?)
             }
-            _ => Default::default(),
+            None => Default::default(),
         };
-        let clip = self.clip.map(|clip| match &content {
-            Content::Spectrum(_, spectrum) => clip.of(spectrum.volume()),
-            Content::Volume(volume) => clip.of_grid(volume.dims(), volume.placement()),
-            Content::Nothing => clip.of_grid([2; 3], &Placement::default()),
+        let clip = self.clip.map(|clip| match (&content, told) {
+            (Content::Volume(volume), _) => clip.of_grid(volume.dims(), volume.placement()),
+            (_, Some(spectrum)) => clip.of(spectrum.volume()),
+            (_, None) => clip.of_grid([2; 3], &Placement::default()),
         });
         let opacity = surfaces.first().and_then(|first| first.opacity);
-        let open = match &content {
-            Content::Spectrum(_, spectrum) => self.border.is_open(spectrum),
-            _ => self.border.open(),
-        };
-        let keep = match &content {
-            Content::Spectrum(_, spectrum) => self.keep.of(spectrum),
-            _ => Keep::default(),
-        };
+        let open = told.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
+        let keep = told.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
         run(Opening {
             content,
             volume,
@@ -163,9 +158,21 @@ impl View {
         if !is_folder(path) && Format::of_name(path).is_err() {
             return Ok(Content::Volume(read(path)?.into()));
         }
-        let (spectrum, _) = spectrum_file::read(path)?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if is_folder(path) {
+            return Ok(Content::Folder(name, SpectrumFolder::open(path)?.into()));
+        }
+        let (spectrum, _) = spectrum_file::read(path)?;
         Ok(Content::Spectrum(name, spectrum.into()))
+    }
+}
+
+/// All that is known of the whole of the spectrum, if there is one.
+fn told(content: &Content) -> Option<&Spectrum> {
+    match content {
+        Content::Spectrum(_, spectrum) => Some(spectrum),
+        Content::Folder(_, folder) => Some(folder.whole()),
+        Content::Nothing | Content::Volume(_) => None,
     }
 }
 

@@ -23,7 +23,7 @@ use super::folder_index::{
 use super::from_bytes;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{About, Joiner, Patch, Spectrum, SpectrumBuilder, Triangle};
+use crate::spectrum::{About, Joiner, Patch, Spectrum, SpectrumBuilder, Triangle, shown_first};
 
 /// Whether a path is that of a folder of parts.
 pub fn is_folder(path: &Path) -> bool {
@@ -92,6 +92,14 @@ impl SpectrumFolder {
             part.chunks.iter().enumerate().map(move |(k, chunk)| ((i, k), chunk))
         });
         all.filter(move |(_, chunk)| chunk.meets(between))
+    }
+
+    /// The isovalue to show first, as [`Spectrum::shown_first`], but by what the index tells: the triangles of the chunks around an
+    /// isovalue stand for the area there.
+    pub fn shown_first(&self) -> f64 {
+        shown_first(self.whole.range(), |c| {
+            self.chunks_between((c, c)).map(|(_, chunk)| chunk.triangles as f64).sum()
+        })
     }
 
     /// The spectrum between two isovalues of its range, both included: its meshes there are those of the whole. Chunks that do not

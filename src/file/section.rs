@@ -20,7 +20,7 @@ use flate2::write::ZlibEncoder;
 use crate::error::{Error, Result};
 
 /// Length of what precedes the content of a section.
-const HEAD: usize = 28;
+pub(super) const HEAD: usize = 28;
 
 /// Most bytes that one stored byte may become.
 const LARGEST_RATIO: usize = 64;
@@ -79,6 +79,31 @@ pub(super) struct Section<'a> {
     wanted: usize,
 }
 
+/// What to say of a file that ends too early.
+pub(super) fn truncated(tag: [u8; 4]) -> Error {
+    Error::input(format!("the file ends inside section {}", tag.escape_ascii()))
+}
+
+/// What to say of bytes after the last section.
+pub(super) fn left_over(n: u64) -> Error {
+    Error::input(format!("{n} bytes after the last section"))
+}
+
+/// How many bytes are stored behind a section's head, which is to be that of `tag`; its checksum is not looked at.
+///
+/// # Errors
+///
+/// [`Error::Input`] if it is the head of another section.
+pub(super) fn stored_length(head: &[u8], tag: [u8; 4]) -> Result<u64> {
+    let (found, rest) = head.split_first_chunk::<4>().ok_or_else(|| truncated(tag))?;
+    if *found != tag {
+        let (found, expected) = (found.escape_ascii(), tag.escape_ascii());
+        return Err(Error::input(format!("section '{found}', expected '{expected}'")));
+    }
+    let length = rest.get(4..).and_then(|rest| rest.first_chunk::<8>());
+    Ok(u64::from_le_bytes(*length.ok_or_else(|| truncated(tag))?))
+}
+
 /// Takes the section `tag` off the front of `file`.
 ///
 /// # Errors
@@ -87,17 +112,14 @@ pub(super) struct Section<'a> {
 /// than its length allows.
 pub(super) fn cut_section<'a>(file: &mut &'a [u8], tag: [u8; 4]) -> Result<Section<'a>> {
     let name = String::from_utf8_lossy(&tag).into_owned();
-    let truncated = || Error::input(format!("the file ends inside section {name}"));
+    let truncated = || truncated(tag);
     let (head, rest) = file.split_at_checked(HEAD).ok_or_else(truncated)?;
+    stored_length(head, tag)?;
     let number = |at: usize| u32::from_le_bytes(head[at..at + 4].try_into().expect("four bytes"));
     let length = |at: usize| {
         let length = u64::from_le_bytes(head[at..at + 8].try_into().expect("eight bytes"));
         usize::try_from(length).map_err(|_| truncated())
     };
-    let found = [head[0], head[1], head[2], head[3]];
-    if found != tag {
-        return Err(Error::input(format!("section '{}', expected '{name}'", found.escape_ascii())));
-    }
     let (stored, rest) = rest.split_at_checked(length(8)?).ok_or_else(truncated)?;
     let mut crc = crc32fast::Hasher::new();
     crc.update(&head[..24]);

@@ -40,6 +40,8 @@ pub struct Painter {
     pub(super) knots: Table,
     /// Whether the tables hold the whole spectrum.
     pub(super) resident: bool,
+    /// Most bytes of a table on the device.
+    bytes: u64,
     /// Most triangles drawn at once.
     pub(super) triangles_per_pass: usize,
     pub(super) layers: Vec<Layer>,
@@ -69,21 +71,34 @@ impl Painter {
                 isovalues: table("surface.isovalues"),
                 first_knot: table("surface.first_knot"),
                 knots: table("surface.knots"),
-                resident: tables::largest_table(spectrum) <= bytes,
+                resident: false,
+                bytes,
                 triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
-                layers: vec![Layer::new(&device, spectrum)],
+                layers: Vec::new(),
                 sources: Sources::default(),
                 target: None,
                 device,
                 queue,
             }
         })?;
-        if painter.resident {
-            let device = painter.device.clone();
-            let tables = tables::all(spectrum);
-            caught(&device, || painter.upload_tables(&tables))?;
-        }
+        painter.replace(spectrum)?;
         Ok(painter)
+    }
+
+    /// Takes another spectrum in place of the one before, of which nothing is kept but the sources of colours.
+    ///
+    /// # Errors
+    ///
+    /// As [`Painter::new`].
+    pub(crate) fn replace(&mut self, spectrum: &Spectrum) -> Result<()> {
+        let device = self.device.clone();
+        self.resident = tables::largest_table(spectrum) <= self.bytes;
+        self.layers = vec![caught(&device, || Layer::new(&device, spectrum))?];
+        if self.resident {
+            let tables = tables::all(spectrum);
+            caught(&device, || self.upload_tables(&tables))?;
+        }
+        Ok(())
     }
 
     /// Draws isosurfaces into the painter's own texture, each in the order of its triangles' indices: the bytes of a

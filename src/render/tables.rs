@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::layout::{ActiveTriangle, Knot, in_two};
-use crate::spectrum::Spectrum;
+use crate::spectrum::{Size, Spectrum};
 
 /// The tables that do not depend on the view.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,23 +39,18 @@ pub struct Memory {
 impl Memory {
     /// What a spectrum takes.
     pub fn of(spectrum: &Spectrum) -> Self {
-        let mut changes = vec![0i64; spectrum.isovalues().len() + 1];
-        for triangle in spectrum.triangles() {
-            changes[triangle.birth as usize] += 1;
-            changes[triangle.death as usize] -= 1;
-        }
-        let mut alive = 0;
-        let most = changes.iter().fold(0, |most: i64, change| {
-            alive += change;
-            most.max(alive)
-        });
-        let bytes = |n: usize, size: usize| n as u64 * size as u64;
+        Memory::of_size(&Size::of(spectrum))
+    }
+
+    /// What a spectrum of a size takes.
+    pub fn of_size(size: &Size) -> Self {
+        let bytes = |n: u64, each: usize| n.saturating_mul(each as u64);
         Memory {
-            trajectories: bytes(spectrum.knots().len(), size_of::<Knot>())
-                + bytes(spectrum.first_knot().len(), size_of::<u32>())
-                + bytes(spectrum.isovalues().len(), size_of::<[f32; 2]>()),
-            triangles: most as u64 * size_of::<ActiveTriangle>() as u64,
-            most_triangles: most as u64,
+            trajectories: bytes(size.knots, size_of::<Knot>())
+                .saturating_add(bytes(size.trajectories.saturating_add(1), size_of::<u32>()))
+                .saturating_add(bytes(size.isovalues, size_of::<[f32; 2]>())),
+            triangles: bytes(size.most_triangles, size_of::<ActiveTriangle>()),
+            most_triangles: size.most_triangles,
         }
     }
 }

@@ -13,20 +13,24 @@ impl Spectrum {
     /// largest area, the nearest isovalue with as much. Where samples are spread unevenly, as in densities and
     /// images, there may be next to nothing at the middle.
     pub fn shown_first(&self) -> f64 {
-        let (low, high) = self.range();
         let mut query = Query::new(self);
-        let mut area_at =
-            |isovalue: f64| query.mesh_at(isovalue).map_or(0.0, |mesh| Measures::of(&mesh).area);
-        let at = |part: usize| {
-            let share = part as f64 / PARTS as f64;
-            low * (1.0 - share) + high * share
-        };
-        let looked_at: Vec<(usize, f64)> = (1..PARTS).map(|i| (i, area_at(at(i)))).collect();
-        let least = AREA_SHARE * looked_at.iter().map(|l| l.1).fold(0.0, f64::max);
-        let middle = PARTS / 2;
-        let enough = looked_at.into_iter().filter(|l| l.1 >= least).map(|l| l.0);
-        enough.min_by_key(|i| i.abs_diff(middle)).map_or(at(middle), at)
+        shown_first(self.range(), |isovalue| {
+            query.mesh_at(isovalue).map_or(0.0, |mesh| Measures::of(&mesh).area)
+        })
     }
+}
+
+/// As [`Spectrum::shown_first`], of a range and the area at an isovalue, or what goes with it.
+pub(crate) fn shown_first((low, high): (f64, f64), mut area_at: impl FnMut(f64) -> f64) -> f64 {
+    let at = |part: usize| {
+        let share = part as f64 / PARTS as f64;
+        low * (1.0 - share) + high * share
+    };
+    let looked_at: Vec<(usize, f64)> = (1..PARTS).map(|i| (i, area_at(at(i)))).collect();
+    let least = AREA_SHARE * looked_at.iter().map(|l| l.1).fold(0.0, f64::max);
+    let middle = PARTS / 2;
+    let enough = looked_at.into_iter().filter(|l| l.1 >= least).map(|l| l.0);
+    enough.min_by_key(|i| i.abs_diff(middle)).map_or(at(middle), at)
 }
 
 #[cfg(test)]

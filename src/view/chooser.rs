@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{self, Align2, Key, RichText, ScrollArea, TextEdit, Ui, vec2};
 
+use crate::file::is_folder;
+
 /// Endings of what can be opened, in small letters.
 const READ: [&str; 23] = [
     "isp", "thesis", "nrrd", "nhdr", "nii", "gz", "hdr", "mha", "mhd", "vti", "vtk", "tif", "tiff",
@@ -214,13 +216,14 @@ impl Chooser {
     }
 }
 
-/// Whether a folder is one to go into; else it may be a series of slices, which is opened as a whole.
+/// Whether a folder is one to go into; else it may be a series of slices or the parts of a spectrum, and is opened as a whole.
 fn holds_folders_or_spectra(folder: &Path) -> bool {
     let is_slice = |entry: &Entry| {
         let ending = entry.name.rsplit_once('.').map_or("", |(_, ending)| ending);
         !entry.is_folder && ["dcm", "ima", "tif", "tiff", "png"].contains(&&*ending.to_lowercase())
     };
-    entries(folder, Purpose::Open).is_ok_and(|entries| !entries.iter().any(is_slice))
+    let holds = |entries: Vec<Entry>| !entries.iter().any(is_slice);
+    !is_folder(folder) && entries(folder, Purpose::Open).is_ok_and(holds)
 }
 
 /// Folders, then files that can be read, by name; hidden ones are left out.
@@ -252,7 +255,10 @@ mod tests {
         }
         std::fs::create_dir(folder.path().join("slices")).expect("a folder");
         std::fs::write(folder.path().join("slices/1.dcm"), "x").expect("a file");
-        std::fs::create_dir(folder.path().join("more")).expect("a folder");
+        for name in ["more", "s.ispt"] {
+            std::fs::create_dir(folder.path().join(name)).expect("a folder");
+        }
+        std::fs::write(folder.path().join("s.ispt/index.json"), "x").expect("a file");
         folder
     }
 
@@ -261,7 +267,7 @@ mod tests {
         let folder = folder();
         let chooser = Chooser::new(Purpose::Open, folder.path(), String::new());
         let names: Vec<&str> = chooser.entries.iter().map(|entry| &*entry.name).collect();
-        assert_eq!(names, ["more", "slices", "a.NRRD", "b.isp"]);
+        assert_eq!(names, ["more", "s.ispt", "slices", "a.NRRD", "b.isp"]);
     }
 
     #[test]
@@ -273,9 +279,11 @@ mod tests {
         open.name = "none.isp".into();
         assert_eq!(open.take(), Outcome::Open);
         assert!(open.said.as_ref().is_some_and(|said| said.ends_with("none.isp: no such file")));
-        // A folder of slices is a volume; any other is entered.
-        open.name = "slices".into();
-        assert_eq!(open.take(), Outcome::Chosen(at("slices")));
+        // A folder of slices is a volume, one of parts a spectrum; any other is entered.
+        for name in ["slices", "s.ispt"] {
+            open.name = name.into();
+            assert_eq!(open.take(), Outcome::Chosen(at(name)));
+        }
         open.name = "more".into();
         assert_eq!((open.take(), &*open.folder), (Outcome::Open, &*at("more")));
 

@@ -9,8 +9,11 @@ use std::thread;
 
 use eframe::egui;
 
+use crate::error::Result;
 use crate::export::place_in_world;
+use crate::file::{FolderQuery, SpectrumFolder};
 use crate::spectrum::{Measures, Query, Spectrum, SurfaceMesh};
+use crate::volume::Placement;
 
 /// Isovalues along a curve: as many as one can tell apart across a small window.
 const N_ISOVALUES: usize = 192;
@@ -22,25 +25,73 @@ pub(super) struct Point {
     pub(super) measures: Measures,
 }
 
-/// The curves, as far as they are known. The thread ends when this goes.
+/// Most triangles of a folder that are in memory while its curves are computed, but those of one mesh: beside what is shown.
+const MOST_TRIANGLES: u64 = 2_000_000;
+
+/// Whose curves they are: what gives the meshes.
 #[derive(Debug)]
+pub(super) struct Meshes {
+    query: Source,
+    range: (f64, f64),
+    placement: Placement,
+}
+
+#[derive(Debug)]
+enum Source {
+    Whole(Box<Query<Arc<Spectrum>>>),
+    Folder(Box<FolderQuery>),
+}
+
+impl Meshes {
+    /// Those of a spectrum.
+    pub(super) fn of(spectrum: &Arc<Spectrum>) -> Meshes {
+        Meshes {
+            query: Source::Whole(Box::new(Query::new(spectrum.clone()))),
+            range: spectrum.range(),
+            placement: spectrum.volume().placement,
+        }
+    }
+
+    /// Those of a folder of parts.
+    ///
+    /// # Errors
+    ///
+    /// As [`FolderQuery::new`].
+    pub(super) fn of_folder(folder: &SpectrumFolder) -> Result<Meshes> {
+        let query = FolderQuery::within(folder.clone(), MOST_TRIANGLES)?;
+        Ok(Meshes {
+            query: Source::Folder(Box::new(query)),
+            range: folder.whole().range(),
+            placement: folder.whole().volume().placement,
+        })
+    }
+
+    fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
+        match &mut self.query {
+            Source::Whole(query) => query.mesh_at_into(isovalue, mesh),
+            Source::Folder(query) => query.mesh_at_into(isovalue, mesh),
+        }
+    }
+}
+
+/// The curves, as far as they are known. The thread ends when this goes.
+#[derive(Debug, Default)]
 pub(super) struct Curves {
     points: Arc<Mutex<Vec<Point>>>,
+    is_started: bool,
     stop: Arc<AtomicBool>,
     is_finished: Arc<AtomicBool>,
 }
 
 impl Curves {
     /// Starts the thread.
-    pub(super) fn start(spectrum: &Arc<Spectrum>, window: &egui::Context) -> Self {
-        let curves =
-            Curves { points: Arc::default(), stop: Arc::default(), is_finished: Arc::default() };
+    pub(super) fn start(mut meshes: Meshes, window: &egui::Context) -> Self {
+        let (points, stop, is_finished) = (Arc::default(), Arc::default(), Arc::default());
+        let curves = Curves { points, is_started: true, stop, is_finished };
         let (points, stop) = (curves.points.clone(), curves.stop.clone());
-        let is_finished = curves.is_finished.clone();
-        let (spectrum, window) = (spectrum.clone(), window.clone());
+        let (is_finished, window) = (curves.is_finished.clone(), window.clone());
         thread::spawn(move || {
-            let (low, high) = spectrum.range();
-            let mut query = Query::new(&*spectrum);
+            let (low, high) = meshes.range;
             let mut mesh = SurfaceMesh::default();
             for i in 0..N_ISOVALUES {
                 if stop.load(Ordering::Relaxed) {
@@ -48,10 +99,10 @@ impl Curves {
                 }
                 let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
                 let isovalue = low * (1.0 - share) + high * share;
-                if query.mesh_at_into(isovalue, &mut mesh).is_err() {
+                if meshes.mesh_at_into(isovalue, &mut mesh).is_err() {
                     continue;
                 }
-                let placed = place_in_world(mesh.clone(), &spectrum.volume().placement);
+                let placed = place_in_world(mesh.clone(), &meshes.placement);
                 let point = Point { isovalue, measures: Measures::of(&placed) };
                 points.lock().unwrap_or_else(PoisonError::into_inner).push(point);
                 window.request_repaint();
@@ -60,6 +111,11 @@ impl Curves {
             window.request_repaint();
         });
         curves
+    }
+
+    /// Whether there is a thread, or was.
+    pub(super) fn is_started(&self) -> bool {
+        self.is_started
     }
 
     /// All points, once they are known.

@@ -9,8 +9,9 @@ use std::thread;
 
 use eframe::egui;
 
+use super::held::{Held, MOST_TRIANGLES};
 use crate::error::{Error, Result};
-use crate::file::{self, SpectrumFolder, thesis};
+use crate::file::{self, FolderSpectrum, SpectrumFolder, is_folder, thesis};
 use crate::kernels::{Backend, Choice};
 use crate::spectrum::Spectrum;
 use crate::sweep::{self, Parameters, Progress};
@@ -20,7 +21,9 @@ use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 #[derive(Debug)]
 pub(super) struct Loaded {
     pub(super) name: String,
-    pub(super) spectrum: Spectrum,
+    pub(super) spectrum: Arc<Spectrum>,
+    /// Where the spectrum is no more than a folder has at the isovalue.
+    pub(super) held: Option<Held>,
     pub(super) samples: Option<Histogram>,
     pub(super) statistics: Option<Statistics>,
     /// The volume, for colours that need it.
@@ -34,9 +37,33 @@ impl Loaded {
     /// isovalues are written by.
     pub(super) fn new(name: String, spectrum: Spectrum, volume: Option<Arc<Volume>>) -> Loaded {
         let isovalue = spectrum.shown_first();
+        Loaded::with(name, Arc::new(spectrum), volume, isovalue)
+    }
+
+    /// Reads what a folder has at the first isovalue.
+    pub(super) fn of_folder(
+        name: String,
+        folder: SpectrumFolder,
+        volume: Option<Arc<Volume>>,
+        isovalue: Option<f64>,
+    ) -> Result<Loaded> {
+        let isovalue = isovalue.unwrap_or_else(|| folder.shown_first());
+        let mut read = FolderSpectrum::within(folder, MOST_TRIANGLES)?;
+        read.read_at(&[isovalue])?;
+        let spectrum = read.spectrum().clone();
+        let held = Some(Held::new(read));
+        Ok(Loaded { held, ..Loaded::with(name, spectrum, volume, isovalue) })
+    }
+
+    fn with(
+        name: String,
+        spectrum: Arc<Spectrum>,
+        volume: Option<Arc<Volume>>,
+        isovalue: f64,
+    ) -> Loaded {
         let samples = volume.as_deref().map(Histogram::of);
         let statistics = volume.as_deref().map(Statistics::of).or_else(|| spectrum.statistics());
-        Loaded { name, spectrum, samples, statistics, volume, isovalue }
+        Loaded { name, spectrum, held: None, samples, statistics, volume, isovalue }
     }
 }
 
@@ -119,13 +146,16 @@ impl Drop for Loading {
 
 fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Loaded> {
     let volume = match source {
-        Source::File(path) => match read_spectrum(&path)? {
-            Some(spectrum) => {
-                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                return Ok(Loaded::new(name, spectrum, None));
+        Source::File(path) => {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if is_folder(&path) {
+                return Loaded::of_folder(name, SpectrumFolder::open(&path)?, None, None);
             }
-            None => read_volume(&path, &ReadOptions::default())?,
-        },
+            match read_spectrum(&path)? {
+                Some(spectrum) => return Ok(Loaded::new(name, spectrum, None)),
+                None => read_volume(&path, &ReadOptions::default())?,
+            }
+        }
         Source::Volume(volume) => *volume,
     };
     let name = volume.name().to_owned();
@@ -141,7 +171,6 @@ fn read_spectrum(path: &Path) -> Result<Option<Spectrum>> {
     match extension.as_str() {
         "isp" => file::read(path).map(Some),
         "thesis" => thesis::read(path).map(Some),
-        "ispt" => SpectrumFolder::open(path)?.read().map(Some),
         _ => Ok(None),
     }
 }

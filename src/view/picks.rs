@@ -98,6 +98,31 @@ impl Picks {
         Ok(())
     }
 
+    /// The isovalue at which they were last seen.
+    pub(super) fn isovalue(&self) -> f64 {
+        self.isovalue
+    }
+
+    /// Finds them again by where they were, in another part of a folder, whose vertices have other numbers.
+    pub(super) fn find_again(
+        &mut self,
+        painter: &mut Painter,
+        spectrum: &Spectrum,
+        isovalue: f64,
+    ) -> Result<()> {
+        if self.list.is_empty() {
+            return Ok(());
+        }
+        self.isovalue = isovalue;
+        let found = Found::at(painter, spectrum, isovalue)?;
+        for pick in &mut self.list {
+            let nearest = pick.point.and_then(|p| found.components.nearest_to(found.mesh, p));
+            let none = || Pick { point: None, vertices: Vec::new() };
+            *pick = nearest.map_or_else(none, |number| found.pick(number));
+        }
+        Ok(())
+    }
+
     /// Whether all components are shown.
     pub(super) fn is_empty(&self) -> bool {
         self.list.is_empty()

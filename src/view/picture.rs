@@ -54,8 +54,9 @@ impl Window {
             self.playing = None;
             scene.step_by(notches, is_fine);
         }
-        let painted =
-            scene.follow(&mut self.view).and_then(|()| scene.paint(&self.render_state, &self.view));
+        let painted = scene
+            .follow(&mut self.view)
+            .and_then(|()| scene.paint((&self.render_state, ui.ctx()), &self.view));
         match painted {
             Ok(texture) => {
                 let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));

@@ -62,7 +62,10 @@ pub(super) type Shown = [bool; CURVES.len()];
 /// Draws the slider; the isovalue that was chosen on it.
 pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<f64> {
     let points = scene.curves.points();
-    legend(ui, scene.measures(), shown);
+    ui.horizontal_wrapped(|ui| {
+        legend(ui, scene.measures(), shown);
+        ask_for_curves(ui, scene);
+    });
     let size =
         Vec2::new(ui.available_width(), HEIGHT.min(SHARE * ui.ctx().content_rect().height()));
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
@@ -156,16 +159,24 @@ impl Axis {
 
 /// The names of the curves, to be switched on and off, with the numbers of the mesh that is drawn.
 fn legend(ui: &mut Ui, here: Option<Measures>, shown: &mut Shown) {
-    ui.horizontal_wrapped(|ui| {
-        for (curve, shown) in CURVES.iter().zip(shown) {
-            let value =
-                here.map_or_else(String::new, |m| format!(" {}", typed::shown((curve.of)(&m))));
-            // Colours that are told apart on a curve are not all read as words.
-            let (mark, _) = ui.allocate_exact_size(MARK, Sense::hover());
-            ui.painter().rect_filled(mark, 2.0, curve.color);
-            ui.checkbox(shown, format!("{}{value}", curve.name));
-        }
-    });
+    for (curve, shown) in CURVES.iter().zip(shown) {
+        let value = here.map_or_else(String::new, |m| format!(" {}", typed::shown((curve.of)(&m))));
+        // Colours that are told apart on a curve are not all read as words.
+        let (mark, _) = ui.allocate_exact_size(MARK, Sense::hover());
+        ui.painter().rect_filled(mark, 2.0, curve.color);
+        ui.checkbox(shown, format!("{}{value}", curve.name));
+    }
+}
+
+/// Of a folder the curves are computed when they are asked for, as all of it is read for them.
+fn ask_for_curves(ui: &mut Ui, scene: &mut Scene) {
+    let Some(folder) = scene.folder().filter(|_| !scene.curves.is_started()) else { return };
+    let megabytes = folder.n_bytes() as f64 / 1e6;
+    if ui.button(format!("compute curves (reads {megabytes:.1} MB)")).clicked()
+        && let Err(error) = scene.start_curves(ui.ctx())
+    {
+        log::warn!("{error}");
+    }
 }
 
 /// A curve over its own range, which always has 0 in it.

@@ -85,7 +85,16 @@ pub(super) fn mesh(
 
 /// Writes the mesh; how many triangles.
 fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
-    let mut query = Query::new(&*scene.spectrum);
+    let around;
+    let spectrum = match scene.folder() {
+        // Anew, so that the file does not depend on what was seen before.
+        Some(folder) => {
+            around = folder.read_around(&scene.isovalues())?;
+            &around
+        }
+        None => &*scene.spectrum,
+    };
+    let mut query = Query::new(spectrum);
     let mut mesh = SurfaceMesh::default();
     for (i, surface) in scene.surfaces().into_iter().enumerate() {
         // What is picked are components of the first.

@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use eframe::{egui, egui_wgpu, wgpu};
 use glam::{DVec2, DVec3};
 
-use super::curves::Curves;
+use super::curves::{Curves, Meshes};
 use super::hand;
+use super::held::Held;
 use super::layers::{Layer, linear_of};
 use super::loading::Loaded;
 use super::picks::Picks;
@@ -16,6 +17,7 @@ use super::typed;
 use crate::color::{Sources, to_srgb};
 use crate::error::Result;
 use crate::export::place_in_world;
+use crate::file::SpectrumFolder;
 use crate::gpu::Gpu;
 use crate::render::{Image, Painter, SHOWN_FORMAT, Surface, View};
 use crate::sources;
@@ -25,7 +27,12 @@ use crate::volume::{Histogram, Statistics, Volume};
 /// A spectrum on the screen.
 pub(super) struct Scene {
     pub(super) name: String,
+    /// Of a folder of parts, what is there of it: its meshes are the whole's at the isovalues that `held` has.
     pub(super) spectrum: Arc<Spectrum>,
+    /// Of a folder of parts, what is read of it.
+    held: Option<Held>,
+    /// A second field that colours can show.
+    field: Option<Arc<Volume>>,
     pub(super) samples: Option<Histogram>,
     /// What isovalues may be written by.
     pub(super) statistics: Option<Statistics>,
@@ -65,16 +72,15 @@ impl Scene {
     pub(super) fn new(
         gpu: &Gpu,
         loaded: Loaded,
-        field: Option<&Volume>,
+        field: Option<Arc<Volume>>,
         window: &egui::Context,
     ) -> Result<Self> {
-        let Loaded { name, spectrum, samples, statistics, volume, isovalue } = loaded;
+        let Loaded { name, spectrum, held, samples, statistics, volume, isovalue } = loaded;
         let mut sources = Sources::default();
-        if let Some(field) = field {
+        if let Some(field) = &field {
             sources = sources.with_field(sources::field(&spectrum, field)?);
         }
         sources.distance = volume.map(sources::distance);
-        let spectrum = Arc::new(spectrum);
         let mut painter = Painter::new(gpu, &spectrum, u64::MAX)?;
         painter.set_sources(sources);
         let mut events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
@@ -82,7 +88,12 @@ impl Scene {
         events.dedup();
         Ok(Scene {
             name,
-            curves: Curves::start(&spectrum, window),
+            // Of a folder they need all that the window does not read.
+            curves: if held.is_some() {
+                Curves::default()
+            } else {
+                Curves::start(Meshes::of(&spectrum), window)
+            },
             events,
             isovalue,
             measures: None,
@@ -95,11 +106,80 @@ impl Scene {
             samples,
             statistics,
             spectrum,
+            held,
+            field,
             painted: None,
             texture: None,
             sheet: None,
             cost: Arc::default(),
         })
+    }
+
+    /// The folder of parts that this is of.
+    pub(super) fn folder(&self) -> Option<&SpectrumFolder> {
+        self.held.as_ref().map(Held::folder)
+    }
+
+    /// Whether chunks are being read.
+    pub(super) fn is_reading(&self) -> bool {
+        self.held.as_ref().is_some_and(Held::is_reading)
+    }
+
+    /// Starts the curves of a folder, all of which is read for them.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`](crate::Error::Input) if what is known of the whole passes no check.
+    pub(super) fn start_curves(&mut self, window: &egui::Context) -> Result<()> {
+        if let Some(folder) = self.folder() {
+            self.curves = Curves::start(Meshes::of_folder(folder)?, window);
+        }
+        Ok(())
+    }
+
+    /// Takes in what a thread has read. Asks for what the isovalues shown need; whether that is there.
+    fn ask(&mut self, window: &egui::Context) -> Result<bool> {
+        let isovalues = self.isovalues();
+        let Some(held) = &mut self.held else { return Ok(true) };
+        if let Some(spectrum) = held.poll()? {
+            self.replace(spectrum)?;
+        }
+        let Some(held) = &mut self.held else { return Ok(true) };
+        held.ask(&isovalues, window);
+        Ok(held.has(&isovalues))
+    }
+
+    /// Reads what the isovalues shown need.
+    ///
+    /// # Errors
+    ///
+    /// Those of a folder of parts, and of the device.
+    fn read(&mut self) -> Result<()> {
+        let isovalues = self.isovalues();
+        let Some(held) = &mut self.held else { return Ok(()) };
+        let read = held.read_at(&isovalues)?;
+        read.map_or(Ok(()), |spectrum| self.replace(spectrum))
+    }
+
+    /// Shows another part of a folder.
+    fn replace(&mut self, spectrum: Arc<Spectrum>) -> Result<()> {
+        self.painter.replace(&spectrum)?;
+        if let Some(field) = &self.field {
+            let sources = self.painter.sources().clone();
+            self.painter.set_sources(sources.with_field(sources::values(&spectrum, field)));
+        }
+        // Its vertices have other numbers.
+        let last = self.picks.isovalue();
+        let has_last = self.held.as_ref().is_some_and(|held| held.has(&[last]));
+        let at = if has_last { last } else { self.isovalue };
+        self.picks.find_again(&mut self.painter, &spectrum, at)?;
+        (self.spectrum, self.painted) = (spectrum, None);
+        Ok(())
+    }
+
+    /// The isovalues shown.
+    pub(super) fn isovalues(&self) -> Vec<f64> {
+        self.surfaces().iter().map(|surface| surface.isovalue).collect()
     }
 
     /// The isosurfaces shown.
@@ -124,6 +204,9 @@ impl Scene {
 
     /// Takes over into the view which components were picked, wherever they are by now.
     pub(super) fn follow(&mut self, view: &mut View) -> Result<()> {
+        if self.held.as_ref().is_some_and(|held| !held.has(&[self.isovalue])) {
+            return Ok(());
+        }
         self.picks.follow(&mut self.painter, &self.spectrum, self.isovalue)?;
         view.picked = self.picks.picked();
         Ok(())
@@ -161,6 +244,9 @@ impl Scene {
 
     /// What the closed mesh at the isovalue, which is drawn, is like in the world.
     pub(super) fn measures(&mut self) -> Option<Measures> {
+        if self.held.as_ref().is_some_and(|held| !held.has(&[self.isovalue])) {
+            return None;
+        }
         if self.measures.is_none_or(|(isovalue, _)| isovalue != self.isovalue) {
             let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue).ok()?;
             let placed = place_in_world(mesh.clone(), &self.spectrum.volume().placement);
@@ -171,6 +257,7 @@ impl Scene {
 
     /// Makes the picture fit the surface, if there is any.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
+        self.read()?;
         let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue)?;
         if let Some(bounds) = mesh.with_shown(&view.keep, &view.picked).bounds() {
             view.fit(self.spectrum.volume(), bounds);
@@ -188,12 +275,18 @@ impl Scene {
         Duration::from_nanos(self.cost.load(Ordering::Relaxed))
     }
 
-    /// Paints, if anything has changed, and returns the texture. Its size is that of the view.
+    /// Paints, if anything has changed and all is there, and returns the texture. Its size is that of the view.
     pub(super) fn paint(
         &mut self,
-        window: &egui_wgpu::RenderState,
+        window: (&egui_wgpu::RenderState, &egui::Context),
         view: &View,
     ) -> Result<egui::TextureId> {
+        let (window, context) = window;
+        if let Some(Shown { id, .. }) = self.texture
+            && !self.ask(context)?
+        {
+            return Ok(id);
+        }
         let wanted = (self.surfaces(), view.clone());
         if self.painted.as_ref() != Some(&wanted) {
             let started = Instant::now();
@@ -210,6 +303,7 @@ impl Scene {
 
     /// Paints and takes the picture.
     pub(super) fn picture(&mut self, view: &View) -> Result<Image> {
+        self.read()?;
         self.painted = None;
         self.painter.paint(&self.spectrum, &self.surfaces(), view)?;
         self.painter.picture(&self.spectrum, view)

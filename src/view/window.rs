@@ -19,7 +19,7 @@ use super::scene::Scene;
 use super::{Content, Opening, hand, plot, typed};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::render::{Background, Camera, Color, View};
+use crate::render::{Background, Camera, Color, Surface, View};
 use crate::sweep::Parameters;
 use crate::volume::Volume;
 
@@ -40,7 +40,7 @@ pub(super) struct Window {
     pub(super) gpu: Arc<Gpu>,
     pub(super) render_state: eframe::egui_wgpu::RenderState,
     /// A second field that colours can show.
-    pub(super) field: Option<Volume>,
+    pub(super) field: Option<Arc<Volume>>,
     pub(super) scene: Option<Scene>,
     pub(super) loading: Option<Loading>,
     pub(super) sweep: Option<Sweep>,
@@ -100,7 +100,7 @@ impl Window {
         let mut window = Window {
             gpu,
             render_state,
-            field,
+            field: field.map(Arc::new),
             scene: None,
             loading: None,
             sweep: None,
@@ -132,16 +132,33 @@ impl Window {
             Content::Nothing => {}
             Content::Spectrum(name, spectrum) => {
                 let loaded = Loaded::new(name, *spectrum, volume.map(Arc::new));
-                window.show_scene(loaded, context)?;
-                if let Some(scene) = &mut window.scene {
-                    window.options = Options::with_clip(window.view.clip, scene.spectrum.volume());
-                    scene.marks = marks;
-                    scene.show_surfaces(&surfaces)?;
-                }
+                window.show_first(loaded, (surfaces, marks), context)?;
+            }
+            Content::Folder(name, folder) => {
+                let volume = volume.map(Arc::new);
+                let isovalue = surfaces.first().map(|first| first.isovalue);
+                let loaded = Loaded::of_folder(name, *folder, volume, isovalue)?;
+                window.show_first(loaded, (surfaces, marks), context)?;
             }
             Content::Volume(volume) => window.load(Source::Volume(volume), context),
         }
         Ok(window)
+    }
+
+    /// Shows what the window opens with: isosurfaces, and isovalues that are offered.
+    fn show_first(
+        &mut self,
+        loaded: Loaded,
+        (surfaces, marks): (Vec<Surface>, Vec<(f64, String)>),
+        context: &egui::Context,
+    ) -> Result<()> {
+        self.show_scene(loaded, context)?;
+        if let Some(scene) = &mut self.scene {
+            self.options = Options::with_clip(self.view.clip, scene.spectrum.volume());
+            scene.marks = marks;
+            scene.show_surfaces(&surfaces)?;
+        }
+        Ok(())
     }
 
     pub(super) fn load(&mut self, source: Source, context: &egui::Context) {
@@ -149,7 +166,7 @@ impl Window {
     }
 
     fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
-        let scene = Scene::new(&self.gpu, loaded, self.field.as_ref(), context)?;
+        let scene = Scene::new(&self.gpu, loaded, self.field.clone(), context)?;
         // Another spectrum may not have what the colours showed.
         if !scene.painter.sources().have(self.view.color) {
             self.view.color = Color::None;
@@ -270,6 +287,9 @@ impl Window {
     fn name_window(&mut self, context: &egui::Context) {
         let title = match (&self.scene, &self.loading) {
             (_, Some(_)) => "isospectrum - working".to_owned(),
+            (Some(scene), None) if scene.is_reading() => {
+                format!("{} - isovalue {} - reading", scene.name, typed::shown(scene.isovalue))
+            }
             (Some(scene), None) => format!(
                 "{} - isovalue {} - {} triangles",
                 scene.name,

@@ -7,6 +7,7 @@
 mod program;
 
 mod files;
+mod folder;
 mod hand;
 mod panel;
 mod pointing;
