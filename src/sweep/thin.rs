@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// How far the trajectory that is left may be off across the surface, as a share of the tolerance; and along it, where a
 /// vertex may lie anywhere as far as the surface goes.
-const ACROSS: f32 = 0.4;
+const ACROSS: f32 = 0.25;
 const ALONG: f32 = 2.0;
 
 /// At most so far, voxels, whatever the tolerance: edges are about a voxel long.
