@@ -38,6 +38,7 @@ mod progress;
 mod render;
 mod report;
 mod series;
+mod sight_arguments;
 mod simplify_arguments;
 mod spectrum_file;
 mod surface_argument;

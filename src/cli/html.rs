@@ -15,14 +15,14 @@ use isospectrum::{Error, Result};
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
-use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::compute::{not_negative, positive, share};
+use super::compute::{not_negative, positive};
 use super::isovalue::IsovalueRange;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::output::Output;
 use super::progress::Bar;
+use super::sight_arguments::SightArguments;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
 use super::{empty, report};
@@ -91,13 +91,8 @@ pub(super) struct Html {
     /// What lies behind the surface at first: white, light or dark; else what the reader's page is like
     #[arg(long, value_name = "WHAT")]
     background: Option<Background>,
-    /// Cut at first along a plane across an axis of the volume, at a share of its length or a length from the first sample:
-    /// x:50%, z:12.5, or -x:50% for the other side
-    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
-    clip: Option<ClipArgument>,
-    /// How much of what lies behind the surface hides at first, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
-    opacity: f64,
+    #[command(flatten)]
+    sight: SightArguments,
     #[command(flatten)]
     keep: KeepArguments,
     /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
@@ -205,8 +200,8 @@ impl Html {
             occlusion: self.occlusion,
             light: self.light,
             wireframe: self.wireframe,
-            opacity: first.and_then(|surface| surface.opacity).unwrap_or(self.opacity as f32),
-            clip: self.clip.map(|clip| clip.of(spectrum.volume())),
+            opacity: first.and_then(|surface| surface.opacity).unwrap_or(self.sight.opacity as f32),
+            clip: self.sight.clip.map(|clip| clip.of(spectrum.volume())),
             background: self.background,
             front: first.and_then(|surface| surface.color),
             also: surfaces.collect(),

@@ -14,14 +14,13 @@ use isospectrum::Progress as _;
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
-use super::clip_argument::ClipArgument;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::compute::share;
 use super::frames::{MOST, Sweep};
 use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
 use super::series::Series;
+use super::sight_arguments::SightArguments;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
 use super::{empty, report};
@@ -66,13 +65,8 @@ pub(super) struct Render {
     /// What lies behind the surface: white, light, dark or transparent
     #[arg(long, value_name = "WHAT", default_value = "white")]
     background: Background,
-    /// Cut along a plane across an axis of the volume, at a share of its length or a length from the first sample, and cover
-    /// the cut: x:50%, z:12.5, or -x:50% for the other side
-    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
-    clip: Option<ClipArgument>,
-    /// How much of what lies behind the surface hides, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
-    opacity: f64,
+    #[command(flatten)]
+    sight: SightArguments,
     /// Darken hollows, by what is seen around each point: shows form where noise hides it
     #[arg(long)]
     occlusion: bool,
@@ -263,14 +257,14 @@ impl Render {
             color: self.color.shown(),
             map: self.color.color_map,
             ends: self.color.ends(),
-            clip: self.clip.map(|clip| clip.of(spectrum.volume())),
+            clip: self.sight.clip.map(|clip| clip.of(spectrum.volume())),
             legend: !self.no_legend,
             axes: self.axes,
             scale_bar: self.scale_bar || self.axes,
             open: self.border.is_open(spectrum),
             keep: self.keep.of(spectrum),
             background: self.background,
-            opacity: self.opacity as f32,
+            opacity: self.sight.opacity as f32,
             occlusion: self.occlusion,
             light: self.light,
             ..View::default()

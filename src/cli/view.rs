@@ -12,12 +12,12 @@ use isospectrum::volume::{Placement, ReadOptions, Statistics, phantom, read_volu
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
-use super::clip_argument::ClipArgument;
 use super::color_arguments::ColorArguments;
-use super::compute::{positive, share};
+use super::compute::positive;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::render::Size;
+use super::sight_arguments::SightArguments;
 use super::spectrum_file::{self, Format};
 use super::surface_argument::SurfaceArgument;
 
@@ -65,13 +65,8 @@ pub(super) struct View {
     /// What lies behind the surface: white, light or dark
     #[arg(long, value_name = "WHAT", default_value = "white")]
     background: Background,
-    /// Cut at first along a plane across an axis of the volume, at a share of its length or a length from the first sample:
-    /// x:50%, -z:12.5
-    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
-    clip: Option<ClipArgument>,
-    /// How much of what lies behind the surface hides at first, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
-    opacity: f64,
+    #[command(flatten)]
+    sight: SightArguments,
     /// Tolerance of spectra that are computed, voxels
     #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
     error: Option<f64>,
@@ -106,7 +101,7 @@ impl View {
             }
             None => Default::default(),
         };
-        let clip = self.clip.map(|clip| match (&content, told) {
+        let clip = self.sight.clip.map(|clip| match (&content, told) {
             (Content::Volume(volume), _) => clip.of_grid(volume.dims(), volume.placement()),
             (_, Some(spectrum)) => clip.of(spectrum.volume()),
             (_, None) => clip.of_grid([2; 3], &Placement::default()),
@@ -136,7 +131,7 @@ impl View {
                 keep,
                 background: self.background,
                 clip,
-                opacity: opacity.unwrap_or(self.opacity as f32),
+                opacity: opacity.unwrap_or(self.sight.opacity as f32),
                 ..Look::default()
             },
             parameters: Parameters {

@@ -4,6 +4,8 @@
 //! each kind has its own statistics: lattice vertices ([`super::samples`]), first knots of other vertices, and
 //! their further knots.
 
+use std::borrow::Cow;
+
 use super::column::{Column, Columns, write_column, zigzag};
 use super::facing::Units;
 use super::predict::Predictor;
@@ -130,12 +132,11 @@ pub(super) fn read_geometry(
     units: Units,
 ) -> Result<Vec<Knot>> {
     let mut columns = Columns::new(bytes);
-    let told = match &ranks.is_lattice {
-        Some(_) => None,
-        None => Some(read_flags(&mut columns, &ranks.first_knot)?),
+    let is_lattice = match &ranks.is_lattice {
+        Some(is_lattice) => Cow::Borrowed(is_lattice),
+        None => Cow::Owned(read_flags(&mut columns, &ranks.first_knot)?),
     };
-    let is_lattice = ranks.is_lattice.as_ref().or(told.as_ref()).expect("one of them");
-    let (n_lattice, n) = counts(ranks, is_lattice);
+    let (n_lattice, n) = counts(ranks, &is_lattice);
     let mut starts = Queue::new(&mut columns, n_lattice)?;
     let ways = columns.column(n_lattice, 3)?;
     let mut positions =

@@ -33,11 +33,7 @@ fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
     window.type_isovalue("0.2");
     window.wait_for_isovalue(|c| c == 0.2);
     window.point(400, 250);
-    window.input("key ctrl+s");
-    window.input("key ctrl+a");
-    window.input("type --delay 60 mine.ply");
-    window.input("key Return");
-    wait_for("the mesh", || folder.names().contains(&"mine.ply".to_owned()).then_some(()));
+    window.save_mesh("mine.ply");
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
     assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is what extract writes");
     // What cannot be saved is told, and the dialog stays until Escape.

@@ -46,12 +46,7 @@ fn components_are_kept_and_hidden_where_one_points_and_followed() {
     let left = n_of("1.5", "10,9.5,9.5");
     wait_for("the large one, smaller", || (window.seen() == (1.5, left)).then_some(()));
     window.point(5, 5);
-    window.input("key ctrl+s");
-    window.input("key ctrl+a");
-    window.input("type --delay 60 seen.stl");
-    window.input("key Return");
-    let saved = folder.path().join("seen.stl");
-    wait_for("the mesh", || saved.exists().then_some(()));
+    window.save_mesh("seen.stl");
     assert_eq!((folder.read("seen.stl").len() - 84) / 50, left);
     window.type_isovalue("0");
     wait_for("the large one again", || (window.seen() == (0.0, large)).then_some(()));

@@ -130,6 +130,15 @@ impl<'a> Window<'a> {
         self.input("key Return");
     }
 
+    /// Saves the mesh under a name, in the dialog that Ctrl+S opens.
+    pub(crate) fn save_mesh(&self, name: &str) {
+        self.input("key ctrl+s");
+        self.input("key ctrl+a");
+        self.input(&format!("type --delay 60 {name}"));
+        self.input("key Return");
+        wait_for("the mesh", || self.folder.names().contains(&name.to_owned()).then_some(()));
+    }
+
     /// The picture that the key S saves.
     pub(crate) fn picture(&self) -> Picture {
         let before = self.folder.names();
