@@ -25,6 +25,8 @@ struct Parameters {
     value_noise: f32,
     /// How far values along a step may leave the slab between start and isovalue.
     slab_tolerance: f32,
+    /// Share of what is left of its way that a held vertex goes.
+    share: f32,
 }
 
 /// A place in the field: a cell, and where inside it, 0 to 1 along each axis.

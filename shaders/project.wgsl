@@ -9,6 +9,14 @@
 @group(0) @binding(5) var<storage, read_write> positions: array<f32>;
 /// What became of each vertex.
 @group(0) @binding(6) var<storage, read_write> status: array<u32>;
+/// x, y, z of where each vertex is in the end if it is held, voxel frame.
+@group(0) @binding(7) var<storage, read> ends: array<f32>;
+
+/// Where a held vertex at p is after a share of its way.
+fn held_at(p: vec3<f32>, end: vec3<f32>, share: f32) -> vec3<f32> {
+    // Not by the difference: the share of one is the end itself.
+    return p * (1.0 - share) + end * share;
+}
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn project(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -16,12 +24,17 @@ fn project(@builtin(global_invocation_id) id: vec3<u32>) {
     if v >= arrayLength(&status) {
         return;
     }
+    let p = position(v);
     if extractBits(held[v / 4u], 8u * (v % 4u), 8u) != 0u {
+        let end = vec3<f32>(ends[3u * v], ends[3u * v + 1u], ends[3u * v + 2u]);
+        let q = held_at(p, end, parameters.share);
+        positions[3u * v] = q.x;
+        positions[3u * v + 1u] = q.y;
+        positions[3u * v + 2u] = q.z;
         status[v] = BY_NORMAL;
         return;
     }
     let n = vec3<f32>(normals[3u * v], normals[3u * v + 1u], normals[3u * v + 2u]);
-    let p = position(v);
     let step = onto_isosurface(p, n, parameters.isovalue, parameters.reach);
     positions[3u * v] = step.position.x;
     positions[3u * v + 1u] = step.position.y;

@@ -181,6 +181,11 @@ impl Gpu {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(label) })
     }
 
+    /// Submits commands that nobody waits for.
+    pub(crate) fn submit(&self, encoder: wgpu::CommandEncoder) {
+        self.queue.submit([encoder.finish()]);
+    }
+
     /// Submits commands, then waits for and returns the contents of `buffer`.
     ///
     /// # Errors
@@ -188,16 +193,43 @@ impl Gpu {
     /// [`Error::Gpu`] if the device is lost, out of memory or silent.
     pub(crate) fn read_after<T: Pod>(
         &self,
-        mut encoder: wgpu::CommandEncoder,
+        encoder: wgpu::CommandEncoder,
         buffer: &Buffer<T>,
     ) -> Result<Vec<T>> {
-        let bytes = buffer.bytes();
+        let mut contents = Vec::new();
+        self.read_each_after(encoder, &[buffer], &mut |_, bytes| {
+            // The mapping has no alignment of its own, so the bytes are collected.
+            contents = bytemuck::pod_collect_to_vec(bytes);
+        })?;
+        Ok(contents)
+    }
+
+    /// Submits commands, then waits for several buffers at once, and hands over the bytes of each that has some, with its
+    /// number.
+    ///
+    /// # Errors
+    ///
+    /// As `Gpu::read_after`.
+    pub(crate) fn read_each_after(
+        &self,
+        mut encoder: wgpu::CommandEncoder,
+        buffers: &[&dyn Read],
+        take: &mut dyn FnMut(usize, &[u8]),
+    ) -> Result<()> {
+        let mut places = Vec::with_capacity(buffers.len());
+        let mut bytes = 0;
+        for buffer in buffers {
+            places.push(bytes..bytes + buffer.bytes());
+            bytes = (bytes + buffer.bytes()).next_multiple_of(wgpu::MAP_ALIGNMENT);
+        }
         if bytes == 0 {
-            self.queue.submit([encoder.finish()]);
-            return Ok(Vec::new());
+            self.submit(encoder);
+            return Ok(());
         }
         let staging = self.take_staging(bytes);
-        encoder.copy_buffer_to_buffer(buffer.raw(), 0, &staging, 0, bytes);
+        for (buffer, place) in buffers.iter().zip(&places).filter(|(b, _)| b.bytes() > 0) {
+            encoder.copy_buffer_to_buffer(buffer.raw(), 0, &staging, place.start, buffer.bytes());
+        }
         let submission = self.queue.submit([encoder.finish()]);
         let (sender, receiver) = mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, 0..bytes, move |result| {
@@ -215,12 +247,13 @@ impl Gpu {
             .map_err(|e| self.failed(&e))?
             .map_err(|e| self.failed(&e))?;
         let view = staging.get_mapped_range(0..bytes).map_err(|e| self.failed(&e))?;
-        // The mapping has no alignment of its own, so the bytes are collected.
-        let contents = bytemuck::pod_collect_to_vec(&view);
+        for (i, place) in places.into_iter().enumerate().filter(|(_, p)| !p.is_empty()) {
+            take(i, &view[place.start as usize..place.end as usize]);
+        }
         drop(view);
         staging.unmap();
         self.staging.lock().unwrap_or_else(PoisonError::into_inner).push(staging);
-        Ok(contents)
+        Ok(())
     }
 
     /// Waits for and returns the contents of `buffer`.
@@ -363,6 +396,14 @@ impl Kernel {
         pass.set_bind_group(0, &bindings.0, &[]);
         pass.dispatch_workgroups(x, y, 1);
     }
+}
+
+/// What can be read back.
+pub(crate) trait Read {
+    /// Its bytes.
+    fn bytes(&self) -> u64;
+    /// The buffer that begins with them.
+    fn raw(&self) -> &wgpu::Buffer;
 }
 
 /// What can be bound to a kernel.

@@ -60,6 +60,46 @@ pub struct Relaxation {
     pub largest_force: f32,
 }
 
+/// Where a mesh goes: onto some isosurfaces one after the other, and to better places on the last of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Advance<'a> {
+    /// The isovalues of the projections, one after the other.
+    pub isovalues: &'a [f64],
+    /// The longest way of one projection, voxels.
+    pub reach: f32,
+    /// By vertex, where it is in the end if it is held, voxel frame: with every projection it goes as far as is left
+    /// in equal parts. Empty if held vertices stay where they are.
+    pub ends: &'a [[f32; 3]],
+    /// The isovalue of the relaxation, and its strength, threshold and most iterations (see [`Kernels::relax`]).
+    pub relaxed_at: f64,
+    /// Share of the force that moves a vertex.
+    pub strength: f32,
+    /// Relaxation ends at smaller forces, voxels.
+    pub threshold: f32,
+    /// Iterations of relaxation.
+    pub max_iterations: u32,
+}
+
+/// What has become of a mesh, by vertex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Advanced {
+    /// Positions, voxel frame.
+    pub positions: Vec<[f32; 3]>,
+    /// Area-weighted unit normals there, towards lower values.
+    pub normals: Vec<[f32; 3]>,
+    /// What became of each vertex in the last projection.
+    pub status: Vec<Status>,
+}
+
+/// What a device was asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceWork {
+    /// Lists of commands that were submitted.
+    pub submissions: u64,
+    /// How often results were waited for.
+    pub read_backs: u64,
+}
+
 /// The stages that run on every vertex or face of a mesh, on the CPU or on a GPU.
 ///
 /// The buffers live behind this trait and stay where they are between calls: load once per
@@ -88,6 +128,10 @@ pub trait Kernels {
         max_iterations: u32,
     ) -> Result<Relaxation>;
 
+    /// Projects, relaxes, and tells what has become of all vertices: on a device in one submission for each projection, the last
+    /// of them with all of the relaxation, if that has no more than [`RELAX_CHECK_EVERY`] iterations, and the one read back.
+    fn advance(&mut self, advance: &Advance) -> Result<Advanced>;
+
     /// Distance of every face's barycentre from the isosurface along the face's normal, to the
     /// nearer side, voxels; `reach` where there is none within `reach`. Length: faces.
     fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>>;
@@ -100,15 +144,25 @@ pub trait Kernels {
 
     /// What became of each vertex in the last projection.
     fn status(&mut self) -> Result<Vec<Status>>;
+
+    /// What a device was asked for by these kernels so far; nothing where they run on the CPU.
+    fn device_work(&self) -> DeviceWork {
+        DeviceWork::default()
+    }
 }
 
-/// Relaxation looks at the largest force after every so many iterations only: on a GPU the look
-/// costs a read back, as much as four iterations of a small mesh.
-pub const RELAX_CHECK_EVERY: u32 = 4;
+/// Relaxation looks at the largest force after every so many iterations only: on a GPU the look costs a read back, as
+/// much as four iterations of a small mesh. A step of a sweep has fewer, so that it is one submission.
+pub const RELAX_CHECK_EVERY: u32 = 8;
 
 /// Whether relaxation looks at the largest force after this many iterations.
 fn is_check(iterations: u32) -> bool {
     iterations.is_multiple_of(RELAX_CHECK_EVERY)
+}
+
+/// The share of what is left of its way that a held vertex goes with the i-th of n projections.
+fn held_share(i: usize, n: usize) -> f32 {
+    1.0 / (n - i) as f32
 }
 
 /// Checks that the parts of a connectivity belong together.

@@ -178,7 +178,7 @@ pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Resul
         let isovalue = low * (1.0 - share) + high * share;
         let mesh = query.mesh_at(isovalue)?;
         if measure::is_placed(volume, &mesh) {
-            pooled.merge(&measure::of_triangles(volume, isovalue, &mesh));
+            pooled.merge(&measure::glance(volume, isovalue, &mesh));
         }
     }
     Ok(Glance {

@@ -120,7 +120,7 @@ fn structs_lie_alike_on_host_and_device() {
         assert_layout!(&module, Grid { inverse_cell_size, outside, dims, sample_type });
         assert_layout!(
             &module,
-            Parameters { isovalue, reach, strength, value_noise, slab_tolerance }
+            Parameters { isovalue, reach, strength, value_noise, slab_tolerance, share }
         );
     }
     assert_layout!(&parse(shader::REDUCE), Outcome { largest_force, n_failed });

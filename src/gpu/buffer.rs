@@ -1,6 +1,6 @@
 //! Typed buffers on the device.
 
-use super::{Bind, Gpu};
+use super::{Bind, Gpu, Read};
 use crate::error::Result;
 use bytemuck::Pod;
 use std::marker::PhantomData;
@@ -72,6 +72,16 @@ fn write_bytes(gpu: &Gpu, raw: &wgpu::Buffer, bytes: &[u8]) {
         let mut word = [0; 4];
         word[..rest.len()].copy_from_slice(rest);
         gpu.queue().write_buffer(raw, words.len() as u64, &word);
+    }
+}
+
+impl<T: Pod> Read for Buffer<T> {
+    fn bytes(&self) -> u64 {
+        Buffer::bytes(self)
+    }
+
+    fn raw(&self) -> &wgpu::Buffer {
+        Buffer::raw(self)
     }
 }
 

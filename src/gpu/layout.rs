@@ -31,6 +31,8 @@ pub struct Parameters {
     pub value_noise: f32,
     /// How far values along a step may leave the slab between start and isovalue.
     pub slab_tolerance: f32,
+    /// Share of what is left of its way that a held vertex goes.
+    pub share: f32,
 }
 
 /// What the reduction hands back.

@@ -3,7 +3,7 @@
 use super::cpu::CpuKernels;
 use super::field::Field;
 use super::gpu::{DeviceField, GpuKernels, Pipelines};
-use super::{Connectivity, Kernels, Relaxation, Status};
+use super::{Advance, Advanced, Connectivity, DeviceWork, Kernels, Relaxation, Status};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -166,6 +166,10 @@ impl Kernels for BySize {
         self.at_work().relax(isovalue, strength, threshold, max_iterations)
     }
 
+    fn advance(&mut self, advance: &Advance) -> Result<Advanced> {
+        self.at_work().advance(advance)
+    }
+
     fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
         self.at_work().deviation(isovalue, reach)
     }
@@ -180,5 +184,9 @@ impl Kernels for BySize {
 
     fn status(&mut self) -> Result<Vec<Status>> {
         self.at_work().status()
+    }
+
+    fn device_work(&self) -> DeviceWork {
+        self.gpu.device_work()
     }
 }

@@ -7,8 +7,8 @@
 
 use super::field::Field;
 use super::{
-    Connectivity, Kernels, Relaxation, Status, check_shape, deviation, is_check, normals, relax,
-    step,
+    Advance, Advanced, Connectivity, Kernels, Relaxation, Status, check_shape, deviation, held_share,
+    is_check, normals, project, relax, step,
 };
 use crate::error::Result;
 use glam::Vec3;
@@ -48,6 +48,31 @@ impl CpuKernels {
         for_each(&mut self.normals, |v, n| *n = normals::normal(connectivity, positions, v));
     }
 
+    /// Projects, and moves what is held by a share of its way to `ends`, if there are any; how many failed.
+    fn project_all(&mut self, isovalue: f64, reach: f32, ends: &[[f32; 3]], share: f32) -> u32 {
+        self.update_normals();
+        let isovalue = self.field.isovalue(isovalue);
+        let (field, connectivity, positions, normals) =
+            (&*self.field, &self.connectivity, &self.positions, &self.normals);
+        let mut work: Vec<(Vec3, Status)> = vec![(Vec3::ZERO, Status::Reached); positions.len()];
+        for_each(&mut work, |v, place| {
+            let p = positions[v];
+            *place = if connectivity.held[v] != 0 {
+                let end = ends.get(v).map_or(p, |&end| end.into());
+                (project::held(p, end, share), Status::Reached)
+            } else {
+                step::onto_isosurface(field, p, normals[v], isovalue, reach)
+            };
+        });
+        let mut n_failed = 0;
+        for (v, (q, status)) in work.into_iter().enumerate() {
+            self.positions[v] = q;
+            self.status[v] = status;
+            n_failed += u32::from(status == Status::Failed);
+        }
+        n_failed
+    }
+
     /// One iteration of relaxation; the largest force before it.
     fn relax_once(&mut self, isovalue: f32, strength: f32) -> f32 {
         self.update_normals();
@@ -84,25 +109,7 @@ impl Kernels for CpuKernels {
     }
 
     fn project(&mut self, isovalue: f64, reach: f32) -> Result<u32> {
-        self.update_normals();
-        let isovalue = self.field.isovalue(isovalue);
-        let (field, connectivity, positions, normals) =
-            (&*self.field, &self.connectivity, &self.positions, &self.normals);
-        let mut work: Vec<(Vec3, Status)> = vec![(Vec3::ZERO, Status::Reached); positions.len()];
-        for_each(&mut work, |v, place| {
-            *place = if connectivity.held[v] != 0 {
-                (positions[v], Status::Reached)
-            } else {
-                step::onto_isosurface(field, positions[v], normals[v], isovalue, reach)
-            };
-        });
-        let mut n_failed = 0;
-        for (v, (q, status)) in work.into_iter().enumerate() {
-            self.positions[v] = q;
-            self.status[v] = status;
-            n_failed += u32::from(status == Status::Failed);
-        }
-        Ok(n_failed)
+        Ok(self.project_all(isovalue, reach, &[], 0.0))
     }
 
     fn relax(
@@ -122,6 +129,17 @@ impl Kernels for CpuKernels {
             }
         }
         Ok(done)
+    }
+
+    fn advance(&mut self, advance: &Advance) -> Result<Advanced> {
+        let &Advance { isovalues, reach, ends, relaxed_at, strength, threshold, max_iterations } =
+            advance;
+        for (i, &isovalue) in isovalues.iter().enumerate() {
+            self.project_all(isovalue, reach, ends, held_share(i, isovalues.len()));
+        }
+        self.relax(relaxed_at, strength, threshold, max_iterations)?;
+        let (positions, normals) = (self.positions()?, self.normals()?);
+        Ok(Advanced { positions, normals, status: self.status()? })
     }
 
     fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {

@@ -2,15 +2,16 @@
 //!
 //! Buffers stay on the device between calls and grow when a larger mesh comes; positions lie in
 //! two buffers that change places with every iteration of relaxation. A call encodes all its
-//! dispatches in one pass and reads back one small struct.
+//! dispatches at once and reads back once.
 
 use super::field::Field;
 use super::{
-    Connectivity, Kernels, RELAX_CHECK_EVERY, Relaxation, Status, check_shape, is_check, shader,
+    Advance, Advanced, Connectivity, DeviceWork, Kernels, RELAX_CHECK_EVERY, Relaxation, Status,
+    check_shape, held_share, is_check, shader,
 };
 use crate::error::{Error, Result};
 use crate::gpu::layout::{Grid, Outcome, Parameters};
-use crate::gpu::{Bindings, Buffer, Gpu, Growable, Kernel};
+use crate::gpu::{Bindings, Buffer, Gpu, Growable, Kernel, Read};
 use crate::volume::Samples;
 use std::sync::Arc;
 
@@ -115,6 +116,7 @@ pub struct GpuKernels {
     ring_offsets: Growable<u32>,
     ring: Growable<u32>,
     held: Growable<u8>,
+    ends: Growable<[f32; 3]>,
     positions: [Growable<[f32; 3]>; 2],
     normals: Growable<[f32; 3]>,
     forces: Growable<f32>,
@@ -126,6 +128,7 @@ pub struct GpuKernels {
     current: usize,
     n_vertices: usize,
     n_faces: usize,
+    work: DeviceWork,
 }
 
 /// One point for each vertex, voxel frame.
@@ -156,6 +159,7 @@ impl GpuKernels {
             ring_offsets: Growable::new(gpu, "ring offsets")?,
             ring: Growable::new(gpu, "ring")?,
             held: Growable::new(gpu, "held")?,
+            ends: Growable::new(gpu, "ends of held vertices")?,
             positions: [Growable::new(gpu, "positions")?, Growable::new(gpu, "moved positions")?],
             normals: Growable::new(gpu, "normals")?,
             forces: Growable::new(gpu, "forces")?,
@@ -165,6 +169,7 @@ impl GpuKernels {
             current: 0,
             n_vertices: 0,
             n_faces: 0,
+            work: DeviceWork::default(),
             pipelines,
             field,
         })
@@ -178,6 +183,7 @@ impl GpuKernels {
             [self.faces.buffer() as &dyn crate::gpu::Bind, self.distances.buffer()];
         let [ring_offsets, ring] = [self.ring_offsets.buffer(), self.ring.buffer()];
         let (held, vertex_normals) = (self.held.buffer(), self.normals.buffer());
+        let ends = self.ends.buffer();
         let (forces, status) = (self.forces.buffer(), self.status.buffer());
         let both = |bind: &dyn Fn(&Points, &Points) -> Bindings| {
             let [a, b] = [self.positions[0].buffer(), self.positions[1].buffer()];
@@ -190,7 +196,7 @@ impl GpuKernels {
             project: both(&|positions, _| {
                 project.bind(
                     gpu,
-                    &[grid, samples, parameters, held, vertex_normals, positions, status],
+                    &[grid, samples, parameters, held, vertex_normals, positions, status, ends],
                 )
             }),
             relax: both(&|positions, moved| {
@@ -217,7 +223,7 @@ impl GpuKernels {
         }
     }
 
-    fn set_parameters(&self, isovalue: f64, reach: f32, strength: f32) {
+    fn set_parameters(&self, isovalue: f64, reach: f32, strength: f32, share: f32) {
         let field = &self.field.field;
         let parameters = Parameters {
             isovalue: field.isovalue(isovalue),
@@ -225,27 +231,88 @@ impl GpuKernels {
             strength,
             value_noise: field.value_noise(),
             slab_tolerance: field.slab_tolerance(),
+            share,
         };
         self.parameters.write(&self.pipelines.gpu, &[parameters]);
     }
 
+    fn bound(&self) -> &Bound {
+        self.bound.as_ref().expect("a mesh with vertices")
+    }
+
+    /// Waits for buffers once commands are done, all at once.
+    fn read<const N: usize>(
+        &mut self,
+        encoder: wgpu::CommandEncoder,
+        buffers: impl FnOnce(&Self) -> [&dyn Read; N],
+    ) -> Result<[Vec<u32>; N]> {
+        self.work.submissions += 1;
+        self.work.read_backs += 1;
+        let mut words = [const { Vec::new() }; N];
+        let gpu = &self.pipelines.gpu;
+        gpu.read_each_after(encoder, &buffers(self), &mut |i, bytes| {
+            words[i] = bytemuck::pod_collect_to_vec(bytes);
+        })?;
+        Ok(words)
+    }
+
     /// Encodes `steps` in one pass, then the reduction, and reads its outcome.
     fn run_and_reduce(
-        &self,
-        bound: &Bound,
+        &mut self,
         label: &str,
-        steps: impl FnOnce(&mut wgpu::ComputePass<'_>),
+        steps: impl FnOnce(&Self, &mut wgpu::ComputePass<'_>),
     ) -> Result<Outcome> {
         let Pipelines { gpu, reduce, .. } = &*self.pipelines;
         let mut encoder = gpu.encoder(label);
         encoder.clear_buffer(self.outcome.raw(), 0, None);
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            steps(&mut pass);
-            reduce.dispatch_workgroups(&mut pass, &bound.reduce, [REDUCE_WORKGROUPS, 1]);
+            steps(self, &mut pass);
+            let reduction = &self.bound().reduce;
+            reduce.dispatch_workgroups(&mut pass, reduction, [REDUCE_WORKGROUPS, 1]);
         }
-        Ok(gpu.read_after(encoder, &self.outcome)?[0])
+        let [words] = self.read(encoder, |k| [&k.outcome])?;
+        Ok(bytemuck::cast_slice(&words)[0])
     }
+
+    /// Encodes a projection of the positions that are valid.
+    fn project_in(&self, pass: &mut wgpu::ComputePass<'_>) {
+        let Pipelines { normals, project, .. } = &*self.pipelines;
+        normals.dispatch(pass, &self.bound().normals[self.current], self.n_vertices);
+        project.dispatch(pass, &self.bound().project[self.current], self.n_vertices);
+    }
+
+    /// Encodes iterations of relaxation, from one buffer of positions to the other; returns which is valid then.
+    fn relax_in(&self, pass: &mut wgpu::ComputePass<'_>, n: u32) -> usize {
+        let Pipelines { normals, relax, .. } = &*self.pipelines;
+        (0..n).fold(self.current, |current, _| {
+            normals.dispatch(pass, &self.bound().normals[current], self.n_vertices);
+            relax.dispatch(pass, &self.bound().relax[current], self.n_vertices);
+            1 - current
+        })
+    }
+
+    /// Encodes normals, adds the reading of all that has become of the mesh, and waits for it.
+    fn told(&mut self, mut encoder: wgpu::CommandEncoder) -> Result<Advanced> {
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            let bindings = &self.bound().normals[self.current];
+            self.pipelines.normals.dispatch(&mut pass, bindings, self.n_vertices);
+        }
+        let [positions, normals, status] = self.read(encoder, |k| {
+            [k.positions[k.current].buffer(), k.normals.buffer(), k.status.buffer()]
+        })?;
+        Ok(Advanced {
+            positions: points(&positions),
+            normals: points(&normals),
+            status: status.into_iter().map(status_of).collect::<Result<_>>()?,
+        })
+    }
+}
+
+/// Three numbers for each vertex.
+fn points(words: &[u32]) -> Vec<[f32; 3]> {
+    bytemuck::cast_slice(words).to_vec()
 }
 
 impl Kernels for GpuKernels {
@@ -261,6 +328,7 @@ impl Kernels for GpuKernels {
         self.ring_offsets.set(gpu, &connectivity.ring_offsets)?;
         self.ring.set(gpu, &connectivity.ring)?;
         self.held.set(gpu, &connectivity.held)?;
+        self.ends.set(gpu, positions)?;
         self.positions[0].set(gpu, positions)?;
         self.positions[1].resize(gpu, n)?;
         self.normals.resize(gpu, n)?;
@@ -275,13 +343,11 @@ impl Kernels for GpuKernels {
     }
 
     fn project(&mut self, isovalue: f64, reach: f32) -> Result<u32> {
-        let Some(bound) = &self.bound else { return Ok(0) };
-        self.set_parameters(isovalue, reach, 0.0);
-        let Pipelines { normals, project, .. } = &*self.pipelines;
-        let outcome = self.run_and_reduce(bound, "project", |pass| {
-            normals.dispatch(pass, &bound.normals[self.current], self.n_vertices);
-            project.dispatch(pass, &bound.project[self.current], self.n_vertices);
-        })?;
+        if self.bound.is_none() {
+            return Ok(0);
+        }
+        self.set_parameters(isovalue, reach, 0.0, 0.0);
+        let outcome = self.run_and_reduce("project", Self::project_in)?;
         Ok(outcome.n_failed)
     }
 
@@ -292,20 +358,16 @@ impl Kernels for GpuKernels {
         threshold: f32,
         max_iterations: u32,
     ) -> Result<Relaxation> {
-        let Some(bound) = &self.bound else { return Ok(Relaxation::default()) };
-        self.set_parameters(isovalue, 0.0, strength);
-        let Pipelines { normals, relax, .. } = &*self.pipelines;
         let mut done = Relaxation::default();
-        let mut current = self.current;
+        if self.bound.is_none() {
+            return Ok(done);
+        }
+        self.set_parameters(isovalue, 0.0, strength, 0.0);
         while done.iterations < max_iterations {
             let n = RELAX_CHECK_EVERY.min(max_iterations - done.iterations);
-            let outcome = self.run_and_reduce(bound, "relax", |pass| {
-                for _ in 0..n {
-                    normals.dispatch(pass, &bound.normals[current], self.n_vertices);
-                    relax.dispatch(pass, &bound.relax[current], self.n_vertices);
-                    current = 1 - current;
-                }
-            })?;
+            let mut current = self.current;
+            let outcome = self.run_and_reduce("relax", |k, pass| current = k.relax_in(pass, n))?;
+            self.current = current;
             done = Relaxation {
                 iterations: done.iterations + n,
                 largest_force: f32::from_bits(outcome.largest_force),
@@ -314,40 +376,86 @@ impl Kernels for GpuKernels {
                 break;
             }
         }
-        self.current = current;
         Ok(done)
     }
 
+    fn advance(&mut self, advance: &Advance) -> Result<Advanced> {
+        let &Advance { isovalues, reach, ends, relaxed_at, strength, threshold, max_iterations } =
+            advance;
+        if self.bound.is_none() {
+            return Ok(Advanced::default());
+        }
+        let pipelines = self.pipelines.clone();
+        let gpu = pipelines.gpu();
+        if !ends.is_empty() {
+            // As long as the positions that were there: bindings stay.
+            self.ends.set(gpu, ends)?;
+        }
+        // One isovalue of projection and relaxation lies in the parameters at a time.
+        let relaxes_at_last = isovalues.last() == Some(&relaxed_at);
+        let mut encoder = gpu.encoder("advance");
+        for (i, &isovalue) in isovalues.iter().enumerate() {
+            self.set_parameters(isovalue, reach, strength, held_share(i, isovalues.len()));
+            self.project_in(&mut encoder.begin_compute_pass(&Default::default()));
+            if i + 1 < isovalues.len() || !relaxes_at_last {
+                let next = gpu.encoder("advance");
+                gpu.submit(std::mem::replace(&mut encoder, next));
+                self.work.submissions += 1;
+            }
+        }
+        if !relaxes_at_last {
+            self.set_parameters(relaxed_at, reach, strength, 0.0);
+        }
+        if max_iterations <= RELAX_CHECK_EVERY {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            self.current = self.relax_in(&mut pass, max_iterations);
+        } else {
+            let next = gpu.encoder("advanced");
+            gpu.submit(std::mem::replace(&mut encoder, next));
+            self.work.submissions += 1;
+            self.relax(relaxed_at, strength, threshold, max_iterations)?;
+        }
+        self.told(encoder)
+    }
+
     fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
-        let Some(bound) = &self.bound else { return Ok(Vec::new()) };
-        self.set_parameters(isovalue, reach, 0.0);
+        if self.bound.is_none() {
+            return Ok(Vec::new());
+        }
+        self.set_parameters(isovalue, reach, 0.0, 0.0);
         let Pipelines { gpu, deviation, .. } = &*self.pipelines;
         let mut encoder = gpu.encoder("deviation");
         {
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            deviation.dispatch(&mut pass, &bound.deviation[self.current], self.n_faces);
+            let bindings = &self.bound().deviation[self.current];
+            deviation.dispatch(&mut pass, bindings, self.n_faces);
         }
-        gpu.read_after(encoder, self.distances.buffer())
+        let [distances] = self.read(encoder, |k| [k.distances.buffer()])?;
+        Ok(distances.into_iter().map(f32::from_bits).collect())
     }
 
     fn positions(&mut self) -> Result<Vec<[f32; 3]>> {
-        self.pipelines.gpu.read(self.positions[self.current].buffer())
+        let encoder = self.pipelines.gpu.encoder("positions");
+        let [words] = self.read(encoder, |k| [k.positions[k.current].buffer()])?;
+        Ok(points(&words))
     }
 
     fn normals(&mut self) -> Result<Vec<[f32; 3]>> {
-        let Some(bound) = &self.bound else { return Ok(Vec::new()) };
-        let Pipelines { gpu, normals, .. } = &*self.pipelines;
-        let mut encoder = gpu.encoder("normals");
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            normals.dispatch(&mut pass, &bound.normals[self.current], self.n_vertices);
+        if self.bound.is_none() {
+            return Ok(Vec::new());
         }
-        gpu.read_after(encoder, self.normals.buffer())
+        let encoder = self.pipelines.gpu.encoder("normals");
+        Ok(self.told(encoder)?.normals)
     }
 
     fn status(&mut self) -> Result<Vec<Status>> {
-        let status = self.pipelines.gpu.read(self.status.buffer())?;
-        status.into_iter().map(status_of).collect()
+        let encoder = self.pipelines.gpu.encoder("status");
+        let [words] = self.read(encoder, |k| [k.status.buffer()])?;
+        words.into_iter().map(status_of).collect()
+    }
+
+    fn device_work(&self) -> DeviceWork {
+        self.work
     }
 }
 

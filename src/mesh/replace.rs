@@ -88,7 +88,7 @@ impl Mesh {
         let triangles: Vec<[u32; 3]> =
             replacement.faces.iter().map(|(t, _)| t.map(vertex)).collect();
         let halfedges = self.pair(&triangles, &mut outer)?;
-        let mut free_faces: Vec<u32> = self.empty_faces();
+        let mut free_faces: Vec<u32> = self.empty_faces(replacement.faces.len());
         let mut faces = Vec::with_capacity(triangles.len());
         for (i, &(_, cap)) in replacement.faces.iter().enumerate() {
             let f = free_faces.pop().unwrap_or_else(|| {
@@ -104,12 +104,16 @@ impl Mesh {
             }
             faces.push(Face(f));
         }
+        let lives = |v: u32| self.vertex_halfedge[v as usize] != NONE;
+        let lost = touched.iter().filter(|v| !lives(**v)).count();
+        let is_more = |v: &&Vertex| touched.binary_search(&v.0).is_err() && lives(v.0);
+        let came = vertices.iter().filter(is_more).count();
         touched.extend(vertices.iter().map(|v| v.0));
         touched.extend(triangles.iter().flatten());
         touched.sort_unstable();
         touched.dedup();
-        self.n_vertices = self.vertex_halfedge.iter().filter(|&&h| h != NONE).count();
-        self.n_faces = self.face_halfedge.iter().filter(|&&h| h != NONE).count();
+        self.n_vertices = self.n_vertices - lost + came;
+        self.n_faces = self.n_faces - replacement.removed.len() + faces.len();
         self.check_around(&touched, &triangles, &valences)?;
         let gone = touched.into_iter().filter(|&v| self.vertex_halfedge[v as usize] == NONE);
         Ok(Replaced { vertices, faces, gone: gone.map(Vertex).collect() })
@@ -133,8 +137,9 @@ impl Mesh {
         }
         let mut free: Vec<u32> = (0..self.vertex_slots() as u32)
             .filter(|&v| self.vertex_halfedge[v as usize] == NONE && !used[v as usize])
-            .rev()
+            .take(replacement.vertices.len())
             .collect();
+        free.reverse();
         let add = |&(position, fixed): &(Vec3, bool)| {
             let v = free.pop().unwrap_or_else(|| {
                 self.positions.push(position);
@@ -150,9 +155,13 @@ impl Mesh {
         replacement.vertices.iter().map(add).collect()
     }
 
-    fn empty_faces(&self) -> Vec<u32> {
+    /// The first so many empty face slots, the lowest one last.
+    fn empty_faces(&self, n: usize) -> Vec<u32> {
         let slots = 0..self.face_slots() as u32;
-        slots.rev().filter(|&f| self.face_halfedge[f as usize] == NONE).collect()
+        let empty = slots.filter(|&f| self.face_halfedge[f as usize] == NONE);
+        let mut first: Vec<u32> = empty.take(n).collect();
+        first.reverse();
+        first
     }
 
     /// The half-edges of new triangles: those that have lost their face, and new ones in pairs.
@@ -179,7 +188,9 @@ impl Mesh {
         }
         sides.sort_unstable();
         let slots = (0..self.to.len() as u32).step_by(2);
-        let mut free: Vec<u32> = slots.rev().filter(|&h| self.to[h as usize] == NONE).collect();
+        let empty = slots.filter(|&h| self.to[h as usize] == NONE);
+        let mut free: Vec<u32> = empty.take(sides.len() / 2).collect();
+        free.reverse();
         for pair in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
             let &[(a, b, false, up), (_, _, true, down)] = pair else {
                 return Err(place(self, pair[0].0));

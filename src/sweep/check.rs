@@ -20,7 +20,7 @@ use super::tracked::{Tracked, place_of};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::count::count_parts;
 use crate::extract::extract_cell;
-use crate::mesh::{Edge, Vertex};
+use crate::mesh::{Face, Vertex};
 use crate::topology::exact::ExactField;
 
 /// All squares between exact cells and others.
@@ -302,10 +302,12 @@ pub(super) fn open_seam(
 ) -> Vec<u32> {
     let mesh = &tracked.mesh;
     let sorted = |[a, b]: [LatticeEdge; 2]| [a.min(b), a.max(b)];
-    let sides = (0..mesh.edge_slots() as u32).into_par_iter().map(Edge).with_min_len(1024);
-    let keys = sides.filter(|&e| mesh.has_edge(e) && mesh.is_crease(e)).map(|e| {
-        let h = e.halfedge();
-        [mesh.from(h), mesh.to(h)].map(|v| tracked.key(v))
+    let caps = (0..mesh.face_slots() as u32).into_par_iter().map(Face).with_min_len(1024);
+    let caps = caps.filter(|&f| mesh.has_face(f) && mesh.is_cap(f));
+    let keys = caps.flat_map_iter(|f| {
+        let sides = mesh.face_halfedges(f).into_iter();
+        let sides = sides.filter(|h| !mesh.is_cap(mesh.face(h.twin())));
+        sides.map(|h| [mesh.from(h), mesh.to(h)].map(|v| tracked.key(v)))
     });
     let keys: Vec<[Option<LatticeEdge>; 2]> = keys.collect();
     let mut bad = Vec::new();

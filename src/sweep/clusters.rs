@@ -53,7 +53,7 @@ pub(super) fn clusters(
         .with_min_len(1024)
         .filter_map(|f| {
             let (low, high) = bounds(mesh.corners(f));
-            let is_far = grid.block_at(low / size).is_some_and(|b| !wide[b as usize]);
+            let is_far = !wide[grid.block_at(low / size) as usize];
             if is_far && ((high - low) / size).max_element() < most {
                 return None;
             }

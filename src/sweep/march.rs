@@ -222,7 +222,7 @@ impl<'s, 'a> March<'s, 'a> {
 
     /// The blocks around places of the voxel frame.
     fn blocks_at(&self, places: &[Vec3]) -> BTreeSet<u32> {
-        places.iter().filter_map(|&p| self.block_at(p)).collect()
+        places.iter().map(|&p| self.block_at(p)).collect()
     }
 
     /// The blocks around samples.
@@ -233,7 +233,7 @@ impl<'s, 'a> March<'s, 'a> {
     }
 
     /// The block around a place of the voxel frame.
-    fn block_at(&self, p: Vec3) -> Option<u32> {
+    fn block_at(&self, p: Vec3) -> u32 {
         self.grid.block_at(p * self.field().inverse_cell_size())
     }
 }

@@ -146,7 +146,8 @@ impl Grid {
         [s.corner - self.strides[s.axis as usize], s.corner]
     }
 
-    fn blocks(&self) -> [usize; 3] {
+    /// How many blocks there are along each axis.
+    pub(super) fn blocks(&self) -> [usize; 3] {
         self.dims.map(|d| (d - 3).div_ceil(BLOCK))
     }
 
@@ -163,15 +164,19 @@ impl Grid {
         self.is_cell(p).then(|| self.block(p))
     }
 
+    /// The cell around a place, in voxels, by its position; the nearest one of the volume.
+    fn cell_position(&self, x: Vec3) -> [usize; 3] {
+        std::array::from_fn(|a| (x[a].floor().max(0.0) as usize).min(self.dims[a] - 4) + 1)
+    }
+
     /// The cell around a place, in voxels; the nearest one of the volume.
     pub(super) fn cell_at(&self, x: Vec3) -> u32 {
-        let index = |a: usize| (x[a].floor().max(0.0) as usize).min(self.dims[a] - 4) + 1;
-        self.vertex(std::array::from_fn(index))
+        self.vertex(self.cell_position(x))
     }
 
     /// The block around a place, in voxels.
-    pub(super) fn block_at(&self, x: Vec3) -> Option<u32> {
-        self.block_of_cell(self.cell_at(x))
+    pub(super) fn block_at(&self, x: Vec3) -> u32 {
+        self.block(self.cell_position(x))
     }
 
     pub(super) fn block_position(&self, block: u32) -> [usize; 3] {
@@ -259,8 +264,8 @@ impl Grid {
 #[derive(Clone, Debug)]
 pub(super) struct Region {
     pub(super) grid: Grid,
-    /// By cell.
-    exact: Vec<bool>,
+    /// By cell, a bit each, the lowest first: regions are copied in every step.
+    exact: Vec<u64>,
     /// The exact blocks; where everything is exact, those that matter.
     blocks: BTreeSet<u32>,
     is_closed: bool,
@@ -269,19 +274,22 @@ pub(super) struct Region {
 impl Region {
     /// Only the layer is exact.
     pub(super) fn open(grid: Grid) -> Region {
-        let mut exact = vec![true; grid.dims.iter().product()];
+        let mut region = Region::closed(grid, BTreeSet::new());
+        region.is_closed = false;
         for k in 1..grid.dims[2] - 2 {
             for j in 1..grid.dims[1] - 2 {
-                let row = grid.vertex([1, j, k]) as usize;
-                exact[row..row + grid.dims[0] - 3].fill(false);
+                let first = grid.vertex([1, j, k]);
+                let end = first + grid.dims[0] as u32 - 3;
+                (first..end).for_each(|cell| region.set(cell, false));
             }
         }
-        Region { grid, exact, blocks: BTreeSet::new(), is_closed: false }
+        region
     }
 
     /// Everything is exact; `blocks` are those that the isosurface meets while it is.
     pub(super) fn closed(grid: Grid, blocks: BTreeSet<u32>) -> Region {
-        Region { grid, exact: vec![true; grid.dims.iter().product()], blocks, is_closed: true }
+        let n_words = grid.dims.iter().product::<usize>().div_ceil(64);
+        Region { grid, exact: vec![u64::MAX; n_words], blocks, is_closed: true }
     }
 
     /// Whether everything is exact.
@@ -291,7 +299,16 @@ impl Region {
 
     #[inline]
     pub(super) fn is_exact(&self, cell: u32) -> bool {
-        self.exact[cell as usize]
+        self.exact[cell as usize / 64] >> (cell % 64) & 1 == 1
+    }
+
+    fn set(&mut self, cell: u32, is_exact: bool) {
+        let (word, bit) = (&mut self.exact[cell as usize / 64], 1 << (cell % 64));
+        if is_exact {
+            *word |= bit;
+        } else {
+            *word &= !bit;
+        }
     }
 
     pub(super) fn blocks(&self) -> &BTreeSet<u32> {
@@ -309,7 +326,7 @@ impl Region {
             if other.holds(b) {
                 self.add(b);
             } else if self.blocks.remove(&b) {
-                self.grid.cells_of(b).for_each(|c| self.exact[c as usize] = false);
+                self.grid.cells_of(b).for_each(|c| self.set(c, false));
             }
         }
     }
@@ -318,7 +335,7 @@ impl Region {
     pub(super) fn add(&mut self, block: u32) -> bool {
         let is_new = self.blocks.insert(block);
         if is_new {
-            self.grid.cells_of(block).for_each(|c| self.exact[c as usize] = true);
+            self.grid.cells_of(block).for_each(|c| self.set(c, true));
         }
         is_new
     }

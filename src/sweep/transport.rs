@@ -10,7 +10,7 @@ use super::tracked::{Tracked, place_on};
 use crate::error::Result;
 use crate::extract::extract_cell;
 use crate::kernels::field::Field;
-use crate::kernels::{Kernels, Status};
+use crate::kernels::{Advance, Advanced, Kernels, Status};
 use crate::mesh::{Compacted, Face, Vertex, area, intersecting, normal};
 use crate::sweep::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
@@ -57,7 +57,8 @@ impl Moved {
         self.places.push(place);
     }
 
-    fn all(&self) -> impl Iterator<Item = (Vertex, [f32; 3], [f32; 3])> {
+    /// The vertices, where they are, and their normals.
+    pub(super) fn all(&self) -> impl Iterator<Item = (Vertex, [f32; 3], [f32; 3])> {
         let ends = self.positions.iter().zip(&self.normals);
         self.vertices.iter().zip(ends).map(|(v, (p, n))| (*v, *p, *n))
     }
@@ -138,8 +139,7 @@ impl Transport<'_> {
 
     /// Whether a place is in one of some blocks.
     fn is_in(&self, blocks: &[bool], p: Vec3) -> bool {
-        let block = self.region.grid.block_at(p * self.field.inverse_cell_size());
-        block.is_some_and(|b| blocks[b as usize])
+        blocks[self.region.grid.block_at(p * self.field.inverse_cell_size()) as usize]
     }
 
     /// Where a vertex that does not move freely is at the end of the step: the seam where it will be, the rest of the mesh
@@ -164,23 +164,25 @@ impl Transport<'_> {
         kernels.load(&compacted.connectivity, before)?;
         let motion = expected_motion(self.field, before, at, next);
         let n = (motion / SUB_STEP_LENGTH).ceil().clamp(1.0, 8.0);
-        for i in 1..=n as usize {
-            kernels.project(at + (next - at) * i as f64 / f64::from(n), MOST_MOTION)?;
-        }
-        let status = kernels.status()?;
-        let mut positions = kernels.positions()?;
-        for (&v, p) in compacted.vertices.iter().zip(&mut positions).filter(|v| !moves(*v.0)) {
-            *p = self.held_end(v).unwrap_or(*p);
-        }
-        kernels.load(&compacted.connectivity, &positions)?;
-        let [strength, force] =
-            [self.parameters.relax_strength, self.parameters.relax_force].map(|x| x as f32);
-        kernels.relax(next, strength, force, self.parameters.relax_iterations)?;
-        moved.positions = kernels.positions()?;
-        moved.normals = kernels.normals()?;
+        let between = (1..n as usize).map(|i| at + (next - at) * i as f64 / f64::from(n));
+        let isovalues: Vec<f64> = between.chain([next]).collect();
+        let held = |(&v, &p): (&Vertex, &[f32; 3])| {
+            if moves(v) { p } else { self.held_end(v).unwrap_or(p) }
+        };
+        let ends: Vec<[f32; 3]> = compacted.vertices.iter().zip(before).map(held).collect();
+        let Advanced { positions, normals, status } = kernels.advance(&Advance {
+            isovalues: &isovalues,
+            reach: MOST_MOTION,
+            ends: &ends,
+            relaxed_at: next,
+            strength: self.parameters.relax_strength as f32,
+            threshold: self.parameters.relax_force as f32,
+            max_iterations: self.parameters.relax_iterations,
+        })?;
+        (moved.positions, moved.normals) = (positions, normals);
         moved.vertices = compacted.vertices.clone();
         let top = self.field.top();
-        for i in (0..positions.len()).filter(|&i| moves(compacted.vertices[i])) {
+        for i in (0..before.len()).filter(|&i| moves(compacted.vertices[i])) {
             let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
             let far = p.distance(q) > MOST_MOTION || self.is_outside(q, top);
             if status[i] == Status::Failed || far {
@@ -224,7 +226,7 @@ impl Transport<'_> {
     /// The middle of a face where it goes, unless that is in exact cells.
     fn end_place(&self, corners: [Vec3; 3]) -> Option<Vec3> {
         let p = corners.iter().sum::<Vec3>() / 3.0;
-        let block = self.region.grid.block_at(p * self.field.inverse_cell_size())?;
+        let block = self.region.grid.block_at(p * self.field.inverse_cell_size());
         (!self.region.holds(block)).then_some(p)
     }
 

@@ -17,7 +17,7 @@ use crate::volume::Volume;
 /// Farthest that a distance is measured, voxels.
 pub(super) const REACH: f64 = 4.0;
 
-/// Most points of the isosurface whose distance to the mesh is measured at one isovalue.
+/// Most points of the isosurface whose distance to the mesh is measured at one isovalue, and most triangles that a glance takes.
 const MOST_POINTS: usize = 20_000;
 
 /// Distances and shapes of one mesh, or of all meshes pooled.
@@ -77,7 +77,7 @@ pub(super) fn measure(
     mesh: &SurfaceMesh,
     grid: &TriangleGrid<'_>,
 ) -> Geometry {
-    let mut geometry = of_triangles(volume, isovalue, mesh);
+    let mut geometry = of_triangles(volume, isovalue, mesh, 1);
     add_vertices(&mut geometry.vertex_deviation, volume, isovalue, mesh);
     let points = lattice_crossings(volume, isovalue);
     let distances: Vec<f64> = points.par_iter().map(|&p| grid.distance(p, REACH)).collect();
@@ -85,11 +85,18 @@ pub(super) fn measure(
     geometry
 }
 
-/// Measures the triangles of a mesh that [`is_placed`], and neither its vertices nor what it lacks.
-pub(super) fn of_triangles(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -> Geometry {
+/// Measures some triangles of a mesh that [`is_placed`], evenly spread over it.
+pub(super) fn glance(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -> Geometry {
+    let every = mesh.triangles.len().div_ceil(MOST_POINTS).max(1);
+    of_triangles(volume, isovalue, mesh, every)
+}
+
+/// Measures one of so many triangles of a mesh, and neither its vertices nor what it lacks.
+fn of_triangles(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh, every: usize) -> Geometry {
     let mut geometry = Geometry::new();
-    let mut judged = Vec::with_capacity(mesh.triangles.len());
-    for (triangle, _) in mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap) {
+    let mut judged = Vec::with_capacity(mesh.triangles.len() / every);
+    let proper = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
+    for (triangle, _) in proper.step_by(every) {
         let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
         if corners.iter().all(|&p| is_inside(volume, p)) {
             geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));

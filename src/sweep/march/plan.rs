@@ -1,7 +1,5 @@
 //! Which blocks are exact in a step.
 
-use std::collections::{BTreeSet, HashMap};
-
 use rayon::prelude::*;
 
 use super::{HOLD, March, State, sorted};
@@ -63,26 +61,26 @@ impl March<'_, '_> {
     /// costs most and gains least.
     pub(super) fn crowded(&self, state: &State, region: &Region) -> Vec<u32> {
         // What is exact now may be tracked next: its blocks hold no vertices but those of the seam.
-        let others: BTreeSet<u32> = self
-            .tracked_blocks(state)
-            .into_iter()
-            .chain(state.region.blocks().iter().copied())
-            .collect();
-        // By box: how many blocks are exact, and the others that the surface is in, or was.
-        let mut boxes: HashMap<[usize; 3], (usize, Vec<u32>)> = HashMap::new();
-        let around = |b: u32| self.grid.block_position(b).map(|x| x / BOX);
-        for &b in others.iter().filter(|b| !region.holds(**b)) {
-            boxes.entry(around(b)).or_default().1.push(b);
-        }
-        for &b in region.blocks() {
-            boxes.entry(around(b)).or_default().0 += 1;
-        }
-        let is_crowded =
-            |(n, others): &(usize, Vec<u32>)| *n as f64 > CROWDED * (n + others.len()) as f64;
-        let mut crowded: Vec<u32> =
-            boxes.into_values().filter(is_crowded).flat_map(|b| b.1).collect();
-        crowded.sort_unstable();
-        crowded
+        let mut others = self.tracked_blocks(state);
+        others.extend(state.region.blocks());
+        others.sort_unstable();
+        others.dedup();
+        others.retain(|&b| !region.holds(b));
+        let sides = self.grid.blocks().map(|n| n.div_ceil(BOX));
+        let box_of = |b: u32| {
+            let [x, y, z] = self.grid.block_position(b).map(|x| x / BOX);
+            x + sides[0] * (y + sides[1] * z)
+        };
+        // By box: how many blocks are exact, and in how many others the surface is, or was.
+        let mut boxes = vec![[0u32; 2]; sides.iter().product()];
+        region.blocks().iter().for_each(|&b| boxes[box_of(b)][0] += 1);
+        others.iter().for_each(|&b| boxes[box_of(b)][1] += 1);
+        let is_crowded = |b: &u32| {
+            let [exact, other] = boxes[box_of(*b)].map(f64::from);
+            exact > CROWDED * (exact + other)
+        };
+        others.retain(is_crowded);
+        others
     }
 
     /// The blocks that hold vertices of the mesh, ascending.
@@ -91,7 +89,7 @@ impl March<'_, '_> {
         let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().map(Vertex);
         let mut blocks: Vec<u32> = vertices
             .filter(|&v| mesh.has_vertex(v))
-            .filter_map(|v| self.block_at(mesh.position(v)))
+            .map(|v| self.block_at(mesh.position(v)))
             .collect();
         blocks.par_sort_unstable();
         blocks.dedup();

@@ -1,6 +1,6 @@
 //! The seam and the mesh go to the end of a step, and are checked there.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
 
 use glam::Vec3;
 
@@ -8,10 +8,38 @@ use super::{March, State};
 use crate::mesh::{Face, Mesh, Vertex, area};
 use crate::sweep::calendar::Passage;
 use crate::sweep::check::{open_seam, unlike_parts};
-use crate::sweep::region::Link;
+use crate::sweep::region::{LatticeEdge, Link};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::tracked::{Changes, place_of, place_on};
 use crate::sweep::transport::{LEAST_AREA, MOST_OFF_REFINED, Moved, Step, distance_by_slope};
+
+/// By vertex slot, where a vertex that is free is at the end of a step, and its normal there.
+struct Ends(Vec<Option<[Vec3; 2]>>);
+
+impl Ends {
+    fn of(mesh: &Mesh, moved: &Moved) -> Ends {
+        let mut ends = Ends(vec![None; mesh.vertex_slots()]);
+        for (v, end, normal) in moved.all() {
+            ends.set(v, [end, normal].map(Vec3::from));
+        }
+        ends
+    }
+
+    fn get(&self, v: Vertex) -> Option<Vec3> {
+        Some(self.0.get(v.0 as usize)?.as_ref()?[0])
+    }
+
+    fn set(&mut self, v: Vertex, end: [Vec3; 2]) {
+        let slot = v.0 as usize;
+        self.0.resize(self.0.len().max(slot + 1), None);
+        self.0[slot] = Some(end);
+    }
+
+    fn all(&self) -> impl Iterator<Item = (Vertex, [Vec3; 2])> {
+        let slots = (0..).map(Vertex).zip(&self.0);
+        slots.filter_map(|(v, end)| Some((v, (*end)?)))
+    }
+}
 
 impl March<'_, '_> {
     /// Blocks in which the mesh is not watertight with the exact cells, or not like the isosurface.
@@ -37,15 +65,15 @@ impl March<'_, '_> {
         &self,
         State { tracked, region, .. }: &State,
         faces: &BTreeSet<Face>,
-        ends: &HashMap<Vertex, Vec3>,
+        ends: &Ends,
         step: Step,
         isovalue: f64,
     ) -> BTreeSet<u32> {
         let mesh = &tracked.mesh;
         let share = ((isovalue - step.at) / (step.next - step.at)) as f32;
-        let place = |v: Vertex| match (tracked.key(v), ends.get(&v)) {
+        let place = |v: Vertex| match (tracked.key(v), ends.get(v)) {
             (Some(e), _) => place_on(self.exact(), e, isovalue),
-            (None, Some(&end)) => mesh.position(v).lerp(end, share),
+            (None, Some(end)) => mesh.position(v).lerp(end, share),
             (None, None) => mesh.position(v),
         };
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
@@ -81,8 +109,7 @@ impl March<'_, '_> {
         let exact = self.exact();
         let before = state.tracked.clone();
         let mark = self.record.mark();
-        let mut ends: HashMap<Vertex, Vec3> =
-            moved.vertices.iter().copied().zip(moved.positions.iter().map(|&p| p.into())).collect();
+        let mut ends = Ends::of(&before.mesh, moved);
         let mut samples: Vec<u32> = self.calendar.samples(passage).to_vec();
         if step.next < step.at {
             samples.reverse();
@@ -104,7 +131,7 @@ impl March<'_, '_> {
             let share = ((value - step.at) / (step.next - step.at)) as f32;
             let at = |mesh: &Mesh, v: Vertex| {
                 let p = mesh.position(v);
-                ends.get(&v).map_or(p, |&q| p.lerp(q, share))
+                ends.get(v).map_or(p, |q| p.lerp(q, share))
             };
             let mut changes = Changes::default();
             let place = place_of(exact, sample);
@@ -120,8 +147,7 @@ impl March<'_, '_> {
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
             for (v, between) in changes.born {
                 let [p, q] = between.map(|v| {
-                    let own = ends.get(&v).copied();
-                    own.unwrap_or_else(|| state.tracked.mesh.position(v))
+                    ends.get(v).unwrap_or_else(|| state.tracked.mesh.position(v))
                 });
                 let n = state.tracked.mesh.vertex_normal(v);
                 let middle = 0.5 * (p + q);
@@ -140,7 +166,7 @@ impl March<'_, '_> {
                 if share < 1.0 {
                     state.tracked.mesh.set_position(v, (now - share * end) / (1.0 - share));
                 }
-                ends.insert(v, end);
+                ends.set(v, [end, Vec3::ZERO]);
             }
         }
         strained.extend(self.strained(state, &passed_faces, &ends, step, last));
@@ -153,16 +179,14 @@ impl March<'_, '_> {
             self.record.roll_back(mark);
             return Err(bad);
         }
-        let normals: HashMap<Vertex, [f32; 3]> =
-            moved.vertices.iter().copied().zip(moved.normals.iter().copied()).collect();
-        let vertices: Vec<Vertex> = state.tracked.mesh.vertices().collect();
-        for v in vertices {
-            if let Some(e) = state.tracked.key(v) {
-                state.tracked.mesh.set_position(v, place_on(exact, e, step.next));
-            } else if let Some(&end) = ends.get(&v) {
+        let bound: Vec<(Vertex, LatticeEdge)> = state.tracked.bound().collect();
+        for (v, e) in bound {
+            state.tracked.mesh.set_position(v, place_on(exact, e, step.next));
+        }
+        for (v, [end, normal]) in ends.all() {
+            if state.tracked.mesh.has_vertex(v) && state.tracked.key(v).is_none() {
                 state.tracked.mesh.set_position(v, end);
-                let n = normals.get(&v).map_or(Vec3::ZERO, |&n| n.into());
-                self.record.knot(v, step.next, end, n);
+                self.record.knot(v, step.next, end, normal);
             }
         }
         Ok(())

@@ -17,7 +17,7 @@ use super::simplify::{Bounds, simplify};
 use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
 use crate::kernels::field::Field;
-use crate::kernels::{Connectivity, Kernels};
+use crate::kernels::{Advance, Connectivity, Kernels};
 use crate::mesh::{Compacted, Face, Mesh, Vertex};
 use crate::sweep::Parameters;
 use crate::sweep::exchange::Exchanged;
@@ -99,10 +99,16 @@ impl Improvement<'_> {
             return Ok(());
         }
         kernels.load(&connectivity, &positions)?;
-        let [strength, force] =
-            [self.parameters.relax_strength, self.parameters.relax_force].map(|x| x as f32);
-        kernels.relax(self.isovalue, strength, force, RELAXATIONS)?;
-        let mut positions = kernels.positions()?.into_iter();
+        let advanced = kernels.advance(&Advance {
+            isovalues: &[],
+            reach: 0.0,
+            ends: &[],
+            relaxed_at: self.isovalue,
+            strength: self.parameters.relax_strength as f32,
+            threshold: self.parameters.relax_force as f32,
+            max_iterations: RELAXATIONS,
+        })?;
+        let mut positions = advanced.positions.into_iter();
         for (fresh, c) in all.iter_mut().zip(&compacted) {
             let mesh = &mut fresh.made.mesh;
             for (&v, p) in c.vertices.iter().zip(&mut positions) {
