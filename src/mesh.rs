@@ -351,6 +351,11 @@ impl Mesh {
         self.spokes(v).count()
     }
 
+    /// Whether a vertex has at least so many neighbours, of which it may have thousands.
+    pub fn has_neighbours(&self, v: Vertex, n: usize) -> bool {
+        self.spokes(v).take(n).count() == n
+    }
+
     /// The half-edge from `a` to `b`, if they are joined.
     pub fn find_halfedge(&self, a: Vertex, b: Vertex) -> Option<HalfEdge> {
         self.spokes(a).find(|&h| self.to(h) == b)

@@ -61,7 +61,7 @@ impl Mesh {
     pub(crate) fn is_link_kept(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
         let (x, y) = (self.to(self.next(h)), self.to(self.next(h.twin())));
-        if x == y || self.valence(x) < 4 || self.valence(y) < 4 {
+        if x == y || !self.has_neighbours(x, 4) || !self.has_neighbours(y, 4) {
             return false;
         }
         // First constraint.
@@ -140,8 +140,8 @@ impl Mesh {
         let (c, d) = (self.to(self.next(h)), self.to(self.next(h.twin())));
         !(self.is_pinned(a) && self.is_pinned(b))
             && c != d
-            && self.valence(a) > 3
-            && self.valence(b) > 3
+            && self.has_neighbours(a, 4)
+            && self.has_neighbours(b, 4)
             && !(self.is_fixed(c) && self.is_fixed(d))
             && self.find_halfedge(c, d).is_none()
     }

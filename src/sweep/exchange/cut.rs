@@ -137,11 +137,21 @@ impl<'a> Cut<'a> {
             (first..=last).filter(move |&i| low < self.plane(axis, i) && self.plane(axis, i) < high)
         };
         // One plane after the other: what is split at one does not pass through it again.
-        let mut edges: BTreeMap<i64, Vec<Edge>> = BTreeMap::new();
+        let mut edges: Vec<Vec<Edge>> = Vec::new();
+        let least = mesh.vertices().map(|v| mesh.position(v)[axis]).fold(f32::INFINITY, f32::min);
+        let first = (least / self.size[axis]).floor() as i64;
+        let put = |edges: &mut Vec<Vec<Edge>>, i: i64, e: Edge| {
+            let at = (i - first) as usize;
+            edges.resize_with(edges.len().max(at + 1), Vec::new);
+            edges[at].push(e);
+        };
         for e in mesh.edges() {
-            planes(mesh, e).for_each(|i| edges.entry(i).or_default().push(e));
+            planes(mesh, e).for_each(|i| put(&mut edges, i, e));
         }
-        while let Some((index, crossing)) = edges.pop_first() {
+        let mut index = first - 1;
+        while let Some(crossing) = edges.get_mut((index + 1 - first) as usize) {
+            let crossing = std::mem::take(crossing);
+            index += 1;
             for e in crossing {
                 let h = e.halfedge();
                 let is_cap = [h, h.twin()].iter().any(|&h| mesh.is_cap(mesh.face(h)));
@@ -157,7 +167,7 @@ impl<'a> Cut<'a> {
                 let s = mesh.split_edge(e, x);
                 for e in s.halves.into_iter().chain(s.across) {
                     let above = planes(mesh, e).filter(|&i| i > index);
-                    above.for_each(|i| edges.entry(i).or_default().push(e));
+                    above.for_each(|i| put(&mut edges, i, e));
                 }
             }
         }
