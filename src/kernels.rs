@@ -160,9 +160,11 @@ fn is_check(iterations: u32) -> bool {
     iterations.is_multiple_of(RELAX_CHECK_EVERY)
 }
 
-/// The share of what is left of its way that a held vertex goes with the i-th of n projections.
-fn held_share(i: usize, n: usize) -> f32 {
-    1.0 / (n - i) as f32
+impl Advance<'_> {
+    /// The share of what is left of its way that a held vertex goes with the i-th projection.
+    fn held_share(&self, i: usize) -> f32 {
+        if self.ends.is_empty() { 0.0 } else { 1.0 / (self.isovalues.len() - i) as f32 }
+    }
 }
 
 /// Checks that the parts of a connectivity belong together.

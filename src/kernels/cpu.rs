@@ -7,8 +7,8 @@
 
 use super::field::Field;
 use super::{
-    Advance, Advanced, Connectivity, Kernels, Relaxation, Status, check_shape, deviation, held_share,
-    is_check, normals, project, relax, step,
+    Advance, Advanced, Connectivity, Kernels, Relaxation, Status, check_shape, deviation, is_check,
+    normals, project, relax, step,
 };
 use crate::error::Result;
 use glam::Vec3;
@@ -135,7 +135,7 @@ impl Kernels for CpuKernels {
         let &Advance { isovalues, reach, ends, relaxed_at, strength, threshold, max_iterations } =
             advance;
         for (i, &isovalue) in isovalues.iter().enumerate() {
-            self.project_all(isovalue, reach, ends, held_share(i, isovalues.len()));
+            self.project_all(isovalue, reach, ends, advance.held_share(i));
         }
         self.relax(relaxed_at, strength, threshold, max_iterations)?;
         let (positions, normals) = (self.positions()?, self.normals()?);

@@ -7,7 +7,7 @@
 use super::field::Field;
 use super::{
     Advance, Advanced, Connectivity, DeviceWork, Kernels, RELAX_CHECK_EVERY, Relaxation, Status,
-    check_shape, held_share, is_check, shader,
+    check_shape, is_check, shader,
 };
 use crate::error::{Error, Result};
 use crate::gpu::layout::{Grid, Outcome, Parameters};
@@ -395,7 +395,7 @@ impl Kernels for GpuKernels {
         let relaxes_at_last = isovalues.last() == Some(&relaxed_at);
         let mut encoder = gpu.encoder("advance");
         for (i, &isovalue) in isovalues.iter().enumerate() {
-            self.set_parameters(isovalue, reach, strength, held_share(i, isovalues.len()));
+            self.set_parameters(isovalue, reach, strength, advance.held_share(i));
             self.project_in(&mut encoder.begin_compute_pass(&Default::default()));
             if i + 1 < isovalues.len() || !relaxes_at_last {
                 let next = gpu.encoder("advance");

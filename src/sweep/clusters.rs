@@ -34,7 +34,6 @@ pub(super) fn clusters(
         return Vec::new();
     }
     let mesh = &tracked.mesh;
-    let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
     let grid = new.grid;
     let number = |b: u32| blocks.binary_search(&b).ok().map(|i| i as u32);
     let marked = grid.marked(blocks.iter().copied());
@@ -48,13 +47,16 @@ pub(super) fn clusters(
     // Most faces are far from all of them: told by the block of a corner.
     let wide = grid.marked(blocks.iter().flat_map(|&b| grid.blocks_within(b, RINGS)));
     let most = (RINGS * BLOCK) as f32 - near;
-    let beside: Vec<(Face, Vec<u32>)> = faces
+    let scale = size.recip();
+    let beside: Vec<(Face, Vec<u32>)> = (0..mesh.face_slots() as u32)
         .into_par_iter()
+        .map(Face)
         .with_min_len(1024)
+        .filter(|&f| mesh.has_face(f) && !mesh.is_cap(f))
         .filter_map(|f| {
             let (low, high) = bounds(mesh.corners(f));
-            let is_far = !wide[grid.block_at(low / size) as usize];
-            if is_far && ((high - low) / size).max_element() < most {
+            let is_far = !wide[grid.block_at(low * scale) as usize];
+            if is_far && ((high - low) * scale).max_element() < most {
                 return None;
             }
             let blocks = grid.blocks_in(low / size - near, high / size + near);

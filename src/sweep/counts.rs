@@ -27,6 +27,10 @@ pub struct Counts {
     pub faults: u64,
     /// Times that all of the mesh became exact, because an exchange was refused again and again.
     pub given_up: u64,
+    /// Lists of commands that a GPU was given; none where meshes are small, or kernels run on the CPU.
+    pub submissions: u64,
+    /// How often results of a GPU were waited for.
+    pub read_backs: u64,
 }
 
 impl Counts {
@@ -50,5 +54,7 @@ impl Counts {
         self.passed += o.passed;
         self.faults += o.faults;
         self.given_up += o.given_up;
+        self.submissions += o.submissions;
+        self.read_backs += o.read_backs;
     }
 }

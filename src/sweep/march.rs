@@ -20,8 +20,8 @@ use super::region::{Grid, Region};
 use super::tracked::Tracked;
 use super::transport::{Step, typical_slope};
 use crate::error::{Error, Result};
-use crate::kernels::Kernels;
 use crate::kernels::field::Field;
+use crate::kernels::{DeviceWork, Kernels};
 use crate::sweep::{Counts, Parameters, Progress, Sweep};
 use crate::topology::exact::ExactField;
 use length::{LONGER, start};
@@ -193,11 +193,17 @@ impl<'s, 'a> March<'s, 'a> {
                 length = (times * usual).clamp(0.5 * length, 1.6 * length);
             }
         }
+        self.count(kernels.device_work());
         self.record.finish(last);
         for (block, since) in sorted(std::mem::take(&mut state.since)) {
             self.show(block, since, last);
         }
         Ok(())
+    }
+
+    fn count(&mut self, DeviceWork { submissions, read_backs }: DeviceWork) {
+        self.counts.submissions += submissions;
+        self.counts.read_backs += read_backs;
     }
 
     /// Writes down that a block was exact between two isovalues.

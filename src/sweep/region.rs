@@ -166,7 +166,7 @@ impl Grid {
 
     /// The cell around a place, in voxels, by its position; the nearest one of the volume.
     fn cell_position(&self, x: Vec3) -> [usize; 3] {
-        std::array::from_fn(|a| (x[a].floor().max(0.0) as usize).min(self.dims[a] - 4) + 1)
+        std::array::from_fn(|a| (x[a].max(0.0) as usize).min(self.dims[a] - 4) + 1)
     }
 
     /// The cell around a place, in voxels; the nearest one of the volume.

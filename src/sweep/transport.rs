@@ -109,14 +109,19 @@ impl Transport<'_> {
     /// Moves free vertices to the next isovalue, relaxes them there, and looks where that went wrong.
     pub(super) fn moved(&self, kernels: &mut dyn Kernels) -> Result<Moved> {
         let mesh = &self.tracked.mesh;
+        // By vertex slot, whether it was moved before.
+        let mut known = vec![false; mesh.vertex_slots()];
+        for v in self.again.iter().flat_map(|a| &a.before.vertices) {
+            known.get_mut(v.0 as usize).into_iter().for_each(|known| *known = true);
+        }
         let moves: Vec<bool> = (0..mesh.vertex_slots() as u32)
             .into_par_iter()
             .map(Vertex)
             .map(|v| {
                 let again = |a: &Again| {
                     self.is_in(&a.near, mesh.position(v))
+                        || !known[v.0 as usize]
                         || a.fresh.contains(&v)
-                        || a.before.end(v).is_none()
                 };
                 mesh.has_vertex(v) && !mesh.is_pinned(v) && self.again.is_none_or(again)
             })
@@ -273,14 +278,14 @@ impl Transport<'_> {
         let own = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
         if let Some(again) = self.again {
             let is_beside = |f: &Face| {
-                !mesh.is_cap(*f)
-                    && compacted.faces.binary_search(f).is_err()
+                mesh.has_face(*f)
+                    && !mesh.is_cap(*f)
                     && mesh.corners(*f).into_iter().any(|p| self.is_in(&again.wide, p))
+                    && compacted.faces.binary_search(f).is_err()
                     && self.stays(*f)
             };
-            let all: Vec<Face> = mesh.faces().collect();
-            let beside: Vec<Face> =
-                all.into_par_iter().with_min_len(1024).filter(is_beside).collect();
+            let all = (0..mesh.face_slots() as u32).into_par_iter().map(Face);
+            let beside: Vec<Face> = all.with_min_len(1024).filter(is_beside).collect();
             for f in beside {
                 faces.push(mesh.face_vertices(f).map(|v| {
                     own(v).unwrap_or_else(|| {

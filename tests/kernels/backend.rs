@@ -6,7 +6,7 @@ use crate::shapes::{Mesh, noise};
 use glam::Vec3;
 use isospectrum::Error;
 use isospectrum::inside::kernels::backend::GPU_FROM_VERTICES;
-use isospectrum::inside::kernels::{Field, Kernels};
+use isospectrum::inside::kernels::{Advance, Advanced, DeviceWork, Field, Kernels};
 use isospectrum::{Backend, Choice};
 use std::sync::Arc;
 
@@ -86,6 +86,34 @@ fn the_cpu_gives_the_same_bytes_on_any_number_of_threads() {
 }
 
 #[test]
+fn a_step_is_one_submission_and_one_read_back() {
+    let mut random = Random(5);
+    let volume = noise([24, 24, 24], &mut random);
+    let (low, high) = (Vec3::splat(2.0), Vec3::splat(21.0));
+    let mesh = Mesh::tetrahedra(4000, low, high, 0.4, &mut random);
+    for (backend, isovalues, submissions) in [
+        (crate::gpu as fn(&_) -> _, &[120.0][..], 1),
+        (crate::gpu, &[119.0, 120.0], 2),
+        (cpu, &[120.0], 0),
+    ] {
+        let mut kernels: Box<dyn Kernels + Send> = backend(&volume);
+        kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
+        let step = Advance {
+            isovalues,
+            reach: 1.5,
+            ends: &mesh.positions,
+            relaxed_at: 120.0,
+            strength: 0.6,
+            threshold: 1e-6,
+            max_iterations: 6,
+        };
+        kernels.advance(&step).expect("advances");
+        let read_backs = u64::from(submissions > 0);
+        assert_eq!(kernels.device_work(), DeviceWork { submissions, read_backs });
+    }
+}
+
+#[test]
 fn an_empty_mesh_is_no_work() {
     let volume = noise([8, 8, 8], &mut Random(1));
     let empty =
@@ -99,5 +127,15 @@ fn an_empty_mesh_is_no_work() {
         assert!(kernels.positions().expect("positions").is_empty());
         assert!(kernels.normals().expect("normals").is_empty());
         assert!(kernels.status().expect("status").is_empty());
+        let step = Advance {
+            isovalues: &[1.0],
+            reach: 1.0,
+            ends: &[],
+            relaxed_at: 1.0,
+            strength: 0.6,
+            threshold: 0.1,
+            max_iterations: 4,
+        };
+        assert_eq!(kernels.advance(&step).expect("advances"), Advanced::default());
     }
 }

@@ -53,6 +53,8 @@ macro_rules! kernel_tests {
             a_step_along_the_normal_never_leaves_the_slab_before_its_isovalue,
             a_step_stays_on_its_own_of_two_close_sheets,
             what_is_held_stays_where_it_is,
+            an_advance_is_its_projections_and_its_relaxation,
+            what_is_held_arrives_where_it_is_to_be,
             a_plateau_of_bytes_is_crossed_or_the_vertex_stays,
             every_sample_type_gives_the_same_step,
             deviation_is_the_distance_along_the_face_normal,

@@ -4,7 +4,7 @@
 use crate::random::Random;
 use crate::shapes::{Mesh, noise, sampled, volume};
 use glam::{DVec3, Vec3};
-use isospectrum::inside::kernels::{Field, Kernels, Status};
+use isospectrum::inside::kernels::{Advance, Advanced, Field, Kernels, Status};
 use isospectrum::volume::{Samples, Volume};
 use std::sync::Arc;
 
@@ -190,6 +190,81 @@ pub(crate) fn what_is_held_stays_where_it_is(backend: Backend) {
         assert!(held == 0 || status[i] == Status::Reached, "vertex {i}: {:?}", status[i]);
     }
     assert!(n_moved[0] > 500 && n_moved[1] == 0, "free and held: {n_moved:?} have moved");
+}
+
+pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend) {
+    let mut random = Random(12);
+    let v = noise([12, 13, 14], &mut random);
+    let top = Vec3::new(11.0, 12.0, 13.0);
+    let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, &mut random);
+    for held in &mut mesh.connectivity.held {
+        *held = random.below(2) as u8;
+    }
+    let mut kernels = backend(&v);
+    // More iterations than are looked at once, too.
+    for max_iterations in [0, 3, 6, 11] {
+        for isovalues in [&[][..], &[127.0], &[120.0, 127.0], &[118.0, 122.0, 125.0]] {
+            kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
+            for &isovalue in isovalues {
+                kernels.project(isovalue, 2.0).expect("projects");
+            }
+            let status = kernels.status().expect("status");
+            kernels.relax(127.0, 0.6, 1e-6, max_iterations).expect("relaxes");
+            let positions = kernels.positions().expect("positions");
+            let one_by_one =
+                Advanced { positions, normals: kernels.normals().expect("normals"), status };
+            let advance = Advance {
+                isovalues,
+                reach: 2.0,
+                ends: &[],
+                relaxed_at: 127.0,
+                strength: 0.6,
+                threshold: 1e-6,
+                max_iterations,
+            };
+            kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
+            let advanced = kernels.advance(&advance).expect("advances");
+            assert!(advanced == one_by_one, "not the same after {advance:?}");
+        }
+    }
+}
+
+pub(crate) fn what_is_held_arrives_where_it_is_to_be(backend: Backend) {
+    let mut random = Random(13);
+    let v = noise([12, 13, 14], &mut random);
+    let top = Vec3::new(11.0, 12.0, 13.0);
+    let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, &mut random);
+    for held in &mut mesh.connectivity.held {
+        *held = random.below(2) as u8;
+    }
+    let mut place = || std::array::from_fn(|a| random.unit() as f32 * top[a]);
+    let ends: Vec<[f32; 3]> = mesh.positions.iter().map(|_| place()).collect();
+    let mut kernels = backend(&v);
+    for isovalues in [&[127.0][..], &[120.0, 127.0], &[118.0, 122.0, 127.0]] {
+        let advance = Advance {
+            isovalues,
+            reach: 2.0,
+            ends: &ends,
+            relaxed_at: 127.0,
+            strength: 0.6,
+            threshold: 1e-6,
+            max_iterations: 5,
+        };
+        kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
+        let Advanced { positions, status, .. } = kernels.advance(&advance).expect("advances");
+        let (mut n_held, mut n_reached) = (0, 0);
+        for (i, p) in positions.into_iter().enumerate() {
+            if mesh.connectivity.held[i] != 0 {
+                assert_eq!(p, ends[i], "vertex {i} after {isovalues:?}");
+                n_held += 1;
+            } else if status[i] != Status::Failed {
+                let off = (at(&v, p) - 127.0).abs();
+                assert!(off <= VALUE_TOLERANCE * range(&v) * 10.0, "vertex {i}: {off}");
+                n_reached += 1;
+            }
+        }
+        assert!(n_held > 500 && n_reached > 500, "{n_held} held, {n_reached} reached");
+    }
 }
 
 pub(crate) fn a_plateau_of_bytes_is_crossed_or_the_vertex_stays(backend: Backend) {

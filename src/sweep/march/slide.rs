@@ -146,9 +146,8 @@ impl March<'_, '_> {
             passed_faces.extend(&changes.faces);
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
             for (v, between) in changes.born {
-                let [p, q] = between.map(|v| {
-                    ends.get(v).unwrap_or_else(|| state.tracked.mesh.position(v))
-                });
+                let [p, q] =
+                    between.map(|v| ends.get(v).unwrap_or_else(|| state.tracked.mesh.position(v)));
                 let n = state.tracked.mesh.vertex_normal(v);
                 let middle = 0.5 * (p + q);
                 let reach = 0.5 * p.distance(q) + 0.1;
