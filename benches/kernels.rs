@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench kernels`; the ids are `<kernel>/<backend>/<vertices>`. The group `small` has
 //! what the vertex count is chosen by from which on meshes go to the GPU
-//! (`kernels::backend::GPU_FROM_VERTICES`): load, project, relax and read back, by size.
+//! (`kernels::backend::GPU_FROM_VERTICES`): load and advance, by size.
 
 #[path = "../tests/random/mod.rs"]
 mod random;
@@ -13,7 +13,7 @@ mod shapes;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use isospectrum::inside::kernels::gpu::{DeviceField, Pipelines};
-use isospectrum::inside::kernels::{CpuKernels, Field, GpuKernels, Kernels};
+use isospectrum::inside::kernels::{Advance, CpuKernels, Field, GpuKernels, Kernels};
 use isospectrum::render::Gpu;
 use isospectrum::volume::Volume;
 use shapes::{Mesh, sampled};
@@ -73,6 +73,17 @@ fn kernels(c: &mut Criterion) {
     }
 }
 
+/// A step as a sweep takes it.
+const STEP: Advance<'static> = Advance {
+    isovalues: &[-40.0],
+    reach: 3.0,
+    ends: &[],
+    relaxed_at: -40.0,
+    strength: 0.6,
+    threshold: 0.0,
+    max_iterations: 6,
+};
+
 fn small(c: &mut Criterion) {
     let volume = ball();
     for (backend, mut kernels) in backends(&volume) {
@@ -83,9 +94,7 @@ fn small(c: &mut Criterion) {
             group.bench_function(BenchmarkId::new(format!("step/{backend}"), n), |b| {
                 b.iter(|| {
                     kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
-                    kernels.project(-40.0, 3.0).expect("projects");
-                    kernels.relax(-40.0, 0.6, 0.0, 4).expect("relaxes");
-                    kernels.positions().expect("reads")
+                    kernels.advance(&STEP).expect("advances")
                 });
             });
         }

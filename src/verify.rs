@@ -156,8 +156,8 @@ pub fn verify(
 pub struct Glance {
     /// Isovalues looked at, in the middle of equal parts of the range.
     pub n_isovalues: usize,
-    /// Of the barycentres of all triangles there, the share within the tolerance of the isosurface; `None` where there
-    /// are none.
+    /// Of the barycentres of the triangles there, at most 20,000 at each, evenly spread, the share within the tolerance of
+    /// the isosurface; `None` where there are none.
     pub within_tolerance_share: Option<f64>,
     /// Mean radius ratio of these triangles.
     pub radius_ratio: Option<f64>,
