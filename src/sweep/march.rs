@@ -24,7 +24,7 @@ use crate::kernels::field::Field;
 use crate::kernels::{DeviceWork, Kernels};
 use crate::sweep::{Counts, Parameters, Progress, Sweep};
 use crate::topology::exact::ExactField;
-use length::{LONGER, start};
+use length::{LONGER, REGROWTH, start};
 
 /// Steps for which a block stays exact after the last reason for it.
 const HOLD: u32 = 1;
@@ -168,7 +168,7 @@ impl<'s, 'a> March<'s, 'a> {
         kernels: &mut dyn Kernels,
     ) -> Result<()> {
         let state = &mut state;
-        let mut usual = length;
+        let (mut usual, mut most) = (length, f64::INFINITY);
         while state.at != last {
             self.sweep.cancelled()?;
             let step = Step { at: state.at, next: self.next(state.at, last, length) };
@@ -176,8 +176,10 @@ impl<'s, 'a> March<'s, 'a> {
             let is_long = (step.next - step.at).abs() > 0.5 * (1.0 + LONGER) * usual;
             if !self.take(state, step, is_long, kernels)? {
                 length = 0.5 * (step.next - step.at).abs();
+                most = length;
                 continue;
             }
+            most *= REGROWTH;
             self.done.tell(self.calendar.work(self.sweep.range, [step.at, step.next]));
             if let Some(fixed) = self.fixed() {
                 (usual, length) = (fixed, fixed);
@@ -190,7 +192,7 @@ impl<'s, 'a> March<'s, 'a> {
             if let Some(slope) = slope {
                 usual = self.length_for(slope);
                 let times = if self.is_calm(state, &state.region) { LONGER } else { 1.0 };
-                length = (times * usual).clamp(0.5 * length, 1.6 * length);
+                length = (times * usual).clamp(0.5 * length, 1.6 * length).min(most);
             }
         }
         self.count(kernels.device_work());

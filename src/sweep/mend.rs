@@ -7,6 +7,8 @@
 //! edges beside them flipped. Edits that make triangles better do not do so, as they turn no triangle far. What
 //! counts here is how many triangles fail, in every shape that the mesh has on a step, then how thin they are.
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 
 use super::region::Region;
@@ -33,27 +35,41 @@ enum Edit {
     Flip(Edge),
 }
 
-/// Mends faces, in their order, where an edit leaves fewer that fail. Returns how many edits that took.
+/// What mending has changed.
+#[derive(Debug, Default)]
+pub(super) struct Mended {
+    /// Where the corners of the faces were that are mended.
+    pub(super) corners: Vec<[Vec3; 3]>,
+    /// Faces that are gone, or have other vertices.
+    pub(super) faces: BTreeSet<Face>,
+    /// Vertices that are gone.
+    pub(super) gone: Vec<Vertex>,
+}
+
+/// Mends faces, in their order, where an edit leaves fewer that fail.
 pub(super) fn mend(
     tracked: &mut Tracked,
     region: &Region,
     shapes: &[Shape],
     faces: &[Face],
-) -> usize {
-    let mut n = 0;
+) -> Mended {
+    let mut mended = Mended::default();
     for &f in faces {
         if !tracked.mesh.has_face(f) || tracked.mesh.is_cap(f) {
             continue;
         }
         if let Some(edit) = best_edit(tracked, region, shapes, f) {
+            mended.corners.push(tracked.mesh.corners(f));
             match edit {
-                Edit::Collapse(h) => drop(tracked.mesh.collapse(h)),
-                Edit::Flip(e) => drop(tracked.mesh.flip(e)),
+                Edit::Collapse(h) => {
+                    mended.faces.extend(tracked.faces_around(tracked.mesh.from(h)));
+                    mended.gone.push(tracked.mesh.collapse(h).removed);
+                }
+                Edit::Flip(e) => mended.faces.extend(tracked.mesh.flip(e).faces),
             }
-            n += 1;
         }
     }
-    n
+    mended
 }
 
 /// Mends the faces that cannot stay as they are, where the mesh is.
@@ -66,10 +82,7 @@ pub(super) fn mend_faults(
     let bad = faults(tracked, criteria, parameters);
     let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
     let most = MOST_OFF_REFINED * parameters.error as f32;
-    let n = mend(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
-    if n > 0 {
-        log::debug!("{n} edits for {} faults", bad.len());
-    }
+    mend(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
 }
 
 /// The edit that leaves the fewest triangles that fail.

@@ -13,6 +13,9 @@ const STEP_LENGTH: f32 = 0.25;
 const CALM: f64 = 0.02;
 pub(super) const LONGER: f64 = 2.0;
 
+/// After a step that was too long, steps become longer by this factor at most, each time.
+pub(super) const REGROWTH: f64 = 1.2;
+
 /// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of
 /// the mesh, and less than this share of that in its first half.
 const FAR: f64 = 0.25;

@@ -8,10 +8,13 @@ use super::{March, State};
 use crate::mesh::{Face, Mesh, Vertex, area};
 use crate::sweep::calendar::Passage;
 use crate::sweep::check::{open_seam, unlike_parts};
+use crate::sweep::mend::{Shape, mend};
 use crate::sweep::region::{LatticeEdge, Link};
 use crate::sweep::remesh::criteria::Criteria;
-use crate::sweep::tracked::{Changes, place_of, place_on};
-use crate::sweep::transport::{LEAST_AREA, MOST_OFF_REFINED, Moved, Step, distance_by_slope};
+use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
+use crate::sweep::transport::{
+    LEAST_AREA, MOST_OFF, MOST_OFF_REFINED, Moved, Step, distance_by_slope, fault,
+};
 
 /// By vertex slot, where a vertex that is free is at the end of a step, and its normal there.
 struct Ends(Vec<Option<[Vec3; 2]>>);
@@ -95,6 +98,46 @@ impl March<'_, '_> {
         .collect()
     }
 
+    /// Mends faces that turn over on the way from samples that the seam has passed to those that it passes next: it runs over
+    /// vertices of the mesh where it is oblique to the motion. Returns the vertices that are gone, when, and where they were.
+    fn mend_passed(
+        &mut self,
+        state: &mut State,
+        faces: &BTreeSet<Face>,
+        ends: &Ends,
+        step: Step,
+        [isovalue, next]: [f64; 2],
+    ) -> Vec<(Vertex, f64, Vec3)> {
+        let (exact, error) = (self.exact(), self.parameters().error as f32);
+        let place = |tracked: &Tracked, v: Vertex, c: f64| {
+            let share = ((c - step.at) / (step.next - step.at)) as f32;
+            let p = tracked.mesh.position(v);
+            let free = || ends.get(v).map_or(p, |end| p.lerp(end, share));
+            tracked.key(v).map_or_else(free, |e| place_on(exact, e, c))
+        };
+        let middle = 0.5 * (isovalue + next);
+        let places = [middle, step.next].map(|c| move |t: &Tracked, v: Vertex| place(t, v, c));
+        let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
+        let shapes = [
+            Shape { criteria: criteria(middle), most: MOST_OFF_REFINED * error, place: &places[0] },
+            Shape { criteria: criteria(step.next), most: MOST_OFF * error, place: &places[1] },
+        ];
+        let State { tracked, region, .. } = state;
+        let mesh = &tracked.mesh;
+        let alive = faces.iter().copied().filter(|&f| mesh.has_face(f) && !mesh.is_cap(f));
+        let is_turned = |f: &Face| {
+            let corners = mesh.face_vertices(*f).map(|v| places[0](tracked, v));
+            fault(&shapes[0].criteria, corners, f32::INFINITY).is_some()
+        };
+        let turned: Vec<Face> = alive.filter(is_turned).collect();
+        if turned.is_empty() {
+            return Vec::new();
+        }
+        let mended = mend(tracked, region, &shapes, &turned);
+        self.record.changed(tracked, mended.faces.into_iter(), isovalue);
+        mended.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
+    }
+
     /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step; unless blocks are
     /// named, or others are to be, for which the seam is not asked in the end.
     pub(super) fn slide(
@@ -117,6 +160,8 @@ impl March<'_, '_> {
         let criteria = Criteria::new(self.field(), step.next, self.parameters());
         let mut strained = named;
         let mut passed_faces: BTreeSet<Face> = BTreeSet::new();
+        // Vertices that are gone before the end, when, and where they were.
+        let mut left: Vec<(Vertex, f64, Vec3)> = Vec::new();
         let mut last = step.at;
         for sample in samples {
             if !matches!(state.region.link(sample), Link::Cycle(..)) {
@@ -125,6 +170,7 @@ impl March<'_, '_> {
             let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
             if value != last {
                 strained.extend(self.strained(state, &passed_faces, &ends, step, last));
+                left.extend(self.mend_passed(state, &passed_faces, &ends, step, [last, value]));
                 passed_faces.clear();
                 last = value;
             }
@@ -169,6 +215,7 @@ impl March<'_, '_> {
             }
         }
         strained.extend(self.strained(state, &passed_faces, &ends, step, last));
+        left.extend(self.mend_passed(state, &passed_faces, &ends, step, [last, step.next]));
         let bad = match asks {
             true if !strained.is_empty() => strained,
             _ => self.unlike(state, step.next),
@@ -177,6 +224,9 @@ impl March<'_, '_> {
             state.tracked = before;
             self.record.roll_back(mark);
             return Err(bad);
+        }
+        for (v, isovalue, position) in left {
+            self.record.knot(v, isovalue, position, Vec3::ZERO);
         }
         let bound: Vec<(Vertex, LatticeEdge)> = state.tracked.bound().collect();
         for (v, e) in bound {

@@ -188,9 +188,9 @@ impl March<'_, '_> {
         ];
         let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
         let places: Vec<Vec3> = corners.collect();
-        let n = mend(&mut state.tracked, &state.region, &shapes, &moved.folded);
-        log::debug!("{n} edits for {} folded faces", moved.folded.len());
-        if n == 0 {
+        let mended = mend(&mut state.tracked, &state.region, &shapes, &moved.folded);
+        log::debug!("{} edits for {} folded faces", mended.corners.len(), moved.folded.len());
+        if mended.corners.is_empty() {
             return None;
         }
         self.record.changed_all(&state.tracked, state.at);
