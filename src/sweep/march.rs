@@ -176,7 +176,9 @@ impl<'s, 'a> March<'s, 'a> {
             let is_long = (step.next - step.at).abs() > 0.5 * (1.0 + LONGER) * usual;
             if !self.take(state, step, is_long, kernels)? {
                 length = 0.5 * (step.next - step.at).abs();
-                most = length;
+                if self.level() > 0.0 {
+                    most = length;
+                }
                 continue;
             }
             most *= REGROWTH;

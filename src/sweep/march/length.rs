@@ -13,7 +13,8 @@ const STEP_LENGTH: f32 = 0.25;
 const CALM: f64 = 0.02;
 pub(super) const LONGER: f64 = 2.0;
 
-/// After a step that was too long, steps become longer by this factor at most, each time.
+/// Where samples are integers, steps become longer by this factor at most, each time, after one that was too long: by a grey
+/// level, else, which would be tried every time.
 pub(super) const REGROWTH: f64 = 1.2;
 
 /// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of

@@ -98,12 +98,13 @@ impl March<'_, '_> {
         .collect()
     }
 
-    /// Mends faces that turn over on the way from samples that the seam has passed to those that it passes next: it runs over
-    /// vertices of the mesh where it is oblique to the motion. Returns the vertices that are gone, when, and where they were.
+    /// Mends faces that are turned over or off half-way from samples that the seam has passed to those that it passes next: it
+    /// runs over vertices of the mesh where it is oblique to the motion. Adds the faces that this changes. Returns the vertices
+    /// that are gone, when, and where they were.
     fn mend_passed(
         &mut self,
         state: &mut State,
-        faces: &BTreeSet<Face>,
+        faces: &mut BTreeSet<Face>,
         ends: &Ends,
         step: Step,
         [isovalue, next]: [f64; 2],
@@ -125,16 +126,17 @@ impl March<'_, '_> {
         let State { tracked, region, .. } = state;
         let mesh = &tracked.mesh;
         let alive = faces.iter().copied().filter(|&f| mesh.has_face(f) && !mesh.is_cap(f));
-        let is_turned = |f: &Face| {
+        let fails = |f: &Face| {
             let corners = mesh.face_vertices(*f).map(|v| places[0](tracked, v));
-            fault(&shapes[0].criteria, corners, f32::INFINITY).is_some()
+            fault(&shapes[0].criteria, corners, shapes[0].most).is_some()
         };
-        let turned: Vec<Face> = alive.filter(is_turned).collect();
-        if turned.is_empty() {
+        let bad: Vec<Face> = alive.filter(fails).collect();
+        if bad.is_empty() {
             return Vec::new();
         }
-        let mended = mend(tracked, region, &shapes, &turned);
-        self.record.changed(tracked, mended.faces.into_iter(), isovalue);
+        let mended = mend(tracked, region, &shapes, &bad);
+        self.record.changed(tracked, mended.faces.iter().copied(), isovalue);
+        faces.extend(mended.faces);
         mended.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
     }
 
@@ -169,8 +171,8 @@ impl March<'_, '_> {
             }
             let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
             if value != last {
+                left.extend(self.mend_passed(state, &mut passed_faces, &ends, step, [last, value]));
                 strained.extend(self.strained(state, &passed_faces, &ends, step, last));
-                left.extend(self.mend_passed(state, &passed_faces, &ends, step, [last, value]));
                 passed_faces.clear();
                 last = value;
             }
@@ -214,8 +216,8 @@ impl March<'_, '_> {
                 ends.set(v, [end, Vec3::ZERO]);
             }
         }
+        left.extend(self.mend_passed(state, &mut passed_faces, &ends, step, [last, step.next]));
         strained.extend(self.strained(state, &passed_faces, &ends, step, last));
-        left.extend(self.mend_passed(state, &passed_faces, &ends, step, [last, step.next]));
         let bad = match asks {
             true if !strained.is_empty() => strained,
             _ => self.unlike(state, step.next),
