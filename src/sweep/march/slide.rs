@@ -98,9 +98,9 @@ impl March<'_, '_> {
         .collect()
     }
 
-    /// Mends faces that are turned over or off half-way from samples that the seam has passed to those that it passes next: it
-    /// runs over vertices of the mesh where it is oblique to the motion. Adds the faces that this changes. Returns the vertices
-    /// that are gone, when, and where they were.
+    /// Mends faces that are turned over half-way from samples that the seam has passed to those that it passes next: it runs over
+    /// vertices of the mesh where it is oblique to the motion. Adds the faces that this changes. Returns the vertices that are
+    /// gone, when, and where they were.
     fn mend_passed(
         &mut self,
         state: &mut State,
@@ -126,15 +126,15 @@ impl March<'_, '_> {
         let State { tracked, region, .. } = state;
         let mesh = &tracked.mesh;
         let alive = faces.iter().copied().filter(|&f| mesh.has_face(f) && !mesh.is_cap(f));
-        let fails = |f: &Face| {
+        let is_turned = |f: &Face| {
             let corners = mesh.face_vertices(*f).map(|v| places[0](tracked, v));
-            fault(&shapes[0].criteria, corners, shapes[0].most).is_some()
+            fault(&shapes[0].criteria, corners, f32::INFINITY).is_some()
         };
-        let bad: Vec<Face> = alive.filter(fails).collect();
-        if bad.is_empty() {
+        let turned: Vec<Face> = alive.filter(is_turned).collect();
+        if turned.is_empty() {
             return Vec::new();
         }
-        let mended = mend(tracked, region, &shapes, &bad);
+        let mended = mend(tracked, region, &shapes, &turned);
         self.record.changed(tracked, mended.faces.iter().copied(), isovalue);
         faces.extend(mended.faces);
         mended.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
