@@ -90,7 +90,7 @@ pub(super) struct ParameterArguments {
     /// Relax: share of the tangential force applied at a time
     #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
     relax: Option<f64>,
-    /// Relax: largest force at which it ends, voxels
+    /// Relax: largest force at which it ends, voxels; looked at after every eighth iteration
     #[arg(long, value_name = "FORCE", value_parser = not_negative, allow_negative_numbers = true)]
     relax_force: Option<f64>,
     /// Relax: most iterations per sampling step

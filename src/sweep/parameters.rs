@@ -34,7 +34,7 @@ pub struct Parameters {
     pub refine_area: f64,
     /// Share of the tangential force applied in one relaxation (thesis: 0.6).
     pub relax_strength: f64,
-    /// Largest tangential force at which relaxation ends (thesis: 1e-4 for its table 1).
+    /// Largest tangential force at which relaxation ends, looked at after every eighth (thesis: 1e-4 for its table 1).
     pub relax_force: f64,
     /// Most relaxations in one sampling step.
     pub relax_iterations: u32,
