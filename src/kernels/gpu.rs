@@ -292,13 +292,23 @@ impl GpuKernels {
         })
     }
 
+    /// Encodes normals of the positions that are valid.
+    fn normals_in(&self, encoder: &mut wgpu::CommandEncoder) {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let bindings = &self.bound().normals[self.current];
+        self.pipelines.normals.dispatch(&mut pass, bindings, self.n_vertices);
+    }
+
+    /// Submits commands that nobody waits for, and begins others.
+    fn submit(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        let gpu = self.pipelines.gpu();
+        gpu.submit(std::mem::replace(encoder, gpu.encoder("advance")));
+        self.work.submissions += 1;
+    }
+
     /// Encodes normals, adds the reading of all that has become of the mesh, and waits for it.
     fn told(&mut self, mut encoder: wgpu::CommandEncoder) -> Result<Advanced> {
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            let bindings = &self.bound().normals[self.current];
-            self.pipelines.normals.dispatch(&mut pass, bindings, self.n_vertices);
-        }
+        self.normals_in(&mut encoder);
         let [positions, normals, status] = self.read(encoder, |k| {
             [k.positions[k.current].buffer(), k.normals.buffer(), k.status.buffer()]
         })?;
@@ -385,22 +395,18 @@ impl Kernels for GpuKernels {
         if self.bound.is_none() {
             return Ok(Advanced::default());
         }
-        let pipelines = self.pipelines.clone();
-        let gpu = pipelines.gpu();
         if !ends.is_empty() {
             // As long as the positions that were there: bindings stay.
-            self.ends.set(gpu, ends)?;
+            self.ends.set(self.pipelines.gpu(), ends)?;
         }
         // One isovalue of projection and relaxation lies in the parameters at a time.
         let relaxes_at_last = isovalues.last() == Some(&relaxed_at);
-        let mut encoder = gpu.encoder("advance");
+        let mut encoder = self.pipelines.gpu.encoder("advance");
         for (i, &isovalue) in isovalues.iter().enumerate() {
             self.set_parameters(isovalue, reach, strength, advance.held_share(i));
             self.project_in(&mut encoder.begin_compute_pass(&Default::default()));
             if i + 1 < isovalues.len() || !relaxes_at_last {
-                let next = gpu.encoder("advance");
-                gpu.submit(std::mem::replace(&mut encoder, next));
-                self.work.submissions += 1;
+                self.submit(&mut encoder);
             }
         }
         if !relaxes_at_last {
@@ -410,9 +416,7 @@ impl Kernels for GpuKernels {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             self.current = self.relax_in(&mut pass, max_iterations);
         } else {
-            let next = gpu.encoder("advanced");
-            gpu.submit(std::mem::replace(&mut encoder, next));
-            self.work.submissions += 1;
+            self.submit(&mut encoder);
             self.relax(relaxed_at, strength, threshold, max_iterations)?;
         }
         self.told(encoder)
@@ -444,8 +448,10 @@ impl Kernels for GpuKernels {
         if self.bound.is_none() {
             return Ok(Vec::new());
         }
-        let encoder = self.pipelines.gpu.encoder("normals");
-        Ok(self.told(encoder)?.normals)
+        let mut encoder = self.pipelines.gpu.encoder("normals");
+        self.normals_in(&mut encoder);
+        let [words] = self.read(encoder, |k| [k.normals.buffer()])?;
+        Ok(points(&words))
     }
 
     fn status(&mut self) -> Result<Vec<Status>> {

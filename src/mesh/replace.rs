@@ -135,11 +135,9 @@ impl Mesh {
                 used[v as usize] = true;
             }
         }
-        let mut free: Vec<u32> = (0..self.vertex_slots() as u32)
-            .filter(|&v| self.vertex_halfedge[v as usize] == NONE && !used[v as usize])
-            .take(replacement.vertices.len())
-            .collect();
-        free.reverse();
+        let is_empty = |v: &u32| self.vertex_halfedge[*v as usize] == NONE && !used[*v as usize];
+        let slots = 0..self.vertex_slots() as u32;
+        let mut free = lowest_last(slots.filter(is_empty), replacement.vertices.len());
         let add = |&(position, fixed): &(Vec3, bool)| {
             let v = free.pop().unwrap_or_else(|| {
                 self.positions.push(position);
@@ -158,10 +156,7 @@ impl Mesh {
     /// The first so many empty face slots, the lowest one last.
     fn empty_faces(&self, n: usize) -> Vec<u32> {
         let slots = 0..self.face_slots() as u32;
-        let empty = slots.filter(|&f| self.face_halfedge[f as usize] == NONE);
-        let mut first: Vec<u32> = empty.take(n).collect();
-        first.reverse();
-        first
+        lowest_last(slots.filter(|&f| self.face_halfedge[f as usize] == NONE), n)
     }
 
     /// The half-edges of new triangles: those that have lost their face, and new ones in pairs.
@@ -189,8 +184,7 @@ impl Mesh {
         sides.sort_unstable();
         let slots = (0..self.to.len() as u32).step_by(2);
         let empty = slots.filter(|&h| self.to[h as usize] == NONE);
-        let mut free: Vec<u32> = empty.take(sides.len() / 2).collect();
-        free.reverse();
+        let mut free = lowest_last(empty, sides.len() / 2);
         for pair in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
             let &[(a, b, false, up), (_, _, true, down)] = pair else {
                 return Err(place(self, pair[0].0));
@@ -237,6 +231,13 @@ impl Mesh {
         }
         Ok(())
     }
+}
+
+/// The first so many of some slots, to be taken from the end: the lowest one last.
+fn lowest_last(slots: impl Iterator<Item = u32>, n: usize) -> Vec<u32> {
+    let mut first: Vec<u32> = slots.take(n).collect();
+    first.reverse();
+    first
 }
 
 #[cfg(test)]

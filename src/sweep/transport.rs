@@ -112,7 +112,9 @@ impl Transport<'_> {
         // By vertex slot, whether it was moved before.
         let mut known = vec![false; mesh.vertex_slots()];
         for v in self.again.iter().flat_map(|a| &a.before.vertices) {
-            known.get_mut(v.0 as usize).into_iter().for_each(|known| *known = true);
+            if let Some(known) = known.get_mut(v.0 as usize) {
+                *known = true;
+            }
         }
         let moves: Vec<bool> = (0..mesh.vertex_slots() as u32)
             .into_par_iter()

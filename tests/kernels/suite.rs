@@ -170,14 +170,19 @@ pub(crate) fn a_step_stays_on_its_own_of_two_close_sheets(backend: Backend) {
     }
 }
 
-pub(crate) fn what_is_held_stays_where_it_is(backend: Backend) {
-    let mut random = Random(11);
-    let v = noise([12, 13, 14], &mut random);
+/// Noise, and a mesh in it of which about every other vertex is held.
+fn half_held_in_noise(random: &mut Random) -> (Arc<Volume>, Mesh) {
+    let v = noise([12, 13, 14], random);
     let top = Vec3::new(11.0, 12.0, 13.0);
-    let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, &mut random);
+    let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, random);
     for held in &mut mesh.connectivity.held {
         *held = random.below(2) as u8;
     }
+    (v, mesh)
+}
+
+pub(crate) fn what_is_held_stays_where_it_is(backend: Backend) {
+    let (v, mesh) = half_held_in_noise(&mut Random(11));
     let mut kernels = backend(&v);
     kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
     kernels.project(127.0, 2.0).expect("projects");
@@ -193,13 +198,7 @@ pub(crate) fn what_is_held_stays_where_it_is(backend: Backend) {
 }
 
 pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend) {
-    let mut random = Random(12);
-    let v = noise([12, 13, 14], &mut random);
-    let top = Vec3::new(11.0, 12.0, 13.0);
-    let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, &mut random);
-    for held in &mut mesh.connectivity.held {
-        *held = random.below(2) as u8;
-    }
+    let (v, mesh) = half_held_in_noise(&mut Random(12));
     let mut kernels = backend(&v);
     // More iterations than are looked at once, too.
     for max_iterations in [0, 3, 6, 11] {
@@ -231,12 +230,8 @@ pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend)
 
 pub(crate) fn what_is_held_arrives_where_it_is_to_be(backend: Backend) {
     let mut random = Random(13);
-    let v = noise([12, 13, 14], &mut random);
+    let (v, mesh) = half_held_in_noise(&mut random);
     let top = Vec3::new(11.0, 12.0, 13.0);
-    let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, &mut random);
-    for held in &mut mesh.connectivity.held {
-        *held = random.below(2) as u8;
-    }
     let mut place = || std::array::from_fn(|a| random.unit() as f32 * top[a]);
     let ends: Vec<[f32; 3]> = mesh.positions.iter().map(|_| place()).collect();
     let mut kernels = backend(&v);

@@ -15,6 +15,7 @@ use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
 use crate::sweep::transport::{
     LEAST_AREA, MOST_OFF, MOST_OFF_REFINED, Moved, Step, distance_by_slope, fault,
 };
+use crate::topology::exact::ExactField;
 
 /// By vertex slot, where a vertex that is free is at the end of a step, and its normal there.
 struct Ends(Vec<Option<[Vec3; 2]>>);
@@ -30,6 +31,25 @@ impl Ends {
 
     fn get(&self, v: Vertex) -> Option<Vec3> {
         Some(self.0.get(v.0 as usize)?.as_ref()?[0])
+    }
+
+    /// Where a vertex that is free is after a share of the step.
+    fn on_the_way(&self, mesh: &Mesh, v: Vertex, share: f32) -> Vec3 {
+        let p = mesh.position(v);
+        self.get(v).map_or(p, |end| p.lerp(end, share))
+    }
+
+    /// Where a vertex is at an isovalue of a step: the seam where the exact extraction has it.
+    fn place(
+        &self,
+        exact: &ExactField,
+        tracked: &Tracked,
+        v: Vertex,
+        (step, c): (Step, f64),
+    ) -> Vec3 {
+        let share = ((c - step.at) / (step.next - step.at)) as f32;
+        let free = || self.on_the_way(&tracked.mesh, v, share);
+        tracked.key(v).map_or_else(free, |e| place_on(exact, e, c))
     }
 
     fn set(&mut self, v: Vertex, end: [Vec3; 2]) {
@@ -73,12 +93,7 @@ impl March<'_, '_> {
         isovalue: f64,
     ) -> BTreeSet<u32> {
         let mesh = &tracked.mesh;
-        let share = ((isovalue - step.at) / (step.next - step.at)) as f32;
-        let place = |v: Vertex| match (tracked.key(v), ends.get(v)) {
-            (Some(e), _) => place_on(self.exact(), e, isovalue),
-            (None, Some(end)) => mesh.position(v).lerp(end, share),
-            (None, None) => mesh.position(v),
-        };
+        let place = |v: Vertex| ends.place(self.exact(), tracked, v, (step, isovalue));
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
         let most = MOST_OFF_REFINED * self.parameters().error as f32;
         let alive = faces.iter().filter(|&&f| mesh.has_face(f) && !mesh.is_cap(f));
@@ -110,12 +125,7 @@ impl March<'_, '_> {
         [isovalue, next]: [f64; 2],
     ) -> Vec<(Vertex, f64, Vec3)> {
         let (exact, error) = (self.exact(), self.parameters().error as f32);
-        let place = |tracked: &Tracked, v: Vertex, c: f64| {
-            let share = ((c - step.at) / (step.next - step.at)) as f32;
-            let p = tracked.mesh.position(v);
-            let free = || ends.get(v).map_or(p, |end| p.lerp(end, share));
-            tracked.key(v).map_or_else(free, |e| place_on(exact, e, c))
-        };
+        let place = |tracked: &Tracked, v: Vertex, c: f64| ends.place(exact, tracked, v, (step, c));
         let middle = 0.5 * (isovalue + next);
         let places = [middle, step.next].map(|c| move |t: &Tracked, v: Vertex| place(t, v, c));
         let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
@@ -177,10 +187,7 @@ impl March<'_, '_> {
                 last = value;
             }
             let share = ((value - step.at) / (step.next - step.at)) as f32;
-            let at = |mesh: &Mesh, v: Vertex| {
-                let p = mesh.position(v);
-                ends.get(v).map_or(p, |q| p.lerp(q, share))
-            };
+            let at = |mesh: &Mesh, v: Vertex| ends.on_the_way(mesh, v, share);
             let mut changes = Changes::default();
             let place = place_of(exact, sample);
             let passed = state.tracked.pass(&state.region, sample, place, &at, &mut changes);
