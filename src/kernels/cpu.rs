@@ -15,9 +15,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Meshes with fewer vertices run in plain loops, because many of them run side by side; larger
-/// ones, alone at their time, are shared out to threads.
-const PARALLEL_FROM: usize = 5000;
+/// Vertices, or faces, that one task covers at least: they take some tens of microseconds, and a step taken again moves a few
+/// hundred.
+const AT_ONCE: usize = 128;
 
 /// The CPU twins behind [`Kernels`]. Many may share one field.
 #[derive(Debug)]
@@ -169,9 +169,5 @@ impl Kernels for CpuKernels {
 
 /// Applies `f` to every element and its index, on threads where there are many.
 fn for_each<T: Send>(elements: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
-    if elements.len() < PARALLEL_FROM {
-        elements.iter_mut().enumerate().for_each(|(i, element)| f(i, element));
-    } else {
-        elements.par_iter_mut().enumerate().with_min_len(256).for_each(|(i, e)| f(i, e));
-    }
+    elements.par_iter_mut().enumerate().with_min_len(AT_ONCE).for_each(|(i, e)| f(i, e));
 }

@@ -22,9 +22,6 @@ use crate::topology::exact::ExactField;
 /// Where in an interval, as shares of it, vertices inside cells are placed: first and last stand for its ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 
-/// Samples of a face whose numbers are farther apart than this share of their range are few numbers apart.
-const FEW_NUMBERS: f64 = 1e-9;
-
 /// Cells that one task covers, and tasks whose triangles are in memory twice.
 const CELLS_AT_ONCE: usize = 1024;
 const TASKS_AT_ONCE: usize = 64;
@@ -111,23 +108,6 @@ fn breaks(
         for corner in [cell, cell + field.strides()[axis]] {
             let saddle = field.face_saddle(corner, axis);
             breaks.extend(saddle.map(|s| field.face_saddle_value(&s)));
-        }
-    }
-    for axis in 0..3 {
-        let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
-        for base in [0, 1 << axis] {
-            let [a, b, c, d] = [base, base + u, base + v, base + u + v].map(|c: usize| values[c]);
-            if a.max(d) < b.min(c) || b.max(c) < a.min(d) {
-                // Not by products of samples, which leave the range of numbers sooner.
-                let saddle = a + (b - a) / (b - a + c - d) * (c - a);
-                breaks.push(saddle);
-                // Where the samples are few numbers apart, rounding down shows what is not there yet: one number by
-                // itself is extracted exactly. Both cells of the face find the same.
-                let range = b.max(c).max(a.max(d)) - b.min(c).min(a.min(d));
-                if saddle.next_up() - saddle > FEW_NUMBERS * range {
-                    breaks.push(saddle.next_up());
-                }
-            }
         }
     }
     breaks.retain(|&c| low < c && c < high);
