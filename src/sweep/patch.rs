@@ -84,7 +84,8 @@ struct Ways<'a> {
     /// The first of the tracked mesh's own in `tracks`, and the knots of those.
     first_own: usize,
     own: Vec<Vec<(f64, Vec3)>>,
-    inner: &'a [Vec<(f64, Vec3)>],
+    /// Those inside cells.
+    inner: Vec<Vec<(f64, Vec3)>>,
 }
 
 impl Ways<'_> {
@@ -139,6 +140,8 @@ pub(super) fn patch(
     });
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
     drop(knots);
+    let inner: Vec<Vec<(f64, Vec3)>> =
+        inner.par_iter().map(|way| thinned_inside(way, thinning.tolerance)).collect();
     let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); tracks.len()];
     for (t, l) in triangles.iter().zip(&lives) {
         for v in t.map(|v| v as usize) {
@@ -246,4 +249,18 @@ fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f6
     let places: Vec<Place> = knots.iter().map(place).collect();
     let stay = thin(&places, Bound::new(tolerance));
     stay.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
+}
+
+/// The knots that stay of a way inside a cell.
+fn thinned_inside(way: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
+    // Any normal will do: the bound is the same in all directions.
+    let place = |&(isovalue, position): &(f64, Vec3)| Place {
+        isovalue,
+        position,
+        normal: Vec3::Z,
+        stays: false,
+    };
+    let places: Vec<Place> = way.iter().map(place).collect();
+    let stay = thin(&places, Bound::inside(tolerance));
+    stay.into_iter().map(|i| way[i]).collect()
 }

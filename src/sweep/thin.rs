@@ -35,6 +35,12 @@ impl Bound {
         Bound { across, along }
     }
 
+    /// That of a vertex inside a cell, whose triangles are small: as near in all directions.
+    pub(crate) fn inside(tolerance: f32) -> Bound {
+        let Bound { across, .. } = Bound::new(tolerance);
+        Bound { across, along: across }
+    }
+
     /// Whether an interpolated place may stand for one.
     fn holds(&self, place: &Place, position: Vec3) -> bool {
         let off = position - place.position;
