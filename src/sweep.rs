@@ -161,7 +161,7 @@ fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)>
     // A mesh from outside is shown as it was given.
     let kept = sweep.parameters.start.filter(|_| is_given);
     let thinning = Thinning { tolerance: sweep.parameters.error as f32, kept };
-    Ok((patch(record, &inner, &sweep.exact, sweep.range, thinning), counts))
+    Ok((patch(record, inner, &sweep.exact, sweep.range, thinning), counts))
 }
 
 /// The spectrum of what was swept.

@@ -118,7 +118,7 @@ impl Ways<'_> {
 /// One patch of all triangles, those of the tracked mesh first. `inner` are the trajectories inside exact cells.
 pub(super) fn patch(
     record: Recorder,
-    inner: &[Vec<(f64, Vec3)>],
+    inner: Vec<Vec<(f64, Vec3)>>,
     field: &ExactField,
     range: (f64, f64),
     thinning: Thinning,
@@ -141,7 +141,7 @@ pub(super) fn patch(
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
     drop(knots);
     let inner: Vec<Vec<(f64, Vec3)>> =
-        inner.par_iter().map(|way| thinned_inside(way, thinning.tolerance)).collect();
+        inner.into_par_iter().map(|way| thinned_inside(&way, thinning.tolerance)).collect();
     let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); tracks.len()];
     for (t, l) in triangles.iter().zip(&lives) {
         for v in t.map(|v| v as usize) {
