@@ -1,46 +1,113 @@
-// Which vertices the triangles join: the walk around the holes that dying triangles leave.
-// FORMAT.md, section TRIA; the twin of src/file/connectivity.rs and src/file/front.rs.
+// Which vertices the triangles join and when they die: the walk around the holes that dying triangles leave.
+// FORMAT.md, section TRIA; the twin of src/file/connectivity.rs and src/file/holes.rs.
 
-const NO_GATE = -1;
+const NONE = -1;
 const MOST_GATES = 64;
+const [NEW, SKIP, JUMP, LEAP, DEPTH, ALONG] = [0, 1, 2, 3, 4, 5];
 
-/** Numbers of a gate: where from and to, whether open, the next older gate at either end. */
-const GATE = 5;
-const [FROM, TO, OPEN, OLDER_STARTING, OLDER_ENDING] = [0, 1, 2, 3, 4];
+/** Numbers of a gate: where from and to, whether open, the next older one at its start, those beside it in its loop, the half-edge behind it. */
+const GATE = 7;
+const [FROM, TO, OPEN, OLDER, BEFORE, AFTER, BEHIND] = [0, 1, 2, 3, 4, 5, 6];
 
-/** The gates that are open, and the triangles that will open the next ones when they die. */
-class Front {
-    constructor(nVertices, nIsovalues, vertices) {
+/** In place of the rank at which a triangle was asked: it is dead; it was not asked. */
+const [DEAD, NEVER] = [-2, -1];
+
+/** The half-edges beside one in its triangle. */
+const nextOf = (h) => (h % 3 === 2 ? h - 2 : h + 1);
+const previousOf = (h) => (h % 3 === 0 ? h + 2 : h - 1);
+
+/** The triangles that live, and the gates of the holes that dying ones leave. */
+class Holes {
+    /** `vertices` has three for each triangle; those that are not there yet may be anything. */
+    constructor(nVertices, vertices) {
         // A stack.
         this.gates = new Int32Array(GATE * 1024);
         this.nGates = 0;
-        // The newest gate that starts and that ends at each vertex.
-        this.starting = new Int32Array(nVertices).fill(NO_GATE);
-        this.ending = new Int32Array(nVertices).fill(NO_GATE);
-        // Triangles by the rank at which they die, the last one first.
-        this.dying = new Int32Array(nIsovalues).fill(-1);
-        this.nextDying = new Int32Array(vertices.length / 3);
+        // The newest gate that starts at each vertex.
+        this.starting = new Int32Array(nVertices).fill(NONE);
         this.vertices = vertices;
-        // The gate taken last.
-        this.gateFrom = 0;
-        this.gateTo = 0;
+        // By half-edge; for those of dying triangles with a gate, -2 less its number.
+        this.twins = new Int32Array(vertices.length).fill(NONE);
+        // By vertex, a half-edge of a living triangle that starts there.
+        this.leaving = new Int32Array(nVertices).fill(NONE);
+        // By triangle, the rank at which it was last asked whether it dies.
+        this.asked = new Int32Array(vertices.length / 3).fill(NEVER);
+        // The gate taken last, which is not in the stack any more.
+        this.taken = new Int32Array(GATE);
     }
 
-    /** Closes what is left and opens the gates around the triangles that die at a rank. */
-    open(rank) {
-        const { gates, vertices } = this;
-        for (let i = 0; i < this.nGates; i++) {
-            this.starting[gates[GATE * i + FROM]] = NO_GATE;
-            this.ending[gates[GATE * i + TO]] = NO_GATE;
-        }
+    /** The triangles that die at a rank: around vertices that end, told ones, and those beside them of which `dies` says so. */
+    dying(rank, ended, told, dies) {
+        const dying = [];
+        for (const v of ended) this.killAround(v, dying);
+        const nAtEnds = dying.length;
+        let nAsked = 0;
+        const spread = () => {
+            for (; nAsked < dying.length; nAsked++) {
+                const first = 3 * dying[nAsked];
+                for (let h = first; h < first + 3; h++) {
+                    const twin = this.twins[h];
+                    if (twin < 0) continue;
+                    const t = Math.floor(twin / 3);
+                    if (this.asked[t] === DEAD || this.asked[t] === rank) continue;
+                    this.asked[t] = rank;
+                    if (dies(t, nAsked < nAtEnds)) this.kill(t, dying);
+                }
+            }
+        };
+        spread();
+        for (const t of told) if (this.kill(t, dying)) spread();
+        return dying;
+    }
+
+    /** Whether a triangle has lived until now. */
+    kill(t, dying) {
+        if (this.asked[t] === DEAD) return false;
+        this.asked[t] = DEAD;
+        dying.push(t);
+        return true;
+    }
+
+    killAround(v, dying) {
+        const { twins } = this;
+        const first = this.leaving[v];
+        if (first === NONE) return;
+        let h = first;
+        do {
+            this.kill(Math.floor(h / 3), dying);
+            h = twins[previousOf(h)];
+            if (h === first) return;
+        } while (h !== NONE);
+        // The other way, from where it began.
+        for (h = twins[first]; h !== NONE; h = twins[nextOf(h)]) this.kill(Math.floor(h / 3), dying);
+    }
+
+    /** Closes what is left and opens the gates around dying triangles. */
+    open(dying) {
+        const { twins, vertices, asked } = this;
+        for (let i = 0; i < this.nGates; i++) this.starting[this.gates[GATE * i + FROM]] = NONE;
         this.nGates = 0;
-        for (let t = this.dying[rank]; t >= 0; t = this.nextDying[t]) {
-            const a = vertices[3 * t];
-            const b = vertices[3 * t + 1];
-            const c = vertices[3 * t + 2];
-            this.closeOrOpen(b, a, a, b);
-            this.closeOrOpen(c, b, b, c);
-            this.closeOrOpen(a, c, c, a);
+        const sides = [];
+        for (const t of dying) {
+            for (let h = 3 * t; h < 3 * t + 3; h++) {
+                const twin = twins[h];
+                const from = vertices[h];
+                const to = vertices[nextOf(h)];
+                if (this.leaving[from] === h) this.leaving[from] = NONE;
+                if (twin >= 0 && asked[Math.floor(twin / 3)] === DEAD) continue;
+                if (twin >= 0) {
+                    twins[twin] = NONE;
+                    this.leaving[to] = twin;
+                    this.leaving[from] = nextOf(twin);
+                }
+                sides.push(h);
+                twins[h] = -2 - this.push(from, to, twin);
+            }
+        }
+        for (let gate = 0; gate < sides.length; gate++) {
+            let h = nextOf(sides[gate]);
+            while (twins[h] >= 0) h = nextOf(twins[h]);
+            this.link(gate, -2 - twins[h]);
         }
     }
 
@@ -49,137 +116,223 @@ class Front {
         const { gates } = this;
         while (this.nGates > 0) {
             const at = GATE * --this.nGates;
-            this.gateFrom = gates[at + FROM];
-            this.gateTo = gates[at + TO];
-            this.starting[this.gateFrom] = gates[at + OLDER_STARTING];
-            this.ending[this.gateTo] = gates[at + OLDER_ENDING];
-            if (gates[at + OPEN] === 1) return true;
+            this.starting[gates[at + FROM]] = gates[at + OLDER];
+            if (gates[at + OPEN] === 1) {
+                this.taken.set(gates.subarray(at, at + GATE));
+                return true;
+            }
         }
         return false;
     }
 
-    /** Adds a triangle; at a gate, its first side is the gate. */
-    add(t, a, b, c, death, atGate) {
-        if (!atGate) this.closeOrOpen(a, b, b, a);
-        this.closeOrOpen(b, c, c, b);
-        this.closeOrOpen(c, a, a, c);
-        this.nextDying[t] = this.dying[death];
-        this.dying[death] = t;
+    /** Leaves the gate that was taken without a triangle. */
+    leave() {
+        if (this.taken[AFTER] !== this.nGates) this.link(this.taken[BEFORE], this.taken[AFTER]);
     }
 
-    closeOrOpen(closeFrom, closeTo, openFrom, openTo) {
-        const { gates } = this;
-        let i = this.starting[closeFrom];
-        for (let n = 0; i !== NO_GATE && n < MOST_GATES; n++) {
-            const at = GATE * i;
-            if (gates[at + OPEN] === 1 && gates[at + TO] === closeTo) {
-                gates[at + OPEN] = 0;
-                return;
-            }
-            i = gates[at + OLDER_STARTING];
-        }
-        this.push(openFrom, openTo);
+    /** The third vertex at the gate that was taken, for a code of ALONG or more. */
+    third(code) {
+        const isAfter = (code - ALONG) % 2;
+        const beside = isAfter ? AFTER : BEFORE;
+        let gate = this.taken[beside];
+        for (let k = (code - ALONG - isAfter) / 2; k > 0; k--) gate = this.gates[GATE * gate + beside];
+        return this.gates[GATE * gate + (isAfter ? TO : FROM)];
     }
 
-    push(from, to) {
+    /** The vertex at which the gate starts that lies so deep in the stack. */
+    atDepth(depth) {
+        return this.gates[GATE * (this.nGates - 1 - depth) + FROM];
+    }
+
+    /** Adds triangle t, whose vertices are known, at the gate that was taken. */
+    fill(t) {
+        const [from, to, , , before, after, behind] = this.taken;
+        const third = this.vertices[3 * t + 2];
+        const taken = this.nGates;
+        this.add(t);
+        this.setTwins(3 * t, behind);
+        const second = this.push(third, to, 3 * t + 1);
+        const first = this.push(from, third, 3 * t + 2);
+        this.link(first, second);
+        this.link(before === taken ? second : before, first);
+        this.link(second, after === taken ? first : after);
+        this.glueIfBeside(second);
+        this.glueIfBeside(first);
+    }
+
+    /** Adds triangle t, whose vertices are known, without a gate. */
+    start(t) {
+        const h = 3 * t;
+        const [a, b, c] = this.vertices.subarray(h, h + 3);
+        this.add(t);
+        const gates = [this.push(b, a, h), this.push(a, c, h + 2), this.push(c, b, h + 1)];
+        for (let i = 0; i < 3; i++) this.link(gates[i], gates[(i + 1) % 3]);
+        for (const gate of gates) this.glueIfBeside(gate);
+    }
+
+    add(t) {
+        for (let h = 3 * t; h < 3 * t + 3; h++) this.leaving[this.vertices[h]] = h;
+    }
+
+    setTwins(a, b) {
+        if (a !== NONE) this.twins[a] = b;
+        if (b !== NONE) this.twins[b] = a;
+    }
+
+    link(before, after) {
+        this.gates[GATE * before + AFTER] = after;
+        this.gates[GATE * after + BEFORE] = before;
+    }
+
+    push(from, to, behind) {
         const index = this.nGates++;
         if (GATE * this.nGates > this.gates.length) {
             const gates = new Int32Array(2 * this.gates.length);
             gates.set(this.gates);
             this.gates = gates;
         }
-        const at = GATE * index;
-        this.gates[at + FROM] = from;
-        this.gates[at + TO] = to;
-        this.gates[at + OPEN] = 1;
-        this.gates[at + OLDER_STARTING] = this.starting[from];
-        this.gates[at + OLDER_ENDING] = this.ending[to];
-        this.starting[from] = index;
-        this.ending[to] = index;
-    }
-
-    /** Where the newest open gate at a vertex leads. */
-    after(v) {
-        return this.other(this.starting[v], OLDER_STARTING, TO);
-    }
-
-    /** Where the newest open gate to a vertex comes from. */
-    before(v) {
-        return this.other(this.ending[v], OLDER_ENDING, FROM);
-    }
-
-    /** One end of the first open gate of a list. */
-    other(gate, older, end) {
         const { gates } = this;
-        for (let n = 0, i = gate; i !== NO_GATE && n < MOST_GATES; n++, i = gates[GATE * i + older]) {
-            if (gates[GATE * i + OPEN] === 1) return gates[GATE * i + end];
+        const at = GATE * index;
+        gates[at + FROM] = from;
+        gates[at + TO] = to;
+        gates[at + OPEN] = 1;
+        gates[at + OLDER] = this.starting[from];
+        gates[at + BEFORE] = index;
+        gates[at + AFTER] = index;
+        gates[at + BEHIND] = behind;
+        this.starting[from] = index;
+        return index;
+    }
+
+    /** Closes a gate with the one that has its edge from the other side, if there is one: one beside it in its loop before others. */
+    glueIfBeside(gate) {
+        const { gates } = this;
+        const at = GATE * gate;
+        if (gates[at + OPEN] === 0) return;
+        const from = gates[at + FROM];
+        const to = gates[at + TO];
+        const isIt = (i) => {
+            const other = GATE * i;
+            return i !== gate && gates[other + OPEN] === 1 && gates[other + FROM] === to && gates[other + TO] === from;
+        };
+        if (isIt(gates[at + BEFORE])) return this.glue(gate, gates[at + BEFORE]);
+        if (isIt(gates[at + AFTER])) return this.glue(gate, gates[at + AFTER]);
+        let i = this.starting[to];
+        for (let n = 0; i !== NONE && n < MOST_GATES; n++) {
+            if (isIt(i)) return this.glue(gate, i);
+            i = gates[GATE * i + OLDER];
         }
-        throw new Error("a triangle has a vertex that does not exist");
+    }
+
+    glue(x, y) {
+        const { gates } = this;
+        const [a, b] = [GATE * x, GATE * y];
+        this.setTwins(gates[a + BEHIND], gates[b + BEHIND]);
+        const [beforeX, afterX] = [gates[a + BEFORE], gates[a + AFTER]];
+        const [beforeY, afterY] = [gates[b + BEFORE], gates[b + AFTER]];
+        // One that is alone in its loop leaves no one behind.
+        if (afterX === x || afterY === y) {
+            if (afterX !== x) this.link(beforeX, afterX);
+            if (afterY !== y) this.link(beforeY, afterY);
+        } else {
+            if (afterX !== y) this.link(beforeY, afterX);
+            if (afterY !== x) this.link(beforeX, afterY);
+        }
+        gates[a + OPEN] = 0;
+        gates[b + OPEN] = 0;
     }
 }
 
-/** Triangles, by birth, from section TRIA. */
-function trianglesOf(section, { firstKnot, ranks }, nIsovalues) {
-    const columns = new Columns(section);
-    const counted = (signed) => {
-        const n = columns.count();
-        return signed ? columns.signedColumn(n) : columns.column(n);
-    };
-    const born = counted();
-    const codes = counted();
-    const jumps = counted(true);
-    const starts = counted();
-    const n = born.reduce((sum, count) => sum + count, 0);
-    const deathCodes = columns.column(n);
-    const wayFrom = waysOf(columns, deathCodes.reduce((sum, code) => sum + (code === 2), 0));
-    const caps = Uint8Array.from(columns.column(n));
+/** Numbers by rank; those of one rank come back newest first. */
+class ByRank {
+    constructor(nRanks, nNumbers) {
+        this.newest = new Int32Array(nRanks).fill(NONE);
+        this.older = new Int32Array(nNumbers);
+    }
 
+    push(rank, number) {
+        this.older[number] = this.newest[rank];
+        this.newest[rank] = number;
+    }
+
+    *at(rank) {
+        for (let i = this.newest[rank]; i !== NONE; i = this.older[i]) yield i;
+    }
+}
+
+/** The columns of section TRIA. */
+function walkOf(section) {
+    const columns = new CodedColumns(section);
+    const counted = () => columns.column(columns.count());
+    const births = counted();
+    const codes = counted();
+    const jumps = signed(counted());
+    const [depths, starts] = [counted(), counted()];
+    const answers = Array.from({ length: 4 }, counted);
+    const n = births.reduce((sum, count) => sum + count, 0);
+    const kinds = columns.column(n);
+    const wayFrom = waysOf(columns, kinds.reduce((sum, kind) => sum + (kind % 3 === 2), 0));
+    return { births, codes, jumps, depths, starts, answers, n, kinds, wayFrom };
+}
+
+/** Triangles, by birth, from section TRIA. */
+function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
+    const walk = walkOf(section);
+    const { n, codes, jumps, depths, starts, answers, kinds } = walk;
+    const nVertices = firstKnot.length - 1;
     const vertices = new Uint32Array(3 * n);
     const births = new Uint32Array(n);
     const deaths = new Uint32Array(n);
-    const front = new Front(firstKnot.length - 1, nIsovalues, vertices);
-    const lastRank = (v) => ranks[firstKnot[v + 1] - 1];
-    let nUsed = 0;
-    let code = 0;
-    let jump = 0;
-    let start = 0;
-    let t = 0;
+    const holes = new Holes(nVertices, vertices);
+    const ends = new ByRank(nIsovalues, nVertices);
+    for (let v = nVertices - 1; v >= 0; v--) {
+        if (firstKnot[v] < firstKnot[v + 1]) ends.push(ranks[firstKnot[v + 1] - 1], v);
+    }
+    const told = new ByRank(nIsovalues, n);
+    const nAnswered = [0, 0, 0, 0];
+    const dies = (t, atAnEnd) => {
+        const all = isLattice[vertices[3 * t]] && isLattice[vertices[3 * t + 1]] && isLattice[vertices[3 * t + 2]];
+        const kind = (all ? 2 : 0) + (atAnEnd ? 1 : 0);
+        return answers[kind][nAnswered[kind]++] === 1;
+    };
+    let [nUsed, code, jump, last, depth, start, t, before] = [0, 0, 0, 0, 0, 0, 0, 0];
     for (let rank = 0; rank < nIsovalues; rank++) {
-        const end = t + born[rank];
-        if (t < end) front.open(rank);
+        const dying = holes.dying(rank, ends.at(rank), told.at(rank), dies);
+        for (const d of dying) deaths[d] = rank;
+        holes.open(dying);
+        const end = t + walk.births[rank];
         while (t < end) {
-            const atGate = front.pop();
-            let a = front.gateFrom;
-            let b = front.gateTo;
+            const atGate = holes.pop();
+            let [a, b] = holes.taken;
             let c = nUsed;
             if (atGate) {
                 const kind = codes[code++];
-                if (kind === 1) continue;
-                if (kind === 2) c = a + jumps[jump++];
-                else if (kind === 3) c = front.before(a);
-                else if (kind >= 4) {
-                    c = front.after(b);
-                    for (let k = kind; k > 4; k--) c = front.after(c);
+                if (kind === SKIP) {
+                    holes.leave();
+                    continue;
                 }
+                if (kind === JUMP || kind === LEAP) last = c = (kind === LEAP ? last : a) + jumps[jump++];
+                else if (kind === DEPTH) c = holes.atDepth(depths[depth++]);
+                else if (kind !== NEW) c = holes.third(kind);
             } else {
                 // A new vertex is the next in number.
                 a = nUsed - starts[start++];
-                const n = Math.max(nUsed, a + 1);
-                b = n - starts[start++];
-                c = Math.max(n, b + 1) - starts[start++];
+                const most = Math.max(nUsed, a + 1);
+                b = most - starts[start++];
+                c = Math.max(most, b + 1) - starts[start++];
             }
             nUsed = Math.max(nUsed, a + 1, b + 1, c + 1);
             vertices[3 * t] = a;
             vertices[3 * t + 1] = b;
             vertices[3 * t + 2] = c;
             births[t] = rank;
-            const last = Math.min(lastRank(a), lastRank(b), lastRank(c));
-            // With a vertex, with the triangle before, or by a way.
-            const kind = deathCodes[t];
-            deaths[t] = kind === 0 ? last : kind === 1 ? deaths[t - 1] : wayFrom(rank);
-            front.add(t, a, b, c, deaths[t], atGate);
+            const kind = kinds[t] % 3;
+            if (kind === 2) before = walk.wayFrom(rank);
+            if (kind > 0) told.push(before, t);
+            if (atGate) holes.fill(t);
+            else holes.start(t);
             t++;
         }
     }
-    return { vertices, births, deaths, caps };
+    return { vertices, births, deaths, caps: kinds.map((kind) => (kind >= 3 ? 1 : 0)) };
 }

@@ -34,21 +34,6 @@ class Columns {
         return numbers;
     }
 
-    /** As column, of zigzag-coded numbers; Int8Array, Int32Array or Float64Array. */
-    signedColumn(n) {
-        const numbers = this.column(n);
-        if (!(numbers instanceof Float64Array)) {
-            const signed = new (numbers instanceof Uint8Array ? Int8Array : Int32Array)(n);
-            for (let i = 0; i < n; i++) signed[i] = (numbers[i] >>> 1) ^ -(numbers[i] & 1);
-            return signed;
-        }
-        for (let i = 0; i < n; i++) {
-            const x = numbers[i];
-            numbers[i] = x % 2 ? -(x + 1) / 2 : x / 2;
-        }
-        return numbers;
-    }
-
     /** A column of n numbers of all 64 bits. */
     column64(n) {
         const width = this.bytes[this.at++];
@@ -60,6 +45,20 @@ class Columns {
         this.at += width * n;
         return numbers;
     }
+}
+
+/** Zigzag-coded numbers; Int8Array, Int32Array or Float64Array. */
+function signed(numbers) {
+    if (!(numbers instanceof Float64Array)) {
+        const all = new (numbers instanceof Uint8Array ? Int8Array : Int32Array)(numbers.length);
+        for (let i = 0; i < all.length; i++) all[i] = (numbers[i] >>> 1) ^ -(numbers[i] & 1);
+        return all;
+    }
+    for (let i = 0; i < numbers.length; i++) {
+        const x = numbers[i];
+        numbers[i] = x % 2 ? -(x + 1) / 2 : x / 2;
+    }
+    return numbers;
 }
 
 /** Every section: a length and that many bytes. */
@@ -81,7 +80,7 @@ function sectionsOf(bytes) {
 function toldOf(section, { firstKnot, isLattice }) {
     const nVertices = firstKnot.length - 1;
     const nKnots = (v) => firstKnot[v + 1] - firstKnot[v];
-    const columns = new Columns(section);
+    const columns = new CodedColumns(section);
     let nLattice = 0;
     const n = [0, 0];
     for (let v = 0; v < nVertices; v++) {
@@ -120,6 +119,30 @@ function waysOf(columns, n) {
         }
         return stations[low + code - 1];
     };
+}
+
+/** Takes numbers off the bytes of one section of coded columns. */
+class CodedColumns {
+    constructor(bytes) {
+        this.decoder = new Decoder(bytes);
+    }
+
+    /** A count. */
+    count() {
+        return this.decoder.bits(40);
+    }
+
+    /** As Columns.column. */
+    column(n) {
+        const width = this.decoder.bits(4);
+        const Numbers = width === 1 ? Uint8Array : width <= 4 ? Uint32Array : Float64Array;
+        return this.decoder.row(new Numbers(n));
+    }
+
+    /** As column, of zigzag-coded numbers. */
+    signedColumn(n) {
+        return signed(this.column(n));
+    }
 }
 
 /** The table of isovalues: sorted keys, each given by its distance from the one before. */

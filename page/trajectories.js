@@ -4,7 +4,7 @@
 
 /** First knots, ranks, and whether each vertex is a lattice vertex, from section VERT. */
 function ranksOf(section) {
-    const columns = new Columns(section);
+    const columns = new CodedColumns(section);
     const n = columns.count();
     const counts = columns.column(n);
     const firstKnot = new Uint32Array(n + 1);

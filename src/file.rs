@@ -1,10 +1,11 @@
 //! The spectrum file, `.isp`, and the layout of the thesis: read and write side by side.
 //!
 //! FORMAT.md describes the file byte by byte. It is small because every number is stored as the
-//! distance from a guess made of what precedes it, in byte planes that deflate well
-//! (`column`), and safe to read from anyone: sections carry lengths and checksums
+//! distance from a guess made of what precedes it, and coded by what its neighbours lead to expect
+//! (`column`, `coder`), and safe to read from anyone: sections carry lengths and checksums
 //! (`section`), nothing points anywhere, and what was read is checked ([`Spectrum::check`]).
 
+mod coder;
 mod column;
 mod connectivity;
 mod facing;
@@ -12,8 +13,8 @@ mod folder;
 mod folder_index;
 mod folder_query;
 mod folder_spectrum;
-mod front;
 mod geometry;
+mod holes;
 mod parts;
 mod predict;
 mod samples;
@@ -25,6 +26,7 @@ pub mod thesis;
 mod trajectories;
 mod triangles;
 mod version_1;
+mod version_5;
 
 use std::path::Path;
 
@@ -45,6 +47,7 @@ pub use summary::Summary;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::spectrum::{About, Patch, Size, Spectrum, Told, VolumeInfo};
+use column::Content;
 use section::{Packing, Section, cut_section, left_over, write_section};
 
 /// The first bytes of every spectrum file. They differ from text and show whether a transfer
@@ -52,7 +55,7 @@ use section::{Packing, Section, cut_section, left_over, write_section};
 pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 
 /// The version of the format this library writes; it reads this one and all before.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// Up to this version files told normals, in a section of its own. It is checked and not looked at: normals
 /// follow from the mesh.
@@ -60,6 +63,9 @@ const LAST_WITH_NORMALS: u32 = 2;
 
 /// Up to this version positions counted finer units, and every rank was told by its distance from the one before.
 const LAST_WITHOUT_STATIONS: u32 = 4;
+
+/// Up to this version columns were in planes, and triangles told when they die.
+const LAST_UNCODED: u32 = 5;
 
 /// Up to this version section `INFO` told no size.
 const LAST_WITHOUT_SIZE: u32 = 4;
@@ -121,7 +127,8 @@ fn decode_file(path: &Path, decode: impl Fn(&[u8]) -> Result<Spectrum>) -> Resul
 /// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn arranged(spectrum: &Spectrum) -> Result<Spectrum> {
     spectrum.check()?;
-    Ok(triangles::arranged(spectrum.clone()).0)
+    let units = Units::of_file(VERSION, spectrum.tolerance());
+    Ok(triangles::arranged(spectrum.clone(), units).spectrum)
 }
 
 /// The content of the section that says what a spectrum is of: JSON.
@@ -167,10 +174,10 @@ pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
     let units = Units::of_file(VERSION, spectrum.tolerance());
     let (spectrum, [info, isovalues, ranks, triangles, positions], order) =
         parts_of(spectrum, units)?;
-    if info.len() > LONGEST_INFO {
+    if info.bytes().len() > LONGEST_INFO {
         return Err(Error::input(format!(
             "the description of the spectrum takes {} bytes, expected at most {LONGEST_INFO}",
-            info.len()
+            info.bytes().len()
         )));
     }
     let mut file = MAGIC.to_vec();
@@ -178,12 +185,12 @@ pub fn into_bytes(spectrum: Spectrum) -> Result<Written> {
     file.extend(crc32fast::hash(&file).to_le_bytes());
     write_section(&mut file, *b"INFO", &info, Packing::Raw, 0);
     for (tag, content) in [
-        (*b"EVNT", tables::write_events(spectrum.events())),
+        (*b"EVNT", Content::Plain(tables::write_events(spectrum.events()).into())),
         (*b"ISOV", isovalues),
         (*b"VERT", ranks),
         (*b"TRIA", triangles),
         (*b"POSN", positions),
-        (*b"COLL", tables::write_collapses(spectrum.collapses())),
+        (*b"COLL", Content::Plain(tables::write_collapses(spectrum.collapses()).into())),
     ] {
         // A reader wants to see that vertices without a triangle are paid for.
         let least = if tag == *b"VERT" { n_unused(&spectrum) } else { 0 };
@@ -221,9 +228,14 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
         .map_err(within("VERT"))?;
     drop(content);
     let content = sections.triangles.content()?;
-    let triangles =
-        triangles::read_triangles(&content, &ranks, isovalues.len(), version, most_unused)
-            .map_err(within("TRIA"))?;
+    let n_isovalues = isovalues.len();
+    let triangles = match version {
+        ..=LAST_UNCODED => {
+            version_5::read_triangles(&content, &ranks, n_isovalues, version, most_unused)
+        }
+        _ => triangles::read_triangles(&content, &ranks, n_isovalues, most_unused),
+    };
+    let triangles = triangles.map_err(within("TRIA"))?;
     drop(content);
     let content = sections.positions.content()?;
     let knots = if version == 1 {
@@ -277,6 +289,17 @@ impl<'a> Sections<'a> {
             next(b"NRML")?;
         }
         let collapses = next(b"COLL")?;
+        for (section, may_be_coded) in [
+            (info, false),
+            (events, false),
+            (isovalues, false),
+            (ranks, true),
+            (triangles, true),
+            (positions, true),
+            (collapses, false),
+        ] {
+            section.check_coded(may_be_coded && version > LAST_UNCODED)?;
+        }
         if !rest.is_empty() {
             return Err(left_over(rest.len() as u64));
         }
@@ -305,7 +328,7 @@ fn read_info(section: &Section<'_>) -> Result<Info<VolumeInfo, Told>> {
             "section INFO: {n} bytes, expected at most {LONGEST_INFO} stored as they are"
         )));
     }
-    serde_json::from_slice(&section.content()?).map_err(|e| {
+    serde_json::from_slice(section.content()?.bytes()).map_err(|e| {
         // It names keys, which may be long and hold line ends.
         let said = e.to_string();
         let said: String =

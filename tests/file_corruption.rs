@@ -47,8 +47,11 @@ fn section(tag: &[u8], method: u32, stored: &[u8], length: u64) -> Vec<u8> {
     section
 }
 
-/// Tag and unpacked content of each section.
-fn unpacked(file: &[u8]) -> Vec<(Vec<u8>, Vec<u8>)> {
+/// A section without its packing: its tag and content; of coded columns what is stored, and how many numbers that is.
+type Unpacked = (Vec<u8>, Vec<u8>, Option<u64>);
+
+/// All sections.
+fn unpacked(file: &[u8]) -> Vec<Unpacked> {
     let starts = sections(file);
     let unpack = |&at: &usize| {
         let stored = &file[at + SECTION_HEAD..][..u64_at(file, at + 8) as usize];
@@ -58,16 +61,19 @@ fn unpacked(file: &[u8]) -> Vec<(Vec<u8>, Vec<u8>)> {
         } else {
             content.extend(stored);
         }
-        (file[at..at + 4].to_vec(), content)
+        let n_numbers = (file[at + 4] == 2).then(|| u64_at(file, at + 16));
+        (file[at..at + 4].to_vec(), content, n_numbers)
     };
     starts.iter().map(unpack).collect()
 }
 
 /// A file of these sections, none of them deflated, with checksums that fit.
-fn assembled(file: &[u8], sections: &[(Vec<u8>, Vec<u8>)]) -> Vec<u8> {
+fn assembled(file: &[u8], sections: &[Unpacked]) -> Vec<u8> {
     let mut assembled = file[..FILE_HEAD].to_vec();
-    for (tag, content) in sections {
-        assembled.extend(section(tag, 0, content, content.len() as u64));
+    for (tag, content, n_numbers) in sections {
+        let method = if n_numbers.is_some() { 2 } else { 0 };
+        let length = n_numbers.unwrap_or(content.len() as u64);
+        assembled.extend(section(tag, method, content, length));
     }
     assembled
 }
@@ -119,7 +125,7 @@ fn every_flipped_bit_is_noticed() {
 
 #[test]
 fn a_flipped_bit_in_a_file_of_an_earlier_version_is_noticed() {
-    for version in [1, 2, 3, 4] {
+    for version in [1, 2, 3, 4, 5] {
         let path = format!("{}/tests/golden/version_{version}.isp", env!("CARGO_MANIFEST_DIR"));
         let mut file = std::fs::read(path).expect("the file is checked in");
         for at in 0..file.len() {
@@ -191,12 +197,45 @@ fn counts_beyond_the_file_reserve_nothing() {
     let file = tiny();
     let original = unpacked(&file);
     // Each of these counts is the first number of its section.
-    for s in [1, 2, 3, 4, 6] {
+    for s in [1, 2, 6] {
         for count in [u64::MAX, u64::MAX / 8, 1 << 40, u64::from(u32::MAX), 1 << 31] {
             let mut sections = original.clone();
             sections[s].1[..8].copy_from_slice(&count.to_le_bytes());
             assert!(matches!(from_bytes(&assembled(&file, &sections)), Err(Error::Input(_))));
         }
+    }
+}
+
+#[test]
+fn what_coded_columns_claim_is_earned_and_used_up() {
+    let file = tiny();
+    let original = unpacked(&file);
+    for s in [3, 4, 5] {
+        let n_numbers = original[s].2.expect("coded columns");
+        let n_stored = original[s].1.len() as u64;
+        for (n, what) in [
+            (16 * n_stored + 1, "cannot hold"),
+            (u64::MAX, "cannot hold"),
+            (n_numbers + 1, "1 numbers too many"),
+            (n_numbers - 1, "fewer bytes than its numbers need"),
+        ] {
+            let mut sections = original.clone();
+            sections[s].2 = Some(n);
+            assert_refused(from_bytes(&assembled(&file, &sections)), what);
+        }
+        let mut sections = original.clone();
+        sections[s].1.extend([0; 9]);
+        let padded = from_bytes(&assembled(&file, &sections)).expect("zeros are no harm");
+        assert!(padded == from_bytes(&file).expect("valid"));
+        sections[s].1.push(1);
+        assert_refused(from_bytes(&assembled(&file, &sections)), "1 bytes too many");
+        sections[s].2 = None;
+        assert_refused(from_bytes(&assembled(&file, &sections)), "packing 0, expected 2");
+    }
+    for s in [0, 1, 2, 6] {
+        let mut sections = original.clone();
+        sections[s].2 = Some(1);
+        assert_refused(from_bytes(&assembled(&file, &sections)), "packing 2, expected 0 or 1");
     }
 }
 

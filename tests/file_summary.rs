@@ -133,7 +133,7 @@ fn a_size_that_is_not_that_of_the_spectrum_is_one_line() {
     assert_eq!(said, expected);
     let size = serde_json::to_string(&Size::of(&spectrum)).expect("JSON");
     let said = refused(&format!(",\"size\":{size}"), "");
-    assert_eq!(said, "section INFO: no size in version 5");
+    assert_eq!(said, "section INFO: no size in version 6");
     let said = refused("\"knots\":", "\"nots\":");
     assert!(said.starts_with("section INFO: unknown field `nots`"), "{said}");
     // What tells of itself is believed until it is read: that is what makes it fast.

@@ -23,7 +23,7 @@ use isospectrum::volume::{Histogram, Samples, Statistics, phantom};
 use program::Folder;
 
 /// Most bytes of scripts in a page.
-const LARGEST_SCRIPT: usize = 130_000;
+const LARGEST_SCRIPT: usize = 135_000;
 
 /// Where in the range pictures and meshes are compared, as shares: closed by caps, on both sides of
 /// the isovalue where the hole of the torus opens, and near the end.

@@ -1,16 +1,27 @@
 //! Columns: the one way in which numbers lie in a section.
 //!
-//! A column is a byte `width` (1 to 8) and then `width` planes of one byte per number, lowest
+//! Small sections have columns in planes: a byte `width` (1 to 8) and then `width` planes of one byte per number, lowest
 //! byte first. Small numbers in a wide column leave planes of zeros, and each plane has its own
-//! statistics: both are what deflate is good at. Signed numbers are zigzag coded
+//! statistics: both are what deflate is good at. In large sections the numbers of all columns are coded one after the
+//! other ([`super::coder`]). Signed numbers are zigzag coded
 //! (0, -1, 1, -2, ... become 0, 1, 2, 3, ...). FORMAT.md describes the same.
 //!
 //! # Invariants
 //!
-//! A number takes at least one byte, so a section of n bytes holds fewer than n numbers: no count
+//! A number in planes takes at least one byte, and a coded section tells how many numbers it holds: no count
 //! can ask for memory that the file's length has not earned.
 
+use std::borrow::Cow;
+
+use super::coder::{Coder as _, Decoder, Encoder, Row};
 use crate::error::{Error, Result};
+
+/// Bits of the width of a coded column, and of a count.
+const WIDTH: u32 = 4;
+const COUNT: u32 = 40;
+
+/// After so many numbers a reader looks whether it has read beyond the end.
+const LOOK: usize = 4096;
 
 /// Appends the column of `values` to `bytes`.
 pub(crate) fn write_column(bytes: &mut Vec<u8>, values: &[u64]) {
@@ -23,67 +34,201 @@ pub(crate) fn write_column(bytes: &mut Vec<u8>, values: &[u64]) {
     }
 }
 
-/// Takes columns off the bytes of one section.
+/// The content of a section of coded columns.
 #[derive(Debug)]
-pub(super) struct Columns<'a> {
-    bytes: &'a [u8],
+pub(super) struct CodedColumns {
+    encoder: Encoder,
+    n_numbers: usize,
+}
+
+impl CodedColumns {
+    pub(super) fn new() -> CodedColumns {
+        CodedColumns { encoder: Encoder::new(), n_numbers: 0 }
+    }
+
+    /// A count, which stands before the columns it counts.
+    pub(super) fn count(&mut self, n: usize) {
+        self.encoder.bits(COUNT, n as u64);
+    }
+
+    pub(super) fn column(&mut self, values: impl Iterator<Item = u64> + Clone) {
+        let all = values.clone().fold(0, |all, v| all | v);
+        let width = (64 - all.leading_zeros()).div_ceil(8).max(1);
+        self.encoder.bits(WIDTH, width.into());
+        let mut row = Row::new();
+        for value in values {
+            row.number(&mut self.encoder, value);
+            self.n_numbers += 1;
+        }
+    }
+
+    /// A count and a column of that many numbers.
+    pub(super) fn counted(&mut self, values: impl ExactSizeIterator<Item = u64> + Clone) {
+        self.count(values.len());
+        self.column(values);
+    }
+
+    pub(super) fn end(self) -> Content<'static> {
+        Content::Coded { bytes: self.encoder.end().into(), n_numbers: self.n_numbers }
+    }
+}
+
+/// What a section holds.
+#[derive(Clone, Debug)]
+pub(crate) enum Content<'a> {
+    /// Columns in planes, or what is no columns.
+    Plain(Cow<'a, [u8]>),
+    /// Coded columns of so many numbers in all.
+    Coded { bytes: Cow<'a, [u8]>, n_numbers: usize },
+}
+
+impl Content<'_> {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        match self {
+            Content::Plain(bytes) | Content::Coded { bytes, .. } => bytes,
+        }
+    }
+
+    pub(super) fn columns(&self) -> Columns<'_> {
+        match self {
+            Content::Plain(bytes) => Columns::new(bytes),
+            Content::Coded { bytes, n_numbers } => {
+                Columns(Source::Coded { decoder: Decoder::new(bytes), left: *n_numbers })
+            }
+        }
+    }
+}
+
+/// Takes columns off the content of one section.
+#[derive(Debug)]
+pub(super) struct Columns<'a>(Source<'a>);
+
+#[derive(Debug)]
+enum Source<'a> {
+    Planes(&'a [u8]),
+    /// And how many numbers may still be in its columns.
+    Coded {
+        decoder: Decoder<'a>,
+        left: usize,
+    },
 }
 
 impl<'a> Columns<'a> {
+    /// Those in planes.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Columns { bytes }
+        Columns(Source::Planes(bytes))
     }
 
-    /// The next little-endian u64, which stands before the columns it counts.
+    /// The next count, which stands before the columns it counts.
     pub(super) fn count(&mut self) -> Result<usize> {
-        let bytes = self.take(8)?;
-        let count = u64::from_le_bytes(bytes.try_into().expect("eight bytes were taken"));
+        let count = match &mut self.0 {
+            Source::Planes(bytes) => {
+                let bytes = take(bytes, 8)?;
+                u64::from_le_bytes(bytes.try_into().expect("eight bytes were taken"))
+            }
+            Source::Coded { decoder, .. } => decoder.bits(COUNT, 0),
+        };
         usize::try_from(count).map_err(|_| too_short())
     }
 
     /// The next column, which must hold `n` numbers of at most `bits` bits.
     pub(super) fn column(&mut self, n: usize, bits: u32) -> Result<Column<'a>> {
-        let width = usize::from(self.take(1)?[0]);
+        let width = match &mut self.0 {
+            Source::Planes(bytes) => usize::from(take(bytes, 1)?[0]),
+            Source::Coded { decoder, .. } => decoder.bits(WIDTH, 0) as usize,
+        };
         if !(1..=8).contains(&width) {
             return Err(Error::input(format!("a column is {width} bytes wide, expected 1 to 8")));
         }
-        let planes = self.take(width.checked_mul(n).ok_or_else(too_short)?)?;
-        Ok(Column { planes, n, width, limit: u64::MAX >> (64 - bits) })
+        let numbers = match &mut self.0 {
+            Source::Planes(bytes) => {
+                let planes = take(bytes, width.checked_mul(n).ok_or_else(too_short)?)?;
+                Numbers::Planes { planes, n, width }
+            }
+            Source::Coded { decoder, left } => {
+                *left = left.checked_sub(n).ok_or_else(too_short)?;
+                Numbers::decoded(decoder, n, width)?
+            }
+        };
+        Ok(Column { numbers, limit: u64::MAX >> (64 - bits) })
     }
 
-    /// Ends the section: nothing may be left.
+    /// Ends the section: nothing may be left, but zeros behind what is coded.
     pub(super) fn end(self) -> Result<()> {
-        if self.bytes.is_empty() {
-            Ok(())
-        } else {
-            Err(Error::input(format!("{} bytes too many", self.bytes.len())))
+        let n_left = match self.0 {
+            Source::Planes(bytes) => bytes.len(),
+            Source::Coded { left, .. } if left > 0 => {
+                return Err(Error::input(format!("{left} numbers too many")));
+            }
+            Source::Coded { decoder, .. } => {
+                decoder.rest().ok_or_else(too_short)?.iter().filter(|&&b| b != 0).count()
+            }
+        };
+        match n_left {
+            0 => Ok(()),
+            n => Err(Error::input(format!("{n} bytes too many"))),
         }
-    }
-
-    fn take(&mut self, n: usize) -> Result<&'a [u8]> {
-        let (taken, rest) = self.bytes.split_at_checked(n).ok_or_else(too_short)?;
-        self.bytes = rest;
-        Ok(taken)
     }
 }
 
-/// One column, still in planes.
-#[derive(Clone, Copy, Debug)]
+fn take<'a>(from: &mut &'a [u8], n: usize) -> Result<&'a [u8]> {
+    let (taken, rest) = from.split_at_checked(n).ok_or_else(too_short)?;
+    *from = rest;
+    Ok(taken)
+}
+
+/// One column.
+#[derive(Clone, Debug)]
 pub(super) struct Column<'a> {
-    planes: &'a [u8],
-    n: usize,
-    width: usize,
+    numbers: Numbers<'a>,
     limit: u64,
+}
+
+/// The numbers of a column: still in planes, or as narrow as they are.
+#[derive(Clone, Debug)]
+enum Numbers<'a> {
+    Planes { planes: &'a [u8], n: usize, width: usize },
+    Narrow(Vec<u8>),
+    Wide(Vec<u32>),
+    Widest(Vec<u64>),
+}
+
+impl Numbers<'_> {
+    /// The next `n` numbers, each of at most so many bytes.
+    fn decoded(decoder: &mut Decoder, n: usize, width: usize) -> Result<Self> {
+        let mut row = Row::new();
+        let most = u64::MAX >> (64 - 8 * width);
+        let mut next = |i: usize| {
+            let value = row.number(decoder, 0);
+            if value > most || i.is_multiple_of(LOOK) && decoder.rest().is_none() {
+                return Err(too_short());
+            }
+            Ok(value)
+        };
+        Ok(match width {
+            1 => Numbers::Narrow(collected(n, |i| Ok(next(i)? as u8))?),
+            2..=4 => Numbers::Wide(collected(n, |i| Ok(next(i)? as u32))?),
+            _ => Numbers::Widest(collected(n, next)?),
+        })
+    }
+
+    fn get(&self, i: usize) -> u64 {
+        match self {
+            Numbers::Planes { planes, n, width } => {
+                let plane = |plane: usize| u64::from(planes[plane * n + i]);
+                (0..*width).rev().fold(0, |value, p| value << 8 | plane(p))
+            }
+            Numbers::Narrow(all) => all[i].into(),
+            Numbers::Wide(all) => all[i].into(),
+            Numbers::Widest(all) => all[i],
+        }
+    }
 }
 
 impl Column<'_> {
     /// Number `i`.
     pub(super) fn get(&self, i: usize) -> Result<u64> {
-        debug_assert!(i < self.n);
-        let mut value = 0;
-        for plane in (0..self.width).rev() {
-            value = value << 8 | u64::from(self.planes[plane * self.n + i]);
-        }
+        let value = self.numbers.get(i);
         if value > self.limit {
             return Err(Error::input(format!(
                 "number {i} of a column is {value}, expected at most {}",

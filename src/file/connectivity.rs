@@ -1,13 +1,12 @@
-//! Which vertices the triangles join, in less than a byte per triangle.
+//! Which vertices the triangles join and when they die, in about half a byte each.
 //!
 //! # Theory
 //!
-//! Triangles are kept by birth. Those born at one rank fill the hole that those dying at that rank
-//! leave, and the reader knows the latter already. So it walks around the hole: a *gate* is a
-//! directed edge at which a triangle is missing; the last gate opened is closed first, by a triangle
-//! whose third vertex is most often a new one or the next along the hole, as in Rossignac's
-//! Edgebreaker (1999). Where no gate is open (the first mesh, a component that emerges) a triangle
-//! is given by its three vertices.
+//! Triangles are kept by birth. Those born at one rank fill the holes that those dying at that rank
+//! leave ([`Holes`]), and the reader knows the latter already. So it walks around the holes: the last gate opened is closed
+//! first, by a triangle whose third vertex is most often a new one or the next along the hole. Where no gate is open (the first mesh, a
+//! component that emerges) a triangle is given by its three vertices. Triangles that die where no vertex ends, and beside
+//! none that does, tell when they do.
 //!
 //! New vertices are the next in number, so vertices are kept in order of their first use, too. This
 //! order depends on what is joined and, where the walk starts anew, on the order given; taking the
@@ -15,10 +14,12 @@
 //!
 //! # Invariants
 //!
-//! Writer and reader do the same to the same [`Front`].
+//! Writer and reader do the same to the same [`Holes`].
 
-use super::column::{Column, Columns, unzigzag, write_column, zigzag};
-use super::front::Front;
+use rayon::prelude::*;
+
+use super::column::{CodedColumns, Column, Columns, unzigzag, zigzag};
+use super::holes::{Gate, Holes, Question};
 use crate::error::{Error, Result};
 use crate::spectrum::Triangle;
 
@@ -26,15 +27,59 @@ use crate::spectrum::Triangle;
 const NEW: u64 = 0;
 /// No triangle here after all.
 const SKIP: u64 = 1;
-/// The third vertex is told in the column of jumps.
+/// The third vertex is told by its number, less that of the gate's start.
 const JUMP: u64 = 2;
-/// The third vertex is where the gate that ends at this gate's start begins.
-pub(super) const BEFORE: u64 = 3;
-/// The third vertex is the end of the first gate after this one; larger codes: of later ones.
-pub(super) const AFTER: u64 = 4;
+/// The third vertex is told by its number, less that of the last one that was told by its number.
+const LEAP: u64 = 3;
+/// The third vertex is told by a gate in the stack.
+const DEPTH: u64 = 4;
 
-/// None, as the number of a vertex.
+/// None, as the number of a vertex or an entry.
 const NONE: u32 = u32::MAX;
+
+/// Questions whether a triangle dies are told apart by whether all its vertices are lattice vertices, and whether the one
+/// beside it dies at the end of one of its own.
+const KINDS: usize = 4;
+
+fn kind(question: Question, vertices: [u32; 3], is_lattice: impl FnMut(u32) -> bool) -> usize {
+    2 * usize::from(vertices.into_iter().all(is_lattice)) + usize::from(question.at_an_end)
+}
+
+/// Numbers by rank; those of one rank come back newest first.
+#[derive(Debug)]
+pub(super) struct ByRank {
+    newest: Vec<u32>,
+    /// Each with the entry before it of its rank.
+    entries: Vec<(u32, u32)>,
+}
+
+impl ByRank {
+    pub(super) fn new(n_ranks: usize) -> Self {
+        ByRank { newest: vec![NONE; n_ranks], entries: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, rank: u32, number: u32) {
+        let index = self.entries.len() as u32;
+        let before = std::mem::replace(&mut self.newest[rank as usize], index);
+        self.entries.push((number, before));
+    }
+
+    pub(super) fn at(&self, rank: u32) -> impl Iterator<Item = u32> + '_ {
+        let entry = |i: u32| self.entries.get(i as usize);
+        let entries = std::iter::successors(entry(self.newest[rank as usize]), move |e| entry(e.1));
+        entries.map(|e| e.0)
+    }
+}
+
+/// What is arranged: triangles, of how many vertices and isovalues, and of each vertex the rank at which it ends and whether it
+/// is a lattice vertex.
+pub(super) struct Meshes<'a> {
+    pub(super) triangles: &'a [Triangle],
+    pub(super) n_vertices: usize,
+    pub(super) n_isovalues: usize,
+    pub(super) last: &'a dyn Fn(u32) -> Option<u32>,
+    pub(super) is_lattice: &'a dyn Fn(u32) -> bool,
+}
 
 /// The order in which a file keeps triangles and vertices.
 #[derive(Clone, Debug, Default)]
@@ -44,50 +89,77 @@ pub(super) struct Arrangement {
     pub(super) triangles: Vec<(u32, [u32; 3])>,
     /// For each vertex of the file: its number in the spectrum.
     pub(super) vertices: Vec<u32>,
+    /// For each triangle of the file, whether it has to tell when it dies.
+    pub(super) is_told: Vec<bool>,
 }
 
 /// What the walk around the holes tells, as section `TRIA` keeps it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Walk {
     /// How many triangles are born at each rank.
-    births: Vec<u64>,
+    births: Vec<u32>,
     /// For each gate, where the third vertex is.
-    codes: Vec<u64>,
-    /// The third vertices that no code finds, from the gate's start.
+    codes: Vec<u8>,
+    /// The third vertices that no code finds, from another vertex.
     jumps: Vec<u64>,
+    /// The last of them.
+    last: u32,
+    /// How deep gates lie that third vertices are told by.
+    depths: Vec<u8>,
     /// The vertices of triangles without a gate, from the number of vertices so far.
-    starts: Vec<u64>,
+    starts: Vec<u32>,
+    /// By kind of question, the answers.
+    answers: [Vec<bool>; KINDS],
 }
 
 impl Walk {
+    /// Tells a vertex by its number, from the nearer one of a gate's start and the last that was told so. Returns the code.
+    fn jump(&mut self, from: u32, to: u32) -> u64 {
+        let last = std::mem::replace(&mut self.last, to);
+        let is_leap = to.abs_diff(last) < to.abs_diff(from);
+        let (from, code) = if is_leap { (last, LEAP) } else { (from, JUMP) };
+        self.jumps.push(zigzag(i64::from(to) - i64::from(from)));
+        code
+    }
+
     /// Appends the walk to a section.
-    pub(super) fn write(&self, bytes: &mut Vec<u8>) {
-        for column in [&self.births, &self.codes, &self.jumps, &self.starts] {
-            bytes.extend((column.len() as u64).to_le_bytes());
-            write_column(bytes, column);
+    pub(super) fn write(&self, columns: &mut CodedColumns) {
+        columns.counted(self.births.iter().map(|&n| n.into()));
+        columns.counted(self.codes.iter().map(|&code| code.into()));
+        columns.counted(self.jumps.iter().copied());
+        columns.counted(self.depths.iter().map(|&depth| depth.into()));
+        columns.counted(self.starts.iter().map(|&start| start.into()));
+        for answers in &self.answers {
+            columns.counted(answers.iter().map(|&dies| dies.into()));
         }
     }
 }
 
-/// Arranges the triangles of a spectrum of `n_vertices` vertices and `n_isovalues` isovalues and
-/// tells how a reader finds them.
-pub(super) fn arrange(
-    triangles: &[Triangle],
-    n_vertices: usize,
-    n_isovalues: usize,
-) -> (Arrangement, Walk) {
+/// Arranges the triangles of a spectrum and tells how a reader finds them.
+pub(super) fn arrange(meshes: &Meshes) -> (Arrangement, Walk) {
+    let &Meshes { triangles, n_vertices, n_isovalues, last, .. } = meshes;
     let mut by_birth: Vec<u32> = (0..triangles.len() as u32).collect();
     by_birth.sort_by_key(|&i| triangles[i as usize].birth);
+    let birth = |i: &u32| triangles[*i as usize].birth;
+    let mut batches = by_birth.chunk_by(|i, j| birth(i) == birth(j)).peekable();
+    let mut ends = ByRank::new(n_isovalues);
+    (0..n_vertices as u32).for_each(|v| {
+        last(v).into_iter().for_each(|rank| ends.push(rank, v));
+    });
     let mut arranger = Arranger {
-        front: Front::new(n_vertices, n_isovalues),
+        meshes,
+        holes: Holes::new(n_vertices),
         number: vec![NONE; n_vertices],
+        sides_of: vec![(0, 0); n_vertices],
+        dying: ByRank::new(n_isovalues),
         arrangement: Arrangement::default(),
         walk: Walk { births: vec![0; n_isovalues], ..Walk::default() },
     };
-    for batch in
-        by_birth.chunk_by(|&i, &j| triangles[i as usize].birth == triangles[j as usize].birth)
-    {
-        arranger.batch(triangles, batch);
+    for rank in 0..n_isovalues as u32 {
+        arranger.die(rank, &ends);
+        if let Some(batch) = batches.next_if(|batch| birth(&batch[0]) == rank) {
+            arranger.batch(batch);
+        }
     }
     // Vertices that no triangle uses come last.
     let Arranger { number, mut arrangement, walk, .. } = arranger;
@@ -96,44 +168,77 @@ pub(super) fn arrange(
     (arrangement, walk)
 }
 
-struct Arranger {
-    front: Front,
+struct Arranger<'a> {
+    meshes: &'a Meshes<'a>,
+    holes: Holes,
     /// The number in the file of each vertex of the spectrum, once it has one.
     number: Vec<u32>,
+    /// By vertex of the spectrum, from where to where the sides lie that start there, of those of the rank.
+    sides_of: Vec<(u32, u32)>,
+    /// The triangles of the file that die at each rank.
+    dying: ByRank,
     arrangement: Arrangement,
     walk: Walk,
 }
 
-impl Arranger {
+impl Arranger<'_> {
+    /// Opens the holes that the triangles leave which die at a rank.
+    fn die(&mut self, rank: u32, ends: &ByRank) {
+        let Arranger { meshes, holes, number, dying, arrangement, walk, .. } = self;
+        let numbers = ends.at(rank).map(|v| number[v as usize]);
+        let mut ended: Vec<u32> = numbers.filter(|&v| v != NONE).collect();
+        ended.sort_unstable();
+        let dies = |holes: &Holes, question: Question| {
+            let Question { triangle, .. } = question;
+            let is_lattice = |v: u32| (meshes.is_lattice)(arrangement.vertices[v as usize]);
+            let kind = kind(question, holes.vertices(triangle), is_lattice);
+            let was = arrangement.triangles[triangle as usize].0;
+            let dies = meshes.triangles[was as usize].death == rank;
+            walk.answers[kind].push(dies);
+            Ok::<bool, std::convert::Infallible>(dies)
+        };
+        let Ok([found, told]) = holes.dying(rank, &ended, dying.at(rank), dies);
+        told.iter().for_each(|&t| arrangement.is_told[t as usize] = true);
+        holes.open(&found);
+    }
+
     /// Tells the triangles born at one rank, in the spectrum's numbers and order.
-    fn batch(&mut self, triangles: &[Triangle], batch: &[u32]) {
+    fn batch(&mut self, batch: &[u32]) {
+        let triangles = self.meshes.triangles;
         let rank = triangles[batch[0] as usize].birth;
-        self.walk.births[rank as usize] = batch.len() as u64;
-        self.front.open(rank);
+        self.walk.births[rank as usize] = batch.len() as u32;
         // By directed edge, then by order: what fills a gate.
         let mut sides = Vec::with_capacity(3 * batch.len());
         for (&i, at) in batch.iter().zip(0u32..) {
             let [a, b, c] = triangles[i as usize].vertices;
             sides.extend([([a, b], at), ([b, c], at), ([c, a], at)]);
         }
-        sides.sort_unstable();
+        sides.par_sort_unstable();
+        let mut end = 0;
+        for of_one in sides.chunk_by(|a, b| a.0[0] == b.0[0]) {
+            let first = end;
+            end += of_one.len() as u32;
+            self.sides_of[of_one[0].0[0] as usize] = (first, end);
+        }
         // At the first of equal sides, how many of them are known to be told: none is looked at twice.
         let mut n_told = vec![0u32; sides.len()];
         let mut told = vec![false; batch.len()];
         let mut next = 0;
         let mut left = batch.len();
         while left > 0 {
-            let Some((from, to)) = self.front.pop() else {
+            let Some(gate) = self.holes.pop() else {
                 while told[next] {
                     next += 1;
                 }
                 told[next] = true;
                 left -= 1;
-                self.start(triangles, batch[next]);
+                self.start(batch[next]);
                 continue;
             };
-            let side = [from, to].map(|v| self.arrangement.vertices[v as usize]);
-            let first = sides.partition_point(|&(other, _)| other < side);
+            let side = [gate.from, gate.to].map(|v| self.arrangement.vertices[v as usize]);
+            let (first, end) = self.sides_of[side[0] as usize];
+            let of_one = &sides[first as usize..end as usize];
+            let first = first as usize + of_one.partition_point(|&(other, _)| other < side);
             // Behind the last side there are none.
             let mut nothing = 0;
             let n_told = n_told.get_mut(first).unwrap_or(&mut nothing);
@@ -143,43 +248,52 @@ impl Arranger {
             }
             *n_told = (i - first) as u32;
             let Some(&(_, at)) = sides.get(i).filter(|&&(other, _)| other == side) else {
-                self.walk.codes.push(SKIP);
+                self.walk.codes.push(SKIP as u8);
+                self.holes.leave(gate);
                 continue;
             };
-            let at = at as usize;
-            told[at] = true;
+            told[at as usize] = true;
             left -= 1;
-            let triangle = &triangles[batch[at] as usize];
-            let third = triangle.vertices.iter().copied().find(|v| !side.contains(v));
-            let third = third.expect("triangles have three different vertices");
-            self.fill(batch[at], triangle.death, [from, to], third);
+            self.fill(batch[at as usize], gate, side);
         }
+        sides.iter().for_each(|&([from, _], _)| self.sides_of[from as usize] = (0, 0));
     }
 
     /// Tells the triangle `i` on a gate by its third vertex.
-    fn fill(&mut self, i: u32, death: u32, [from, to]: [u32; 2], third: u32) {
-        let (c, is_new) = self.number_of(third);
-        let n_codes = self.walk.codes.len() + 1;
-        let code = if is_new { Some(NEW) } else { self.front.code_of([from, to], c, n_codes) };
-        self.walk.codes.push(code.unwrap_or(JUMP));
-        if code.is_none() {
-            self.walk.jumps.push(zigzag(i64::from(c) - i64::from(from)));
-        }
-        self.front.fill([from, to, c], death);
-        self.arrangement.triangles.push((i, [from, to, c]));
+    fn fill(&mut self, i: u32, gate: Gate, side: [u32; 2]) {
+        let third = self.meshes.triangles[i as usize].vertices.into_iter();
+        let third = { third }.find(|v| !side.contains(v));
+        let (c, is_new) = self.number_of(third.expect("triangles have three different vertices"));
+        let code = if is_new { Some(NEW) } else { self.holes.code_of(&gate, c) };
+        let code = code.unwrap_or_else(|| match self.holes.depth_of(c) {
+            Some(depth) => {
+                self.walk.depths.push(depth as u8);
+                DEPTH
+            }
+            None => self.walk.jump(gate.from, c),
+        });
+        self.walk.codes.push(code as u8);
+        self.tell(i, [gate.from, gate.to, c]);
+        self.holes.fill(gate, c);
     }
 
     /// Tells the triangle `i` by its three vertices.
-    fn start(&mut self, triangles: &[Triangle], i: u32) {
-        let triangle = &triangles[i as usize];
-        let vertices = triangle.vertices.map(|v| {
+    fn start(&mut self, i: u32) {
+        let vertices = self.meshes.triangles[i as usize].vertices.map(|v| {
             let n_before = self.arrangement.vertices.len() as u32;
             let (v, _) = self.number_of(v);
-            self.walk.starts.push(u64::from(n_before - v));
+            self.walk.starts.push(n_before - v);
             v
         });
-        self.front.start(vertices, triangle.death);
+        self.tell(i, vertices);
+        self.holes.start(vertices);
+    }
+
+    fn tell(&mut self, i: u32, vertices: [u32; 3]) {
+        let number = self.arrangement.triangles.len() as u32;
+        self.dying.push(self.meshes.triangles[i as usize].death, number);
         self.arrangement.triangles.push((i, vertices));
+        self.arrangement.is_told.push(false);
     }
 
     /// The number in the file of a vertex of the spectrum, and whether it has it only now.
@@ -194,38 +308,63 @@ impl Arranger {
     }
 }
 
-/// A triangle of a walk: its vertices, and the ranks of its birth and death.
-type Told = ([u32; 3], u32, u32);
+/// A column, and how much of it is read.
+#[derive(Debug)]
+struct Queue<'a> {
+    n: usize,
+    column: Column<'a>,
+    n_read: usize,
+}
+
+impl<'a> Queue<'a> {
+    /// Takes a counted column off the front of a section.
+    fn new(columns: &mut Columns<'a>, bits: u32) -> Result<Self> {
+        let n = columns.count()?;
+        Ok(Queue { n, column: columns.column(n, bits)?, n_read: 0 })
+    }
+
+    fn next(&mut self) -> Result<u64> {
+        if self.n_read == self.n {
+            return Err(Error::input("less is told than the triangles need"));
+        }
+        self.n_read += 1;
+        self.column.get(self.n_read - 1)
+    }
+}
 
 /// The columns of a walk.
 #[derive(Debug)]
 pub(super) struct WalkReader<'a> {
-    births: (usize, Column<'a>),
-    codes: (usize, Column<'a>),
-    jumps: (usize, Column<'a>),
-    starts: (usize, Column<'a>),
-    /// How many of codes, jumps and starts are read.
-    n_read: [usize; 3],
+    births: Queue<'a>,
+    codes: Queue<'a>,
+    jumps: Queue<'a>,
+    last: u32,
+    depths: Queue<'a>,
+    starts: Queue<'a>,
+    answers: [Queue<'a>; KINDS],
 }
 
 impl<'a> WalkReader<'a> {
-    /// Takes the columns of a walk off the front of a section.
-    pub(super) fn new(columns: &mut Columns<'a>) -> Result<Self> {
-        let mut next = |bits: u32| -> Result<(usize, Column<'a>)> {
-            let n = columns.count()?;
-            Ok((n, columns.column(n, bits)?))
-        };
-        let (births, codes, jumps, starts) = (next(32)?, next(8)?, next(33)?, next(32)?);
-        Ok(WalkReader { births, codes, jumps, starts, n_read: [0; 3] })
+    /// Takes the columns of a walk off the front of a section, for so many ranks.
+    pub(super) fn new(columns: &mut Columns<'a>, n_isovalues: usize) -> Result<Self> {
+        let mut next = |bits: u32| Queue::new(columns, bits);
+        let (births, codes, jumps) = (next(32)?, next(8)?, next(33)?);
+        let (depths, starts) = (next(8)?, next(32)?);
+        let answers = [next(1)?, next(1)?, next(1)?, next(1)?];
+        if births.n != n_isovalues {
+            let n = births.n;
+            return Err(Error::input(format!("births at {n} ranks, expected {n_isovalues}")));
+        }
+        Ok(WalkReader { births, codes, jumps, last: 0, depths, starts, answers })
     }
 
     /// How many triangles there are.
     pub(super) fn n_triangles(&self) -> Result<usize> {
         // Each triangle takes a code or three starts: this is as many as the section can hold.
-        let most = self.codes.0 + self.starts.0 / 3;
+        let most = self.codes.n + self.starts.n / 3;
         let mut n = 0;
-        for rank in 0..self.births.0 {
-            n += self.births.1.get(rank)? as usize;
+        for rank in 0..self.births.n {
+            n += self.births.column.get(rank)? as usize;
             if n > most {
                 return Err(Error::input(format!("more triangles than the {most} it tells of")));
             }
@@ -233,81 +372,43 @@ impl<'a> WalkReader<'a> {
         Ok(n)
     }
 
-    /// Walks: the vertices, births and deaths of all triangles, and how many vertices they use. `death` tells, for triangle `i` with these
-    /// vertices and birth, the rank at which it dies, which must exist.
-    pub(super) fn triangles(
-        mut self,
-        n_vertices: usize,
-        n_isovalues: usize,
-        mut death: impl FnMut(usize, [u32; 3], u32) -> Result<u32>,
-    ) -> Result<(Vec<Told>, usize)> {
-        if self.births.0 != n_isovalues {
-            return Err(Error::input(format!(
-                "births at {} ranks, expected {n_isovalues}",
-                self.births.0
-            )));
-        }
-        let mut triangles = Vec::with_capacity(self.n_triangles()?);
-        let mut front = Front::new(n_vertices, n_isovalues);
-        let mut n_used = 0;
-        for rank in 0..n_isovalues as u32 {
-            let mut left = self.births.1.get(rank as usize)?;
-            if left > 0 {
-                front.open(rank);
-            }
-            while left > 0 {
-                let gate = front.pop();
-                let vertices = match gate {
-                    Some(gate) => match self.third(&mut front, gate, n_used)? {
-                        Some(third) => [gate.0, gate.1, third],
-                        None => continue,
-                    },
-                    None => self.start(n_used)?,
-                };
-                let [a, b, c] = vertices;
-                n_used = n_used.max(a.max(b).max(c) + 1);
-                if n_used as usize > n_vertices || a == b || b == c || c == a {
-                    return Err(Error::input(format!(
-                        "triangle {} has vertices {a}, {b}, {c}, expected three different ones below {n_vertices}",
-                        triangles.len()
-                    )));
-                }
-                let death = death(triangles.len(), vertices, rank)?;
-                match gate {
-                    Some(_) => front.fill(vertices, death),
-                    None => front.start(vertices, death),
-                }
-                triangles.push((vertices, rank, death));
-                left -= 1;
-            }
-        }
-        if self.n_read != [self.codes.0, self.jumps.0, self.starts.0] {
-            return Err(Error::input("more is told than the triangles need"));
-        }
-        Ok((triangles, n_used as usize))
+    /// How many triangles are born at the next rank.
+    pub(super) fn births(&mut self) -> Result<u64> {
+        self.births.next()
+    }
+
+    /// Whether a triangle dies that is asked.
+    pub(super) fn dies(
+        &mut self,
+        question: Question,
+        vertices: [u32; 3],
+        is_lattice: impl FnMut(u32) -> bool,
+    ) -> Result<bool> {
+        Ok(self.answers[kind(question, vertices, is_lattice)].next()? == 1)
     }
 
     /// The third vertex of the triangle at a gate; none if there is no triangle.
-    fn third(&mut self, front: &mut Front, gate: (u32, u32), n_used: u32) -> Result<Option<u32>> {
-        let third = match self.next(0)? {
+    pub(super) fn third(&mut self, holes: &Holes, gate: &Gate, n_used: u32) -> Result<Option<u32>> {
+        let third = match self.codes.next()? {
             NEW => Some(n_used),
             SKIP => return Ok(None),
-            JUMP => {
-                let third = i64::from(gate.0) + unzigzag(self.next(1)?);
-                u32::try_from(third).ok().filter(|&third| third < n_used)
+            code @ (JUMP | LEAP) => {
+                let from = if code == LEAP { self.last } else { gate.from };
+                let third = i64::from(from) + unzigzag(self.jumps.next()?);
+                let third = u32::try_from(third).ok().filter(|&third| third < n_used);
+                third.inspect(|&third| self.last = third)
             }
-            code => front.third([gate.0, gate.1], code, self.n_read[0]),
+            DEPTH => holes.at_depth(self.depths.next()?),
+            code => holes.third(gate, code),
         };
-        third.map(Some).ok_or_else(|| {
-            Error::input("a triangle has a vertex that does not exist or is too far to search")
-        })
+        third.map(Some).ok_or_else(|| Error::input("a triangle has a vertex that does not exist"))
     }
 
     /// The vertices of a triangle without a gate.
-    fn start(&mut self, mut n_used: u32) -> Result<[u32; 3]> {
+    pub(super) fn start(&mut self, mut n_used: u32) -> Result<[u32; 3]> {
         let mut vertices = [0; 3];
         for vertex in &mut vertices {
-            let back = self.next(2)?;
+            let back = self.starts.next()?;
             *vertex = u32::try_from(u64::from(n_used).wrapping_sub(back))
                 .map_err(|_| Error::input("a triangle starts before the first vertex"))?;
             n_used += u32::from(back == 0);
@@ -315,14 +416,13 @@ impl<'a> WalkReader<'a> {
         Ok(vertices)
     }
 
-    /// The next number of codes (0), jumps (1) or starts (2).
-    fn next(&mut self, which: usize) -> Result<u64> {
-        let (n, column) = [self.codes, self.jumps, self.starts][which];
-        let i = self.n_read[which];
-        if i == n {
-            return Err(Error::input("less is told than the triangles need"));
+    /// Ends reading: nothing may be left.
+    pub(super) fn end(self) -> Result<()> {
+        let WalkReader { births, codes, jumps, depths, starts, answers, .. } = self;
+        let queues = [births, codes, jumps, depths, starts].into_iter().chain(answers);
+        match { queues }.all(|queue| queue.n_read == queue.n) {
+            true => Ok(()),
+            false => Err(Error::input("more is told than the triangles need")),
         }
-        self.n_read[which] += 1;
-        column.get(i)
     }
 }

@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use super::column::{Column, Columns, write_column, zigzag};
+use super::column::{CodedColumns, Column, Columns, Content, zigzag};
 use super::facing::Units;
 use super::predict::Predictor;
 use super::samples::Samples;
@@ -36,18 +36,22 @@ struct Told {
 /// # Errors
 ///
 /// As [`Predictor::new`].
-pub(super) fn write_geometry(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<u8>> {
+pub(super) fn write_geometry(
+    spectrum: &Spectrum,
+    ranks: &Ranks,
+    units: Units,
+) -> Result<Content<'static>> {
     let told = tell(spectrum, ranks, units)?;
-    let mut positions = Vec::new();
-    told.samples.iter().for_each(|column| write_column(&mut positions, column));
-    write_column(&mut positions, &told.ways);
+    let mut positions = CodedColumns::new();
+    told.samples.iter().for_each(|column| positions.column(column.iter().copied()));
+    positions.column(told.ways.iter().copied());
     if units.has_facing() {
-        write_column(&mut positions, &told.facing);
+        positions.column(told.facing.iter().copied());
     }
     for column in told.positions.as_flattened() {
-        write_column(&mut positions, column);
+        positions.column(column.iter().copied());
     }
-    Ok(positions)
+    Ok(positions.end())
 }
 
 /// What the predictions miss, knot by knot.
@@ -125,13 +129,13 @@ impl<'a> Queue<'a> {
 
 /// Reads section `POSN` of a file.
 pub(super) fn read_geometry(
-    bytes: &[u8],
+    content: &Content,
     volume: &VolumeInfo,
     ranks: &Ranks,
     (isovalues, triangles): (&[f64], &[Triangle]),
     units: Units,
 ) -> Result<Vec<Knot>> {
-    let mut columns = Columns::new(bytes);
+    let mut columns = content.columns();
     let is_lattice = match &ranks.is_lattice {
         Some(is_lattice) => Cow::Borrowed(is_lattice),
         None => Cow::Owned(read_flags(&mut columns, &ranks.first_knot)?),

@@ -1,14 +1,16 @@
 //! The sections that a file and a container of another kind, the page, have in common.
 
+use super::column::Content;
 use super::facing::Units;
 use super::geometry::write_geometry;
 use super::trajectories::{Ranks, write_ranks};
-use super::{info, tables, triangles};
+use super::triangles::{self, Arranged};
+use super::{info, tables};
 use crate::error::Result;
 use crate::spectrum::Spectrum;
 
 /// The spectrum in the order of a file, the contents, and of each of its vertices which it was.
-type Parts = (Spectrum, [Vec<u8>; 5], Vec<u32>);
+type Parts = (Spectrum, [Content<'static>; 5], Vec<u32>);
 
 /// The spectrum in the order of a file, and the contents of `INFO`, `ISOV`, `VERT`, `TRIA` and `POSN` as
 /// FORMAT.md describes them, but with positions in other units, as [`Units::rounded`] leaves them.
@@ -26,16 +28,20 @@ pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<Parts> {
 pub(super) fn parts_of(spectrum: Spectrum, units: Units) -> Result<Parts> {
     spectrum.check()?;
     let info = info(&spectrum)?;
-    let (spectrum, walk, order) = triangles::arranged(spectrum);
-    let ranks = Ranks::new(&spectrum, units);
-    let triangles = triangles::write_triangles(&walk, spectrum.triangles(), &ranks);
-    drop(walk);
+    let arranged = triangles::arranged(spectrum, units);
+    let ranks = Ranks::new(&arranged.spectrum, units);
+    let (triangles, (vertices, positions)) = rayon::join(
+        || triangles::write_triangles(&arranged),
+        || (write_ranks(&ranks), write_geometry(&arranged.spectrum, &ranks, units)),
+    );
+    let Arranged { spectrum, order, .. } = arranged;
+    let isovalues = tables::write_isovalues(spectrum.isovalues());
     let sections = [
-        info,
-        tables::write_isovalues(spectrum.isovalues()),
-        write_ranks(&ranks),
+        Content::Plain(info.into()),
+        Content::Plain(isovalues.into()),
+        vertices,
         triangles,
-        write_geometry(&spectrum, &ranks, units)?,
+        positions?,
     ];
     Ok((spectrum, sections, order))
 }

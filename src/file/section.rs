@@ -17,6 +17,7 @@ use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
 
+use super::column::Content;
 use crate::error::{Error, Result};
 
 /// Length of what precedes the content of a section.
@@ -31,6 +32,12 @@ const METHOD_RAW: u32 = 0;
 /// The content is a zlib stream.
 const METHOD_ZLIB: u32 = 1;
 
+/// The content is coded columns.
+const METHOD_CODED: u32 = 2;
+
+/// Most numbers of coded columns per stored byte.
+const MOST_NUMBERS: usize = 16;
+
 /// How much a section is worth deflating.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Packing {
@@ -40,33 +47,45 @@ pub(super) enum Packing {
     Deflated,
 }
 
-/// Appends a section to a file, of at least `least` stored bytes unless its content is shorter.
+/// Appends a section to a file, of at least `least` stored bytes unless its content is plain and shorter.
 pub(super) fn write_section(
     file: &mut Vec<u8>,
     tag: [u8; 4],
-    content: &[u8],
+    content: &Content,
     packing: Packing,
     least: usize,
 ) {
-    let deflated = (packing == Packing::Deflated).then(|| deflate(content));
-    let worthwhile = |d: &Vec<u8>| {
-        (least..content.len()).contains(&d.len())
-            && content.len() <= d.len().saturating_mul(LARGEST_RATIO)
-    };
-    let (method, stored) = match deflated.as_ref().filter(|d| worthwhile(d)) {
-        Some(deflated) => (METHOD_ZLIB, &deflated[..]),
-        None => (METHOD_RAW, content),
+    let (method, stored, length) = match content {
+        Content::Plain(content) => stored_plain(content, packing, least),
+        Content::Coded { bytes, n_numbers } => {
+            let mut stored = bytes.to_vec();
+            stored.resize(stored.len().max(least).max(n_numbers.div_ceil(MOST_NUMBERS)), 0);
+            (METHOD_CODED, stored.into(), *n_numbers)
+        }
     };
     let head = file.len();
     file.extend(tag);
     file.extend(method.to_le_bytes());
     file.extend((stored.len() as u64).to_le_bytes());
-    file.extend((content.len() as u64).to_le_bytes());
+    file.extend((length as u64).to_le_bytes());
     let mut crc = crc32fast::Hasher::new();
     crc.update(&file[head..]);
-    crc.update(stored);
+    crc.update(&stored);
     file.extend(crc.finalize().to_le_bytes());
-    file.extend(stored);
+    file.extend(&*stored);
+}
+
+/// How bytes are stored, and how many there are.
+fn stored_plain(content: &[u8], packing: Packing, least: usize) -> (u32, Cow<'_, [u8]>, usize) {
+    let deflated = (packing == Packing::Deflated).then(|| deflate(content));
+    let worthwhile = |d: &Vec<u8>| {
+        (least..content.len()).contains(&d.len())
+            && content.len() <= d.len().saturating_mul(LARGEST_RATIO)
+    };
+    match deflated.filter(worthwhile) {
+        Some(deflated) => (METHOD_ZLIB, deflated.into(), content.len()),
+        None => (METHOD_RAW, content.into(), content.len()),
+    }
 }
 
 /// A section that is cut off and not unpacked yet.
@@ -75,7 +94,7 @@ pub(super) struct Section<'a> {
     tag: [u8; 4],
     method: u32,
     stored: &'a [u8],
-    /// How long its content claims to be.
+    /// How long its content claims to be, or how many numbers are in coded columns.
     wanted: usize,
 }
 
@@ -132,14 +151,15 @@ pub(super) fn cut_section<'a>(file: &mut &'a [u8], tag: [u8; 4]) -> Result<Secti
     match method {
         METHOD_RAW if wanted == stored.len() => {}
         METHOD_ZLIB if wanted <= stored.len().saturating_mul(LARGEST_RATIO) => {}
-        METHOD_RAW | METHOD_ZLIB => {
+        METHOD_CODED if wanted <= stored.len().saturating_mul(MOST_NUMBERS) => {}
+        METHOD_RAW | METHOD_ZLIB | METHOD_CODED => {
             return Err(Error::input(format!(
                 "section {name}: {} bytes cannot hold {wanted}",
                 stored.len()
             )));
         }
         _ => {
-            return Err(Error::input(format!("section {name}: packing {method}, expected 0 or 1")));
+            return Err(Error::input(format!("section {name}: packing {method}, expected 0 to 2")));
         }
     }
     Ok(Section { tag, method, stored, wanted })
@@ -151,7 +171,7 @@ impl<'a> Section<'a> {
         self.stored.len()
     }
 
-    /// Bytes once unpacked.
+    /// Bytes once unpacked, or numbers in coded columns.
     pub(super) fn n_content(&self) -> usize {
         self.wanted
     }
@@ -161,28 +181,49 @@ impl<'a> Section<'a> {
         self.method == METHOD_RAW
     }
 
+    /// Checks that the content is coded columns, or that it is not.
+    pub(super) fn check_coded(&self, wanted: bool) -> Result<()> {
+        if (self.method == METHOD_CODED) == wanted {
+            return Ok(());
+        }
+        let (tag, method) = (self.tag.escape_ascii(), self.method);
+        let expected = if wanted { "2" } else { "0 or 1" };
+        Err(Error::input(format!("section {tag}: packing {method}, expected {expected}")))
+    }
+
     /// The count at the front of the content; none where that is shorter.
     pub(super) fn first_count(&self) -> Option<u64> {
         let mut count = [0; 8];
-        let read = match self.is_plain() {
-            true => (&mut { self.stored }).read_exact(&mut count),
-            false => ZlibDecoder::new(self.stored).read_exact(&mut count),
+        let read = match self.method {
+            METHOD_CODED => {
+                let bytes = Cow::Borrowed(self.stored);
+                let content = Content::Coded { bytes, n_numbers: self.wanted };
+                return content.columns().count().ok().map(|n| n as u64);
+            }
+            METHOD_RAW => (&mut { self.stored }).read_exact(&mut count),
+            _ => ZlibDecoder::new(self.stored).read_exact(&mut count),
         };
         read.ok().map(|()| u64::from_le_bytes(count))
     }
 
-    /// Unpacks the section.
+    /// Unpacks the section; coded columns are read from what is stored.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] if what is stored does not unpack to exactly what is claimed.
-    pub(super) fn content(&self) -> Result<Cow<'a, [u8]>> {
-        if self.is_plain() {
-            return Ok(Cow::Borrowed(self.stored));
+    pub(super) fn content(&self) -> Result<Content<'a>> {
+        match self.method {
+            METHOD_CODED => {
+                Ok(Content::Coded { bytes: self.stored.into(), n_numbers: self.wanted })
+            }
+            METHOD_RAW => Ok(Content::Plain(self.stored.into())),
+            _ => {
+                let content = inflate(self.stored, self.wanted);
+                let name = String::from_utf8_lossy(&self.tag);
+                let within = |what| Error::input(format!("section {name}: {what}"));
+                content.map(|content| Content::Plain(content.into())).map_err(within)
+            }
         }
-        let content = inflate(self.stored, self.wanted);
-        let name = String::from_utf8_lossy(&self.tag);
-        content.map(Cow::Owned).map_err(|what| Error::input(format!("section {name}: {what}")))
     }
 }
 

@@ -7,7 +7,7 @@
 //! of tracked vertices at sampling isovalues, those along lattice edges, in volumes of whole numbers, at whole numbers.
 //! Such ranks are *stations*, and a way that ends at one is told by how many it passes.
 
-use super::column::{Column, Columns, collected, write_column};
+use super::column::{CodedColumns, Column, Columns, collected};
 use crate::error::{Error, Result};
 
 /// A rank is a station if one in so many ways ends there, so there are no more stations than that.
@@ -19,7 +19,7 @@ const BY_ITSELF: u64 = 0;
 const MOST_PASSED: usize = 255;
 
 /// Appends ways, each from a rank to a later one.
-pub(super) fn write_ways(bytes: &mut Vec<u8>, ways: &[(u32, u32)]) {
+pub(super) fn write_ways(columns: &mut CodedColumns, ways: &[(u32, u32)]) {
     let stations = stations(ways);
     let mut lengths = Vec::new();
     let code = |&(from, to): &(u32, u32)| {
@@ -34,11 +34,9 @@ pub(super) fn write_ways(bytes: &mut Vec<u8>, ways: &[(u32, u32)]) {
     let codes: Vec<u64> = ways.iter().map(code).collect();
     let before = std::iter::once(0).chain(stations.iter().copied());
     let steps: Vec<u64> = stations.iter().zip(before).map(|(s, b)| u64::from(s - b)).collect();
-    for column in [&steps, &lengths] {
-        bytes.extend((column.len() as u64).to_le_bytes());
-        write_column(bytes, column);
-    }
-    write_column(bytes, &codes);
+    columns.counted(steps.iter().copied());
+    columns.counted(lengths.iter().copied());
+    columns.column(codes.iter().copied());
 }
 
 /// The ranks at which many ways end, ascending.
@@ -113,10 +111,17 @@ impl<'a> Ways<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::column::Content;
     use super::*;
 
-    fn read(bytes: &[u8], from: &[u32], n_isovalues: usize) -> Result<Vec<u64>> {
-        let mut columns = Columns::new(bytes);
+    fn written(ways: &[(u32, u32)]) -> Content<'static> {
+        let mut columns = CodedColumns::new();
+        write_ways(&mut columns, ways);
+        columns.end()
+    }
+
+    fn read(content: &Content, from: &[u32], n_isovalues: usize) -> Result<Vec<u64>> {
+        let mut columns = content.columns();
         let mut ways = Ways::new(&mut columns, from.len(), n_isovalues)?;
         let ends = from.iter().map(|&f| ways.next(f)).collect::<Result<_>>()?;
         ways.end()?;
@@ -134,36 +139,36 @@ mod tests {
             })
             .collect();
         ways.push((3, 40_000));
-        let mut bytes = Vec::new();
-        write_ways(&mut bytes, &ways);
+        let content = written(&ways);
         let from: Vec<u32> = ways.iter().map(|w| w.0).collect();
         let ends: Vec<u64> = ways.iter().map(|w| w.1.into()).collect();
-        assert_eq!(read(&bytes, &from, 40_001).expect("just written"), ends);
-        // A byte each, and two for those that are told by themselves.
-        assert!(bytes.len() < 63_000, "{}", bytes.len());
-        let error = read(&bytes, &from, 300).expect_err("fewer ranks").to_string();
+        assert_eq!(read(&content, &from, 40_001).expect("just written"), ends);
+        // How many stations are passed is one of five, and told in 2.3 bits; one in 97 takes a length more.
+        let n = content.bytes().len();
+        assert!(n < 19_500, "{n}");
+        let error = read(&content, &from, 300).expect_err("fewer ranks").to_string();
         assert!(error.contains("expected a later one than before of 300"), "{error}");
     }
 
     #[test]
     fn ways_that_lead_nowhere_are_refused() {
-        let mut bytes = Vec::new();
-        write_ways(&mut bytes, &[(0, 5), (2, 5)]);
-        assert_eq!(read(&bytes, &[0, 2], 6).expect("just written"), [5, 5]);
-        let error = read(&bytes, &[0, 5], 6).expect_err("no station behind 5").to_string();
+        assert_eq!(read(&written(&[(0, 5), (2, 5)]), &[0, 2], 6).expect("just written"), [5, 5]);
+        let error = read(&written(&[(0, 5), (2, 5)]), &[0, 5], 6);
+        let error = error.expect_err("no station behind 5").to_string();
         assert_eq!(error, "a way past 1 stations from rank 5, expected fewer");
-        // As if the first way were told by itself.
-        let at = bytes.len() - 2;
-        bytes[at] = 0;
-        let error = read(&bytes, &[0, 2], 6).expect_err("no length").to_string();
+        // Stations at 5, no lengths, and a way that is told by its length.
+        let mut columns = CodedColumns::new();
+        columns.counted([5].into_iter());
+        columns.counted([].into_iter());
+        columns.column([0, 1].into_iter());
+        let error = read(&columns.end(), &[0, 2], 6).expect_err("no length").to_string();
         assert_eq!(error, "fewer lengths than its ways need");
     }
 
     #[test]
     fn no_ways_take_a_few_bytes() {
-        let mut bytes = Vec::new();
-        write_ways(&mut bytes, &[]);
-        assert!(read(&bytes, &[], 0).expect("just written").is_empty());
-        assert_eq!(bytes.len(), 19);
+        let content = written(&[]);
+        assert!(read(&content, &[], 0).expect("just written").is_empty());
+        assert!(content.bytes().len() < 20, "{}", content.bytes().len());
     }
 }

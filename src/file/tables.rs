@@ -1,6 +1,6 @@
 //! The small sections: isovalues, events, collapses.
 
-use super::column::{Columns, collected, unzigzag, write_column, zigzag};
+use super::column::{Content, collected, unzigzag, write_column, zigzag};
 use crate::error::{Error, Result};
 use crate::spectrum::{Collapse, Event, EventKind};
 
@@ -20,8 +20,8 @@ pub(super) fn write_isovalues(isovalues: &[f64]) -> Vec<u8> {
 }
 
 /// Reads section `ISOV`.
-pub(super) fn read_isovalues(bytes: &[u8]) -> Result<Vec<f64>> {
-    let mut columns = Columns::new(bytes);
+pub(super) fn read_isovalues(content: &Content) -> Result<Vec<f64>> {
+    let mut columns = content.columns();
     let n = columns.count()?;
     let steps = columns.column(n, 64)?;
     columns.end()?;
@@ -78,8 +78,8 @@ pub(super) fn write_events(events: &[Event]) -> Vec<u8> {
 }
 
 /// Reads section `EVNT`.
-pub(super) fn read_events(bytes: &[u8]) -> Result<Vec<Event>> {
-    let mut columns = Columns::new(bytes);
+pub(super) fn read_events(content: &Content) -> Result<Vec<Event>> {
+    let mut columns = content.columns();
     let n = columns.count()?;
     let isovalues = columns.column(n, 64)?;
     let positions = [columns.column(n, 64)?, columns.column(n, 64)?, columns.column(n, 64)?];
@@ -87,7 +87,7 @@ pub(super) fn read_events(bytes: &[u8]) -> Result<Vec<Event>> {
     columns.end()?;
     collected(n, |i| {
         let number = |bits: Result<u64>| bits.map(f64::from_bits);
-        let [x, y, z] = positions;
+        let [x, y, z] = &positions;
         let code = kinds.get(i)? as usize;
         Ok(Event {
             isovalue: number(isovalues.get(i))?,
@@ -121,8 +121,8 @@ pub(super) fn write_collapses(collapses: &[Collapse]) -> Vec<u8> {
 }
 
 /// Reads section `COLL`.
-pub(super) fn read_collapses(bytes: &[u8]) -> Result<Vec<Collapse>> {
-    let mut columns = Columns::new(bytes);
+pub(super) fn read_collapses(content: &Content) -> Result<Vec<Collapse>> {
+    let mut columns = content.columns();
     let n = columns.count()?;
     let vertices = columns.column(n, 33)?;
     let targets = columns.column(n, 33)?;

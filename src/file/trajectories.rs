@@ -4,7 +4,7 @@
 //! predicted from the neighbours that are known already ([`super::geometry`]). Lattice vertices have knots at samples'
 //! values, others where the mesh was looked at: ways to their further knots lie apart, each kind with stations of its own.
 
-use super::column::{Column, Columns, write_column, zigzag};
+use super::column::{CodedColumns, Column, Columns, Content, zigzag};
 use super::facing::Units;
 use super::samples::Samples;
 use super::stations::{Ways, write_ways};
@@ -46,14 +46,15 @@ impl Ranks {
         self.first_knot.len().saturating_sub(1) as u32
     }
 
-    fn is_lattice(&self, v: u32) -> bool {
+    pub(super) fn is_lattice(&self, v: u32) -> bool {
         self.is_lattice.as_ref().is_some_and(|is_lattice| is_lattice[v as usize])
     }
 }
 
 /// Writes section `VERT`.
-pub(super) fn write_ranks(ranks: &Ranks) -> Vec<u8> {
-    let mut bytes = u64::from(ranks.n_vertices()).to_le_bytes().to_vec();
+pub(super) fn write_ranks(ranks: &Ranks) -> Content<'static> {
+    let mut columns = CodedColumns::new();
+    columns.count(ranks.n_vertices() as usize);
     let (mut counts, mut flags, mut firsts) = (Vec::new(), Vec::new(), Vec::new());
     // Of lattice vertices, and of others.
     let mut ways: [Vec<(u32, u32)>; 2] = Default::default();
@@ -71,21 +72,21 @@ pub(super) fn write_ranks(ranks: &Ranks) -> Vec<u8> {
         ways[kind].extend(trajectory.windows(2).map(|pair| (pair[0], pair[1])));
     }
     for column in [&counts, &flags, &firsts] {
-        write_column(&mut bytes, column);
+        columns.column(column.iter().copied());
     }
-    ways.iter().for_each(|ways| write_ways(&mut bytes, ways));
-    bytes
+    ways.iter().for_each(|ways| write_ways(&mut columns, ways));
+    columns.end()
 }
 
 /// Reads section `VERT` of a version; every rank is below `n_isovalues`. At most `most_unused` vertices have fewer than
 /// the two knots that a triangle needs.
 pub(super) fn read_ranks(
-    bytes: &[u8],
+    content: &Content,
     n_isovalues: usize,
     version: u32,
     most_unused: usize,
 ) -> Result<Ranks> {
-    let mut columns = Columns::new(bytes);
+    let mut columns = content.columns();
     let n = columns.count()?;
     if n >= u32::MAX as usize {
         return Err(Error::input(format!("{n} vertices, expected fewer than 2^32")));

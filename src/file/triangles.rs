@@ -1,30 +1,54 @@
 //! Section `TRIA`: triangles and lifetimes.
 //!
-//! A triangle lives within the trajectories of its vertices, and often as long as the first of them
-//! to end, or as long as the triangle before it: those of one cell of the exact extraction die together.
-//! So its death is told as one of the two, or by the way from its birth ([`super::stations`]); a lifetime
-//! that its vertices do not cover is refused. What it joins and when it is born is
-//! [`super::connectivity`]'s.
+//! A triangle lives within the trajectories of its vertices. What it joins and when it is born is [`super::connectivity`]'s, and mostly
+//! when it dies, too; where it is not found there, it is told by the way from its birth ([`super::stations`]), or to be
+//! as that of the last one that told it. A lifetime that its vertices do not cover is refused.
 
-use super::column::{Column, Columns, collected, write_column};
-use super::connectivity::{Walk, WalkReader, arrange};
+use super::column::{CodedColumns, Content};
+use super::connectivity::{ByRank, Meshes, Walk, WalkReader, arrange};
+use super::facing::Units;
+use super::holes::{Holes, MOST_TRIANGLES, Question};
+use super::samples::Samples;
 use super::stations::{Ways, write_ways};
+use super::too_many_unused;
 use super::trajectories::Ranks;
-use super::{LAST_WITHOUT_STATIONS, too_many_unused};
 use crate::error::{Error, Result};
 use crate::spectrum::{Collapse, Patch, Spectrum, Triangle};
 
-/// Codes of deaths: with the first of the triangle's vertices to end; with the triangle before; by a way from its birth. Before
-/// version 5, larger codes were so many ranks before the first of its vertices.
-const WITH_A_VERTEX: u64 = 0;
+/// Of a triangle: that it dies where it is found to; with the last one that told when; at the end of a way.
+const FOUND: u64 = 0;
 const AS_BEFORE: u64 = 1;
 const BY_A_WAY: u64 = 2;
+/// Added for caps.
+const CAP: u64 = 3;
 
-/// The spectrum in the order of the file, the walk that tells its triangles, and of each vertex which it was. Columns of the
+/// A spectrum in the order of the file.
+pub(super) struct Arranged {
+    pub(super) spectrum: Spectrum,
+    /// What tells its triangles.
+    walk: Walk,
+    /// Of each triangle, whether it has to tell when it dies.
+    is_told: Vec<bool>,
+    /// Of each vertex, which it was.
+    pub(super) order: Vec<u32>,
+}
+
+/// Puts a spectrum into the order of the file, with positions in some units. Columns of the
 /// spectrum as it was go as soon as those in their place are there.
-pub(super) fn arranged(spectrum: Spectrum) -> (Spectrum, Walk, Vec<u32>) {
+pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
     let n_vertices = spectrum.n_vertices();
-    let (order, walk) = arrange(spectrum.triangles(), n_vertices, spectrum.isovalues().len());
+    let samples = Samples::new(spectrum.volume(), units);
+    let lattice: Vec<bool> = (0..n_vertices as u32)
+        .map(|v| samples.way_along(spectrum.trajectory(v)).is_some())
+        .collect();
+    let (order, walk) = arrange(&Meshes {
+        triangles: spectrum.triangles(),
+        n_vertices,
+        n_isovalues: spectrum.isovalues().len(),
+        last: &|v| Some(spectrum.trajectory(v).last()?.rank),
+        is_lattice: &|v| lattice[v as usize],
+    });
+    let is_told = order.is_told;
     let (about, patch) = spectrum.into_parts();
     let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
     let old = triangles;
@@ -51,103 +75,195 @@ pub(super) fn arranged(spectrum: Spectrum) -> (Spectrum, Walk, Vec<u32>) {
     let collapses = collapses.collect();
     let (first_knot, knots) = (new_first, new_knots);
     let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
-    (Spectrum::unchecked(about, patch), walk, order.vertices)
+    Arranged { spectrum: Spectrum::unchecked(about, patch), walk, is_told, order: order.vertices }
 }
 
-/// Writes section `TRIA`: a walk, and the deaths and caps of the triangles it tells, in its order.
-pub(super) fn write_triangles(walk: &Walk, triangles: &[Triangle], ranks: &Ranks) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    walk.write(&mut bytes);
-    let end = |t: &Triangle| span(t.vertices, ranks).expect("checked vertices have knots").1;
+/// Writes section `TRIA`.
+pub(super) fn write_triangles(arranged: &Arranged) -> Content<'static> {
+    let Arranged { spectrum, walk, is_told, .. } = arranged;
+    let mut columns = CodedColumns::new();
+    walk.write(&mut columns);
     let mut before = 0;
     let mut ways = Vec::new();
-    let mut code = |t: &Triangle| {
-        let is_as_before = t.death == std::mem::replace(&mut before, t.death);
-        if end(t) == t.death {
-            return WITH_A_VERTEX;
-        }
-        if is_as_before {
-            return AS_BEFORE;
-        }
-        ways.push((t.birth, t.death));
-        BY_A_WAY
-    };
-    write_column(&mut bytes, &triangles.iter().map(&mut code).collect::<Vec<_>>());
-    write_ways(&mut bytes, &ways);
-    write_column(&mut bytes, &triangles.iter().map(|t| t.cap.into()).collect::<Vec<_>>());
-    bytes
+    let mut kinds: Vec<u8> = Vec::with_capacity(is_told.len());
+    for (t, &is_told) in spectrum.triangles().iter().zip(is_told) {
+        let death = match is_told {
+            false => FOUND,
+            true if std::mem::replace(&mut before, t.death) == t.death => AS_BEFORE,
+            true => {
+                ways.push((t.birth, t.death));
+                BY_A_WAY
+            }
+        };
+        kinds.push((death + CAP * u64::from(t.cap)) as u8);
+    }
+    columns.column(kinds.iter().map(|&kind| kind.into()));
+    write_ways(&mut columns, &ways);
+    columns.end()
 }
 
-/// Reads section `TRIA` of a version. At most `most_unused` vertices are in none of its triangles.
+/// Reads section `TRIA`. At most `most_unused` vertices are in none of its triangles.
 pub(super) fn read_triangles(
-    bytes: &[u8],
+    content: &Content,
     ranks: &Ranks,
     n_isovalues: usize,
-    version: u32,
     most_unused: usize,
 ) -> Result<Vec<Triangle>> {
-    let mut columns = Columns::new(bytes);
-    let walk = WalkReader::new(&mut columns)?;
+    let mut columns = content.columns();
+    let walk = WalkReader::new(&mut columns, n_isovalues)?;
     let n = walk.n_triangles()?;
-    let deaths = columns.column(n, 33)?;
-    let mut ways = ways(&mut columns, (n, &deaths), n_isovalues, version)?;
-    let caps = columns.column(n, 1)?;
-    columns.end()?;
-    let mut before = 0;
-    let death = |i: usize, vertices: [u32; 3], birth: u32| {
-        let code = deaths.get(i)?;
-        let way = match &mut ways {
-            Some(ways) if code == BY_A_WAY => u32::try_from(ways.next(birth)?).ok(),
-            _ => None,
-        };
-        let death = span(vertices, ranks).and_then(|(first, last)| {
-            let death = match code {
-                // In version 1 the distance itself.
-                _ if version == 1 => u64::from(last).checked_sub(code)? as u32,
-                WITH_A_VERTEX => last,
-                AS_BEFORE => before,
-                _ if version <= LAST_WITHOUT_STATIONS => {
-                    u64::from(last).checked_sub(code - AS_BEFORE)? as u32
-                }
-                _ => way?,
-            };
-            (first <= birth && birth < death && death <= last).then_some(death)
-        });
-        before = death.unwrap_or(0);
-        death.ok_or_else(|| Error::input(format!("triangle {i} outlives its vertices")))
-    };
-    let n_vertices = ranks.n_vertices() as usize;
-    let (triangles, n_used) = walk.triangles(n_vertices, n_isovalues, death)?;
-    ways.map_or(Ok(()), Ways::end)?;
-    if n_vertices - n_used > most_unused {
-        return Err(too_many_unused(n_vertices - n_used, most_unused));
+    if n > MOST_TRIANGLES {
+        return Err(Error::input(format!("{n} triangles, expected at most {MOST_TRIANGLES}")));
     }
-    collected(triangles.len(), |i| {
-        let (vertices, birth, death) = triangles[i];
-        Ok(Triangle { vertices, birth, death, cap: caps.get(i)? == 1 })
-    })
-}
-
-/// The ways from birth to death, of the triangles that are told by one; before version 5 there are none.
-fn ways<'a>(
-    columns: &mut Columns<'a>,
-    (n, deaths): (usize, &Column),
-    n_isovalues: usize,
-    version: u32,
-) -> Result<Option<Ways<'a>>> {
-    if version <= LAST_WITHOUT_STATIONS {
-        return Ok(None);
-    }
+    let kinds = columns.column(n, 3)?;
     let mut n_ways = 0;
     for i in 0..n {
-        n_ways += usize::from(deaths.get(i)? == BY_A_WAY);
+        n_ways += usize::from(kinds.get(i)? % CAP == BY_A_WAY);
     }
-    Ways::new(columns, n_ways, n_isovalues).map(Some)
+    let mut ways = Ways::new(&mut columns, n_ways, n_isovalues)?;
+    columns.end()?;
+    let mut before = 0;
+    let mut told = |i: usize, birth: u32| {
+        let kind = kinds.get(i)?;
+        let death = match kind % CAP {
+            FOUND => None,
+            AS_BEFORE => Some(before),
+            _ => {
+                before = ways.next(birth)?;
+                Some(before)
+            }
+        };
+        Ok((death, kind >= CAP))
+    };
+    let reader = Reader::new(ranks, n_isovalues, n);
+    let (triangles, n_used) = reader.read(walk, n_isovalues, &mut told)?;
+    ways.end()?;
+    check_unused(ranks, n_used, most_unused)?;
+    Ok(triangles)
+}
+
+/// Reads triangles rank by rank.
+struct Reader<'a> {
+    ranks: &'a Ranks,
+    holes: Holes,
+    /// Vertices by where they end, and triangles by the deaths that they tell.
+    ends: ByRank,
+    told: ByRank,
+    triangles: Vec<Triangle>,
+    n_used: u32,
+}
+
+/// When triangle `i` dies that is born at a rank, if it tells, and whether it is a cap.
+type Tells<'a> = &'a mut dyn FnMut(usize, u32) -> Result<(Option<u64>, bool)>;
+
+impl<'a> Reader<'a> {
+    fn new(ranks: &'a Ranks, n_isovalues: usize, n: usize) -> Self {
+        let n_vertices = ranks.n_vertices();
+        let mut ends = ByRank::new(n_isovalues);
+        // Newest first, so they come back in their order.
+        for v in (0..n_vertices).rev() {
+            let last = ranks.of(v).and_then(<[u32]>::last);
+            last.into_iter().for_each(|&rank| ends.push(rank, v));
+        }
+        Reader {
+            ranks,
+            holes: Holes::new(n_vertices as usize),
+            ends,
+            told: ByRank::new(n_isovalues),
+            triangles: Vec::with_capacity(n),
+            n_used: 0,
+        }
+    }
+
+    /// All triangles, and how many vertices they use.
+    fn read(
+        mut self,
+        mut walk: WalkReader,
+        n_isovalues: usize,
+        tells: Tells,
+    ) -> Result<(Vec<Triangle>, u32)> {
+        for rank in 0..n_isovalues as u32 {
+            self.die(&mut walk, rank)?;
+            let mut left = walk.births()?;
+            while left > 0 {
+                let gate = self.holes.pop();
+                let vertices = match &gate {
+                    Some(gate) => walk
+                        .third(&self.holes, gate, self.n_used)?
+                        .map(|third| [gate.from, gate.to, third]),
+                    None => Some(walk.start(self.n_used)?),
+                };
+                if let Some(vertices) = vertices {
+                    self.add(vertices, rank, tells)?;
+                    left -= 1;
+                }
+                match (gate, vertices) {
+                    (Some(gate), Some([.., third])) => self.holes.fill(gate, third),
+                    (Some(gate), None) => self.holes.leave(gate),
+                    (None, vertices) => vertices.into_iter().for_each(|v| self.holes.start(v)),
+                }
+            }
+        }
+        walk.end()?;
+        match self.triangles.iter().position(|t| t.death == NEVER) {
+            None => Ok((self.triangles, self.n_used)),
+            Some(i) => Err(outlives(i)),
+        }
+    }
+
+    /// Opens the holes that the triangles leave which die at a rank.
+    fn die(&mut self, walk: &mut WalkReader, rank: u32) -> Result<()> {
+        let ended: Vec<u32> = self.ends.at(rank).collect();
+        let dies = |holes: &Holes, question: Question| {
+            let vertices = holes.vertices(question.triangle);
+            walk.dies(question, vertices, |v| self.ranks.is_lattice(v))
+        };
+        let [found, _] = self.holes.dying(rank, &ended, self.told.at(rank), dies)?;
+        for &t in &found {
+            self.triangles[t as usize].death = rank;
+        }
+        self.holes.open(&found);
+        Ok(())
+    }
+
+    /// Adds a triangle that is born at a rank.
+    fn add(&mut self, vertices: [u32; 3], birth: u32, tells: Tells) -> Result<()> {
+        let [a, b, c] = vertices;
+        let (i, n_vertices) = (self.triangles.len(), self.ranks.n_vertices());
+        self.n_used = self.n_used.max(a.max(b).max(c) + 1);
+        if self.n_used > n_vertices || a == b || b == c || c == a {
+            return Err(Error::input(format!(
+                "triangle {i} has vertices {a}, {b}, {c}, expected three different ones below {n_vertices}"
+            )));
+        }
+        let (first, last) = span(vertices, self.ranks).ok_or_else(|| outlives(i))?;
+        let (death, cap) = tells(i, birth)?;
+        let is_within = |death: u64| (u64::from(birth) + 1..=u64::from(last)).contains(&death);
+        if first > birth || birth >= last || death.is_some_and(|death| !is_within(death)) {
+            return Err(outlives(i));
+        }
+        death.into_iter().for_each(|death| self.told.push(death as u32, i as u32));
+        self.triangles.push(Triangle { vertices, birth, death: NEVER, cap });
+        Ok(())
+    }
+}
+
+/// The death of a triangle that has not died yet.
+const NEVER: u32 = u32::MAX;
+
+pub(super) fn outlives(i: usize) -> Error {
+    Error::input(format!("triangle {i} outlives its vertices"))
+}
+
+/// Checks how many vertices no triangle uses.
+pub(super) fn check_unused(ranks: &Ranks, n_used: u32, most_unused: usize) -> Result<()> {
+    let n = (ranks.n_vertices() - n_used) as usize;
+    if n > most_unused { Err(too_many_unused(n, most_unused)) } else { Ok(()) }
 }
 
 /// The first and last rank at which all three vertices have knots around them; none if one of
 /// the vertices has no knots at all or does not exist.
-fn span(vertices: [u32; 3], ranks: &Ranks) -> Option<(u32, u32)> {
+pub(super) fn span(vertices: [u32; 3], ranks: &Ranks) -> Option<(u32, u32)> {
     let mut span = (0, u32::MAX);
     for v in vertices {
         let trajectory = ranks.of(v)?;

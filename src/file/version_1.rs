@@ -1,6 +1,6 @@
 //! Section `POSN` of version 1: all knots in one order, none of them told by its sample.
 
-use super::column::Columns;
+use super::column::Content;
 use super::facing::Units;
 use super::geometry::in_file;
 use super::predict::Predictor;
@@ -10,13 +10,13 @@ use crate::spectrum::{Knot, Triangle};
 
 /// Reads it.
 pub(super) fn read_geometry(
-    bytes: &[u8],
+    content: &Content,
     ranks: &Ranks,
     isovalues: &[f64],
     triangles: &[Triangle],
 ) -> Result<Vec<Knot>> {
     let (n, units) = (ranks.ranks.len(), Units::of_file(1, 0.0));
-    let mut columns = Columns::new(bytes);
+    let mut columns = content.columns();
     let positions = [columns.column(n, 34)?, columns.column(n, 34)?, columns.column(n, 34)?];
     columns.end()?;
     let mut predictor = Predictor::new(ranks, isovalues, triangles)?;

@@ -30,7 +30,7 @@ pub(super) fn compressed(spectrum: &Spectrum, step: f64, codes: Option<&[u8]>) -
     let units = Units::of_page(step, ALONG);
     let (arranged, sections, order) = parts(&units.rounded(spectrum)?, units)?;
     let mut bytes = Vec::new();
-    sections.iter().for_each(|section| append(&mut bytes, section));
+    sections.iter().for_each(|section| append(&mut bytes, section.bytes()));
     if let Some(codes) = codes {
         let of = |&v: &u32| {
             let [start, end] = [v, v + 1].map(|v| spectrum.first_knot()[v as usize] as usize);

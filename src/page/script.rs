@@ -8,9 +8,10 @@
 use super::names;
 
 /// The scripts, in the order in which they stand in the page; one subject each. One that begins comes last.
-const SCRIPTS: [&str; 34] = [
+const SCRIPTS: [&str; 35] = [
     include_str!("../../page/letters.js"),
     include_str!("../../page/file.js"),
+    include_str!("../../page/coder.js"),
     include_str!("../../page/connectivity.js"),
     include_str!("../../page/samples.js"),
     include_str!("../../page/trajectories.js"),

@@ -25,7 +25,7 @@ const ROUNDING = 1e-12;
 
 /** The page's way from bytes to a spectrum. */
 function decoder() {
-    const scripts = ["letters", "file", "connectivity", "samples", "trajectories", "active", "normals", "surface", "mesh"];
+    const scripts = ["letters", "file", "coder", "connectivity", "samples", "trajectories", "active", "normals", "surface", "mesh"];
     const text = scripts.map((name) => readFileSync(new URL(`../../page/${name}.js`, import.meta.url), "utf8"));
     return new Function(`${text.join("\n")}\nreturn { bytesOfLetters, spectrumOf, ActiveSet, Query };`)();
 }

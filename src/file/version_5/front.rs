@@ -1,4 +1,4 @@
-//! The rim of the holes that are being filled: what reader and writer of connectivity share.
+//! The rim of the holes that are being filled: as files up to version 5 find them.
 //!
 //! # Invariants
 //!
@@ -6,7 +6,7 @@
 //! that is filled from elsewhere is only marked and leaves when the stack gets down to it. Every
 //! list is followed for at most [`MOST_GATES`] steps, so no file can make a reader slow.
 
-use super::connectivity::{AFTER, BEFORE};
+use super::{AFTER, BEFORE};
 
 /// How many gates along the hole a code may go.
 const MOST_AFTER: usize = 64;
@@ -105,25 +105,8 @@ impl Front {
         self.add([from, to, third], death);
     }
 
-    /// The code by which [`Front::third`] finds `third` at the gate from -> to, the code being number `n_codes`. None
-    /// also where that would take too long a search.
-    pub(super) fn code_of(
-        &mut self,
-        [from, to]: [u32; 2],
-        third: u32,
-        n_codes: usize,
-    ) -> Option<u64> {
-        if self.before(from) == Some(third) {
-            return Some(BEFORE);
-        }
-        let mut along = self.along(to).take(MOST_AFTER).zip(AFTER..);
-        let ((_, n_looked), code) = along.find(|&((v, _), _)| v == third)?;
-        drop(along);
-        self.spend(n_looked, n_codes).then_some(code)
-    }
-
     /// The third vertex at the gate from -> to for a code of [`BEFORE`] or more, the code being number `n_codes`. None
-    /// where there is no such vertex, or the search for it takes longer than a writer's.
+    /// where there is no such vertex, or the search for it takes too long.
     pub(super) fn third(&mut self, [from, to]: [u32; 2], code: u64, n_codes: usize) -> Option<u32> {
         if code == BEFORE {
             return self.before(from);
@@ -217,8 +200,7 @@ mod tests {
             assert_eq!(front.third([2, 0], AFTER + 1, n_codes), Some(0), "{n_codes}");
         }
         assert_eq!(front.third([2, 0], AFTER + 1, most + 1), None);
-        // A writer is told so and writes a jump; a step that costs no more than its share is still found.
-        assert_eq!(front.code_of([2, 0], 0, most + 1), None);
-        assert_eq!(front.code_of([2, 0], 1, most + 1), Some(AFTER));
+        // A step that costs no more than its share is still found.
+        assert_eq!(front.third([2, 0], AFTER, most + 1), Some(1));
     }
 }
