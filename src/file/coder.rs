@@ -54,6 +54,19 @@ pub(super) trait Coder {
 
     /// So many bits about which nothing is expected.
     fn bits(&mut self, n: u32, value: u64) -> u64;
+
+    fn range(&mut self) -> &mut u32;
+
+    /// Goes on by a byte.
+    fn shift(&mut self);
+
+    /// Goes on until the range is wide enough for a decision.
+    fn narrowed(&mut self) {
+        while *self.range() < LEAST_RANGE {
+            *self.range() <<= 8;
+            self.shift();
+        }
+    }
 }
 
 /// Writes decisions.
@@ -77,25 +90,6 @@ impl Encoder {
     pub(super) fn end(mut self) -> Vec<u8> {
         (0..WINDOW).for_each(|_| self.shift());
         self.bytes
-    }
-
-    fn shift(&mut self) {
-        let carry = (self.low >> 32) as u8;
-        let top = (self.low >> 24) as u8;
-        if carry > 0 || top < u8::MAX {
-            self.bytes.push(self.last.wrapping_add(carry));
-            self.bytes.extend((1..self.n_open).map(|_| u8::MAX.wrapping_add(carry)));
-            (self.last, self.n_open) = (top, 0);
-        }
-        self.n_open += 1;
-        self.low = (self.low & 0x00FF_FFFF) << 8;
-    }
-
-    fn narrowed(&mut self) {
-        while self.range < LEAST_RANGE {
-            self.range <<= 8;
-            self.shift();
-        }
     }
 }
 
@@ -123,6 +117,22 @@ impl Coder for Encoder {
         }
         value
     }
+
+    fn range(&mut self) -> &mut u32 {
+        &mut self.range
+    }
+
+    fn shift(&mut self) {
+        let carry = (self.low >> 32) as u8;
+        let top = (self.low >> 24) as u8;
+        if carry > 0 || top < u8::MAX {
+            self.bytes.push(self.last.wrapping_add(carry));
+            self.bytes.extend((1..self.n_open).map(|_| u8::MAX.wrapping_add(carry)));
+            (self.last, self.n_open) = (top, 0);
+        }
+        self.n_open += 1;
+        self.low = (self.low & 0x00FF_FFFF) << 8;
+    }
 }
 
 /// Reads decisions. Behind the last byte it reads zeros.
@@ -145,19 +155,6 @@ impl<'a> Decoder<'a> {
     /// The bytes that were not read; none if more were read than there are.
     pub(super) fn rest(&self) -> Option<&'a [u8]> {
         self.bytes.get(self.next..)
-    }
-
-    fn shift(&mut self) {
-        let byte = self.bytes.get(self.next).copied().unwrap_or(0);
-        self.next += 1;
-        self.code = self.code << 8 | u32::from(byte);
-    }
-
-    fn narrowed(&mut self) {
-        while self.range < LEAST_RANGE {
-            self.range <<= 8;
-            self.shift();
-        }
     }
 }
 
@@ -188,6 +185,16 @@ impl Coder for Decoder<'_> {
             self.narrowed();
         }
         value
+    }
+
+    fn range(&mut self) -> &mut u32 {
+        &mut self.range
+    }
+
+    fn shift(&mut self) {
+        let byte = self.bytes.get(self.next).copied().unwrap_or(0);
+        self.next += 1;
+        self.code = self.code << 8 | u32::from(byte);
     }
 }
 

@@ -28,8 +28,8 @@ pub(crate) fn parts(spectrum: &Spectrum, units: Units) -> Result<Parts> {
 pub(super) fn parts_of(spectrum: Spectrum, units: Units) -> Result<Parts> {
     spectrum.check()?;
     let info = info(&spectrum)?;
-    let arranged = triangles::arranged(spectrum, units);
-    let ranks = Ranks::new(&arranged.spectrum, units);
+    let mut arranged = triangles::arranged(spectrum, units);
+    let ranks = Ranks::new(&arranged.spectrum, std::mem::take(&mut arranged.is_lattice));
     let (triangles, (vertices, positions)) = rayon::join(
         || triangles::write_triangles(&arranged),
         || (write_ranks(&ranks), write_geometry(&arranged.spectrum, &ranks, units)),

@@ -196,9 +196,7 @@ impl<'a> Section<'a> {
         let mut count = [0; 8];
         let read = match self.method {
             METHOD_CODED => {
-                let bytes = Cow::Borrowed(self.stored);
-                let content = Content::Coded { bytes, n_numbers: self.wanted };
-                return content.columns().count().ok().map(|n| n as u64);
+                return self.content().ok()?.columns().count().ok().map(|n| n as u64);
             }
             METHOD_RAW => (&mut { self.stored }).read_exact(&mut count),
             _ => ZlibDecoder::new(self.stored).read_exact(&mut count),

@@ -5,8 +5,6 @@
 //! values, others where the mesh was looked at: ways to their further knots lie apart, each kind with stations of its own.
 
 use super::column::{CodedColumns, Column, Columns, Content, zigzag};
-use super::facing::Units;
-use super::samples::Samples;
 use super::stations::{Ways, write_ways};
 use super::{LAST_WITHOUT_STATIONS, too_many_unused};
 use crate::error::{Error, Result};
@@ -24,14 +22,12 @@ pub(super) struct Ranks {
 }
 
 impl Ranks {
-    /// Those of a spectrum whose positions are as [`Units::rounded`] leaves them.
-    pub(super) fn new(spectrum: &Spectrum, units: Units) -> Self {
-        let samples = Samples::new(spectrum.volume(), units);
-        let is_lattice = |v: u32| samples.way_along(spectrum.trajectory(v)).is_some();
+    /// Those of a spectrum of which it is known what its lattice vertices are.
+    pub(super) fn new(spectrum: &Spectrum, is_lattice: Vec<bool>) -> Self {
         Ranks {
             first_knot: spectrum.first_knot().to_vec(),
             ranks: spectrum.knots().iter().map(|knot| knot.rank).collect(),
-            is_lattice: Some((0..spectrum.n_vertices() as u32).map(is_lattice).collect()),
+            is_lattice: Some(is_lattice),
         }
     }
 

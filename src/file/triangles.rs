@@ -29,6 +29,8 @@ pub(super) struct Arranged {
     walk: Walk,
     /// Of each triangle, whether it has to tell when it dies.
     is_told: Vec<bool>,
+    /// Of each vertex, whether it is a lattice vertex.
+    pub(super) is_lattice: Vec<bool>,
     /// Of each vertex, which it was.
     pub(super) order: Vec<u32>,
 }
@@ -75,7 +77,9 @@ pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
     let collapses = collapses.collect();
     let (first_knot, knots) = (new_first, new_knots);
     let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
-    Arranged { spectrum: Spectrum::unchecked(about, patch), walk, is_told, order: order.vertices }
+    let spectrum = Spectrum::unchecked(about, patch);
+    let is_lattice = order.vertices.iter().map(|&v| lattice[v as usize]).collect();
+    Arranged { spectrum, walk, is_told, is_lattice, order: order.vertices }
 }
 
 /// Writes section `TRIA`.
