@@ -286,13 +286,12 @@ impl Spectrum {
         self.about.parameters.get(Statistics::NAME).and_then(Statistics::of_json)
     }
 
-    /// The mesh at one isovalue; builds the search structures anew, so use a [`Query`] for more
-    /// than one.
+    /// The mesh at one isovalue, after a look at every triangle; a [`Query`] is faster for many.
     ///
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
     pub fn mesh_at(&self, isovalue: f64) -> crate::Result<SurfaceMesh> {
-        Query::new(self).mesh_at(isovalue)
+        Query::for_some(self, 1).mesh_at(isovalue)
     }
 }

@@ -171,7 +171,7 @@ pub struct Glance {
 pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<Glance> {
     check_same_volume(spectrum, volume)?;
     let (low, high) = spectrum.range();
-    let mut query = Query::new(spectrum);
+    let mut query = Query::for_some(spectrum, n_isovalues);
     let mut pooled = Geometry::new();
     for i in 0..n_isovalues {
         let share = (i as f64 + 0.5) / n_isovalues as f64;

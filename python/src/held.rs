@@ -9,7 +9,7 @@ use isospectrum::{Mesh, Query, Result, Spectrum};
 /// See the module. What answers queries is built when it is wanted first.
 pub(crate) enum Held {
     Whole { spectrum: Arc<Spectrum>, query: OnceLock<Mutex<Query<Arc<Spectrum>>>> },
-    Folder { folder: SpectrumFolder, query: Box<Mutex<FolderQuery>> },
+    Folder { folder: Box<SpectrumFolder>, query: Box<Mutex<FolderQuery>> },
 }
 
 impl Held {
@@ -19,8 +19,8 @@ impl Held {
 
     /// A folder of parts, of which none is read.
     pub(crate) fn folder(path: &Path) -> Result<Held> {
-        let folder = SpectrumFolder::open(path)?;
-        let query = Box::new(Mutex::new(FolderQuery::new(folder.clone())?));
+        let folder = Box::new(SpectrumFolder::open(path)?);
+        let query = Box::new(Mutex::new(FolderQuery::new((*folder).clone())?));
         Ok(Held::Folder { folder, query })
     }
 

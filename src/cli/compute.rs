@@ -174,7 +174,7 @@ impl Compute {
         let Target::File(output) = output else {
             return Err(Error::internal("a folder of parts that is computed as a whole").into());
         };
-        let n_bytes = spectrum_file::write(&spectrum, output)?;
+        let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
         let measured = (!quiet || self.json).then(|| glance(&spectrum, prepared.volume(), GLANCES));
         let measured = measured.transpose()?.map(|measured| (measured, forecast));
         let made = Made::File(Box::new(spectrum), n_bytes);

@@ -146,7 +146,7 @@ impl Extract {
         }
         let volume = self.volume.as_ref().map(|path| volume_of(path, &spectrum)).transpose()?;
         let sources = self.color.sources(&spectrum, volume)?;
-        let mut query = Query::new(&spectrum);
+        let mut query = Query::for_some(&spectrum, surfaces.len());
         let mut written = Vec::new();
         let mut bytes = None;
         if is_scene {

@@ -49,25 +49,27 @@ fn kind(question: Question, vertices: [u32; 3], is_lattice: impl FnMut(u32) -> b
 #[derive(Debug)]
 pub(super) struct ByRank {
     newest: Vec<u32>,
-    /// Each with the entry before it of its rank.
-    entries: Vec<(u32, u32)>,
+    /// By number, the one before it of its rank.
+    before: Vec<u32>,
 }
 
 impl ByRank {
     pub(super) fn new(n_ranks: usize) -> Self {
-        ByRank { newest: vec![NONE; n_ranks], entries: Vec::new() }
+        ByRank { newest: vec![NONE; n_ranks], before: Vec::new() }
     }
 
     pub(super) fn push(&mut self, rank: u32, number: u32) {
-        let index = self.entries.len() as u32;
-        let before = std::mem::replace(&mut self.newest[rank as usize], index);
-        self.entries.push((number, before));
+        if self.before.len() <= number as usize {
+            self.before.resize(number as usize + 1, NONE);
+        }
+        self.before[number as usize] = std::mem::replace(&mut self.newest[rank as usize], number);
     }
 
     pub(super) fn at(&self, rank: u32) -> impl Iterator<Item = u32> + '_ {
-        let entry = |i: u32| self.entries.get(i as usize);
-        let entries = std::iter::successors(entry(self.newest[rank as usize]), move |e| entry(e.1));
-        entries.map(|e| e.0)
+        let some = |number: u32| (number != NONE).then_some(number);
+        std::iter::successors(some(self.newest[rank as usize]), move |&n| {
+            some(self.before[n as usize])
+        })
     }
 }
 
@@ -84,9 +86,10 @@ pub(super) struct Meshes<'a> {
 /// The order in which a file keeps triangles and vertices.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Arrangement {
-    /// For each triangle of the file: its number in the spectrum, and its vertices in the numbers
-    /// of the file, the first of them as the file has it.
-    pub(super) triangles: Vec<(u32, [u32; 3])>,
+    /// For each triangle of the file: its number in the spectrum.
+    pub(super) triangles: Vec<u32>,
+    /// And its vertices in the numbers of the file, the first of them as the file has it.
+    pub(super) corners: Vec<[u32; 3]>,
     /// For each vertex of the file: its number in the spectrum.
     pub(super) vertices: Vec<u32>,
     /// For each triangle of the file, whether it has to tell when it dies.
@@ -139,7 +142,7 @@ impl Walk {
 pub(super) fn arrange(meshes: &Meshes) -> (Arrangement, Walk) {
     let &Meshes { triangles, n_vertices, n_isovalues, last, .. } = meshes;
     let mut by_birth: Vec<u32> = (0..triangles.len() as u32).collect();
-    by_birth.sort_by_key(|&i| triangles[i as usize].birth);
+    by_birth.par_sort_by_key(|&i| triangles[i as usize].birth);
     let birth = |i: &u32| triangles[*i as usize].birth;
     let mut batches = by_birth.chunk_by(|i, j| birth(i) == birth(j)).peekable();
     let mut ends = ByRank::new(n_isovalues);
@@ -162,7 +165,8 @@ pub(super) fn arrange(meshes: &Meshes) -> (Arrangement, Walk) {
         }
     }
     // Vertices that no triangle uses come last.
-    let Arranger { number, mut arrangement, walk, .. } = arranger;
+    let Arranger { number, mut arrangement, walk, holes, .. } = arranger;
+    arrangement.corners = holes.into_vertices();
     let unused = (0..n_vertices as u32).filter(|&v| number[v as usize] == NONE);
     arrangement.vertices.extend(unused);
     (arrangement, walk)
@@ -192,7 +196,7 @@ impl Arranger<'_> {
             let Question { triangle, .. } = question;
             let is_lattice = |v: u32| (meshes.is_lattice)(arrangement.vertices[v as usize]);
             let kind = kind(question, holes.vertices(triangle), is_lattice);
-            let was = arrangement.triangles[triangle as usize].0;
+            let was = arrangement.triangles[triangle as usize];
             let dies = meshes.triangles[was as usize].death == rank;
             walk.answers[kind].push(dies);
             Ok::<bool, std::convert::Infallible>(dies)
@@ -273,7 +277,7 @@ impl Arranger<'_> {
             None => self.walk.jump(gate.from, c),
         });
         self.walk.codes.push(code as u8);
-        self.tell(i, [gate.from, gate.to, c]);
+        self.tell(i);
         self.holes.fill(gate, c);
     }
 
@@ -285,14 +289,14 @@ impl Arranger<'_> {
             self.walk.starts.push(n_before - v);
             v
         });
-        self.tell(i, vertices);
+        self.tell(i);
         self.holes.start(vertices);
     }
 
-    fn tell(&mut self, i: u32, vertices: [u32; 3]) {
+    fn tell(&mut self, i: u32) {
         let number = self.arrangement.triangles.len() as u32;
         self.dying.push(self.meshes.triangles[i as usize].death, number);
-        self.arrangement.triangles.push((i, vertices));
+        self.arrangement.triangles.push(i);
         self.arrangement.is_told.push(false);
     }
 

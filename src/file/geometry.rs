@@ -6,6 +6,8 @@
 
 use std::borrow::Cow;
 
+use rayon::prelude::*;
+
 use super::column::{CodedColumns, Column, Columns, Content, zigzag};
 use super::facing::Units;
 use super::predict::Predictor;
@@ -17,6 +19,9 @@ use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
 /// Kinds of knots, those of lattice vertices aside: each with columns of its own.
 const FIRST: usize = 0;
 const FURTHER: usize = 1;
+
+/// So many vertices are told by one task.
+const VERTICES_AT_ONCE: usize = 1 << 14;
 
 /// All columns.
 #[derive(Debug, Default)]
@@ -43,31 +48,44 @@ pub(super) fn write_geometry(
 ) -> Result<Content<'static>> {
     let told = tell(spectrum, ranks, units)?;
     let mut positions = CodedColumns::new();
-    told.samples.iter().for_each(|column| positions.column(column.iter().copied()));
-    positions.column(told.ways.iter().copied());
-    if units.has_facing() {
-        positions.column(told.facing.iter().copied());
-    }
-    for column in told.positions.as_flattened() {
-        positions.column(column.iter().copied());
+    for k in (0..11).filter(|&k| k != FACING || units.has_facing()) {
+        positions.column(told.iter().flat_map(|told| told.columns()[k].iter().copied()));
     }
     Ok(positions.end())
 }
 
-/// What the predictions miss, knot by knot.
-fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
-    let mut told = Told::default();
+/// What the predictions miss, knot by knot, of some vertices after the other.
+fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<Told>> {
     let samples = Samples::new(spectrum.volume(), units);
     let mut predictor = Predictor::new(ranks, spectrum.isovalues(), spectrum.triangles())?;
-    for v in 0..ranks.n_vertices() {
+    spectrum.knots().iter().for_each(|knot| predictor.push(units.of(knot)));
+    let all: Vec<u32> = (0..ranks.n_vertices()).collect();
+    let told = all.par_chunks(VERTICES_AT_ONCE);
+    let told = told.map(|vertices| tell_some(spectrum, &predictor, &samples, units, vertices));
+    Ok(told.collect())
+}
+
+/// The same for vertices in a row, of a predictor that knows all knots.
+fn tell_some(
+    spectrum: &Spectrum,
+    predictor: &Predictor,
+    samples: &Samples,
+    units: Units,
+    vertices: &[u32],
+) -> Told {
+    let mut told = Told::default();
+    let has_knots = |v: &u32| !spectrum.trajectory(*v).is_empty();
+    let mut last = (0..vertices[0]).rev().find(has_knots);
+    for &v in vertices {
         let knots = spectrum.trajectory(v);
+        let first = spectrum.first_knot()[v as usize] as usize;
         let lattice = samples.way_along(knots);
         let axis = units.facing(knots);
         if lattice.is_none() && !knots.is_empty() {
             told.facing.push(axis as u64);
         }
         for (i, knot) in knots.iter().enumerate() {
-            let expected = predictor.predict(v);
+            let expected = predictor.expected(v, first + i, last);
             let stored = units.of(knot);
             match lattice {
                 Some((start, way)) if i == 0 => {
@@ -87,11 +105,24 @@ fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Told> {
                     }
                 }
             }
-            predictor.push(stored);
+        }
+        if has_knots(&v) {
+            last = Some(v);
         }
     }
-    Ok(told)
+    told
 }
+
+impl Told {
+    /// In the order of the file.
+    fn columns(&self) -> [&[u64]; 11] {
+        let Told { samples: [x, y, z], ways, facing, positions: [[a, b, c], [d, e, f]] } = self;
+        [x, y, z, ways, facing, a, b, c, d, e, f].map(Vec::as_slice)
+    }
+}
+
+/// Of [`Told::columns`], the axes.
+const FACING: usize = 4;
 
 /// The kind of knot `i` of a vertex that is no lattice vertex.
 fn kind(i: usize) -> usize {

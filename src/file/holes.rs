@@ -113,6 +113,11 @@ impl Holes {
         }
     }
 
+    /// The vertices of all triangles.
+    pub(super) fn into_vertices(self) -> Vec<[u32; 3]> {
+        self.vertices
+    }
+
     pub(super) fn vertices(&self, triangle: u32) -> [u32; 3] {
         self.vertices[triangle as usize]
     }

@@ -88,11 +88,17 @@ impl<'a> Predictor<'a> {
     /// Where the next knot, one of vertex `v`, is expected to be.
     pub(super) fn predict(&mut self, v: u32) -> [i32; 3] {
         let knot = self.positions.len();
+        let is_first = knot == self.ranks.first_knot[v as usize] as usize;
+        let last = if is_first { self.last_vertex.replace(v) } else { None };
+        self.expected(v, knot, last)
+    }
+
+    /// Where a knot of vertex `v` is expected to be, by those before it. `last` is the vertex that had knots before `v`.
+    pub(super) fn expected(&self, v: u32, knot: usize, last: Option<u32>) -> [i32; 3] {
         let rank = self.ranks.ranks[knot];
         let range = self.first_neighbour[v as usize]..self.first_neighbour[v as usize + 1];
         let neighbours = &self.neighbours[range.start as usize..range.end as usize];
         let place = if knot == self.ranks.first_knot[v as usize] as usize {
-            let last = self.last_vertex.replace(v);
             if neighbours.is_empty() {
                 let knot = last.map(|u| self.ranks.first_knot[u as usize] as usize);
                 knot.map(|knot| self.place(knot)).unwrap_or_default()

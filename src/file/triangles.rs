@@ -4,6 +4,8 @@
 //! when it dies, too; where it is not found there, it is told by the way from its birth ([`super::stations`]), or to be
 //! as that of the last one that told it. A lifetime that its vertices do not cover is refused.
 
+use rayon::prelude::*;
+
 use super::column::{CodedColumns, Content};
 use super::connectivity::{ByRank, Meshes, Walk, WalkReader, arrange};
 use super::facing::Units;
@@ -41,6 +43,7 @@ pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
     let n_vertices = spectrum.n_vertices();
     let samples = Samples::new(spectrum.volume(), units);
     let lattice: Vec<bool> = (0..n_vertices as u32)
+        .into_par_iter()
         .map(|v| samples.way_along(spectrum.trajectory(v)).is_some())
         .collect();
     let (order, walk) = arrange(&Meshes {
@@ -54,7 +57,7 @@ pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
     let (about, patch) = spectrum.into_parts();
     let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
     let old = triangles;
-    let triangles = order.triangles.into_iter();
+    let triangles = order.triangles.into_par_iter().zip(order.corners);
     let triangles = triangles.map(|(i, vertices)| Triangle { vertices, ..old[i as usize] });
     let triangles = triangles.collect();
     drop(old);
@@ -153,7 +156,10 @@ struct Reader<'a> {
     /// Vertices by where they end, and triangles by the deaths that they tell.
     ends: ByRank,
     told: ByRank,
-    triangles: Vec<Triangle>,
+    /// By triangle; its vertices are in the holes.
+    births: Vec<u32>,
+    deaths: Vec<u32>,
+    caps: Vec<bool>,
     n_used: u32,
 }
 
@@ -174,7 +180,9 @@ impl<'a> Reader<'a> {
             holes: Holes::new(n_vertices as usize),
             ends,
             told: ByRank::new(n_isovalues),
-            triangles: Vec::with_capacity(n),
+            births: Vec::with_capacity(n),
+            deaths: Vec::with_capacity(n),
+            caps: Vec::with_capacity(n),
             n_used: 0,
         }
     }
@@ -209,10 +217,13 @@ impl<'a> Reader<'a> {
             }
         }
         walk.end()?;
-        match self.triangles.iter().position(|t| t.death == NEVER) {
-            None => Ok((self.triangles, self.n_used)),
-            Some(i) => Err(outlives(i)),
+        if let Some(i) = self.deaths.iter().position(|&death| death == NEVER) {
+            return Err(outlives(i));
         }
+        let lives = self.births.into_iter().zip(self.deaths).zip(self.caps);
+        let triangles = self.holes.into_vertices().into_iter().zip(lives);
+        let triangle = |(vertices, ((birth, death), cap))| Triangle { vertices, birth, death, cap };
+        Ok((triangles.map(triangle).collect(), self.n_used))
     }
 
     /// Opens the holes that the triangles leave which die at a rank.
@@ -224,7 +235,7 @@ impl<'a> Reader<'a> {
         };
         let [found, _] = self.holes.dying(rank, &ended, self.told.at(rank), dies)?;
         for &t in &found {
-            self.triangles[t as usize].death = rank;
+            self.deaths[t as usize] = rank;
         }
         self.holes.open(&found);
         Ok(())
@@ -233,7 +244,7 @@ impl<'a> Reader<'a> {
     /// Adds a triangle that is born at a rank.
     fn add(&mut self, vertices: [u32; 3], birth: u32, tells: Tells) -> Result<()> {
         let [a, b, c] = vertices;
-        let (i, n_vertices) = (self.triangles.len(), self.ranks.n_vertices());
+        let (i, n_vertices) = (self.deaths.len(), self.ranks.n_vertices());
         self.n_used = self.n_used.max(a.max(b).max(c) + 1);
         if self.n_used > n_vertices || a == b || b == c || c == a {
             return Err(Error::input(format!(
@@ -247,7 +258,9 @@ impl<'a> Reader<'a> {
             return Err(outlives(i));
         }
         death.into_iter().for_each(|death| self.told.push(death as u32, i as u32));
-        self.triangles.push(Triangle { vertices, birth, death: NEVER, cap });
+        self.births.push(birth);
+        self.deaths.push(NEVER);
+        self.caps.push(cap);
         Ok(())
     }
 }

@@ -13,7 +13,7 @@ impl Spectrum {
     /// largest area, the nearest isovalue with as much. Where samples are spread unevenly, as in densities and
     /// images, there may be next to nothing at the middle.
     pub fn shown_first(&self) -> f64 {
-        let mut query = Query::new(self);
+        let mut query = Query::for_some(self, PARTS);
         shown_first(self.range(), |isovalue| {
             query.mesh_at(isovalue).map_or(0.0, |mesh| Measures::of(&mesh).area)
         })

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::patch::AT_ONCE;
 use super::record::{Life, Recorder, Track};
 use super::region::{Grid, LatticeEdge};
 use super::shared::Shared;
@@ -22,9 +23,8 @@ use crate::topology::exact::ExactField;
 /// Where in an interval, as shares of it, vertices inside cells are placed: first and last stand for its ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 
-/// Cells that one task covers, and tasks whose triangles are in memory twice.
+/// Cells that one task covers.
 const CELLS_AT_ONCE: usize = 1024;
-const TASKS_AT_ONCE: usize = 64;
 
 /// A cell, and between which isovalues it is exact.
 pub(super) type Shown = (u32, f64, f64);
@@ -54,7 +54,7 @@ pub(super) fn extend(
         part
     };
     let mut inner = Vec::new();
-    for shown in shown.chunks(CELLS_AT_ONCE * TASKS_AT_ONCE) {
+    for shown in shown.chunks(AT_ONCE) {
         let parts: Vec<Part> = shown.par_chunks(CELLS_AT_ONCE).map(part).collect();
         for part in parts {
             let base = inner.len() as u32;

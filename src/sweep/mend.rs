@@ -13,7 +13,7 @@ use glam::Vec3;
 
 use super::region::Region;
 use super::tracked::{Tracked, share_exact_cell};
-use super::transport::{MOST_OFF_REFINED, fault, faults};
+use super::transport::{MOST_OFF, fault, faults};
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
 use crate::sweep::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
@@ -81,7 +81,7 @@ pub(super) fn mend_faults(
 ) {
     let bad = faults(tracked, criteria, parameters);
     let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-    let most = MOST_OFF_REFINED * parameters.error as f32;
+    let most = MOST_OFF * parameters.error as f32;
     mend(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
 }
 

@@ -5,6 +5,8 @@
 //! Triangles are many, so what is told of each is held once: trajectories along lattice edges follow from the samples and
 //! are never stored, and tables are made unique while they grow.
 
+use std::cmp::Ordering;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -16,6 +18,9 @@ use super::thin::{Bound, Place, thin};
 use super::tracked::EDGE_MARGIN;
 use crate::spectrum::{Knot, Patch, Triangle};
 use crate::topology::exact::ExactField;
+
+/// So many cells, triangles or trajectories are looked at before the next: what is made of them is in memory twice.
+pub(super) const AT_ONCE: usize = 1 << 16;
 
 /// How near to the border, as a share of an edge into the layer, a cap's vertex comes.
 const CAP_MARGIN: f64 = 0.01;
@@ -128,11 +133,17 @@ pub(super) fn patch(
     merge_sorted(&mut lives, 0);
     lives.shrink_to_fit();
     let n_tracked = lives.partition_point(is_tracked);
-    let mut tracks = Unique::new(Track::cmp);
-    lives.iter().flat_map(|l| l.vertices).for_each(|t| tracks.push(t));
-    let tracks = tracks.finish();
+    let tracks = unique(&lives, |l, tracks| tracks.extend(l.vertices), Track::cmp);
     let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use") as u32;
-    let triangles: Vec<[u32; 3]> = lives.par_iter().map(|l| l.vertices.map(number)).collect();
+    let ends = unique(&lives, |l, ends| ends.extend([l.low, l.high]), f64::total_cmp);
+    let end = |c: f64| ends.partition_point(|&x| x < c) as u32;
+    // Lifetimes among these ends at first.
+    let mut triangles = replaced(lives, |l: &Life| Triangle {
+        vertices: l.vertices.map(number),
+        birth: end(l.low),
+        death: end(l.high),
+        cap: l.cap,
+    });
     let first_own = tracks.partition_point(|t| matches!(t, Track::Edge(_)));
     let own = tracks[first_own..].par_iter().filter_map(|t| match t {
         Track::Own(n) => Some(thinned(&knots[*n as usize], thinning)),
@@ -143,23 +154,21 @@ pub(super) fn patch(
     let inner: Vec<Vec<(f64, Vec3)>> =
         inner.into_par_iter().map(|way| thinned_inside(&way, thinning.tolerance)).collect();
     let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); tracks.len()];
-    for (t, l) in triangles.iter().zip(&lives) {
-        for v in t.map(|v| v as usize) {
-            spans[v] = (spans[v].0.min(l.low), spans[v].1.max(l.high));
+    for t in &triangles {
+        let (low, high) = (ends[t.birth as usize], ends[t.death as usize]);
+        for v in t.vertices.map(|v| v as usize) {
+            spans[v] = (spans[v].0.min(low), spans[v].1.max(high));
         }
     }
     let ways = Ways { field, range, tracks, spans, first_own, own, inner };
     tell(&ways);
-    let mut patch = with_knots(&ways, &lives);
-    let isovalues = &patch.isovalues;
-    let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
-    let triangle = |(l, t): (&Life, &[u32; 3])| Triangle {
-        vertices: *t,
-        birth: rank(l.low),
-        death: rank(l.high),
-        cap: l.cap,
-    };
-    patch.triangles = lives.par_iter().zip(&triangles).map(triangle).collect();
+    let mut patch = with_knots(&ways, &ends);
+    let rank = |c: &f64| patch.isovalues.partition_point(|x| x < c) as u32;
+    let ranks: Vec<u32> = ends.par_iter().map(rank).collect();
+    triangles.par_iter_mut().for_each(|t| {
+        (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
+    });
+    patch.triangles = triangles;
     let shared = Shared::of(field);
     let edges = ways.tracks.iter().zip(0..).filter_map(|(t, v)| match t {
         Track::Edge(e) => Some((v, shared.whole_edge(*e)?)),
@@ -168,24 +177,34 @@ pub(super) fn patch(
     Swept { n_tracked, shared: edges.collect(), patch }
 }
 
-/// The table of isovalues, and the knots of all trajectories.
-fn with_knots(ways: &Ways, lives: &[Life]) -> Patch {
-    let mut isovalues = Unique::new(f64::total_cmp);
-    for i in 0..ways.tracks.len() {
-        ways.each(i, &mut |c, _| isovalues.push(c));
-    }
-    lives.iter().flat_map(|l| [l.low, l.high]).for_each(|c| isovalues.push(c));
-    let isovalues = isovalues.finish();
+/// The table of isovalues, the ends of lifetimes among them, and the knots of all trajectories.
+fn with_knots(ways: &Ways, ends: &[f64]) -> Patch {
+    let all: Vec<usize> = (0..ways.tracks.len()).collect();
+    let mut isovalues = unique(
+        &all,
+        |&i, isovalues: &mut Vec<f64>| ways.each(i, &mut |c, _| isovalues.push(c)),
+        f64::total_cmp,
+    );
+    isovalues.extend(ends);
+    let isovalues = once(isovalues, f64::total_cmp);
     let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
+    let told = all.par_chunks(AT_ONCE).map(|some| {
+        let mut told = (Vec::new(), Vec::with_capacity(some.len()));
+        for &i in some {
+            ways.each(i, &mut |c, p| told.0.push(Knot { rank: rank(c), position: p.to_array() }));
+            told.1.push(told.0.len() as u32);
+        }
+        told
+    });
+    let told: Vec<(Vec<Knot>, Vec<u32>)> = told.collect();
     let mut patch = Patch::default();
     patch.first_knot.push(0);
-    for i in 0..ways.tracks.len() {
-        ways.each(i, &mut |c, p| {
-            patch.knots.push(Knot { rank: rank(c), position: p.to_array() });
-        });
-        patch.first_knot.push(patch.knots.len() as u32);
+    patch.knots.reserve_exact(told.iter().map(|t| t.0.len()).sum());
+    for (knots, ends) in told {
+        let first = patch.knots.len() as u32;
+        patch.first_knot.extend(ends.into_iter().map(|end| first + end));
+        patch.knots.extend(knots);
     }
-    patch.knots.shrink_to_fit();
     patch.isovalues = isovalues;
     patch
 }
@@ -201,38 +220,40 @@ fn tell(ways: &Ways) {
     );
 }
 
-/// Collects values, ascending and once; repeated ones take no memory for long.
-struct Unique<T, F> {
-    found: Vec<T>,
-    order: F,
-    /// So many are collected before those that are repeated go.
-    most: usize,
+/// Something in place of each of many, whose memory goes while this takes its own.
+fn replaced<X: Sync, Y: Send>(mut all: Vec<X>, by: impl Fn(&X) -> Y + Sync) -> Vec<Y> {
+    let mut made = Vec::with_capacity(all.len());
+    // Only behind its end a vector can be cut.
+    while !all.is_empty() {
+        let at = all.len().saturating_sub(AT_ONCE);
+        made.par_extend(all[at..].par_iter().rev().map(&by));
+        all.truncate(at);
+        all.shrink_to_fit();
+    }
+    made.reverse();
+    made
 }
 
-impl<T: Send, F: Fn(&T, &T) -> std::cmp::Ordering + Copy + Sync> Unique<T, F> {
-    fn new(order: F) -> Self {
-        Unique { found: Vec::new(), order, most: 1 << 20 }
-    }
+/// What some things tell, ascending and once: repeated values take no memory for long.
+fn unique<X: Sync, T: Clone + Send + Sync>(
+    of: &[X],
+    tell: impl Fn(&X, &mut Vec<T>) + Sync,
+    order: impl Fn(&T, &T) -> Ordering + Copy + Sync,
+) -> Vec<T> {
+    let told = of.par_chunks(AT_ONCE).map(|some| {
+        let mut told = Vec::new();
+        some.iter().for_each(|x| tell(x, &mut told));
+        once(told, order)
+    });
+    once(told.collect::<Vec<Vec<T>>>().concat(), order)
+}
 
-    fn push(&mut self, x: T) {
-        self.found.push(x);
-        if self.found.len() == self.most {
-            self.shorten();
-            self.most = self.most.max(2 * self.found.len());
-        }
-    }
-
-    fn shorten(&mut self) {
-        let order = self.order;
-        self.found.par_sort_unstable_by(order);
-        self.found.dedup_by(|a, b| order(a, b).is_eq());
-    }
-
-    fn finish(mut self) -> Vec<T> {
-        self.shorten();
-        self.found.shrink_to_fit();
-        self.found
-    }
+/// Values ascending and once.
+fn once<T: Send>(mut all: Vec<T>, order: impl Fn(&T, &T) -> Ordering + Copy + Sync) -> Vec<T> {
+    all.par_sort_unstable_by(order);
+    all.dedup_by(|a, b| order(a, b).is_eq());
+    all.shrink_to_fit();
+    all
 }
 
 /// The knots of one trajectory that stay, by isovalue.

@@ -28,9 +28,8 @@ const OUTSIDE: f32 = 0.05;
 /// A face of a smaller area, in square voxels, has no direction.
 pub(super) const LEAST_AREA: f32 = 1e-3;
 
-/// So many tolerances a face may be off half-way and at the end of a step, before it is refined; and afterwards.
-pub(super) const MOST_OFF: f32 = 4.0;
-pub(super) const MOST_OFF_REFINED: f32 = 2.0;
+/// So many tolerances a face may be off; half-way and at the end of a step, before it is refined, twice as many.
+pub(super) const MOST_OFF: f32 = 2.0;
 
 /// Where the vertices are after a step.
 #[derive(Default)]
@@ -244,7 +243,7 @@ impl Transport<'_> {
         let midway = Criteria::new(self.field, 0.5 * (at + next), self.parameters);
         // At the end of the step they are refined; half-way they stay as they are.
         let [most, most_midway] =
-            [MOST_OFF, MOST_OFF_REFINED].map(|x| x * self.parameters.error as f32);
+            [2.0 * MOST_OFF, MOST_OFF].map(|x| x * self.parameters.error as f32);
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
@@ -366,7 +365,7 @@ pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usiz
 /// The faces that cannot stay as they are.
 pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Face> {
     let mesh = &tracked.mesh;
-    let most = MOST_OFF_REFINED * parameters.error as f32;
+    let most = MOST_OFF * parameters.error as f32;
     let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
     faces
         .par_iter()

@@ -17,11 +17,9 @@ use crate::sweep::region::Region;
 use crate::sweep::remesh::improve::Improvement;
 use crate::sweep::tracked::Tracked;
 
-/// An exchange is tried so often before blocks that should be released there stay exact; before whole components of the
-/// mesh become exact; and before everything does.
-const MOST_RELEASES: usize = 3;
-const MOST_NEARBY: usize = 8;
-const MOST_EXCHANGES: usize = 24;
+/// An exchange is tried so often before blocks that should be released there stay exact; three times as often before whole
+/// components of the mesh become exact; and nine times before everything does.
+const MOST_ATTEMPTS: usize = 3;
 
 /// More samples than these are no place: what was refused is too large to tell.
 const MOST_NAMED: usize = 64;
@@ -205,10 +203,10 @@ impl March<'_, '_> {
         for (i, Refused { samples, .. }) in refused {
             let blocks = &clusters[i].blocks;
             let is_released = |b: &u32| region.holds(*b) && !target.holds(*b);
-            let is_stubborn = attempt >= MOST_RELEASES || samples.len() > MOST_NAMED;
+            let is_stubborn = attempt >= MOST_ATTEMPTS || samples.len() > MOST_NAMED;
             if is_stubborn && blocks.iter().any(is_released) {
                 added.extend(blocks.iter().copied().filter(is_released));
-            } else if attempt > MOST_NEARBY {
+            } else if attempt >= 3 * MOST_ATTEMPTS {
                 let whole = components(tracked, &clusters[i].faces);
                 added.extend(self.blocks_of(tracked, &whole));
             } else if !samples.is_empty() {
@@ -220,7 +218,7 @@ impl March<'_, '_> {
         }
         added.retain(|&b| target.add(b));
         self.calendar.close_around(target, passage, &added);
-        if !around.is_empty() || attempt >= MOST_EXCHANGES {
+        if !around.is_empty() || attempt >= 9 * MOST_ATTEMPTS {
             self.grow(target, &around, passage, attempt);
         }
     }
@@ -238,7 +236,7 @@ impl March<'_, '_> {
             self.add_ring(target, self.blocks_at_samples(samples.iter().copied()));
         }
         let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
-        if added.is_empty() || attempt >= MOST_EXCHANGES {
+        if added.is_empty() || attempt >= 9 * MOST_ATTEMPTS {
             log::debug!("given up");
             self.counts.given_up += 1;
             *target = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));

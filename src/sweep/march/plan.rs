@@ -13,9 +13,8 @@ const BOX: usize = 8;
 const CROWDED: f64 = 0.6;
 
 /// Blocks that are exact stay so where something critical comes within so many steps; and where the sample value that
-/// comes next does within so many, and they have flat squares of it: there the isosurface jumps.
+/// comes next does within twice as many, and they have flat squares of it: there the isosurface jumps.
 const LOOK_AHEAD: f64 = 2.0;
-const FLATS_AHEAD: f64 = 4.0;
 
 impl March<'_, '_> {
     /// Which blocks are exact in a step: those with something critical in or near it, those for which there was a reason
@@ -27,7 +26,7 @@ impl March<'_, '_> {
         let ahead = |steps: f64| Passage::between(self.exact(), from, to + steps * margin);
         let now = Passage::between(self.exact(), from, to);
         let mut soon = self.busy(ahead(LOOK_AHEAD));
-        let next_value = self.calendar.up_to_next_value(now, ahead(FLATS_AHEAD));
+        let next_value = self.calendar.up_to_next_value(now, ahead(2.0 * LOOK_AHEAD));
         soon.extend(self.calendar.flats(next_value));
         for &b in &busy {
             let reason = state.reasons.entry(b).or_default();

@@ -12,9 +12,7 @@ use crate::sweep::mend::{Shape, mend};
 use crate::sweep::region::{LatticeEdge, Link};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
-use crate::sweep::transport::{
-    LEAST_AREA, MOST_OFF, MOST_OFF_REFINED, Moved, Step, distance_by_slope, fault,
-};
+use crate::sweep::transport::{LEAST_AREA, MOST_OFF, Moved, Step, distance_by_slope, fault};
 use crate::topology::exact::ExactField;
 
 /// By vertex slot, where a vertex that is free is at the end of a step, and its normal there.
@@ -95,7 +93,7 @@ impl March<'_, '_> {
         let mesh = &tracked.mesh;
         let place = |v: Vertex| ends.place(self.exact(), tracked, v, (step, isovalue));
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let most = MOST_OFF_REFINED * self.parameters().error as f32;
+        let most = MOST_OFF * self.parameters().error as f32;
         let alive = faces.iter().filter(|&&f| mesh.has_face(f) && !mesh.is_cap(f));
         let corners = alive.map(|&f| mesh.face_vertices(f).map(place));
         let off =
@@ -130,8 +128,12 @@ impl March<'_, '_> {
         let places = [middle, step.next].map(|c| move |t: &Tracked, v: Vertex| place(t, v, c));
         let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
         let shapes = [
-            Shape { criteria: criteria(middle), most: MOST_OFF_REFINED * error, place: &places[0] },
-            Shape { criteria: criteria(step.next), most: MOST_OFF * error, place: &places[1] },
+            Shape { criteria: criteria(middle), most: MOST_OFF * error, place: &places[0] },
+            Shape {
+                criteria: criteria(step.next),
+                most: 2.0 * MOST_OFF * error,
+                place: &places[1],
+            },
         ];
         let State { tracked, region, .. } = state;
         let mesh = &tracked.mesh;

@@ -14,7 +14,7 @@ use crate::sweep::mend::{Shape, mend, mend_faults};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::remesh::remesh;
 use crate::sweep::tracked::{Tracked, place_on};
-use crate::sweep::transport::{Again, MOST_OFF, MOST_OFF_REFINED, Moved, Step, Transport, faults};
+use crate::sweep::transport::{Again, MOST_OFF, Moved, Step, Transport, faults};
 
 /// A step is tried so often with more cells exact before it is taken as it is, but for its seam, which may ask as often once
 /// more.
@@ -183,8 +183,8 @@ impl March<'_, '_> {
         };
         let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
         let shapes = [
-            Shape { criteria: criteria(step.at), most: MOST_OFF_REFINED * error, place: &start },
-            Shape { criteria: criteria(step.next), most: MOST_OFF * error, place: &end },
+            Shape { criteria: criteria(step.at), most: MOST_OFF * error, place: &start },
+            Shape { criteria: criteria(step.next), most: 2.0 * MOST_OFF * error, place: &end },
         ];
         let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
         let places: Vec<Vec3> = corners.collect();
