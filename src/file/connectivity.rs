@@ -73,7 +73,7 @@ impl ByRank {
     }
 }
 
-/// What is arranged: triangles, of how many vertices and isovalues, and of each vertex the rank at which it ends and whether it
+/// What is arranged: triangles by birth, of how many vertices and isovalues, and of each vertex the rank at which it ends and whether it
 /// is a lattice vertex.
 pub(super) struct Meshes<'a> {
     pub(super) triangles: &'a [Triangle],
@@ -92,6 +92,8 @@ pub(super) struct Arrangement {
     pub(super) corners: Vec<[u32; 3]>,
     /// For each vertex of the file: its number in the spectrum.
     pub(super) vertices: Vec<u32>,
+    /// And whether it is a lattice vertex.
+    pub(super) is_lattice: Vec<bool>,
     /// For each triangle of the file, whether it has to tell when it dies.
     pub(super) is_told: Vec<bool>,
 }
@@ -141,10 +143,8 @@ impl Walk {
 /// Arranges the triangles of a spectrum and tells how a reader finds them.
 pub(super) fn arrange(meshes: &Meshes) -> (Arrangement, Walk) {
     let &Meshes { triangles, n_vertices, n_isovalues, last, .. } = meshes;
-    let mut by_birth: Vec<u32> = (0..triangles.len() as u32).collect();
-    by_birth.par_sort_by_key(|&i| triangles[i as usize].birth);
-    let birth = |i: &u32| triangles[*i as usize].birth;
-    let mut batches = by_birth.chunk_by(|i, j| birth(i) == birth(j)).peekable();
+    let mut batches = triangles.chunk_by(|t, u| t.birth == u.birth).peekable();
+    let mut first = 0;
     let mut ends = ByRank::new(n_isovalues);
     (0..n_vertices as u32).for_each(|v| {
         last(v).into_iter().for_each(|rank| ends.push(rank, v));
@@ -160,15 +160,19 @@ pub(super) fn arrange(meshes: &Meshes) -> (Arrangement, Walk) {
     };
     for rank in 0..n_isovalues as u32 {
         arranger.die(rank, &ends);
-        if let Some(batch) = batches.next_if(|batch| birth(&batch[0]) == rank) {
-            arranger.batch(batch);
+        if let Some(batch) = batches.next_if(|batch| batch[0].birth == rank) {
+            arranger.batch(first, batch);
+            first += batch.len() as u32;
         }
     }
     // Vertices that no triangle uses come last.
     let Arranger { number, mut arrangement, walk, holes, .. } = arranger;
     arrangement.corners = holes.into_vertices();
     let unused = (0..n_vertices as u32).filter(|&v| number[v as usize] == NONE);
-    arrangement.vertices.extend(unused);
+    for v in unused {
+        arrangement.vertices.push(v);
+        arrangement.is_lattice.push((meshes.is_lattice)(v));
+    }
     (arrangement, walk)
 }
 
@@ -194,7 +198,7 @@ impl Arranger<'_> {
         ended.sort_unstable();
         let dies = |holes: &Holes, question: Question| {
             let Question { triangle, .. } = question;
-            let is_lattice = |v: u32| (meshes.is_lattice)(arrangement.vertices[v as usize]);
+            let is_lattice = |v: u32| arrangement.is_lattice[v as usize];
             let kind = kind(question, holes.vertices(triangle), is_lattice);
             let was = arrangement.triangles[triangle as usize];
             let dies = meshes.triangles[was as usize].death == rank;
@@ -206,15 +210,13 @@ impl Arranger<'_> {
         holes.open(&found);
     }
 
-    /// Tells the triangles born at one rank, in the spectrum's numbers and order.
-    fn batch(&mut self, batch: &[u32]) {
-        let triangles = self.meshes.triangles;
-        let rank = triangles[batch[0] as usize].birth;
-        self.walk.births[rank as usize] = batch.len() as u32;
+    /// Tells the triangles born at one rank, from the `start`th on, in the spectrum's order.
+    fn batch(&mut self, start: u32, batch: &[Triangle]) {
+        self.walk.births[batch[0].birth as usize] = batch.len() as u32;
         // By directed edge, then by order: what fills a gate.
         let mut sides = Vec::with_capacity(3 * batch.len());
-        for (&i, at) in batch.iter().zip(0u32..) {
-            let [a, b, c] = triangles[i as usize].vertices;
+        for (triangle, at) in batch.iter().zip(0u32..) {
+            let [a, b, c] = triangle.vertices;
             sides.extend([([a, b], at), ([b, c], at), ([c, a], at)]);
         }
         sides.par_sort_unstable();
@@ -236,7 +238,7 @@ impl Arranger<'_> {
                 }
                 told[next] = true;
                 left -= 1;
-                self.start(batch[next]);
+                self.start(start + next as u32);
                 continue;
             };
             let side = [gate.from, gate.to].map(|v| self.arrangement.vertices[v as usize]);
@@ -258,7 +260,7 @@ impl Arranger<'_> {
             };
             told[at as usize] = true;
             left -= 1;
-            self.fill(batch[at as usize], gate, side);
+            self.fill(start + at, gate, side);
         }
         sides.iter().for_each(|&([from, _], _)| self.sides_of[from as usize] = (0, 0));
     }
@@ -307,6 +309,7 @@ impl Arranger<'_> {
         if is_new {
             *number = self.arrangement.vertices.len() as u32;
             self.arrangement.vertices.push(v);
+            self.arrangement.is_lattice.push((self.meshes.is_lattice)(v));
         }
         (*number, is_new)
     }

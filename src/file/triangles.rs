@@ -42,20 +42,26 @@ pub(super) struct Arranged {
 pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
     let n_vertices = spectrum.n_vertices();
     let samples = Samples::new(spectrum.volume(), units);
+    let (about, patch) = spectrum.into_parts();
+    let Patch { isovalues, first_knot, knots, mut triangles, collapses } = patch;
+    let trajectory = |v: u32| {
+        let [from, to] = [v as usize, v as usize + 1].map(|v| first_knot[v] as usize);
+        &knots[from..to]
+    };
     let lattice: Vec<bool> = (0..n_vertices as u32)
         .into_par_iter()
-        .map(|v| samples.way_along(spectrum.trajectory(v)).is_some())
+        .map(|v| samples.way_along(trajectory(v)).is_some())
         .collect();
+    // Those of one rank are looked at together.
+    triangles.par_sort_by_key(|t| t.birth);
     let (order, walk) = arrange(&Meshes {
-        triangles: spectrum.triangles(),
+        triangles: &triangles,
         n_vertices,
-        n_isovalues: spectrum.isovalues().len(),
-        last: &|v| Some(spectrum.trajectory(v).last()?.rank),
+        n_isovalues: isovalues.len(),
+        last: &|v| Some(trajectory(v).last()?.rank),
         is_lattice: &|v| lattice[v as usize],
     });
     let is_told = order.is_told;
-    let (about, patch) = spectrum.into_parts();
-    let Patch { isovalues, first_knot, knots, triangles, collapses } = patch;
     let old = triangles;
     let triangles = order.triangles.into_par_iter().zip(order.corners);
     let triangles = triangles.map(|(i, vertices)| Triangle { vertices, ..old[i as usize] });
@@ -81,8 +87,7 @@ pub(super) fn arranged(spectrum: Spectrum, units: Units) -> Arranged {
     let (first_knot, knots) = (new_first, new_knots);
     let patch = Patch { isovalues, first_knot, knots, triangles, collapses };
     let spectrum = Spectrum::unchecked(about, patch);
-    let is_lattice = order.vertices.iter().map(|&v| lattice[v as usize]).collect();
-    Arranged { spectrum, walk, is_told, is_lattice, order: order.vertices }
+    Arranged { spectrum, walk, is_told, is_lattice: order.is_lattice, order: order.vertices }
 }
 
 /// Writes section `TRIA`.

@@ -129,6 +129,15 @@ impl March<'_, '_> {
     fn drop_all(&mut self, state: &mut State, closed: Region) {
         self.record.clear(state.at);
         state.tracked = Tracked::default();
+        // Those that the isosurface has left are exact no more: should they become so again, it is since then.
+        let has_left = |b: &u32| !closed.holds(*b);
+        let mut left: Vec<u32> = state.since.keys().copied().filter(has_left).collect();
+        left.sort_unstable();
+        for b in left {
+            if let Some(since) = state.since.remove(&b) {
+                self.show(b, since, state.at);
+            }
+        }
         for &b in closed.blocks() {
             state.since.entry(b).or_insert(state.at);
         }
@@ -294,4 +303,45 @@ fn components(tracked: &Tracked, faces: &[Face]) -> BTreeSet<Face> {
         open.extend(beside.into_iter().filter(|&g| !mesh.is_cap(g) && found.insert(g)));
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use crate::kernels::field::Field;
+    use crate::kernels::{Backend, Choice};
+    use crate::sweep::calendar::Calendar;
+    use crate::sweep::march::Done;
+    use crate::sweep::{Parameters, Silent, Sweep};
+    use crate::volume::phantom;
+
+    #[test]
+    fn where_everything_becomes_exact_what_was_exact_before_is_shown_until_then() {
+        let volume = Arc::new(phantom("sphere:16").expect("a phantom"));
+        let parameters = Parameters::default();
+        let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+        let field = Arc::new(Field::new(volume.clone()));
+        let sweep = Sweep::new(&volume, field, &parameters, (&backend, &Silent)).expect("a sweep");
+        let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
+        let done = Done { share: Mutex::new(0.0), progress: &Silent };
+        let (low, high) = sweep.range;
+        let [start, end] = [0.4, 0.7].map(|share| low + share * (high - low));
+        let begun = March::begun(&sweep, &calendar, &done, (start, None)).expect("begun");
+        let (mut march, mut state) = begun;
+        let before = state.region.blocks().clone();
+        state.at = end;
+        let now = Passage::between(&sweep.exact, end, end);
+        let after = calendar.blocks(march.grid, now);
+        march.drop_all(&mut state, Region::closed(march.grid, after.clone()));
+        let left: BTreeSet<u32> = before.difference(&after).copied().collect();
+        assert!(!left.is_empty() && !after.is_empty(), "a sphere shrinks");
+        let cells: BTreeSet<u32> = left.iter().flat_map(|&b| march.grid.cells_of(b)).collect();
+        assert_eq!(march.shown.iter().map(|s| s.0).collect::<BTreeSet<u32>>(), cells);
+        assert!(march.shown.iter().all(|s| (s.1, s.2) == (start, end)));
+        let since = |b: &u32| if before.contains(b) { start } else { end };
+        assert_eq!(state.since.len(), after.len());
+        assert!(after.iter().all(|b| state.since[b] == since(b)));
+    }
 }
