@@ -73,7 +73,7 @@ impl Demo {
         let bar = Bar::new(quiet);
         let spectrum = prepared.compute(&Parameters::default(), &backend, &bar)?;
         drop(bar);
-        let n_bytes = spectrum_file::write(&spectrum, output)?;
+        let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
         let seconds = started.elapsed().as_secs_f64();
 
         let mut files = vec![spectrum_path];

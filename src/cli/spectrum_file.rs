@@ -111,12 +111,8 @@ pub(super) fn read_summary(path: &Path) -> Result<Summary> {
     Summary::read(path)
 }
 
-/// Writes a spectrum in our format; how many bytes that took.
-pub(super) fn write(spectrum: &Spectrum, output: Output) -> Result<u64> {
-    write_as(spectrum, Format::Isp, output)
-}
-
-/// As [`write`], of a spectrum that is not needed any more as it was; gives it back in the order of the file.
+/// Writes a spectrum in our format, which is not needed any more as it was; gives it back in the order of the file, with how many bytes
+/// that took.
 pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectrum, u64)> {
     let Written { bytes, spectrum, .. } = file::into_bytes(spectrum)?;
     Ok((spectrum, output.write_bytes(&bytes)?))

@@ -49,16 +49,36 @@ impl Model {
 
 /// Tells decisions, or is told them.
 pub(super) trait Coder {
-    /// The next decision: a writer's is the one it is given.
-    fn decide(&mut self, model: &mut Model, decision: bool) -> bool;
-
-    /// So many bits about which nothing is expected.
-    fn bits(&mut self, n: u32, value: u64) -> u64;
+    /// Whether what comes lies beyond a bound in the range: a writer is given it.
+    fn is_beyond(&mut self, bound: u32, given: bool) -> bool;
 
     fn range(&mut self) -> &mut u32;
 
     /// Goes on by a byte.
     fn shift(&mut self);
+
+    /// The next decision: a writer's is the one it is given.
+    fn decide(&mut self, model: &mut Model, decision: bool) -> bool {
+        let bound = (*self.range() >> EXPECTATION) * model.expected();
+        let decision = self.is_beyond(bound, decision);
+        *self.range() = if decision { *self.range() - bound } else { bound };
+        model.learn(decision);
+        self.narrowed();
+        decision
+    }
+
+    /// So many bits about which nothing is expected: a writer's are the lowest of what it is given.
+    fn bits(&mut self, n: u32, value: u64) -> u64 {
+        let mut told = 0;
+        for i in (0..n).rev() {
+            *self.range() >>= 1;
+            let bound = *self.range();
+            let bit = self.is_beyond(bound, value >> i & 1 == 1);
+            told = told << 1 | u64::from(bit);
+            self.narrowed();
+        }
+        told
+    }
 
     /// Goes on until the range is wide enough for a decision.
     fn narrowed(&mut self) {
@@ -94,28 +114,11 @@ impl Encoder {
 }
 
 impl Coder for Encoder {
-    fn decide(&mut self, model: &mut Model, decision: bool) -> bool {
-        let bound = (self.range >> EXPECTATION) * model.expected();
-        if decision {
+    fn is_beyond(&mut self, bound: u32, given: bool) -> bool {
+        if given {
             self.low += u64::from(bound);
-            self.range -= bound;
-        } else {
-            self.range = bound;
         }
-        model.learn(decision);
-        self.narrowed();
-        decision
-    }
-
-    fn bits(&mut self, n: u32, value: u64) -> u64 {
-        for i in (0..n).rev() {
-            self.range >>= 1;
-            if value >> i & 1 == 1 {
-                self.low += u64::from(self.range);
-            }
-            self.narrowed();
-        }
-        value
+        given
     }
 
     fn range(&mut self) -> &mut u32 {
@@ -159,32 +162,12 @@ impl<'a> Decoder<'a> {
 }
 
 impl Coder for Decoder<'_> {
-    fn decide(&mut self, model: &mut Model, _: bool) -> bool {
-        let bound = (self.range >> EXPECTATION) * model.expected();
-        let decision = self.code >= bound;
-        if decision {
+    fn is_beyond(&mut self, bound: u32, _: bool) -> bool {
+        let is_beyond = self.code >= bound;
+        if is_beyond {
             self.code -= bound;
-            self.range -= bound;
-        } else {
-            self.range = bound;
         }
-        model.learn(decision);
-        self.narrowed();
-        decision
-    }
-
-    fn bits(&mut self, n: u32, _: u64) -> u64 {
-        let mut value = 0;
-        for _ in 0..n {
-            self.range >>= 1;
-            let bit = self.code >= self.range;
-            if bit {
-                self.code -= self.range;
-            }
-            value = value << 1 | u64::from(bit);
-            self.narrowed();
-        }
-        value
+        is_beyond
     }
 
     fn range(&mut self) -> &mut u32 {

@@ -23,6 +23,10 @@ const FURTHER: usize = 1;
 /// So many vertices are told by one task.
 const VERTICES_AT_ONCE: usize = 1 << 14;
 
+/// How many columns there are, and which of them are the axes.
+const COLUMNS: usize = 11;
+const FACING: usize = 4;
+
 /// All columns.
 #[derive(Debug, Default)]
 struct Told {
@@ -48,7 +52,7 @@ pub(super) fn write_geometry(
 ) -> Result<Content<'static>> {
     let told = tell(spectrum, ranks, units)?;
     let mut positions = CodedColumns::new();
-    for k in (0..11).filter(|&k| k != FACING || units.has_facing()) {
+    for k in (0..COLUMNS).filter(|&k| k != FACING || units.has_facing()) {
         positions.column(told.iter().flat_map(|told| told.columns()[k].iter().copied()));
     }
     Ok(positions.end())
@@ -115,14 +119,11 @@ fn tell_some(
 
 impl Told {
     /// In the order of the file.
-    fn columns(&self) -> [&[u64]; 11] {
+    fn columns(&self) -> [&[u64]; COLUMNS] {
         let Told { samples: [x, y, z], ways, facing, positions: [[a, b, c], [d, e, f]] } = self;
         [x, y, z, ways, facing, a, b, c, d, e, f].map(Vec::as_slice)
     }
 }
-
-/// Of [`Told::columns`], the axes.
-const FACING: usize = 4;
 
 /// The kind of knot `i` of a vertex that is no lattice vertex.
 fn kind(i: usize) -> usize {

@@ -179,10 +179,10 @@ pub(super) fn patch(
 
 /// The table of isovalues, the ends of lifetimes among them, and the knots of all trajectories.
 fn with_knots(ways: &Ways, ends: &[f64]) -> Patch {
-    let all: Vec<usize> = (0..ways.tracks.len()).collect();
+    let all: Vec<u32> = (0..ways.tracks.len() as u32).collect();
     let mut isovalues = unique(
         &all,
-        |&i, isovalues: &mut Vec<f64>| ways.each(i, &mut |c, _| isovalues.push(c)),
+        |&i, isovalues: &mut Vec<f64>| ways.each(i as usize, &mut |c, _| isovalues.push(c)),
         f64::total_cmp,
     );
     isovalues.extend(ends);
@@ -191,7 +191,9 @@ fn with_knots(ways: &Ways, ends: &[f64]) -> Patch {
     let told = all.par_chunks(AT_ONCE).map(|some| {
         let mut told = (Vec::new(), Vec::with_capacity(some.len()));
         for &i in some {
-            ways.each(i, &mut |c, p| told.0.push(Knot { rank: rank(c), position: p.to_array() }));
+            ways.each(i as usize, &mut |c, p| {
+                told.0.push(Knot { rank: rank(c), position: p.to_array() });
+            });
             told.1.push(told.0.len() as u32);
         }
         told
@@ -223,9 +225,10 @@ fn tell(ways: &Ways) {
 /// Something in place of each of many, whose memory goes while this takes its own.
 fn replaced<X: Sync, Y: Send>(mut all: Vec<X>, by: impl Fn(&X) -> Y + Sync) -> Vec<Y> {
     let mut made = Vec::with_capacity(all.len());
-    // Only behind its end a vector can be cut.
+    // Only behind its end a vector can be cut; in few parts, as an allocator may have to copy what is left.
+    let part = all.len().div_ceil(16);
     while !all.is_empty() {
-        let at = all.len().saturating_sub(AT_ONCE);
+        let at = all.len().saturating_sub(part);
         made.par_extend(all[at..].par_iter().rev().map(&by));
         all.truncate(at);
         all.shrink_to_fit();

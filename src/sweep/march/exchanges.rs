@@ -133,15 +133,18 @@ impl March<'_, '_> {
         let has_left = |b: &u32| !closed.holds(*b);
         let mut left: Vec<u32> = state.since.keys().copied().filter(has_left).collect();
         left.sort_unstable();
-        for b in left {
-            if let Some(since) = state.since.remove(&b) {
-                self.show(b, since, state.at);
-            }
-        }
+        left.into_iter().for_each(|b| self.no_longer_exact(state, b));
         for &b in closed.blocks() {
             state.since.entry(b).or_insert(state.at);
         }
         state.region = closed;
+    }
+
+    /// A block was exact until now, if it was.
+    fn no_longer_exact(&mut self, state: &mut State, block: u32) {
+        if let Some(since) = state.since.remove(&block) {
+            self.show(block, since, state.at);
+        }
     }
 
     /// Puts what was made of clusters into the mesh; returns which were refused.
@@ -188,8 +191,8 @@ impl March<'_, '_> {
             for &b in &cluster.blocks {
                 if target.holds(b) {
                     state.since.insert(b, state.at);
-                } else if let Some(since) = state.since.remove(&b) {
-                    self.show(b, since, state.at);
+                } else {
+                    self.no_longer_exact(state, b);
                 }
             }
             state.region.follow(target, &cluster.blocks);
