@@ -100,7 +100,8 @@ pub fn compute(
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Spectrum> {
-    let range = checked_range(volume.range(), parameters)?;
+    let parameters = &parameters.within(volume.range())?;
+    let range = parameters.range.unwrap_or(volume.range());
     let field = Arc::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
@@ -115,25 +116,6 @@ pub fn compute(
     let areas = area::shown_areas(&spectrum, swept.n_tracked);
     area::tell_shares(&mut spectrum, &areas);
     Ok(spectrum)
-}
-
-/// The range to cover of a volume's own.
-///
-/// # Errors
-///
-/// [`Error::Usage`] for one that is not inside the volume's.
-pub(crate) fn checked_range(
-    (least, most): (f64, f64),
-    parameters: &Parameters,
-) -> Result<(f64, f64)> {
-    let (low, high) = parameters.range.unwrap_or((least, most));
-    // A range that is not a number is not inside either.
-    if least <= low && low < high && high <= most {
-        return Ok((low, high));
-    }
-    Err(Error::Usage(format!(
-        "range {low} to {high}, expected inside the volume's {least} to {most}"
-    )))
 }
 
 /// All of a sweep, as one patch: the march's record, and the exact cells while they are exact.

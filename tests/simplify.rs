@@ -206,6 +206,32 @@ fn a_simplified_spectrum_says_so_and_is_verified_against_the_simplified_volume()
 }
 
 #[test]
+fn a_range_of_the_volume_with_its_noise_is_cut_to_what_is_left() {
+    let folder = Folder::new();
+    let noisy = ["--phantom", "noise:8", "--persistence", "10%"];
+    let range = |name: &str| {
+        let range = json(&folder.run(&["info", name, "--json"]))["volume"]["range"].clone();
+        [0, 1].map(|i| range[i].as_f64().expect("a number"))
+    };
+    let compute = ["compute", "--backend", "cpu"];
+    folder.run(&[&compute[..], &["-o", "all.isp"], &noisy[..]].concat());
+    let [least, most] = range("all.isp");
+    let middle = 0.5 * (least + most);
+    let written = format!("{middle}:{}", most + 0.5);
+    for bricks in [&[][..], &["--brick", "4"]] {
+        let upper = ["-o", "upper.isp", "--range", &written];
+        let output = folder.run(&[&compute[..], &upper, &noisy, bricks].concat());
+        assert!(stderr(&output).contains(&format!("so {middle} to {most} is covered")));
+        let info = json(&folder.run(&["info", "upper.isp", "--json"]));
+        assert_eq!(info["range"], serde_json::json!([middle, most]));
+    }
+    let beyond = format!("{}:{}", most + 0.1, most + 0.2);
+    let beyond = [&compute[..], &["-o", "beyond.isp", "--range", &beyond], &noisy].concat();
+    let said = stderr(&folder.run_for(&beyond, 2));
+    assert!(said.contains(&format!("expected one of the volume's {least} to {most}")), "{said}");
+}
+
+#[test]
 fn analyze_writes_the_simplified_volume_and_tells_the_same_of_it() {
     let folder = Folder::new();
     let raw = "v_8x8x8_float64.raw";

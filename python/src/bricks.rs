@@ -10,11 +10,11 @@ use isospectrum::bricks::{
 use isospectrum::file::{self, PartFolder, is_folder};
 use isospectrum::spectrum::VolumeInfo;
 use isospectrum::volume::{Outside, Tally};
-use isospectrum::{Backend, Error, Noise, Parameters, Result};
+use isospectrum::{Backend, Error, Noise, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::compute::{choice_of, ends_of, parameters_of, with_threads, written_ends};
+use crate::compute::{choice_of, parameters_of, with_ends, with_threads, written_ends};
 use crate::errors::raised;
 use crate::held::Held;
 use crate::spectrum::Spectrum;
@@ -100,12 +100,11 @@ impl Plan {
             let mut tally = Tally::new(limits);
             tallies.iter().try_for_each(|bytes| tally.add_bytes(bytes))?;
             let samples = tally.statistics();
-            let (range, start) = ends_of(range, start, limits, &samples)?;
+            let parameters = with_ends(&parameters, (range, start), (limits, &samples))?;
             let outside = Outside::default();
             let source = Source::Given { name: name.clone() };
             let info = VolumeInfo { name, dims, sample_type, range: limits, placement, outside };
             let survey = Survey::of_blocks(info, samples, checksums, Arc::new(Asked(blocks)))?;
-            let parameters = Parameters { range, start, ..parameters };
             let side = brick.unwrap_or(bricks::SIDE);
             bricks::Plan::new(source, &survey, Noise::default(), &parameters, side)
         });

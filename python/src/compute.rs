@@ -58,8 +58,8 @@ pub(crate) fn compute(
         let noise = Noise { persistence: persistence.map(value), min_component };
         let (volume, cleaned) = noise.take_out(volume)?;
         let prepared = Prepared::of(volume, preparation, cleaned);
-        let (range, start) = ends_of(range, start, prepared.volume().range(), prepared.samples())?;
-        let parameters = Parameters { range, start, ..parameters };
+        let known = (prepared.volume().range(), prepared.samples());
+        let parameters = with_ends(&parameters, (range, start), known)?;
         let in_bricks = side_of(&prepared, &parameters, (brick, max_memory))?;
         let spectrum = match in_bricks {
             Some(side) => {
@@ -107,32 +107,29 @@ pub(crate) fn written_ends(
     Ok((range.transpose()?, start.map(|c| written(&c)).transpose()?))
 }
 
-/// A range and a start as numbers.
-type EndsFound = (Option<(f64, f64)>, Option<f64>);
-
-/// The numbers that a range and a start mean in a volume.
-pub(crate) fn ends_of(
-    range: Option<(Isovalue, Isovalue)>,
-    start: Option<Isovalue>,
-    volume_range: (f64, f64),
-    samples: &Statistics,
-) -> Result<EndsFound> {
+/// Parameters with the range and the start that were written, for a volume of a range of whose samples something is known.
+pub(crate) fn with_ends(
+    parameters: &Parameters,
+    (range, start): Ends,
+    (of_volume, samples): ((f64, f64), &Statistics),
+) -> Result<Parameters> {
     let resolve = |c: Isovalue, range| c.resolve(range, Some(samples));
     let range = match range {
         Some((low, high)) => {
-            let range = (resolve(low, volume_range)?, resolve(high, volume_range)?);
-            if range.0 >= range.1 {
+            let (low, high) = (resolve(low, of_volume)?, resolve(high, of_volume)?);
+            if low >= high {
                 return Err(Error::Usage(format!(
-                    "range {} to {}, expected the lower isovalue first",
-                    range.0, range.1
+                    "range {low} to {high}, expected the lower isovalue first"
                 )));
             }
-            Some(range)
+            Some((low, high))
         }
         None => None,
     };
-    let start = start.map(|c| resolve(c, range.unwrap_or(volume_range))).transpose()?;
-    Ok((range, start))
+    let parameters = Parameters { range, ..parameters.clone() }.within(of_volume)?;
+    let range = parameters.range.unwrap_or(of_volume);
+    let start = start.map(|c| resolve(c, range)).transpose()?;
+    Ok(Parameters { start, ..parameters })
 }
 
 /// The side of the bricks that a volume is swept in, cells: as is asked for, or the usual one where more memory is expected of the

@@ -170,7 +170,7 @@ def test_what_is_not_finite_is_named_or_replaced(wrong, dtype):
     ({"error": "fine"}, "error 'fine'"),
     ({"range": (0.5, 0.2)}, "expected the lower isovalue first"),
     ({"range": 3}, "expected the lowest and the highest isovalue"),
-    ({"range": (0, 99)}, "expected inside the volume's"),
+    ({"range": (98, 99)}, "expected one of the volume's"),
     ({"persistence": "-2%"}, "persistence '-2%'"),
     ({"crop": (1, 2)}, "expected three parts"),
     ({"crop": ((0, 99), None, None)}, "99"),
@@ -185,6 +185,15 @@ def test_arguments_that_make_no_sense_are_errors_of_one_line(options, says):
     with pytest.raises(isospectrum.Error, match=says) as raised:
         compute(blobs((6, 6, 6)), **options)
     assert "\n" not in str(raised.value)
+
+
+def test_a_range_of_the_volume_with_its_noise_is_cut_to_what_is_left():
+    noise = np.random.default_rng(3).standard_normal((8, 8, 8)).astype(np.float32)
+    all_of_it = compute(noise, persistence="10%")
+    low, high = all_of_it.range
+    middle = (low + high) / 2
+    assert noise.max() > high
+    assert compute(noise, persistence="10%", range=(middle, float(noise.max()))).range == (middle, high)
 
 
 def test_what_is_not_known_is_a_type_error():

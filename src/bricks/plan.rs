@@ -11,7 +11,7 @@ use super::{Opened, Source, Survey};
 use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
-use crate::sweep::{Parameters, checked_range};
+use crate::sweep::Parameters;
 use crate::topology::blocks::{BlockTopology, Owned, of_block, with_halo};
 use crate::volume::{Preparation, Volume};
 
@@ -121,7 +121,8 @@ impl Plan {
         }
         parameters.check_for_blocks()?;
         let info = survey.info();
-        let range = Some(checked_range(info.range, parameters)?);
+        let parameters = parameters.within(info.range)?;
+        let range = Some(parameters.range.unwrap_or(info.range));
         let blocks = cut(info.dims, side);
         if blocks.len() > MOST_BRICKS {
             let n = blocks.len();
@@ -134,7 +135,7 @@ impl Plan {
             told: survey.told(),
             preparation: survey.preparation(),
             noise,
-            parameters: Parameters { range, ..parameters.clone() },
+            parameters: Parameters { range, ..parameters },
             side,
             bricks: bricks.map(|(&(first, end), crc32)| Brick { first, end, crc32 }).collect(),
         };

@@ -63,7 +63,7 @@ pub(super) struct Compute {
 /// [`Parameters::default`] says.
 #[derive(Args, Debug)]
 pub(super) struct ParameterArguments {
-    /// Isovalues to cover, e.g. 10:200 or 5%:95% [default: all of the volume's]
+    /// Isovalues to cover, e.g. 10:200 or 5%:95%, as far as the volume has them [default: all of the volume's]
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     range: Option<IsovalueRange>,
     /// Distance between sampling isovalues [default: by how far the surface moves]
@@ -116,11 +116,9 @@ impl ParameterArguments {
         of_volume: (f64, f64),
         samples: &Statistics,
     ) -> Result<Parameters> {
-        let range = self.range.map(|r| r.resolve(of_volume, Some(samples))).transpose()?;
-        let own_range = range.unwrap_or(of_volume);
         let default = Parameters::default();
-        Ok(Parameters {
-            range,
+        let parameters = Parameters {
+            range: self.range.map(|r| r.resolve(of_volume, Some(samples))).transpose()?,
             step: self.step,
             samples: self.samples.map(|n| n as usize),
             error: self.error.unwrap_or(default.error),
@@ -131,9 +129,13 @@ impl ParameterArguments {
             relax_strength: self.relax.unwrap_or(default.relax_strength),
             relax_force: self.relax_force.unwrap_or(default.relax_force),
             relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
-            start: self.start.map(|c| c.resolve(own_range, Some(samples))).transpose()?,
+            start: None,
             initial_mesh: self.initial_mesh.clone(),
-        })
+        }
+        .within(of_volume)?;
+        let range = parameters.range.unwrap_or(of_volume);
+        let start = self.start.map(|c| c.resolve(range, Some(samples))).transpose()?;
+        Ok(Parameters { start, ..parameters })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc as Shared;
 
-use super::{Counts, Parameters, Progress, Sweep, WholeEdge, area, checked_range, finished, swept};
+use super::{Counts, Parameters, Progress, Sweep, WholeEdge, area, finished, swept};
 use crate::error::Result;
 use crate::kernels::Backend;
 use crate::kernels::field::Field;
@@ -36,7 +36,7 @@ pub fn compute_block(
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Block> {
-    checked_range(volume.range(), parameters)?;
+    let parameters = &parameters.within(volume.range())?;
     parameters.check_for_blocks()?;
     let field = Shared::new(Field::new(volume.clone()));
     progress.report(0.0, "topology");

@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
-    /// Isovalues to cover; the range of the volume if absent.
+    /// Isovalues to cover, as far as they are in the range of the volume; all of that if absent.
     pub range: Option<(f64, f64)>,
     /// Fixed distance between sampling isovalues; by how far the surface moves if absent.
     pub step: Option<f64>,
@@ -47,6 +47,31 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// These for a volume of a range: what [`Parameters::range`] has beyond that is cut off, and so told. It may be written for
+    /// the volume as it was read, and taking noise out may have held its ends.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] where nothing is left.
+    pub fn within(&self, (least, most): (f64, f64)) -> Result<Parameters> {
+        let Some((low, high)) = self.range else { return Ok(self.clone()) };
+        // A range that is not a number has nothing inside either.
+        if !(low < high && low < most && least < high) {
+            return Err(Error::Usage(format!(
+                "range {low} to {high}, expected one of the volume's {least} to {most}"
+            )));
+        }
+        let cut = (low.max(least), high.min(most));
+        if cut != (low, high) {
+            log::warn!(
+                "range {low} to {high}: the volume has {least} to {most}, so {} to {} is covered",
+                cut.0,
+                cut.1
+            );
+        }
+        Ok(Parameters { range: Some(cut), ..self.clone() })
+    }
+
     /// That what is swept may be a block of a volume.
     ///
     /// # Errors
