@@ -71,6 +71,7 @@ describe("colours", () => {
         await page.locator("summary").click();
         await page.locator("#scale").fill("0.5:0.9");
         await page.locator("#scale").press("Enter");
+        await settled(page);
         for (const wrong of ["0.9:0.5", "p101:1", "1:2:3"]) {
             await page.locator("#scale").fill(wrong);
             await page.locator("#scale").press("Enter");
