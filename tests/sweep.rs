@@ -423,20 +423,28 @@ fn progress_rises_to_one() {
 }
 
 #[test]
-fn a_range_outside_the_volume_is_a_usage_error() {
+fn a_range_is_cut_to_the_volume_and_one_outside_it_is_a_usage_error() {
     let volume = volume("sphere:8");
     let (low, high) = volume.range();
     let middle = 0.5 * (low + high);
+    let swept = |range| {
+        let parameters = Parameters { range: Some(range), ..Parameters::default() };
+        compute(&volume, &parameters, &backend(Choice::Cpu), &Silent)
+    };
+    let whole = swept((low, high)).expect("a spectrum");
+    for range in [(low - 1.0, high), (low, high + 1.0), (f64::NEG_INFINITY, f64::INFINITY)] {
+        let cut = swept(range).expect("a spectrum");
+        assert_eq!(cut.range(), (low, high), "{range:?}");
+        assert_eq!(cut.triangles(), whole.triangles(), "{range:?}");
+    }
     for range in [
-        (low - 1.0, high),
-        (low, high + 1.0),
+        (low - 1.0, low),
+        (high, high + 1.0),
         (high, low),
         (middle, middle),
         (f64::NAN, high),
         (low, f64::NAN),
     ] {
-        let parameters = Parameters { range: Some(range), ..Parameters::default() };
-        let result = compute(&volume, &parameters, &backend(Choice::Cpu), &Silent);
-        assert!(matches!(result, Err(Error::Usage(_))), "{range:?}");
+        assert!(matches!(swept(range), Err(Error::Usage(_))), "{range:?}");
     }
 }
