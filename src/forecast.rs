@@ -4,16 +4,16 @@
 //!
 //! A spectrum holds the triangles of the surface that is tracked, and those that come and go where it
 //! cannot be. The first are as many as the isosurface is large: it crosses lattice edges in proportion
-//! to its area, which is counted at a few isovalues. The second come with the events, those of tied
-//! samples included. They cannot become more than if nothing were tracked at all: then each cell has
-//! other triangles between each two of its corners' values, and these intervals can be counted too.
-//! Smaller tolerances make more triangles, by a power of h.
+//! to its area, which is counted at a few isovalues. Smaller tolerances make more of them, by a power of h.
+//! The second come with the events, those of tied samples included, and wherever cells are exact: these have other
+//! triangles between each two of their corners' values, and such intervals are counted, too.
 //!
 //! # How far it is off
 //!
-//! The constants are fitted to spectra of the sweep as it was when they were fitted: forecast over
-//! truth is 1.0 for sphere:32, 0.7 blobs:24, 1.2 blobs:48, 2.2 torus:48, 2.1 nucleon, 0.7 noise:32, 0.5
-//! gyroid:48, 1.3 gyroid:128 from -0.2 to 0.2, 2.0 hydrogen of 128^3: a factor of about two either way.
+//! The constants are fitted to spectra of the sweep as it was when they were fitted, so that the ratios of forecast and
+//! truth are near 1 on average: 2.2 nucleon, 0.9 fuel, 0.9 hydrogen of 128^3, 0.6 and 0.9 lobster smoothed by 1 and 2 voxels, 0.7 lobster,
+//! 1.0 tooth, 0.9 flair, 1.5 aneurism, 0.8 HeadMRVolume, 1.1 engine, 0.9 bonsai (0.8 with an error of 0.4), 3.1 gyroid:48, 1.1 noise:32, and
+//! 0.3 marschner_lobb, all of whose surface changes with each grey level: a factor of about two either way.
 //! `compute --json` tells the forecast beside what came of it, to fit the constants anew when the
 //! sweep changes.
 
@@ -30,13 +30,16 @@ use crate::volume::Volume;
 const N_COUNTED: usize = 16;
 
 /// Triangles of a spectrum per lattice edge that the isosurface crosses on average.
-const PER_CROSSING: f64 = 25.0;
+const PER_CROSSING: f64 = 45.0;
 
 /// Triangles per event.
-const PER_EVENT: f64 = 200.0;
+const PER_EVENT: f64 = 15.0;
 
-/// Most triangles per interval between two values of a cell's corners.
-const PER_INTERVAL: f64 = 2.6;
+/// Triangles per interval between two values of a cell's corners.
+const PER_INTERVAL: f64 = 0.6;
+
+/// Events per such edge above which noise is what makes a spectrum large (scans .5 to 12, smooth fields .001 to .1).
+const EVENTS_PER_CROSSING: f64 = 0.125;
 
 /// The tolerance that the constants are fitted at, voxels, and the power by which they change.
 const FITTED_ERROR: f64 = 0.1;
@@ -112,8 +115,8 @@ impl Forecast {
         let crossings = crossings as f64 / N_COUNTED as f64;
         let intervals = intervals(field, (low, high));
         let finer = (FITTED_ERROR / error).powf(ERROR_POWER);
-        let tracked = PER_CROSSING * crossings + PER_EVENT * events as f64;
-        let triangles = finer * tracked.min(PER_INTERVAL * intervals as f64);
+        let exact = PER_EVENT * events as f64 + PER_INTERVAL * intervals as f64;
+        let triangles = finer * PER_CROSSING * crossings + exact;
         Forecast {
             events,
             crossings,
@@ -128,9 +131,9 @@ impl Forecast {
         BYTES_PER_SAMPLE * dims.map(|n| n as f64).iter().product::<f64>()
     }
 
-    /// Whether most of the triangles come from events, so that fewer events would help most.
+    /// Whether there are so many events that fewer of them would help most: where a surface is calm there are fewer.
     pub fn is_mostly_events(&self) -> bool {
-        PER_EVENT * self.events as f64 > PER_CROSSING * self.crossings
+        EVENTS_PER_CROSSING * self.crossings < self.events as f64
     }
 }
 
