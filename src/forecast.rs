@@ -45,7 +45,7 @@ const EVENTS_PER_CROSSING: f64 = 0.125;
 const FITTED_ERROR: f64 = 0.1;
 const ERROR_POWER: f64 = 0.5;
 
-/// Memory while a spectrum is computed and written, bytes per triangle (100 to 230 were measured of spectra of a million and
+/// Memory while a spectrum is computed and written, bytes per triangle (100 to 390 were measured of spectra of a million and
 /// more) and per sample.
 const BYTES_PER_TRIANGLE: f64 = 200.0;
 const BYTES_PER_SAMPLE: f64 = 40.0;
