@@ -1,26 +1,21 @@
-//! The triangles alive at an isovalue, by each of the ways there are, and what drawing needs of them:
-//! `cargo bench --bench active_set`; the ids are `<spectrum>/<way>/<move>`.
+//! Two methods to list the triangles alive at an isovalue: `cargo bench --bench active_set`; the ids are
+//! `<spectrum>/<method>/<move>`.
 //!
-//! - `tree`: the interval tree, asked anew each time; the list sorted as pictures need it;
-//! - `lists`: a set of which the lists by birth and by death change what is born and dies ([`ActiveSet`]);
-//! - `device`: all triangles looked at on the device, an indirect draw's arguments come out.
+//! - `tree`: a query of the interval tree, its result sorted as pictures need it;
+//! - `lists`: an update of the active set by the triangles born and dead since the last isovalue ([`ActiveSet`]).
 //!
-//! Moves are of a thousandth of the range, a hundredth, and to anywhere. Spectra are lifetimes alone:
+//! Moves are by a thousandth of the range, by a hundredth, and to a random isovalue. The spectra have lifetimes only:
 //! about 10,000 triangles alive of 10 thousand, 1 and 10 million, and a million alive of 10 million.
 
-use std::hint::black_box;
-
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use isospectrum::inside::kernels::compact::Compaction;
 use isospectrum::inside::spectrum::ActiveSet;
 use isospectrum::inside::spectrum::interval_tree::IntervalTree;
-use isospectrum::render::Gpu;
 use isospectrum::spectrum::Triangle;
 
 /// Ranks of each spectrum.
 const N_RANKS: u32 = 1 << 20;
 
-/// Numbers that look random and are the same everywhere.
+/// A linear congruential generator: the same numbers on every machine.
 struct Numbers(u64);
 
 impl Numbers {
@@ -31,8 +26,7 @@ impl Numbers {
     }
 }
 
-/// `n` triangles of which about `alive` live at any rank, lifetimes from half to one and a half of
-/// the mean.
+/// `n` triangles of which about `alive` live at any rank, with lifetimes of 0.5 to 1.5 times the mean.
 fn spectrum(n: usize, alive: usize) -> Vec<Triangle> {
     let mut numbers = Numbers(7);
     let mean = (u64::from(N_RANKS) * alive as u64 / n as u64).max(2) as u32;
@@ -40,7 +34,7 @@ fn spectrum(n: usize, alive: usize) -> Vec<Triangle> {
         .map(|_| {
             let length = mean / 2 + numbers.below(mean) + 1;
             let birth = numbers.below(N_RANKS + length);
-            // Those that begin before the first rank or outlive the last are cut off.
+            // Lifetimes are clipped to the range of ranks.
             let death = birth.max(1);
             Triangle {
                 vertices: [0, 1, 2],
@@ -53,7 +47,7 @@ fn spectrum(n: usize, alive: usize) -> Vec<Triangle> {
         .collect()
 }
 
-/// The ranks of a walk: steps up and down by `step` about the middle, or anywhere.
+/// The ranks of a walk: steps of `step` up and down around the middle, or random ranks.
 fn walk(step: Option<u32>) -> impl FnMut() -> u32 {
     let mut numbers = Numbers(3);
     let mut rank = N_RANKS / 2;
@@ -74,8 +68,6 @@ const MOVES: [(&str, Option<u32>); 3] =
     [("thousandth", Some(N_RANKS / 1000)), ("hundredth", Some(N_RANKS / 100)), ("jump", None)];
 
 fn active_set(criterion: &mut Criterion) {
-    let gpu = Gpu::new(None).unwrap_or_else(|e| panic!("the benches need an adapter: {e}"));
-    println!("device: {}", gpu.name());
     for (name, n, alive) in [
         ("10k", 10_000, 10_000),
         ("1M_10k_alive", 1_000_000, 10_000),
@@ -86,8 +78,6 @@ fn active_set(criterion: &mut Criterion) {
         let lifetimes: Vec<(u32, u32)> = triangles.iter().map(|t| (t.birth, t.death)).collect();
         let tree = IntervalTree::new(&lifetimes);
         let mut lists = ActiveSet::new(&triangles);
-        let pairs: Vec<[u32; 2]> = lifetimes.iter().map(|&(birth, death)| [birth, death]).collect();
-        let device = Compaction::new(&gpu, &pairs).expect("the lifetimes fit the device");
         println!("{name}: {} alive in the middle", lists.move_to(N_RANKS / 2).len());
 
         let mut group = criterion.benchmark_group(name);
@@ -108,13 +98,6 @@ fn active_set(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new("lists", distance), |b| {
                 b.iter(|| lists.move_to(rank()).len());
             });
-            // Each move looks at all triangles, so how far it goes is no matter.
-            if step.is_none() {
-                let mut rank = walk(step);
-                group.bench_function(BenchmarkId::new("device", distance), |b| {
-                    b.iter(|| black_box(device.run(&gpu, rank()).expect("runs")));
-                });
-            }
         }
         group.finish();
     }

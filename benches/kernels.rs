@@ -1,8 +1,7 @@
 //! Each kernel on both backends: a wavy ball of about 50,000 vertices in a 128^3 volume.
 //!
-//! `cargo bench --bench kernels`; the ids are `<kernel>/<backend>/<vertices>`. The group `small` has
-//! what the vertex count is chosen by from which on meshes go to the GPU
-//! (`kernels::backend::GPU_FROM_VERTICES`): load and advance, by size.
+//! `cargo bench --bench kernels`; the ids are `<kernel>/<backend>/<vertices>`. The group `small` measures load and advance
+//! by the number of vertices, from which `kernels::backend::MIN_GPU_VERTICES` is chosen.
 
 #[path = "../tests/random/mod.rs"]
 mod random;
@@ -12,8 +11,9 @@ mod shapes;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
+use isospectrum::inside::field::Field;
 use isospectrum::inside::kernels::gpu::{DeviceField, Pipelines};
-use isospectrum::inside::kernels::{Advance, CpuKernels, Field, GpuKernels, Kernels};
+use isospectrum::inside::kernels::{Advance, CpuKernels, GpuKernels, Kernels, Relaxation};
 use isospectrum::render::Gpu;
 use isospectrum::volume::Volume;
 use shapes::{Mesh, sampled};
@@ -34,7 +34,11 @@ fn mesh(n: usize) -> Mesh {
     Mesh::sphere(CENTER.as_vec3(), 40.0, (n as f64 / 4.0).sqrt().round() as i32)
 }
 
-/// Both backends; without an adapter the benches stop with the reason.
+/// Both backends.
+///
+/// # Panics
+///
+/// Without an adapter.
 fn backends(volume: &Arc<Volume>) -> Vec<(&'static str, Box<dyn Kernels + Send>)> {
     let field = Arc::new(Field::new(volume.clone()));
     let gpu = Gpu::new(None).unwrap_or_else(|e| panic!("the benches need an adapter: {e}"));
@@ -50,39 +54,44 @@ fn kernels(c: &mut Criterion) {
     for (backend, mut kernels) in backends(&volume) {
         let n = mesh.positions.len();
         kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
-        kernels.project(-40.0, 3.0).expect("projects");
+        kernels.advance(&projection(&[-40.0])).expect("projects");
         let mut group = c.benchmark_group("kernels");
         group.sample_size(20).throughput(Throughput::Elements(n as u64));
         let id = |kernel: &str| BenchmarkId::new(format!("{kernel}/{backend}"), n);
-        group.bench_function(id("normals"), |b| b.iter(|| kernels.normals().expect("runs")));
+        // The normals and the read back are part of all others.
+        group.bench_function(id("normals"), |b| {
+            b.iter(|| kernels.advance(&projection(&[])).expect("runs"));
+        });
         let mut up = false;
         group.bench_function(id("project"), |b| {
             b.iter(|| {
                 up = !up;
-                kernels.project(if up { -40.5 } else { -40.0 }, 3.0).expect("runs")
+                let isovalues = if up { &[-40.5] } else { &[-40.0] };
+                kernels.advance(&projection(isovalues)).expect("runs")
             });
         });
-        kernels.project(-40.0, 3.0).expect("projects");
+        kernels.advance(&projection(&[-40.0])).expect("projects");
+        let relaxation = Relaxation { max_iterations: 4, ..STEP.relaxation };
         group.bench_function(id("relax"), |b| {
-            b.iter(|| kernels.relax(-40.0, 0.6, 0.0, 4).expect("runs"));
-        });
-        group.bench_function(id("deviation"), |b| {
-            b.iter(|| kernels.deviation(-40.0, 1.0).expect("runs"));
+            b.iter(|| kernels.advance(&Advance { relaxation, ..projection(&[]) }).expect("runs"));
         });
         group.finish();
     }
 }
 
-/// A step as a sweep takes it.
+/// A step of a sweep.
 const STEP: Advance<'static> = Advance {
     isovalues: &[-40.0],
     reach: 3.0,
     ends: &[],
-    relaxed_at: -40.0,
-    strength: 0.6,
-    threshold: 0.0,
-    max_iterations: 6,
+    relaxation: Relaxation { isovalue: -40.0, strength: 0.6, threshold: 0.0, max_iterations: 6 },
 };
+
+/// Projections only.
+fn projection(isovalues: &[f64]) -> Advance<'_> {
+    let relaxation = Relaxation { max_iterations: 0, ..STEP.relaxation };
+    Advance { isovalues, relaxation, ..STEP }
+}
 
 fn small(c: &mut Criterion) {
     let volume = ball();

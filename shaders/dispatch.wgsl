@@ -1,9 +1,9 @@
-// Which element a thread works on. Shared by all kernels.
-// Twin: `Kernel::dispatch` in src/gpu.rs.
+// The element of a thread. Shared by all kernels.
+// Twin: `Kernel::dispatch` in src/gpu/kernel.rs.
 
 /// Threads of a workgroup.
 const WORKGROUP_SIZE = 64u;
-/// Workgroups along x at most; more go along y.
+/// Workgroups along x at most; the rest are along y.
 const MAX_WORKGROUPS = 65535u;
 
 /// The element of a thread.

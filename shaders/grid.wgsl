@@ -1,7 +1,7 @@
 // The trilinear field: samples, the layer around them, values and gradients. Shared.
-// Twin: src/kernels/field.rs.
+// Twin: src/field/grid.rs.
 
-/// What does not change while a volume is worked on.
+/// The volume: constant during a sweep.
 struct Grid {
     /// Cells per voxel along each axis.
     inverse_cell_size: vec3<f32>,
@@ -13,24 +13,24 @@ struct Grid {
     sample_type: u32,
 }
 
-/// What one call of a kernel works with.
+/// The parameters of one kernel call.
 struct Parameters {
-    /// The value to reach.
+    /// The isovalue to reach.
     isovalue: f32,
-    /// Longest way to it, voxels.
+    /// How far a vertex moves at most, voxels.
     reach: f32,
     /// Share of the force that moves a vertex.
     strength: f32,
-    /// Differences to the isovalue up to this are none.
+    /// Smaller differences from the isovalue count as none.
     value_noise: f32,
     /// How far values along a step may leave the slab between start and isovalue.
     slab_tolerance: f32,
-    /// Share of what is left of its way that a held vertex goes.
+    /// Share of its remaining way by which a held vertex moves.
     share: f32,
 }
 
-/// A place in the field: a cell, and where inside it, 0 to 1 along each axis.
-struct Place {
+/// A point of the field: its cell, and its coordinates inside the cell, 0 to 1 along each axis.
+struct CellPoint {
     cell: vec3<i32>,
     local: vec3<f32>,
 }
@@ -73,7 +73,7 @@ fn padded(at: vec3<i32>) -> f32 {
     return sample(p.x + n.x * (p.y + n.y * p.z));
 }
 
-/// The values at the 8 corners of a cell; corner c lies at (c & 1, c >> 1 & 1, c >> 2 & 1).
+/// The values at the 8 corners of a cell; corner c is at (c & 1, c >> 1 & 1, c >> 2 & 1).
 fn corners(cell: vec3<i32>) -> array<f32, 8> {
     if all(cell >= vec3<i32>(0)) && all(cell < grid.dims - 1) {
         let nx = u32(grid.dims.x);
@@ -93,12 +93,12 @@ fn corners(cell: vec3<i32>) -> array<f32, 8> {
     );
 }
 
-/// The place of a position (voxel frame).
-fn locate(p: vec3<f32>) -> Place {
+/// The cell of a position (voxel frame), and its coordinates there.
+fn locate(p: vec3<f32>) -> CellPoint {
     let last = grid.dims - 1;
     let x = clamp(p * grid.inverse_cell_size, vec3<f32>(-1.0), vec3<f32>(grid.dims));
     let cell = min(vec3<i32>(floor(x)), last);
-    return Place(cell, x - vec3<f32>(cell));
+    return CellPoint(cell, x - vec3<f32>(cell));
 }
 
 /// Linear interpolation, exact at both ends.
@@ -127,7 +127,7 @@ fn slope(v: array<f32, 8>, local: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(x, y, z);
 }
 
-/// The gradient at a place, per voxel.
-fn gradient_in(place: Place) -> vec3<f32> {
-    return slope(corners(place.cell), place.local) * grid.inverse_cell_size;
+/// The gradient at a point, per voxel.
+fn gradient_in(point: CellPoint) -> vec3<f32> {
+    return slope(corners(point.cell), point.local) * grid.inverse_cell_size;
 }

@@ -1,7 +1,7 @@
 // Vertices and vectors. Shared by the kernels that declare `positions`.
-// Twin: the slices of src/kernels/cpu.rs, and `unit` in src/kernels/step.rs.
+// Twin: the slices of src/kernels/cpu.rs, and `unit` in src/field/step.rs.
 
-/// A direction shorter than this has no direction.
+/// A shorter vector has no direction.
 const ZERO_LENGTH = 1e-15f;
 
 /// Position of a vertex, voxel frame.

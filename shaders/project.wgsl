@@ -1,5 +1,5 @@
 // Moves every vertex onto the isosurface of the next isovalue.
-// One thread per vertex. Twin: src/kernels/project.rs; the rule is step.wgsl.
+// One thread per vertex. Twin: src/kernels/project.rs; one vertex: step.wgsl.
 
 /// One byte per vertex, four to a word: not 0 where it is held.
 @group(0) @binding(3) var<storage, read> held: array<u32>;
@@ -7,14 +7,14 @@
 @group(0) @binding(4) var<storage, read> normals: array<f32>;
 /// x, y, z of each vertex, voxel frame.
 @group(0) @binding(5) var<storage, read_write> positions: array<f32>;
-/// What became of each vertex.
+/// The status of each vertex.
 @group(0) @binding(6) var<storage, read_write> status: array<u32>;
-/// x, y, z of where each vertex is in the end if it is held, voxel frame.
+/// x, y, z of the final position of each vertex if it is held, voxel frame.
 @group(0) @binding(7) var<storage, read> ends: array<f32>;
 
 /// Where a held vertex at p is after a share of its way.
 fn held_at(p: vec3<f32>, end: vec3<f32>, share: f32) -> vec3<f32> {
-    // Not by the difference: the share of one is the end itself.
+    // Not p + share * (end - p): a share of one must give the end itself.
     return p * (1.0 - share) + end * share;
 }
 

@@ -1,14 +1,14 @@
 // A ray through the field: the cells it visits and the cubic in each. Shared.
-// Twin: src/kernels/ray.rs, which has the theory.
+// Twin: src/field/ray.rs, which has the theory.
 
-/// No ray visits more cells than this.
+/// Number of cells that a ray visits at most.
 const MAX_CELLS = 512u;
-/// Newton steps and bisections within one monotone piece.
+/// Number of Newton steps and bisections in one monotone piece at most.
 const MAX_NEWTON = 24u;
-/// Directions whose component is smaller than this (in cells) run parallel to that axis' faces.
+/// A direction with a smaller component (in cells) counts as parallel to the faces of that axis.
 const PARALLEL = 1e-12f;
-/// Distance to a face that is never met.
-const FAR = 3.4e38f;
+/// Farther than any distance in a volume: the distance to a face that is never crossed.
+const MAX_DISTANCE = 3.4e38f;
 /// The spacing of f32 numbers just above 1.
 const EPSILON = 1.1920929e-7f;
 
@@ -16,10 +16,10 @@ const EPSILON = 1.1920929e-7f;
 const REACHED = 0u;
 /// It left the slab, or the field, before.
 const LEFT = 1u;
-/// It went all the way inside the slab.
+/// It went the whole distance inside the slab.
 const ENDED = 2u;
 
-/// What a ray looks for, and the smallest `sign * (f - isovalue)` allowed before.
+/// The value that a ray looks for, and the smallest `sign * (f - isovalue)` allowed before.
 struct Slab {
     isovalue: f32,
     sign: f32,
@@ -32,23 +32,23 @@ struct Walk {
     t: f32,
 }
 
-/// Through which face a ray leaves a cell, and after how many voxels.
+/// The face through which a ray leaves a cell, and after how many voxels.
 struct Exit {
     axis: vec3<bool>,
     t: f32,
 }
 
-/// The way along each axis in which a direction (in cells) crosses faces; 0 where it does not.
+/// Per axis, 1 or -1 as a direction (in cells) crosses faces upwards or downwards; 0 if it crosses none.
 fn steps(d: vec3<f32>) -> vec3<i32> {
     return vec3<i32>(d > vec3<f32>(PARALLEL)) - vec3<i32>(d < vec3<f32>(-PARALLEL));
 }
 
-/// The axis through whose face the ray leaves the cell, and the distance to it from the start.
-fn exit_of(local: vec3<f32>, d: vec3<f32>, ways: vec3<i32>, moved: vec3<i32>) -> Exit {
-    let crosses = ways != vec3<i32>(0);
-    let plane = vec3<f32>(moved + vec3<i32>(ways > vec3<i32>(0)));
+/// The axis of the face through which the ray leaves the cell, and the distance to it from the start, voxels.
+fn exit_of(local: vec3<f32>, d: vec3<f32>, step: vec3<i32>, moved: vec3<i32>) -> Exit {
+    let crosses = step != vec3<i32>(0);
+    let plane = vec3<f32>(moved + vec3<i32>(step > vec3<i32>(0)));
     let t = select(
-        vec3<f32>(FAR), (plane - local) / select(vec3<f32>(1.0), d, crosses), crosses,
+        vec3<f32>(MAX_DISTANCE), (plane - local) / select(vec3<f32>(1.0), d, crosses), crosses,
     );
     if t.x <= t.y && t.x <= t.z {
         return Exit(vec3<bool>(true, false, false), t.x);
@@ -65,14 +65,14 @@ fn walk(origin: vec3<f32>, direction: vec3<f32>, slab: Slab, reach: f32) -> Walk
     let x = origin * grid.inverse_cell_size;
     var start = vec3<i32>(floor(x));
     var local = x - floor(x);
-    let ways = steps(d);
+    let step = steps(d);
     // On a face the ray enters the lower cell if it goes down, and a ray within the upper border
     // plane of the volume uses the cell inside.
-    let within = (ways == vec3<i32>(0)) & (start >= grid.dims - 1);
-    let lower = (local == vec3<f32>(0.0)) & ((ways < vec3<i32>(0)) | within);
+    let within = (step == vec3<i32>(0)) & (start >= grid.dims - 1);
+    let lower = (local == vec3<f32>(0.0)) & ((step < vec3<i32>(0)) | within);
     start -= vec3<i32>(lower);
     local = select(local, vec3<f32>(1.0), lower);
-    let entry = select(vec3<f32>(1.0), vec3<f32>(0.0), ways > vec3<i32>(0));
+    let entry = select(vec3<f32>(1.0), vec3<f32>(0.0), step > vec3<i32>(0));
     var moved = vec3<i32>(0);
     var a_local = local;
     var t0 = 0.0;
@@ -81,7 +81,7 @@ fn walk(origin: vec3<f32>, direction: vec3<f32>, slab: Slab, reach: f32) -> Walk
         if any(cell < vec3<i32>(-1)) || any(cell >= grid.dims) {
             return Walk(LEFT, 0.0);
         }
-        let exit = exit_of(local, d, ways, moved);
+        let exit = exit_of(local, d, step, moved);
         let t1 = min(max(exit.t, t0), reach);
         let ends = exit.t >= reach;
         var b_local = clamp(local + d * t1 - vec3<f32>(moved), vec3<f32>(0.0), vec3<f32>(1.0));
@@ -95,7 +95,7 @@ fn walk(origin: vec3<f32>, direction: vec3<f32>, slab: Slab, reach: f32) -> Walk
         if found.end == LEFT || ends {
             return Walk(found.end, 0.0);
         }
-        moved += select(vec3<i32>(0), ways, exit.axis);
+        moved += select(vec3<i32>(0), step, exit.axis);
         a_local = select(b_local, entry, exit.axis);
         t0 = t1;
     }
@@ -112,8 +112,8 @@ fn relative(v: array<f32, 8>, slab: Slab) -> array<f32, 8> {
     );
 }
 
-/// What the field does on a segment from `a` to `b` inside a cell: where it first reaches zero (0
-/// to 1 along the segment), that it falls below `lowest` before, or neither.
+/// The first event of the field on a segment from `a` to `b` inside a cell: it reaches zero (at 0
+/// to 1 along the segment), falls below `lowest` before, or neither.
 fn crossing(v: array<f32, 8>, a: vec3<f32>, b: vec3<f32>, lowest: f32) -> Walk {
     let low = min(min(min(v[0], v[1]), min(v[2], v[3])), min(min(v[4], v[5]), min(v[6], v[7])));
     let high = max(max(max(v[0], v[1]), max(v[2], v[3])), max(max(v[4], v[5]), max(v[6], v[7])));
@@ -125,7 +125,7 @@ fn crossing(v: array<f32, 8>, a: vec3<f32>, b: vec3<f32>, lowest: f32) -> Walk {
 
 /// Bernstein coefficients of the field along the segment from `a` to `b` inside a cell.
 fn bernstein(v: array<f32, 8>, a: vec3<f32>, b: vec3<f32>) -> vec4<f32> {
-    // The names spell where x, y and z are taken from.
+    // Names spell the ends that x, y and z are taken from.
     let even = vec4<f32>(v[0], v[2], v[4], v[6]);
     let odd = vec4<f32>(v[1], v[3], v[5], v[7]);
     let xa = even * (1.0 - a.x) + odd * a.x;
@@ -173,7 +173,7 @@ fn first_crossing(b: vec4<f32>, lowest: f32) -> Walk {
     return Walk(ENDED, 0.0);
 }
 
-/// Where the cubic turns, within 0..1 and ascending; 0 where it does not.
+/// The parameters in 0..1 at which the cubic turns, ascending; 0 in place of those that do not exist.
 fn turning_points(b: vec4<f32>) -> vec2<f32> {
     let e = b.yzw - b.xyz;
     let discriminant = e.y * e.y - e.x * e.z;
@@ -189,7 +189,7 @@ fn turning_points(b: vec4<f32>) -> vec2<f32> {
     return vec2<f32>(min(s, t), max(s, t));
 }
 
-/// n / d where it lies between 0 and 1, else 0.
+/// n / d if it is between 0 and 1, else 0.
 fn fraction(n: f32, d: f32) -> f32 {
     if n != 0.0 && abs(n) < abs(d) && (n > 0.0) == (d > 0.0) {
         return n / d;

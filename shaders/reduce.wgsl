@@ -1,29 +1,22 @@
-// The largest force and the number of vertices that failed.
-// One workgroup per many vertices, strided. Twin: the sums of src/kernels/cpu.rs.
+// The largest force on a vertex.
+// One workgroup per many vertices, strided. Twin: the maximum in src/kernels/cpu.rs.
 
-/// Workgroups that share the vertices: 16 was the quickest of 1 to 256 on a software adapter.
+/// Workgroups that share the vertices: 16 was the fastest of 1 to 256 on a software adapter.
 const REDUCE_WORKGROUPS = 16u;
-/// Status of a vertex that failed.
-const FAILED = 2u;
 
 /// What the host reads back.
 struct Outcome {
-    /// Bits of the largest force; those of f32 numbers that are not negative are in their order.
+    /// Bits of the largest force; the bits of f32 numbers that are not negative have the same order as the numbers.
     largest_force: atomic<u32>,
-    /// Vertices that failed.
-    n_failed: atomic<u32>,
 }
 
 /// Length of the force on each vertex, voxels.
 @group(0) @binding(0) var<storage, read> forces: array<f32>;
-/// What became of each vertex.
-@group(0) @binding(1) var<storage, read> status: array<u32>;
 /// Zero before.
-@group(0) @binding(2) var<storage, read_write> outcome: Outcome;
+@group(0) @binding(1) var<storage, read_write> outcome: Outcome;
 
-/// The workgroup's share of the outcome.
+/// The largest force of the workgroup's vertices.
 var<workgroup> largest: atomic<u32>;
-var<workgroup> failed: atomic<u32>;
 
 @compute @workgroup_size(WORKGROUP_SIZE)
 fn reduce(
@@ -31,16 +24,12 @@ fn reduce(
     @builtin(local_invocation_index) local: u32,
 ) {
     var force = 0.0;
-    var count = 0u;
-    for (var v = id.x; v < arrayLength(&status); v += WORKGROUP_SIZE * REDUCE_WORKGROUPS) {
+    for (var v = id.x; v < arrayLength(&forces); v += WORKGROUP_SIZE * REDUCE_WORKGROUPS) {
         force = max(force, forces[v]);
-        count += u32(status[v] == FAILED);
     }
     atomicMax(&largest, bitcast<u32>(force));
-    atomicAdd(&failed, count);
     workgroupBarrier();
     if local == 0u {
         atomicMax(&outcome.largest_force, atomicLoad(&largest));
-        atomicAdd(&outcome.n_failed, atomicLoad(&failed));
     }
 }

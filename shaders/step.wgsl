@@ -1,11 +1,11 @@
-// The rule by which one vertex gets onto an isosurface. Shared.
-// Twin: src/kernels/step.rs, which has the theory.
+// How one vertex reaches an isosurface. Shared.
+// Twin: src/field/step.rs, which has the theory.
 
-/// Steps along the gradient before giving up.
+/// Number of steps along the gradient at most.
 const MAX_GRADIENT_STEPS = 16u;
 /// Longest step along the gradient, voxels.
 const GRADIENT_STEP = 0.25f;
-/// How far a gradient step goes past a face, voxels.
+/// Length by which a gradient step overshoots a face, voxels.
 const NUDGE = 1e-3f;
 
 /// Status of a vertex that reached its isosurface along its normal.
@@ -15,7 +15,7 @@ const BY_GRADIENT = 1u;
 /// Not at all.
 const FAILED = 2u;
 
-/// Where a vertex went, and its status.
+/// Position of a vertex after its step, and its status.
 struct Step {
     position: vec3<f32>,
     status: u32,
@@ -24,9 +24,9 @@ struct Step {
 /// Moves `p` onto the isosurface of `isovalue`, at most `reach` voxels, first along the normal `n`,
 /// then along the gradient.
 fn onto_isosurface(p: vec3<f32>, n: vec3<f32>, isovalue: f32, reach: f32) -> Step {
-    let place = locate(p);
-    let values = relative(corners(place.cell), Slab(isovalue, 1.0, 0.0));
-    let difference = interpolate(values, place.local);
+    let point = locate(p);
+    let values = relative(corners(point.cell), Slab(isovalue, 1.0, 0.0));
+    let difference = interpolate(values, point.local);
     if abs(difference) <= parameters.value_noise {
         return Step(p, BY_NORMAL);
     }
@@ -51,18 +51,18 @@ fn onto_isosurface(p: vec3<f32>, n: vec3<f32>, isovalue: f32, reach: f32) -> Ste
 fn along_gradient(p: vec3<f32>, slab: Slab, reach: f32) -> Step {
     var q = p;
     var left = reach;
-    // The way in which the last steps crossed a face, zero where they did not.
+    // Per axis, the direction in which the last steps crossed a face; zero where they did not.
     var crossed = vec3<f32>(0.0);
     for (var n = 0u; n < MAX_GRADIENT_STEPS; n++) {
-        let place = locate(q);
-        let uphill = gradient_in(place) * slab.sign;
+        let point = locate(q);
+        let uphill = gradient_in(point) * slab.sign;
         let slides = uphill * crossed < vec3<f32>(0.0);
         let direction = unit(select(uphill, vec3<f32>(0.0), slides));
         if all(direction == vec3<f32>(0.0)) {
             break;
         }
         let d = direction * grid.inverse_cell_size;
-        let exit = exit_of(place.local, d, steps(d), vec3<i32>(0));
+        let exit = exit_of(point.local, d, steps(d), vec3<i32>(0));
         let past = max(exit.t, 0.0) + NUDGE;
         let size = min(min(past, GRADIENT_STEP), left);
         let found = walk(q, direction, slab, size);

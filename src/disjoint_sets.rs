@@ -1,4 +1,4 @@
-//! Disjoint sets of numbers that are united one pair after another (union-find with path halving).
+//! Disjoint sets of numbers (union-find with path halving).
 
 /// Sets of the numbers from 0, each with a representative.
 #[derive(Debug)]
@@ -27,15 +27,15 @@ impl DisjointSets {
         x
     }
 
-    /// Unites the sets of two members; the smaller of their representatives stands for both. Returns whether
-    /// they were two: while only this unites, the smallest member of a set represents it.
+    /// Unites the sets of two members; the smaller of their representatives represents the union. Returns whether
+    /// they were different sets. As long as only this method unites sets, the smallest member represents each.
     pub(crate) fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.find(a), self.find(b));
         self.absorb(a.min(b), a.max(b));
         a != b
     }
 
-    /// Unites two sets, given by their representatives, of which the first one stands for both.
+    /// Unites two sets, given by their representatives; `elder` represents the union.
     pub(crate) fn absorb(&mut self, elder: u32, younger: u32) {
         self.parents[younger as usize] = elder;
     }
@@ -50,7 +50,7 @@ mod tests {
         let mut sets = DisjointSets::new(4);
         sets.push();
         assert!(sets.join(3, 1) && sets.join(4, 3));
-        assert!(!sets.join(1, 4), "they are one already");
+        assert!(!sets.join(1, 4), "they are in one set already");
         assert_eq!([0, 1, 2, 3, 4].map(|x| sets.find(x)), [0, 1, 2, 1, 1]);
         sets.absorb(2, 1);
         assert_eq!([0, 1, 2, 3, 4].map(|x| sets.find(x)), [0, 2, 2, 2, 2]);

@@ -32,7 +32,7 @@ use std::path::Path;
 
 pub use morph::{MOST_TARGETS, Morph, Shape, write_morph_to};
 
-pub use crate::mesh::{PlyMesh, parse_ply, read_ply};
+pub use crate::ply_reader::{PlyMesh, parse_ply, read_ply};
 
 use crate::beside::write_beside;
 use crate::color::{Attribute, Map, Per, to_srgb};

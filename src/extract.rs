@@ -2,18 +2,18 @@
 //!
 //! # Theory
 //!
-//! A cell's part of the isosurface is bounded by closed loops on the cell's faces. Loops follow
-//! from the signs of the corners and, on faces with alternating signs, from the exact asymptotic
-//! decider; whether a tunnel joins two loops follows from the cell's body saddles (`cell`). There
+//! The isosurface inside a cell is bounded by closed loops on the cell's faces. The signs of the corners determine the loops,
+//! together with the exact asymptotic decider on faces with alternating signs; the cell's body saddles determine whether a
+//! tunnel joins two loops (`cell`). There
 //! is no case table: every loop becomes a triangulated disc, two loops joined by a tunnel become
-//! an annulus (`polygons`). `count` counts the same topology from the grid without a mesh.
+//! an annulus (`polygons`). `count` computes the same topology from the grid without a mesh.
 //!
 //! # Invariants
 //!
 //! The mesh is closed, oriented and manifold at edges and vertices, for any isovalue: each arc on
 //! a cell face is an edge of one triangle in each of its two cells, and every other edge has an
-//! end inside a cell or joins two points that no face holds both of, so that no other cell can
-//! own it. As every decision is one of the exact field, an isovalue equal to a sample, to a saddle
+//! end inside a cell or joins two points that are not on a common face, so that no other cell can
+//! have it. All decisions are made by the exact field, so an isovalue equal to a sample, to a saddle
 //! or within a plateau is no special case.
 
 pub(crate) mod cell;
@@ -23,28 +23,28 @@ mod polygons;
 
 use crate::disjoint_sets::DisjointSets;
 use crate::topology::exact::ExactField;
-use cell::{CellSurface, EDGES};
-use lattice::{Cell, Crossings, for_each_crossed_cell};
+use cell::CellSurface;
+use lattice::{Cell, Crossings, EDGES, for_each_crossed_cell};
 
-/// How near to a sample, as a fraction of the lattice edge, a vertex may lie: an isovalue that
+/// Least distance of a vertex from a sample, as a share of the lattice edge: an isovalue that
 /// equals a sample would otherwise make up to six vertices coincide.
 const EDGE_MARGIN: f64 = 1e-4;
 
-/// How near to its faces, as a fraction of the cell, a vertex inside a cell may lie.
+/// Least distance of a vertex inside a cell from the cell's faces, as a share of the cell.
 const CELL_MARGIN: f64 = 0.02;
 
-/// How far the inner ring of a tunnel lies from its first loop to the middle. Halfway, 4 of 100 tunnels in random
-/// cells had triangles that pass through each other; with this 1 of 100, with less no fewer.
+/// Position of a tunnel's inner ring between its first loop (0) and the middle (1). At 0.5, 4 of 100 tunnels in random
+/// cells had triangles that intersect; at 0.25 1 of 100, and no fewer at smaller values.
 const RING_SHARE: f64 = 0.25;
 
-/// A mesh of the isosurface, with where it comes from.
+/// A mesh of the isosurface, with the lattice edges of its vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Extraction {
     /// Vertices in the voxel frame.
     pub positions: Vec<[f32; 3]>,
     /// Triangles, counter-clockwise seen from lower values.
     pub faces: Vec<[u32; 3]>,
-    /// Per face: whether it lies in a cell of the layer around the volume.
+    /// Per face: whether it is in a cell of the layer around the volume.
     pub caps: Vec<bool>,
     /// Per vertex: its lattice edge as (vertex not above the isovalue, vertex above it) of the
     /// exact field; `None` for vertices inside a cell.
@@ -73,9 +73,9 @@ impl Extraction {
     }
 }
 
-/// Extracts the isosurface at an isovalue, including what lies in the layer around the volume.
+/// Extracts the isosurface at an isovalue, including its part in the layer around the volume.
 ///
-/// The order of vertices and faces follows the cells, x fastest. Empty where no sample or every
+/// Vertices and faces are in the order of the cells, x fastest. Empty if no sample or every
 /// sample of the padded grid is above the isovalue.
 pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
     let mut polygoniser = Polygoniser::new(field, isovalue, Numbering::Walk(Crossings::new(field)));
@@ -83,8 +83,8 @@ pub fn extract(field: &ExactField, isovalue: f64) -> Extraction {
     polygoniser.finish()
 }
 
-/// The part of the isosurface inside one cell; its lowest corner is `corner`, a vertex of the padded
-/// grid. As [`extract`], but for the order of vertices.
+/// The part of the isosurface inside one cell, whose lowest corner is `corner`, a vertex of the padded
+/// grid. As in [`extract`], except for the order of vertices.
 pub(crate) fn extract_cell(field: &ExactField, corner: u32, isovalue: f64) -> Extraction {
     let mut polygoniser = Polygoniser::new(field, isovalue, Numbering::OneCell);
     let cell = Cell::at(field, corner, isovalue);
@@ -100,22 +100,22 @@ struct Polygoniser<'f, 'v> {
     isovalue: f64,
     isovalue_key: i128,
     voxel_size: [f64; 3],
-    /// From the lowest sample of the volume to the highest.
+    /// Difference of the volume's highest and lowest sample.
     range: f64,
     crossings: Numbering,
     mesh: Extraction,
 }
 
-/// Where the vertices on lattice edges are found again.
+/// How vertices on lattice edges are numbered.
 enum Numbering {
-    /// In a walk over all cells.
+    /// Shared between the cells of a walk.
     Walk(Crossings),
-    /// Nowhere: the loops of a single cell meet each of its edges once.
+    /// Each is new: the loops of a single cell cross each of its edges once.
     OneCell,
 }
 
 impl<'f, 'v> Polygoniser<'f, 'v> {
-    /// Without any cell yet.
+    /// An empty mesh.
     fn new(field: &'f ExactField<'v>, isovalue: f64, crossings: Numbering) -> Self {
         let (low, high) = field.volume().range();
         Polygoniser {
@@ -153,7 +153,7 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         self.mesh.caps.resize(self.mesh.faces.len(), is_cap);
     }
 
-    /// The vertex on a lattice edge of a cell, made when first met.
+    /// The vertex on a lattice edge of a cell, created at the first visit.
     fn edge_vertex(&mut self, cell: &Cell, edge: usize) -> u32 {
         let next = self.mesh.positions.len();
         let (crossing, is_new) = match &mut self.crossings {
@@ -168,7 +168,7 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         let [from, to] = [a, b].map(|c| cell.corner_position(c));
         let [fa, fb] = [from, to].map(|p| self.field.volume().padded(p[0], p[1], p[2]));
         let t = (self.isovalue - fa) / (fb - fa);
-        // Equal values cannot be told apart: the surface passes the middle as well as anywhere.
+        // Between equal values every position is as good; the middle is taken.
         let t = if t.is_finite() { t.clamp(EDGE_MARGIN, 1.0 - EDGE_MARGIN) } else { 0.5 };
         let mut position = from.map(|x| x as f64);
         position[axis] += t;
@@ -179,7 +179,7 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
 
     /// A vertex inside a cell, near a point of it (0 to 1), moved onto the isosurface.
     fn inner_vertex(&mut self, cell: &Cell, near: [f64; 3]) -> u32 {
-        let inside = polygons::settle(&self.values(cell), near, CELL_MARGIN);
+        let inside = polygons::newton_refine(&self.values(cell), near, CELL_MARGIN);
         let position = std::array::from_fn(|a| cell.position[a] as f64 - 1.0 + inside[a]);
         self.mesh.positions.push(self.to_voxel(position));
         self.mesh.crossings.push(None);
@@ -191,7 +191,7 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         std::array::from_fn(|a| (index[a] * self.voxel_size[a]) as f32)
     }
 
-    /// The samples at a cell's corners, less the isovalue, as shares of the volume's range: their squares stay numbers.
+    /// The samples at a cell's corners minus the isovalue, as shares of the volume's range so that squares do not overflow.
     fn values(&self, cell: &Cell) -> [f64; 8] {
         std::array::from_fn(|c| {
             let [i, j, k] = cell.corner_position(c as u8);
@@ -205,7 +205,7 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         point_in_cell(cell, point, self.voxel_size)
     }
 
-    /// Fills one loop: by chords through the cell, or where every choice of chords would lie in a
+    /// Fills one loop: by chords through the cell, or, if every triangulation has a chord in a
     /// face of the cell, by a fan around a vertex inside.
     fn add_disc(&mut self, cell: &Cell, vertices: &[u32; 12], edges: &[u8]) {
         let n = edges.len();
@@ -230,8 +230,8 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
         }
     }
 
-    /// Joins two loops by a tunnel: a ring of inner vertices from the first loop a part of the way
-    /// to the middle, a strip from the first loop to the ring and one from the ring to the second loop.
+    /// Joins two loops by a tunnel: a ring of inner vertices between the first loop
+    /// and the middle, a strip from the first loop to the ring and one from the ring to the second loop.
     fn add_annulus(&mut self, cell: &Cell, vertices: &[u32; 12], first: &[u8], second: &[u8]) {
         let outer: Vec<u32> = first.iter().map(|&e| vertices[e as usize]).collect();
         let mut inner: Vec<u32> = second.iter().rev().map(|&e| vertices[e as usize]).collect();
@@ -286,7 +286,7 @@ impl<'f, 'v> Polygoniser<'f, 'v> {
     }
 }
 
-/// The point that divides the way from `p` to `q` at a share of it.
+/// Linear interpolation from `p` to `q`.
 fn lerp(p: [f64; 3], q: [f64; 3], share: f64) -> [f64; 3] {
     std::array::from_fn(|a| p[a] + share * (q[a] - p[a]))
 }

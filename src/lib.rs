@@ -48,6 +48,7 @@ mod disjoint_sets;
 mod error;
 pub mod export;
 mod extract;
+mod field;
 pub mod file;
 mod forecast;
 mod gpu;
@@ -56,6 +57,7 @@ mod kernels;
 mod mesh;
 mod named;
 pub mod page;
+mod ply_reader;
 mod prepared;
 mod progress;
 mod random;
@@ -86,6 +88,9 @@ pub use volume::{Isovalue, Placement, Preparation, Samples, Volume};
 pub mod inside {
     pub mod extract {
         pub use crate::extract::*;
+    }
+    pub mod field {
+        pub use crate::field::*;
     }
     pub mod gpu {
         pub use crate::gpu::*;

@@ -12,8 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::kernels::Backend;
+use crate::progress::Progress;
 use crate::spectrum::Spectrum;
-use crate::sweep::{Parameters, Progress, compute};
+use crate::sweep::{Parameters, compute};
 use crate::topology::dust::{DUST_METHOD, Dust, without_dust};
 use crate::topology::simplify::{METHOD, Simplification, simplified, simplify};
 use crate::volume::{Preparation, Statistics, Volume};
@@ -216,7 +217,7 @@ impl Prepared {
 mod tests {
     use super::*;
     use crate::kernels::Choice;
-    use crate::sweep::Silent;
+    use crate::progress::Silent;
     use crate::verify::{Limits, Sampling, verify};
     use crate::volume::{Mask, Placement, Samples, phantom};
 

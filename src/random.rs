@@ -1,11 +1,11 @@
-//! Random numbers that depend on their seed alone: SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
+//! Deterministic pseudo-random numbers from a seed: SplitMix64 (Steele, Lea and Flood, OOPSLA 2014).
 
 /// The generator.
 #[derive(Clone, Debug)]
 pub(crate) struct Random(u64);
 
 impl Random {
-    /// The sequence of `seed`.
+    /// The generator for `seed`.
     pub(crate) fn new(seed: u64) -> Self {
         Random(seed)
     }

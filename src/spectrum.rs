@@ -1,7 +1,7 @@
 //! The isosurface spectrum: trajectories, lifetimes, collapses, and the mesh at any isovalue.
 //!
-//! Nothing here knows of samples, sweeps or GPUs, and of a volume no more than [`VolumeInfo`] holds: the sweep fills a [`Spectrum`] through a
-//! [`SpectrumBuilder`], the file stores it, a [`Query`] and the renderer read it.
+//! Nothing here knows of samples, sweeps or GPUs, and of a volume no more than [`VolumeInfo`] holds: the sweep makes a [`Spectrum`] of a
+//! [`Patch`], the file stores it, a [`Query`] and the renderer read it.
 //!
 //! # Invariants
 //!
@@ -12,7 +12,6 @@
 
 pub(crate) mod active_set;
 mod assembly;
-mod builder;
 mod check;
 mod components;
 mod cuts;
@@ -23,6 +22,7 @@ mod measures;
 pub mod normal;
 mod normals;
 mod numbers;
+mod patch;
 mod picked;
 mod quantise;
 mod query;
@@ -33,7 +33,6 @@ mod told;
 mod uncounted;
 
 pub(crate) use assembly::Assembly;
-pub use builder::{Patch, SpectrumBuilder};
 pub use check::MAX_COORDINATE;
 pub use components::{Component, Components, Keep};
 pub(crate) use cuts::cuts;
@@ -41,6 +40,7 @@ pub(crate) use joiner::{Joiner, Seam, Unlike};
 pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
 pub use normals::Normals;
+pub use patch::Patch;
 pub use picked::Picked;
 pub use quantise::{FINEST_QUANTUM, quantum};
 pub use query::Query;

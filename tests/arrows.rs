@@ -4,16 +4,18 @@ use std::fs;
 use std::path::Path;
 
 /// Each module may use those that stand before it. The program (`main`, `cli`) is a crate of its own.
-const FLOW: [&str; 27] = [
+const FLOW: [&str; 29] = [
     "error",
     "named",
     "progress",
     "random",
     "disjoint_sets",
     "input",
+    "ply_reader",
     "beside",
     "volume",
     "topology",
+    "field",
     "mesh",
     "extract",
     "gpu",

@@ -1,13 +1,13 @@
-//! Every composed shader, without a device: it parses and validates as a browser would take it, its
-//! structs lie as the host's do, and what both languages state is stated alike.
+//! Every kernel's text, without a device: it parses and validates as in a browser, its structs have the host's layout, and
+//! constants that are in both languages are equal.
 
 use bytemuck::Zeroable;
+use isospectrum::inside::field::{Status, ray, step};
 use isospectrum::inside::gpu::layout::{Grid, Outcome, Parameters};
 use isospectrum::inside::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
-use isospectrum::inside::kernels::compact::{Draw, Moment};
 use isospectrum::inside::kernels::gpu::REDUCE_WORKGROUPS;
+use isospectrum::inside::kernels::relax;
 use isospectrum::inside::kernels::shader::{self, ALL, Shader};
-use isospectrum::inside::kernels::{Status, ray, relax, step};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Literal, Module};
 use std::mem::offset_of;
@@ -114,8 +114,8 @@ fn bindings_are_used_and_numbered_without_holes_and_few() {
 }
 
 #[test]
-fn structs_lie_alike_on_host_and_device() {
-    for shader in [shader::PROJECT, shader::RELAX, shader::DEVIATION] {
+fn structs_have_the_same_layout_on_host_and_device() {
+    for shader in [shader::PROJECT, shader::RELAX] {
         let module = parse(shader);
         assert_layout!(&module, Grid { inverse_cell_size, outside, dims, sample_type });
         assert_layout!(
@@ -123,12 +123,7 @@ fn structs_lie_alike_on_host_and_device() {
             Parameters { isovalue, reach, strength, value_noise, slab_tolerance, share }
         );
     }
-    assert_layout!(&parse(shader::REDUCE), Outcome { largest_force, n_failed });
-    assert_layout!(&parse(shader::COMPACT), Moment { rank });
-    assert_layout!(
-        &parse(shader::COMPACT),
-        Draw { n_corners, n_instances, first_corner, first_instance }
-    );
+    assert_layout!(&parse(shader::REDUCE), Outcome { largest_force });
 }
 
 #[test]
@@ -145,7 +140,7 @@ fn constants_are_equal_in_both_languages() {
         ("GRADIENT_STEP", f64::from(step::GRADIENT_STEP)),
         ("NUDGE", f64::from(step::NUDGE)),
         ("ZERO_LENGTH", f64::from(step::ZERO_LENGTH)),
-        ("LONGEST_MOVE", f64::from(relax::LONGEST_MOVE)),
+        ("MAX_MOVE", f64::from(relax::MAX_MOVE)),
         ("BY_NORMAL", f64::from(Status::Reached as u32)),
         ("BY_GRADIENT", f64::from(Status::ReachedByGradient as u32)),
         ("FAILED", f64::from(Status::Failed as u32)),
@@ -155,14 +150,13 @@ fn constants_are_equal_in_both_languages() {
     }
     let reduce_module = parse(shader::REDUCE);
     assert_eq!(constant(&reduce_module, "REDUCE_WORKGROUPS"), f64::from(REDUCE_WORKGROUPS));
-    assert_eq!(constant(&reduce_module, "FAILED"), f64::from(Status::Failed as u32));
 }
 
 #[test]
-fn no_kernel_can_run_into_the_loop_limit_of_software_adapters() {
-    // Mesa's software adapter ends loops in silence after 65535 iterations of an invocation. The
-    // longest kernel walks two rays along the normal and one per gradient step; three monotone
-    // pieces and one root search follow in each.
+fn no_kernel_can_reach_the_loop_limit_of_software_adapters() {
+    // Mesa's software adapter silently ends loops after 65535 iterations of an invocation. The
+    // longest kernel walks two rays along the normal and one per gradient step, each with three monotone
+    // pieces and one root search.
     let ray = ray::MAX_CELLS * (1 + 3) + ray::MAX_NEWTON;
     let cells_of_gradient_step = 8;
     let step = step::MAX_GRADIENT_STEPS * (cells_of_gradient_step * 4 + ray::MAX_NEWTON);

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use isospectrum::Error;
 use isospectrum::inside::spectrum::interval_tree::IntervalTree;
 use isospectrum::spectrum::{
-    About, Knot, Normals, Patch, Query, Spectrum, SpectrumBuilder, SurfaceMesh, Triangle, normal,
+    About, Knot, Normals, Patch, Query, Spectrum, SurfaceMesh, Triangle, normal,
 };
 use proptest::prelude::*;
 use synthetic::{Growth, any_spectrum, growing_sphere, isovalue, small, volume_info};
@@ -300,34 +300,36 @@ fn patch(isovalues: &[f64]) -> Patch {
     }
 }
 
-fn finish(patches: &[Patch]) -> isospectrum::Result<Spectrum> {
-    let mut builder = SpectrumBuilder::new();
-    patches.iter().for_each(|patch| builder.push_patch(patch.clone()));
-    builder.finish(About::new(volume_info(), (0.0, 10.0), 0.1))
+fn spectrum_of(patch: Patch) -> isospectrum::Result<Spectrum> {
+    Spectrum::from_patch(About::new(volume_info(), (0.0, 10.0), 0.1), patch)
 }
 
 #[test]
-fn patches_share_one_table_of_isovalues() {
-    // 2 is in both; 3 is used by nothing.
-    let spectrum = finish(&[patch(&[-0.0, 2.0, 3.0, 5.0]), patch(&[2.0, 9.0])]).expect("valid");
-    assert_eq!(spectrum.isovalues(), [0.0, 2.0, 5.0, 9.0]);
-    assert_eq!(spectrum.first_knot(), [0, 2, 4, 6, 8, 10, 12]);
+fn isovalues_that_nothing_refers_to_are_left_out() {
+    // Only a lifetime ends at 2; nothing refers to 3.
+    let mut patch = patch(&[-0.0, 2.0, 3.0, 5.0]);
+    patch.triangles[0].death = 1;
+    let spectrum = spectrum_of(patch).expect("valid");
+    assert_eq!(spectrum.isovalues(), [0.0, 2.0, 5.0]);
+    assert!(spectrum.isovalues()[0].is_sign_positive());
+    assert_eq!(spectrum.first_knot(), [0, 2, 4, 6]);
+    assert!(spectrum.trajectory(0).iter().map(|k| k.rank).eq([0, 2]));
     let lifetimes: Vec<_> =
         spectrum.triangles().iter().map(|t| (t.vertices, t.birth, t.death)).collect();
-    assert_eq!(lifetimes, [([0, 1, 2], 0, 2), ([3, 4, 5], 1, 3)]);
+    assert_eq!(lifetimes, [([0, 1, 2], 0, 1)]);
 }
 
 #[test]
 fn a_patch_that_breaks_an_invariant_is_an_error() {
     let mut broken = patch(&[0.0, 1.0]);
     broken.triangles[0].vertices[1] = 7;
-    let error = finish(&[patch(&[0.0, 1.0]), broken]).expect_err("vertex 10 of 6");
-    assert_eq!(error.to_string(), "triangle 1: vertex 10, expected one of 6");
+    let error = spectrum_of(broken).expect_err("vertex 7 of 3");
+    assert_eq!(error.to_string(), "triangle 0: vertex 7, expected one of 3");
 }
 
 #[test]
 fn an_empty_spectrum_has_empty_meshes() {
-    let spectrum = finish(&[]).expect("valid");
+    let spectrum = spectrum_of(Patch::default()).expect("valid");
     assert_eq!(spectrum.mesh_at(5.0).expect("inside the range"), SurfaceMesh::default());
 }
 

@@ -11,7 +11,7 @@ use isospectrum::Error;
 use isospectrum::file;
 use isospectrum::inside::extract::count::count;
 use isospectrum::inside::extract::extract;
-use isospectrum::inside::kernels::backend::GPU_FROM_VERTICES;
+use isospectrum::inside::kernels::backend::MIN_GPU_VERTICES;
 use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::inside::topology::simplify::simplified;
 use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
@@ -96,7 +96,7 @@ fn a_sphere_has_the_counted_topology_at_every_isovalue() {
 #[test]
 fn a_sphere_computed_on_the_gpu_has_the_counted_topology() {
     let most = check(&volume("sphere:48"), Choice::Gpu);
-    assert!(most >= GPU_FROM_VERTICES, "{most} vertices: all of it ran on the CPU");
+    assert!(most >= MIN_GPU_VERTICES, "{most} vertices: all of it ran on the CPU");
 }
 
 #[test]

@@ -18,10 +18,8 @@ use crate::file::{
     self, ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, WHOLE, Written, chunk_name,
     key_in_part, living, seam_bytes, seam_name,
 };
-use crate::spectrum::{
-    About, Event, Joiner, Knot, Patch, Spectrum, SpectrumBuilder, Told, Triangle, cuts,
-};
-use crate::sweep::Progress;
+use crate::progress::Progress;
+use crate::spectrum::{About, Event, Joiner, Knot, Patch, Spectrum, Told, Triangle, cuts};
 
 /// What a part takes of memory while it is written, bytes per triangle (measured: 120 to 150 of `bonsai`).
 const BYTES_PER_TRIANGLE: f64 = 150.0;
@@ -107,11 +105,9 @@ fn write_part(
         let (patch, keys) = alone(&common);
         joiner.append(&patch, &keys)?.map_err(|at| unlike(other, at))?;
     }
-    let mut builder = SpectrumBuilder::new();
-    builder.push_patch(joiner.finish().0);
     let (info, flags) = (plan.recipe.volume.clone(), &plan.recipe.parameters);
     let about = About::new(info, flags.range.unwrap_or(plan.recipe.volume.range), flags.error);
-    let mut spectrum = builder.finish(about)?;
+    let mut spectrum = Spectrum::from_patch(about, joiner.finish().0)?;
     if let Opened::Whole(prepared) = volume {
         // Where triangles pass a mask is told by isovalues of the part's table: within the same piece of a lifetime as in a file.
         prepared.cap(&mut spectrum);
@@ -158,11 +154,9 @@ fn write_chunks(
         // With what each vertex was in the part.
         let (own, in_part) = living(&patch, &all, lives);
         let n_triangles = own.triangles.len() as u64;
-        let mut builder = SpectrumBuilder::new();
-        builder.push_patch(own);
         let name = ChunkName { plan: plan.hash().to_owned(), number, chunk };
         let parameters = Told::of_value(serde_json::json!({ PART: name }));
-        let own = builder.finish(About { parameters, ..about.clone() })?;
+        let own = Spectrum::from_patch(About { parameters, ..about.clone() }, own)?;
         let Written { bytes, order, .. } = file::into_bytes(own)?;
         let mut key_of = |v: u32| {
             let next = named.len() as u32;

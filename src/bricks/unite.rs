@@ -6,8 +6,9 @@
 use super::part::PartHead;
 use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
-use crate::spectrum::{About, Event, Joiner, Spectrum, SpectrumBuilder, Told, Unlike};
-use crate::sweep::{Counts, Progress, tell_shares, told};
+use crate::progress::Progress;
+use crate::spectrum::{About, Event, Joiner, Spectrum, Told, Unlike};
+use crate::sweep::{Counts, tell_shares, told};
 use crate::topology::blocks::joined;
 
 /// Under this name the parameters of a spectrum tell of how many bricks it is made.
@@ -36,9 +37,7 @@ pub fn merge(parts: &Parts, volume: &Opened, progress: &dyn Progress) -> Result<
         let part = parts.part(number)?;
         joiner.append(&part.patch, &part.shared())?.map_err(|at| unlike(number, at))?;
     }
-    let mut builder = SpectrumBuilder::new();
-    builder.push_patch(joiner.finish().0);
-    let mut spectrum = builder.finish(whole.into_parts().0)?;
+    let mut spectrum = Spectrum::from_patch(whole.into_parts().0, joiner.finish().0)?;
     if let Opened::Whole(prepared) = volume {
         prepared.cap(&mut spectrum);
     }
@@ -71,8 +70,6 @@ pub(super) fn join_borders(
     let topology = joined(blocks, around, |first, end| volume.block(first, end))?;
     let arcs = topology.n_arcs_in(range) as u64;
     let events: Vec<Event> = topology.events.into_iter().filter(inside).collect();
-    let mut builder = SpectrumBuilder::new();
-    builder.push_patch(Joiner::default().finish().0);
     let (parameters, areas) = parameters(parts.plan(), &heads, arcs);
     let tolerance = recipe.parameters.error;
     let about = About {
@@ -80,7 +77,7 @@ pub(super) fn join_borders(
         events,
         ..About::new(recipe.volume.clone(), range, tolerance)
     };
-    let mut whole = builder.finish(about)?;
+    let mut whole = Spectrum::from_patch(about, Joiner::default().finish().0)?;
     tell_shares(&mut whole, &areas);
     for (name, what) in &recipe.told {
         whole.about_mut().parameters.tell(name, what.clone());

@@ -1,35 +1,19 @@
-//! The combinatorics of the isosurface in one cell: its loops, and whether a tunnel joins two.
+//! The combinatorics of the isosurface in one cell: its loops, and whether a tunnel joins two of them.
 //!
-//! Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2 & 1). An isosurface leaves through the
+//! Corner c of a cell is at (c & 1, c >> 1 & 1, c >> 2 & 1). The isosurface crosses the
 //! cell's faces along arcs from crossed edge to crossed edge; on a face whose corners alternate
-//! the saddle says which corners the two arcs cut off. Arcs run with the higher values on one
+//! the saddle determines which corners the two arcs cut off. Arcs are directed with the higher values on a fixed
 //! side, so following them closes one to four oriented loops of 3 to 12 edges.
 //!
-//! A tunnel exists iff an index 1 body saddle lies below the isovalue while the lower corners
+//! A tunnel exists iff an index 1 body saddle is below the isovalue while the lower corners
 //! form two components (joined over edges and faces), or an index 2 one above it while the higher
-//! ones do; never both. It joins the two loops around the one component of the other side. Both
+//! corners do; never both. It joins the two loops around the one component of the other side. Both
 //! facts were checked on 40 million random cells.
 
 use std::sync::LazyLock;
 
-use super::lattice::Cell;
+use super::lattice::{Cell, EDGES};
 use crate::topology::exact::{ExactField, Trilinear, can_hold_body_saddle, is_saddle_above};
-
-/// Corners of the edges, lower first: four along x, four along y, four along z.
-pub(crate) const EDGES: [(u8, u8); 12] = [
-    (0, 1),
-    (2, 3),
-    (4, 5),
-    (6, 7),
-    (0, 2),
-    (1, 3),
-    (4, 6),
-    (5, 7),
-    (0, 4),
-    (1, 5),
-    (2, 6),
-    (3, 7),
-];
 
 /// Corners of the faces, counter-clockwise seen from outside: +x, -x, +y, -y, +z, -z.
 const FACES: [[u8; 4]; 6] =
@@ -78,7 +62,7 @@ pub(crate) const EDGE_FACES: [u8; 12] = {
 struct Loops {
     /// Edges of all loops, one loop after the other.
     edges: [u8; 12],
-    /// Where each loop starts in `edges`, and after the last where it ends.
+    /// Start of each loop in `edges`, and after the last one its end.
     starts: [u8; 5],
     n_loops: usize,
     /// Per corner: the smallest corner it is connected to along edges and decided faces.
@@ -93,7 +77,7 @@ fn is_ambiguous(inside: u8, face: &[u8; 4]) -> bool {
     s[0] == s[2] && s[1] == s[3] && s[0] != s[1]
 }
 
-/// Loops of the cells without ambiguous faces; `None` for the others.
+/// By signs of the corners: the loops of cells without ambiguous faces; `None` for the others.
 static PLAIN_LOOPS: LazyLock<Vec<Option<Loops>>> = LazyLock::new(|| {
     (0..=255)
         .map(|inside| {
@@ -104,8 +88,8 @@ static PLAIN_LOOPS: LazyLock<Vec<Option<Loops>>> = LazyLock::new(|| {
 });
 
 impl Loops {
-    /// Follows the arcs of a cell. `is_above(face)` says whether the saddle of an ambiguous face
-    /// lies above the isovalue.
+    /// Follows the arcs of a cell. `is_above(face)` is whether the saddle of an ambiguous face
+    /// is above the isovalue.
     fn trace(inside: u8, is_above: impl Fn(&[u8; 4]) -> bool) -> Loops {
         const NONE: u8 = u8::MAX;
         let mut next = [NONE; 12];
@@ -165,7 +149,7 @@ impl Loops {
     }
 }
 
-/// Unites the regions of two corners; the smallest corner stands for a region.
+/// Unites the regions of two corners; the smallest corner represents a region.
 fn join(regions: &mut [u8; 8], a: u8, b: u8) {
     let (a, b) = (regions[a as usize], regions[b as usize]);
     for r in regions {
@@ -175,7 +159,7 @@ fn join(regions: &mut [u8; 8], a: u8, b: u8) {
     }
 }
 
-/// Loops known for all cells alike, or those of this cell.
+/// Loops from the table, or those of this cell.
 enum LoopsOf {
     Plain(&'static Loops),
     Decided(Loops),
@@ -228,7 +212,7 @@ impl CellSurface {
         self.get().n_loops
     }
 
-    /// The edges of a loop in order, lower values on the side counter-clockwise triangles face.
+    /// The edges of a loop in order; triangles that are counter-clockwise along it face lower values.
     pub(crate) fn loop_edges(&self, l: usize) -> &[u8] {
         self.get().edges_of(l)
     }

@@ -1,13 +1,13 @@
 //! The topology of an isosurface counted on the grid, without a mesh.
 //!
-//! The isosurface is cut by the grid into points on lattice edges, open arcs on cell faces and
+//! The grid divides the isosurface into points on lattice edges, open arcs on cell faces and
 //! open patches in cells. The Euler characteristic (with compact support) is additive, a patch
-//! with one loop contributes 1, a tunnel takes away 2, so per component
+//! with one loop contributes 1, a tunnel subtracts 2, so per component
 //!
 //! chi = n_loops - 2 n_tunnels - n_arcs + n_crossings,
 //!
-//! where each arc belongs to the loops of two cells. Components follow by joining the crossings
-//! of each loop and of both loops of a tunnel.
+//! where each arc belongs to the loops of two cells. Joining the crossings
+//! of each loop and of both loops of a tunnel gives the components.
 
 use super::cell::CellSurface;
 use super::lattice::{Crossing, Crossings, for_each_crossed_cell};
@@ -17,7 +17,7 @@ use crate::topology::exact::ExactField;
 /// One component of an isosurface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ComponentCount {
-    /// Of the first lattice edge it crosses (in the order of [`super::extract`]), the end that is
+    /// The first lattice edge it crosses (in the order of [`super::extract`]): the end that is
     /// not above the isovalue.
     pub low: u32,
     /// The end above the isovalue.
@@ -29,7 +29,7 @@ pub struct ComponentCount {
 }
 
 /// Counts the isosurface at an isovalue, component by component in the order of their first
-/// crossings. All of them are closed: the layer around the volume closes them.
+/// crossings. All components are closed by the layer around the volume.
 pub fn count(field: &ExactField, isovalue: f64) -> Vec<ComponentCount> {
     let parts = count_parts(field, isovalue, |_| true);
     let mut components: Vec<ComponentCount> = Vec::new();
@@ -47,22 +47,22 @@ pub fn count(field: &ExactField, isovalue: f64) -> Vec<ComponentCount> {
 /// The parts of the isosurface in some of the cells.
 #[derive(Debug)]
 pub(crate) struct Parts {
-    /// In the order of the walk.
+    /// Crossed lattice edges, in the order of the walk.
     pub(crate) crossings: Vec<Crossing>,
-    /// By crossing; parts are numbered by their first crossings.
+    /// Part of each crossing; parts are numbered by their first crossings.
     pub(crate) part_of: Vec<u32>,
-    /// By part: twice its Euler characteristic and the number of arcs on its boundary; of any triangulation of it whose
-    /// boundary has as many edges, twice its vertices less its faces.
+    /// By part: twice its Euler characteristic plus the number of arcs on its boundary. For a triangulation of it whose
+    /// boundary has as many edges, this is twice the number of vertices minus the number of faces.
     pub(crate) doubled: Vec<i64>,
 }
 
-/// Counts the parts of the isosurface in the cells, by their lowest corners, for which `is_in` holds.
+/// Counts the parts of the isosurface in the cells (given by their lowest corners) for which `is_in` holds.
 pub(crate) fn count_parts(field: &ExactField, isovalue: f64, is_in: impl Fn(u32) -> bool) -> Parts {
     let isovalue_key = field.isovalue_key(isovalue);
     let mut numbers = Crossings::new(field);
     let mut crossings: Vec<Crossing> = Vec::new();
     let mut sets = DisjointSets::new(0);
-    // What loops and tunnels contribute, at their first crossing.
+    // The contributions of loops and tunnels, at their first crossing.
     let mut own: Vec<i64> = Vec::new();
     for_each_crossed_cell(field, isovalue, |cell| {
         if !is_in(cell.corner) {

@@ -1,7 +1,22 @@
-//! Walks over the cells that an isosurface crosses and numbers the lattice edges it crosses.
+//! The cells that an isosurface crosses, in order, and numbers for the lattice edges that it crosses.
 
-use super::cell::EDGES;
 use crate::topology::exact::{BRICK, ExactField};
+
+/// Corners of the edges, lower first: four along x, four along y, four along z.
+pub(crate) const EDGES: [(u8, u8); 12] = [
+    (0, 1),
+    (2, 3),
+    (4, 5),
+    (6, 7),
+    (0, 2),
+    (1, 3),
+    (4, 6),
+    (5, 7),
+    (0, 4),
+    (1, 5),
+    (2, 6),
+    (3, 7),
+];
 
 /// A cell with corners on both sides of the isovalue.
 pub(crate) struct Cell {
@@ -22,7 +37,7 @@ impl Cell {
         Cell { corner, position: field.position(corner).map(|p| (p + 1) as u32), inside }
     }
 
-    /// The crossing on a crossed edge, numbered `next`. `offsets` are the field's cell offsets.
+    /// The crossing on a crossed edge, with the number `next`. `offsets` are the field's cell offsets.
     pub(crate) fn crossing(&self, offsets: &[u32; 8], edge: usize, next: usize) -> Crossing {
         let (a, b) = EDGES[edge];
         let [from, to] = [a, b].map(|c| self.corner + offsets[c as usize]);
@@ -36,8 +51,8 @@ impl Cell {
     }
 }
 
-/// Calls `visit` for every cell that the isosurface crosses, x fastest, passing over bricks whose
-/// range of levels does not hold the isovalue.
+/// Calls `visit` for every cell that the isosurface crosses, x fastest, skipping bricks whose
+/// range of levels does not contain the isovalue.
 pub(crate) fn for_each_crossed_cell(
     field: &ExactField,
     isovalue: f64,
@@ -89,11 +104,11 @@ pub(crate) struct Crossing {
 }
 
 /// Numbers the crossed lattice edges around the cells of a walk in the order of
-/// [`for_each_crossed_cell`]. Only two layers of edges are held; what an earlier layer left in a
-/// place is told by its ends, so nothing is ever cleared.
+/// [`for_each_crossed_cell`]. Two layers of edges are stored. An entry of an earlier layer is recognised by its ends, so entries
+/// are never cleared.
 pub(crate) struct Crossings {
     /// Edges along x and y of even layers, then of odd layers, then edges along z.
-    places: [Vec<Crossing>; 5],
+    entries: [Vec<Crossing>; 5],
     strides: [u32; 3],
     offsets: [u32; 8],
 }
@@ -104,13 +119,13 @@ impl Crossings {
         let empty = Crossing { vertex: u32::MAX, low: u32::MAX, high: u32::MAX };
         let n = field.dims()[0] * field.dims()[1];
         Crossings {
-            places: std::array::from_fn(|_| vec![empty; n]),
+            entries: std::array::from_fn(|_| vec![empty; n]),
             strides: field.strides(),
             offsets: field.cell_offsets(),
         }
     }
 
-    /// The crossing on a crossed edge of a cell, and whether it is new; a new one is numbered
+    /// The crossing on a crossed edge of a cell, and whether it is new; a new one gets the number
     /// `next`.
     #[inline]
     pub(crate) fn vertex(&mut self, cell: &Cell, edge: usize, next: usize) -> (Crossing, bool) {
@@ -119,11 +134,11 @@ impl Crossings {
         let crossing = cell.crossing(&self.offsets, edge, next);
         let layer = cell.position[2] + (a >> 2) as u32;
         let kind = if edge < 8 { (layer % 2) as usize * 2 + edge / 4 } else { 4 };
-        let place = &mut self.places[kind][(from - layer * self.strides[2]) as usize];
-        if (place.low, place.high) == (crossing.low, crossing.high) {
-            return (*place, false);
+        let entry = &mut self.entries[kind][(from - layer * self.strides[2]) as usize];
+        if (entry.low, entry.high) == (crossing.low, crossing.high) {
+            return (*entry, false);
         }
-        *place = crossing;
-        (*place, true)
+        *entry = crossing;
+        (*entry, true)
     }
 }

@@ -3,15 +3,15 @@
 use super::cell::EDGE_FACES;
 use crate::mesh::intersecting;
 
-/// How much a squared deviation of a triangle from the isosurface counts beside a squared length of a chord.
-/// Short chords alone gave triangles as good, but a 99th percentile of the barycentre error of 0.31 voxel
-/// instead of 0.25 on HeadMR; from 30 to 1000 little changes.
+/// Weight of a triangle's squared deviation from the isosurface relative to the squared length of a chord.
+/// Without deviations the triangles are as well shaped, but the 99th percentile of the barycentre error on HeadMR is 0.31
+/// voxel instead of 0.25; weights from 30 to 1000 differ little.
 const DEVIATION_WEIGHT: f64 = 100.0;
 
-/// Triangulates a loop of 3 to 12 lattice edges by chords of which none lies in a face of the
-/// cell, and hands out the triangles as places in the loop: those that are nearest to the isosurface, and
-/// among equals those with the shortest chords. `deviation` says how far a point is from the isosurface.
-/// Returns whether that is possible; if not, nothing is handed out.
+/// Triangulates a loop of 3 to 12 lattice edges by chords that are not in a face of the
+/// cell, and calls `add` with each triangle, as three indices into the loop. The triangulation minimises the weighted sum of
+/// squared deviations of the triangles and squared lengths of the chords. `deviation` is the distance of a point from the
+/// isosurface. Returns whether there is a triangulation; if not, `add` is not called.
 ///
 /// Dynamic programming over the parts `i..=j` of the loop (Klincsek, "Minimal triangulations of
 /// polygonal domains", 1980).
@@ -45,7 +45,7 @@ pub(super) fn triangulate(
         }
         return a.is_finite() || b.is_finite();
     }
-    // cost[i][j]: of the triangles and chords within part i..=j, its own chord included; apex[i][j]: the
+    // cost[i][j]: cost of the triangles and chords of part i..=j, including chord ij; apex[i][j]: the
     // third vertex of the triangle on that chord.
     let mut cost = [[0.0f64; 12]; 12];
     let mut apex = [[0u8; 12]; 12];
@@ -86,13 +86,14 @@ pub(super) fn mean(points: &[[f64; 3]]) -> [f64; 3] {
     std::array::from_fn(|a| points.iter().map(|p| p[a]).sum::<f64>() / points.len() as f64)
 }
 
-/// The strip of triangles between two closed loops of the same direction that has the shortest edges from
-/// one to the other in sum: the place in `second` where it starts, beside the first of `first`, and for
-/// each triangle whether it goes along `first`. A longer one is taken where that passes through itself.
+/// The strip of triangles between two closed loops of the same direction whose edges from one loop to the other have the least
+/// total length, among strips that do not intersect themselves. Returns the index in `second` that the strip joins to the first
+/// point of `first`, and for each triangle whether it advances along `first` (else along `second`).
 ///
 /// Dynamic programming over the edges, as in Fuchs, Kedem and Uselton, "Optimal surface reconstruction from
-/// planar contours", 1977. Strips in which all of one loop is joined to a single vertex of the other would
-/// have an edge twice; for where only those are short there are the strips that go along both loops evenly.
+/// planar contours", 1977. A strip that joins all of one loop to a single vertex of the other would
+/// contain an edge twice and is excluded; as all short strips may be such, strips that advance along both loops evenly are
+/// candidates too.
 pub(super) fn strip(first: &[[f64; 3]], second: &[[f64; 3]]) -> (usize, Vec<bool>) {
     let (n, m) = (first.len(), second.len());
     let even = even_steps(n, m);
@@ -104,12 +105,12 @@ pub(super) fn strip(first: &[[f64; 3]], second: &[[f64; 3]]) -> (usize, Vec<bool
     }
     strips.retain(|(_, _, steps)| !has_whole_fan(steps, n, m));
     strips.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let sound = strips.iter().position(|s| !passes_through_itself(&s.2, first, second, s.1));
-    let (_, start, steps) = strips.swap_remove(sound.unwrap_or(0));
+    let valid = strips.iter().position(|s| !intersects_itself(&s.2, first, second, s.1));
+    let (_, start, steps) = strips.swap_remove(valid.unwrap_or(0));
     (start, steps)
 }
 
-/// The edges of a strip, as places in both loops.
+/// The edges of a strip, as indices into both loops.
 fn edges_of(steps: &[bool], n: usize, m: usize, start: usize) -> impl Iterator<Item = [usize; 2]> {
     let mut at = [0, start];
     let edges = steps.iter().map(move |&along_first| {
@@ -125,8 +126,8 @@ fn length_of(steps: &[bool], first: &[[f64; 3]], second: &[[f64; 3]], start: usi
     edges.map(|[i, j]| squared_distance(first[i], second[j]).sqrt()).sum()
 }
 
-/// Whether triangles of a strip pass through each other.
-fn passes_through_itself(
+/// Whether triangles of a strip intersect each other.
+fn intersects_itself(
     steps: &[bool],
     first: &[[f64; 3]],
     second: &[[f64; 3]],
@@ -145,8 +146,8 @@ fn passes_through_itself(
     !intersecting(&positions, &triangles).is_empty()
 }
 
-/// Whether the triangles of a strip go all along one loop, of `n` or of `m` sides, without a step along the
-/// other. The strip is closed: its end goes on with its beginning.
+/// Whether a strip joins all of one loop, of `n` or `m` edges, to a single vertex of the other. The strip is cyclic: its
+/// beginning follows its end.
 fn has_whole_fan(steps: &[bool], n: usize, m: usize) -> bool {
     let longest = |along_first: bool| {
         let (mut run, mut longest) = (0, 0);
@@ -159,7 +160,7 @@ fn has_whole_fan(steps: &[bool], n: usize, m: usize) -> bool {
     longest(true) >= n || longest(false) >= m
 }
 
-/// The triangles of a strip that goes along both loops evenly.
+/// The steps of a strip that advances along both loops evenly.
 fn even_steps(n: usize, m: usize) -> Vec<bool> {
     let (mut i, mut j) = (0, 0);
     let mut steps = Vec::with_capacity(n + m);
@@ -175,11 +176,11 @@ fn even_steps(n: usize, m: usize) -> Vec<bool> {
     steps
 }
 
-/// See [`strip`]: the sum of the lengths, and the triangles, for one start.
+/// The shortest strip of [`strip`] for one start: its length and its steps.
 fn shortest_from(first: &[[f64; 3]], second: &[[f64; 3]], start: usize) -> (f64, Vec<bool>) {
     let (n, m) = (first.len(), second.len());
     let edge = |i: usize, j: usize| squared_distance(first[i % n], second[(start + j) % m]).sqrt();
-    // cost[i][j]: of the edges up to the one from `first[i]` to the j-th of `second`.
+    // cost[i][j]: length of the edges up to the one from `first[i]` to the j-th of `second` after the start.
     let mut cost = vec![vec![f64::INFINITY; m + 1]; n + 1];
     cost[0][0] = 0.0;
     for i in 0..=n {
@@ -207,20 +208,20 @@ fn squared_distance(p: [f64; 3], q: [f64; 3]) -> f64 {
     (0..3).map(|a| (p[a] - q[a]) * (p[a] - q[a])).sum()
 }
 
-/// Newton steps that bring a vertex inside a cell onto the isosurface.
-const N_SETTLE_STEPS: usize = 6;
+/// Number of Newton steps that move a vertex inside a cell onto the isosurface.
+const N_NEWTON_STEPS: usize = 6;
 
-/// Longest Newton step, in cells: beyond it the linear model of a cell says little.
-const LONGEST_SETTLE_STEP: f64 = 0.25;
+/// Longest Newton step, in cells: the field is not nearly linear over longer ones.
+const MAX_NEWTON_STEP: f64 = 0.25;
 
 /// Moves a point of a cell along the gradient towards the zero set of the trilinear field through
-/// `values` (corner x + 2 y + 4 z), staying `margin` away from the cell's faces. Returns the point
-/// of the least absolute value met, so it is never further from the surface than the start.
-pub(super) fn settle(values: &[f64; 8], start: [f64; 3], margin: f64) -> [f64; 3] {
+/// `values` (corner x + 2 y + 4 z), keeping `margin` away from the cell's faces. Returns the visited point with
+/// the least absolute value, so the result is never farther from the surface than the start.
+pub(super) fn newton_refine(values: &[f64; 8], start: [f64; 3], margin: f64) -> [f64; 3] {
     let inside = |p: [f64; 3]| p.map(|x| x.clamp(margin, 1.0 - margin));
     let mut p = inside(start);
     let mut best = (p, f64::INFINITY);
-    for _ in 0..=N_SETTLE_STEPS {
+    for _ in 0..=N_NEWTON_STEPS {
         let (value, gradient) = value_and_gradient(values, p);
         if value.abs() < best.1 {
             best = (p, value.abs());
@@ -230,18 +231,18 @@ pub(super) fn settle(values: &[f64; 8], start: [f64; 3], margin: f64) -> [f64; 3
         if !step.is_finite() {
             break;
         }
-        let shorten = (LONGEST_SETTLE_STEP / (step.abs() * squared.sqrt())).min(1.0);
+        let shorten = (MAX_NEWTON_STEP / (step.abs() * squared.sqrt())).min(1.0);
         p = inside(std::array::from_fn(|a| p[a] + step * shorten * gradient[a]));
     }
     best.0
 }
 
-/// How far a point of a cell is from the isosurface, to first order and at most one voxel; the cell's edges
+/// Distance of a point of a cell from the isosurface to first order, at most one voxel; the cell's edges
 /// are `size` voxels long.
 pub(super) fn deviation(values: &[f64; 8], point: [f64; 3], size: [f64; 3]) -> f64 {
     let (value, gradient) = value_and_gradient(values, point);
     let slope = (0..3).map(|a| (gradient[a] / size[a]).powi(2)).sum::<f64>().sqrt();
-    // Where there is neither value nor slope, the division gives no number, and `min` the other one.
+    // If value and slope are both 0, the quotient is NaN, and `min` returns the other operand.
     (value.abs() / slope).min(1.0)
 }
 
@@ -281,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn no_strip_joins_all_of_a_loop_to_one_vertex() {
+    fn no_strip_joins_a_whole_loop_to_one_vertex() {
         // All of the ring is nearest to the first vertex of the other loop.
         let ring = [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];
         let far = [[0.0, 0.0, 0.1], [9.0, 5.0, 0.0], [9.0, -5.0, 0.0]];
@@ -294,8 +295,8 @@ mod tests {
 
     #[test]
     fn a_strip_joins_each_vertex_to_the_nearest_of_the_other_loop() {
-        // The ring and the second loop of a tunnel, a sixth of a turn apart: the first vertex of the ring
-        // is nearest to vertex 0, but a strip that goes on along the ring from there is twisted.
+        // The ring and the second loop of a tunnel, rotated by a sixth of a turn: the first vertex of the ring
+        // is nearest to vertex 0, but a strip that advances along the ring from there is twisted.
         let ring = [[0.83, 0.70, 0.27], [0.26, 0.74, 0.74], [0.30, 0.17, 0.27]];
         let inner = [[1.0, 0.0, 0.35], [1.0, 0.96, 1.0], [0.04, 0.0, 1.0]];
         let (start, steps) = strip(&ring, &inner);

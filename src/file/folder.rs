@@ -23,7 +23,7 @@ use super::folder_index::{
 use super::from_bytes;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{About, Joiner, Patch, Spectrum, SpectrumBuilder, Triangle, shown_first};
+use crate::spectrum::{About, Joiner, Patch, Spectrum, Triangle, shown_first};
 
 /// Whether a path is that of a folder of parts.
 pub fn is_folder(path: &Path) -> bool {
@@ -151,9 +151,7 @@ impl SpectrumFolder {
 
     /// A spectrum of parts of this one, with its events.
     pub(super) fn spectrum(&self, patch: Patch, range: (f64, f64)) -> Result<Spectrum> {
-        let mut builder = SpectrumBuilder::new();
-        builder.push_patch(patch);
-        builder.finish(About { range, ..self.whole.about().clone() })
+        Spectrum::from_patch(About { range, ..self.whole.about().clone() }, patch)
     }
 
     /// Takes a chunk in.

@@ -1,12 +1,13 @@
 //! Typed buffers on the device.
 
-use super::{Bind, Gpu, Read};
+use super::device::{Gpu, Read};
+use super::kernel::Bind;
 use crate::error::Result;
 use bytemuck::Pod;
 use std::marker::PhantomData;
 use std::num::NonZeroU64;
 
-/// So many elements of type `T` on the device, bound to exactly their length.
+/// An array of `T` on the device, bound with exactly its length.
 #[derive(Debug)]
 pub struct Buffer<T> {
     raw: wgpu::Buffer,
@@ -19,7 +20,7 @@ impl<T: Pod> Buffer<T> {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Gpu`] if it is larger than a binding may be, or the memory is full.
+    /// [`crate::Error::Gpu`] if it exceeds the size of a binding, or the memory is full.
     pub fn storage(gpu: &Gpu, label: &str, len: usize) -> Result<Self> {
         Self::new(gpu, label, len, wgpu::BufferUsages::STORAGE)
     }
@@ -38,7 +39,7 @@ impl<T: Pod> Buffer<T> {
         gpu.fits(bytes, label)?;
         let raw = gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            // A binding is never empty, and copies come in words.
+            // Bindings must not be empty, and copies are in words of 4 bytes.
             size: bytes.next_multiple_of(4).max(4),
             usage: usage | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
@@ -47,24 +48,24 @@ impl<T: Pod> Buffer<T> {
         Ok(Buffer { raw, len, of: PhantomData })
     }
 
-    /// Writes elements from the start on.
+    /// Writes elements at the start.
     pub fn write(&self, gpu: &Gpu, elements: &[T]) {
         assert!(elements.len() <= self.len, "a write within the buffer");
         write_bytes(gpu, &self.raw, bytemuck::cast_slice(elements));
     }
 
-    /// The buffer underneath.
+    /// The wgpu buffer.
     pub(crate) fn raw(&self) -> &wgpu::Buffer {
         &self.raw
     }
 
-    /// Bytes of its elements.
+    /// Size of its elements, bytes.
     pub fn bytes(&self) -> u64 {
         size_of::<T>() as u64 * self.len as u64
     }
 }
 
-/// Writes bytes whose number need not be one of words.
+/// Writes bytes, padded to words of 4.
 fn write_bytes(gpu: &Gpu, raw: &wgpu::Buffer, bytes: &[u8]) {
     let (words, rest) = bytes.split_at(bytes.len() / 4 * 4);
     gpu.queue().write_buffer(raw, 0, words);
@@ -96,8 +97,8 @@ impl<T> Bind for Buffer<T> {
     }
 }
 
-/// A storage buffer that is made anew when more elements come than it holds, half as many again.
-/// Thousands of meshes one after the other cost a few allocations.
+/// A storage buffer that is replaced by one half as large again when its elements do not fit:
+/// thousands of meshes one after the other need a few allocations.
 #[derive(Debug)]
 pub struct Growable<T> {
     label: &'static str,
@@ -115,7 +116,7 @@ impl<T: Pod> Growable<T> {
         Ok(Growable { label, capacity: 0, buffer: Buffer::storage(gpu, label, 0)? })
     }
 
-    /// Makes the length `len`; the contents are lost where the buffer grows.
+    /// Sets the length; the contents are lost if the buffer grows.
     ///
     /// # Errors
     ///
@@ -123,7 +124,7 @@ impl<T: Pod> Growable<T> {
     pub fn resize(&mut self, gpu: &Gpu, len: usize) -> Result<()> {
         if len > self.capacity {
             let capacity = len + len / 2;
-            // Near the limit of a binding only what is needed is asked for.
+            // Near the limit of a binding the reserve is left out.
             let bytes = size_of::<T>() as u64 * capacity as u64;
             let capacity = if gpu.fits(bytes, self.label).is_ok() { capacity } else { len };
             self.buffer = Buffer::storage(gpu, self.label, capacity)?;
@@ -133,7 +134,7 @@ impl<T: Pod> Growable<T> {
         Ok(())
     }
 
-    /// Takes new contents.
+    /// Replaces the contents.
     ///
     /// # Errors
     ///

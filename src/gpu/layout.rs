@@ -1,9 +1,9 @@
-//! Structs that kernels and host share, laid out as WGSL lays them out. A `vec3` is followed by a
-//! scalar, so no row needs padding; `tests/shaders.rs` compares every offset.
+//! Structs that kernels and host share, in WGSL's memory layout. A `vec3` is followed by a
+//! scalar, so no row needs padding; a test compares every offset with the shaders.
 
 use bytemuck::{Pod, Zeroable};
 
-/// What does not change while a volume is worked on.
+/// The volume: constant during a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Grid {
@@ -17,30 +17,28 @@ pub struct Grid {
     pub sample_type: u32,
 }
 
-/// What one call of a kernel works with.
+/// The parameters of one kernel call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Parameters {
-    /// The value to reach.
+    /// The isovalue to reach.
     pub isovalue: f32,
-    /// Longest way to it, voxels.
+    /// How far a vertex moves at most, voxels.
     pub reach: f32,
     /// Share of the force that moves a vertex.
     pub strength: f32,
-    /// Differences to the isovalue up to this are none.
+    /// Smaller differences from the isovalue count as none.
     pub value_noise: f32,
     /// How far values along a step may leave the slab between start and isovalue.
     pub slab_tolerance: f32,
-    /// Share of what is left of its way that a held vertex goes.
+    /// Share of its remaining way by which a held vertex moves.
     pub share: f32,
 }
 
-/// What the reduction hands back.
+/// The result of the reduction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Outcome {
     /// Bits of the largest force.
     pub largest_force: u32,
-    /// Vertices that failed.
-    pub n_failed: u32,
 }

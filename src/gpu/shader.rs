@@ -1,12 +1,12 @@
-//! Which kernels exist, and how the text of each is put together: files joined in order, shared
-//! ones first. WGSL has no imports, and one level of sharing needs no preprocessor.
+//! The kernels and the files that each is concatenated from, shared ones first. WGSL has no imports, and one level of sharing
+//! needs no preprocessor.
 
 /// The text of one kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Shader {
     /// Name of the kernel: its file, its entry point, its label.
     pub name: &'static str,
-    /// The texts it is joined from.
+    /// The texts that are concatenated.
     parts: &'static [&'static str],
 }
 
@@ -41,19 +41,9 @@ pub const RELAX: Shader = Shader {
     parts: &[DISPATCH, MESH, GRID, RAY, STEP, include_str!("../../shaders/relax.wgsl")],
 };
 
-/// Distances of barycentres.
-pub const DEVIATION: Shader = Shader {
-    name: "deviation",
-    parts: &[DISPATCH, MESH, GRID, RAY, include_str!("../../shaders/deviation.wgsl")],
-};
-
-/// Largest force and number of failures.
+/// The largest force.
 pub const REDUCE: Shader =
     Shader { name: "reduce", parts: &[DISPATCH, include_str!("../../shaders/reduce.wgsl")] };
 
-/// The triangles alive at a rank.
-pub const COMPACT: Shader =
-    Shader { name: "compact", parts: &[DISPATCH, include_str!("../../shaders/compact.wgsl")] };
-
-/// All of them.
-pub const ALL: [Shader; 6] = [NORMALS, PROJECT, RELAX, DEVIATION, REDUCE, COMPACT];
+/// All kernels.
+pub const ALL: [Shader; 4] = [NORMALS, PROJECT, RELAX, REDUCE];

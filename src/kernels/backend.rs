@@ -1,26 +1,27 @@
-//! Where the kernels run: chosen once, then asked for kernels by every thread that needs them.
+//! The device that kernels run on: chosen once, then shared by all threads.
 
 use super::cpu::CpuKernels;
-use super::field::Field;
 use super::gpu::{DeviceField, GpuKernels, Pipelines};
-use super::{Advance, Advanced, Connectivity, DeviceWork, Kernels, Relaxation, Status};
+use super::interface::{Advance, Advanced, DeviceWork, Kernels};
 use crate::error::Result;
+use crate::field::Field;
 use crate::gpu::Gpu;
+use crate::mesh::Connectivity;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// Meshes with fewer vertices run on the CPU whatever the backend.
 ///
-/// Loading, projecting, relaxing four times and reading back costs 4 ms on the device however small
-/// the mesh, as much as 450 vertices cost one core (bench `small`, software adapter, both under the
-/// same load). Twice that, and a device twice as fast as a core begins to gain.
-pub const GPU_FROM_VERTICES: usize = 1024;
+/// Loading, projecting, relaxing four times and reading back takes 4 ms on the device however small
+/// the mesh is, as long as 450 vertices take on one core (bench `small`, software adapter, both under the
+/// same load). With twice as many, a device twice as fast as a core begins to gain.
+pub const MIN_GPU_VERTICES: usize = 1024;
 
-/// What the user asked for.
+/// The backend to use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Choice {
-    /// A GPU if there is one, else the CPU. Adapters in software count as none: they took 3 to 7
-    /// times as long as the CPU's own kernels (bench `kernels`).
+    /// A GPU if there is one, else the CPU. Software adapters do not count: they took 3 to 7
+    /// times as long as the CPU kernels (bench `kernels`).
     #[default]
     Auto,
     /// A GPU; an error where there is none.
@@ -29,7 +30,7 @@ pub enum Choice {
     Cpu,
 }
 
-/// Where the stages of a sweep run that work on all vertices at once. Shared by threads.
+/// The device on which the stages of a sweep run that work on all vertices at once. Shared by threads.
 ///
 /// ```
 /// use isospectrum::{Backend, Choice};
@@ -40,9 +41,9 @@ pub enum Choice {
 #[derive(Debug)]
 pub struct Backend {
     pipelines: Option<Arc<Pipelines>>,
-    /// Whether a field that does not fit the device may run on the CPU instead.
+    /// Whether the CPU may serve a field that does not fit the device.
     may_fall_back: bool,
-    /// The field on the device last asked for: threads that work on one field share it.
+    /// The most recent field on the device: threads that work on one field share it.
     latest: Mutex<Weak<DeviceField>>,
 }
 
@@ -51,8 +52,8 @@ impl Backend {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Gpu`] if a GPU was asked for, by choice or by name, and there is none; the text
-    /// says what to install.
+    /// [`crate::Error::Gpu`] if a GPU is required, by choice or by name, and there is none; the message
+    /// names what to install.
     pub fn choose(choice: Choice, adapter: Option<&str>) -> Result<Backend> {
         let open = || Pipelines::new(Arc::new(Gpu::new(adapter)?));
         let pipelines = match choice {
@@ -62,9 +63,7 @@ impl Backend {
             Choice::Auto => match open() {
                 Ok(pipelines) if pipelines.gpu().is_software() => {
                     let name = pipelines.gpu().name();
-                    log::info!(
-                        "{name} is an adapter in software, slower than the CPU's own kernels"
-                    );
+                    log::info!("{name} is a software adapter, slower than the CPU kernels");
                     None
                 }
                 Ok(pipelines) => Some(pipelines),
@@ -83,7 +82,7 @@ impl Backend {
         Ok(backend)
     }
 
-    /// `cpu`, or the adapter's name and back end.
+    /// `cpu`, or the adapter's name and its API: `llvmpipe (vulkan)`.
     pub fn name(&self) -> String {
         match &self.pipelines {
             None => "cpu".into(),
@@ -91,17 +90,17 @@ impl Backend {
         }
     }
 
-    /// The GPU that kernels run on, if they run on one.
+    /// The GPU that kernels run on; `None` on the CPU.
     pub fn gpu(&self) -> Option<&Gpu> {
         self.pipelines.as_deref().map(Pipelines::gpu)
     }
 
-    /// Kernels over a field, one set for each thread. The field is copied to the device once, for
-    /// as long as kernels over it exist.
+    /// Kernels over a field, one set for each thread. The field is copied to the device once and stays there
+    /// while kernels over it exist.
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Gpu`] if the samples do not fit the device and a GPU was asked for.
+    /// [`crate::Error::Gpu`] if the samples do not fit the device and a GPU is required.
     pub fn kernels(&self, field: &Arc<Field>) -> Result<Box<dyn Kernels + Send>> {
         let cpu = CpuKernels::new(field.clone());
         let Some(pipelines) = &self.pipelines else { return Ok(Box::new(cpu)) };
@@ -137,53 +136,19 @@ struct BySize {
 }
 
 impl BySize {
-    fn at_work(&mut self) -> &mut dyn Kernels {
+    fn active(&mut self) -> &mut dyn Kernels {
         if self.on_gpu { &mut self.gpu } else { &mut self.cpu }
     }
 }
 
 impl Kernels for BySize {
-    fn name(&self) -> String {
-        self.gpu.name()
-    }
-
     fn load(&mut self, connectivity: &Connectivity, positions: &[[f32; 3]]) -> Result<()> {
-        self.on_gpu = positions.len() >= GPU_FROM_VERTICES;
-        self.at_work().load(connectivity, positions)
-    }
-
-    fn project(&mut self, isovalue: f64, reach: f32) -> Result<u32> {
-        self.at_work().project(isovalue, reach)
-    }
-
-    fn relax(
-        &mut self,
-        isovalue: f64,
-        strength: f32,
-        threshold: f32,
-        max_iterations: u32,
-    ) -> Result<Relaxation> {
-        self.at_work().relax(isovalue, strength, threshold, max_iterations)
+        self.on_gpu = positions.len() >= MIN_GPU_VERTICES;
+        self.active().load(connectivity, positions)
     }
 
     fn advance(&mut self, advance: &Advance) -> Result<Advanced> {
-        self.at_work().advance(advance)
-    }
-
-    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
-        self.at_work().deviation(isovalue, reach)
-    }
-
-    fn positions(&mut self) -> Result<Vec<[f32; 3]>> {
-        self.at_work().positions()
-    }
-
-    fn normals(&mut self) -> Result<Vec<[f32; 3]>> {
-        self.at_work().normals()
-    }
-
-    fn status(&mut self) -> Result<Vec<Status>> {
-        self.at_work().status()
+        self.active().advance(advance)
     }
 
     fn device_work(&self) -> DeviceWork {

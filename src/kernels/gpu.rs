@@ -1,17 +1,17 @@
 //! The kernels on a GPU.
 //!
-//! Buffers stay on the device between calls and grow when a larger mesh comes; positions lie in
-//! two buffers that change places with every iteration of relaxation. A call encodes all its
+//! Buffers stay on the device between calls and grow when a larger mesh is loaded. Positions are in
+//! two buffers that are swapped by every iteration of relaxation. A call encodes all its
 //! dispatches at once and reads back once.
 
-use super::field::Field;
-use super::{
-    Advance, Advanced, Connectivity, DeviceWork, Kernels, RELAX_CHECK_EVERY, Relaxation, Status,
-    check_shape, is_check, shader,
+use super::interface::{
+    Advance, Advanced, DeviceWork, Kernels, RELAX_CHECK_EVERY, Relaxation, check_shape,
 };
 use crate::error::{Error, Result};
+use crate::field::{Field, Status};
 use crate::gpu::layout::{Grid, Outcome, Parameters};
-use crate::gpu::{Bindings, Buffer, Gpu, Growable, Kernel, Read};
+use crate::gpu::{Bind, Bindings, Buffer, Gpu, Growable, Kernel, Read, shader};
+use crate::mesh::Connectivity;
 use crate::volume::Samples;
 use std::sync::Arc;
 
@@ -25,7 +25,6 @@ pub struct Pipelines {
     normals: Kernel,
     project: Kernel,
     relax: Kernel,
-    deviation: Kernel,
     reduce: Kernel,
 }
 
@@ -34,13 +33,12 @@ impl Pipelines {
     ///
     /// # Errors
     ///
-    /// [`Error::Gpu`] if the device does not take one.
+    /// [`Error::Gpu`] if the device rejects one.
     pub fn new(gpu: Arc<Gpu>) -> Result<Self> {
         Ok(Pipelines {
             normals: Kernel::new(&gpu, shader::NORMALS)?,
             project: Kernel::new(&gpu, shader::PROJECT)?,
             relax: Kernel::new(&gpu, shader::RELAX)?,
-            deviation: Kernel::new(&gpu, shader::DEVIATION)?,
             reduce: Kernel::new(&gpu, shader::REDUCE)?,
             gpu,
         })
@@ -83,14 +81,14 @@ impl DeviceField {
         Ok(DeviceField { grid, samples, field })
     }
 
-    /// Whether it is this field's.
+    /// Whether it is a copy of this field.
     pub fn is_of(&self, field: &Arc<Field>) -> bool {
         Arc::ptr_eq(&self.field, field)
     }
 }
 
-/// How the samples are packed (as in `shaders/grid.wgsl`), and their bytes, on machines that store
-/// the lowest byte first as the device does.
+/// How the samples are packed (as in `shaders/grid.wgsl`), and their bytes. The machine must be little-endian, as the device
+/// is.
 fn packed(field: &Field) -> (u32, &[u8]) {
     match (field.mapped(), field.volume().samples()) {
         (Some(values), _) => (4, bytemuck::cast_slice(values)),
@@ -112,7 +110,6 @@ pub struct GpuKernels {
     field: Arc<DeviceField>,
     parameters: Buffer<Parameters>,
     outcome: Buffer<Outcome>,
-    faces: Growable<[u32; 3]>,
     ring_offsets: Growable<u32>,
     ring: Growable<u32>,
     held: Growable<u8>,
@@ -121,26 +118,23 @@ pub struct GpuKernels {
     normals: Growable<[f32; 3]>,
     forces: Growable<f32>,
     status: Growable<u32>,
-    distances: Growable<f32>,
-    /// Bound once per mesh; none before the first and for an empty one.
+    /// Bound once per mesh; `None` before the first and for an empty one.
     bound: Option<Bound>,
     /// Which of the two position buffers is valid.
     current: usize,
     n_vertices: usize,
-    n_faces: usize,
     work: DeviceWork,
 }
 
 /// One point for each vertex, voxel frame.
 type Points = Buffer<[f32; 3]>;
 
-/// All buffers bound to all kernels, for either buffer of positions being the current one.
+/// All buffers bound to all kernels, with either buffer of positions as the current one.
 #[derive(Debug)]
 struct Bound {
     normals: [Bindings; 2],
     project: [Bindings; 2],
     relax: [Bindings; 2],
-    deviation: [Bindings; 2],
     reduce: Bindings,
 }
 
@@ -155,7 +149,6 @@ impl GpuKernels {
         Ok(GpuKernels {
             parameters: Buffer::uniform(gpu, "parameters")?,
             outcome: Buffer::storage(gpu, "outcome", 1)?,
-            faces: Growable::new(gpu, "faces")?,
             ring_offsets: Growable::new(gpu, "ring offsets")?,
             ring: Growable::new(gpu, "ring")?,
             held: Growable::new(gpu, "held")?,
@@ -164,11 +157,9 @@ impl GpuKernels {
             normals: Growable::new(gpu, "normals")?,
             forces: Growable::new(gpu, "forces")?,
             status: Growable::new(gpu, "status")?,
-            distances: Growable::new(gpu, "distances")?,
             bound: None,
             current: 0,
             n_vertices: 0,
-            n_faces: 0,
             work: DeviceWork::default(),
             pipelines,
             field,
@@ -176,12 +167,11 @@ impl GpuKernels {
     }
 
     fn bind(&self) -> Bound {
-        let Pipelines { gpu, normals, project, relax, deviation, reduce } = &*self.pipelines;
+        let Pipelines { gpu, normals, project, relax, reduce } = &*self.pipelines;
         let DeviceField { grid, samples, .. } = &*self.field;
         let parameters = &self.parameters;
-        let [faces, distances] =
-            [self.faces.buffer() as &dyn crate::gpu::Bind, self.distances.buffer()];
-        let [ring_offsets, ring] = [self.ring_offsets.buffer(), self.ring.buffer()];
+        let [ring_offsets, ring] =
+            [&self.ring_offsets, &self.ring].map(|b| b.buffer() as &dyn Bind);
         let (held, vertex_normals) = (self.held.buffer(), self.normals.buffer());
         let ends = self.ends.buffer();
         let (forces, status) = (self.forces.buffer(), self.status.buffer());
@@ -216,10 +206,7 @@ impl GpuKernels {
                     ],
                 )
             }),
-            deviation: both(&|positions, _| {
-                deviation.bind(gpu, &[grid, samples, parameters, faces, positions, distances])
-            }),
-            reduce: reduce.bind(gpu, &[forces, status, &self.outcome]),
+            reduce: reduce.bind(gpu, &[forces, &self.outcome]),
         }
     }
 
@@ -240,7 +227,7 @@ impl GpuKernels {
         self.bound.as_ref().expect("a mesh with vertices")
     }
 
-    /// Waits for buffers once commands are done, all at once.
+    /// Submits commands, waits, and reads several buffers at once.
     fn read<const N: usize>(
         &mut self,
         encoder: wgpu::CommandEncoder,
@@ -256,34 +243,15 @@ impl GpuKernels {
         Ok(words)
     }
 
-    /// Encodes `steps` in one pass, then the reduction, and reads its outcome.
-    fn run_and_reduce(
-        &mut self,
-        label: &str,
-        steps: impl FnOnce(&Self, &mut wgpu::ComputePass<'_>),
-    ) -> Result<Outcome> {
-        let Pipelines { gpu, reduce, .. } = &*self.pipelines;
-        let mut encoder = gpu.encoder(label);
-        encoder.clear_buffer(self.outcome.raw(), 0, None);
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            steps(self, &mut pass);
-            let reduction = &self.bound().reduce;
-            reduce.dispatch_workgroups(&mut pass, reduction, [REDUCE_WORKGROUPS, 1]);
-        }
-        let [words] = self.read(encoder, |k| [&k.outcome])?;
-        Ok(bytemuck::cast_slice(&words)[0])
-    }
-
-    /// Encodes a projection of the positions that are valid.
-    fn project_in(&self, pass: &mut wgpu::ComputePass<'_>) {
+    /// Encodes a projection of the valid positions.
+    fn encode_projection(&self, pass: &mut wgpu::ComputePass<'_>) {
         let Pipelines { normals, project, .. } = &*self.pipelines;
         normals.dispatch(pass, &self.bound().normals[self.current], self.n_vertices);
         project.dispatch(pass, &self.bound().project[self.current], self.n_vertices);
     }
 
-    /// Encodes iterations of relaxation, from one buffer of positions to the other; returns which is valid then.
-    fn relax_in(&self, pass: &mut wgpu::ComputePass<'_>, n: u32) -> usize {
+    /// Encodes `n` iterations of relaxation, each from one buffer of positions to the other; returns which is valid afterwards.
+    fn encode_relaxation(&self, pass: &mut wgpu::ComputePass<'_>, n: u32) -> usize {
         let Pipelines { normals, relax, .. } = &*self.pipelines;
         (0..n).fold(self.current, |current, _| {
             normals.dispatch(pass, &self.bound().normals[current], self.n_vertices);
@@ -292,49 +260,58 @@ impl GpuKernels {
         })
     }
 
-    /// Encodes normals of the positions that are valid.
-    fn normals_in(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        let bindings = &self.bound().normals[self.current];
-        self.pipelines.normals.dispatch(&mut pass, bindings, self.n_vertices);
+    /// Relaxes in rounds of [`RELAX_CHECK_EVERY`] iterations until the largest force is below the threshold.
+    fn relax_in_rounds(&mut self, threshold: f32, max_iterations: u32) -> Result<()> {
+        let mut done = 0;
+        while done < max_iterations {
+            let n = RELAX_CHECK_EVERY.min(max_iterations - done);
+            let Pipelines { gpu, reduce, .. } = &*self.pipelines;
+            let mut encoder = gpu.encoder("relax");
+            encoder.clear_buffer(self.outcome.raw(), 0, None);
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            let current = self.encode_relaxation(&mut pass, n);
+            reduce.dispatch_workgroups(&mut pass, &self.bound().reduce, [REDUCE_WORKGROUPS, 1]);
+            drop(pass);
+            self.current = current;
+            let [words] = self.read(encoder, |k| [&k.outcome])?;
+            let Outcome { largest_force } = bytemuck::cast_slice(&words)[0];
+            done += n;
+            if n == RELAX_CHECK_EVERY && f32::from_bits(largest_force) < threshold {
+                break;
+            }
+        }
+        Ok(())
     }
 
-    /// Submits commands that nobody waits for, and begins others.
+    /// Submits commands without waiting, and begins a new command buffer.
     fn submit(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let gpu = self.pipelines.gpu();
         gpu.submit(std::mem::replace(encoder, gpu.encoder("advance")));
         self.work.submissions += 1;
     }
 
-    /// Encodes normals, adds the reading of all that has become of the mesh, and waits for it.
-    fn told(&mut self, mut encoder: wgpu::CommandEncoder) -> Result<Advanced> {
-        self.normals_in(&mut encoder);
+    /// Encodes the normals of the valid positions, submits, and reads the state of the mesh.
+    fn read_back(&mut self, mut encoder: wgpu::CommandEncoder) -> Result<Advanced> {
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let bindings = &self.bound().normals[self.current];
+        self.pipelines.normals.dispatch(&mut pass, bindings, self.n_vertices);
+        drop(pass);
         let [positions, normals, status] = self.read(encoder, |k| {
             [k.positions[k.current].buffer(), k.normals.buffer(), k.status.buffer()]
         })?;
         Ok(Advanced {
-            positions: points(&positions),
-            normals: points(&normals),
+            positions: bytemuck::cast_slice(&positions).to_vec(),
+            normals: bytemuck::cast_slice(&normals).to_vec(),
             status: status.into_iter().map(status_of).collect::<Result<_>>()?,
         })
     }
 }
 
-/// Three numbers for each vertex.
-fn points(words: &[u32]) -> Vec<[f32; 3]> {
-    bytemuck::cast_slice(words).to_vec()
-}
-
 impl Kernels for GpuKernels {
-    fn name(&self) -> String {
-        self.pipelines.gpu.name()
-    }
-
     fn load(&mut self, connectivity: &Connectivity, positions: &[[f32; 3]]) -> Result<()> {
         check_shape(connectivity, positions.len());
         let gpu = &*self.pipelines.gpu;
         let n = positions.len();
-        self.faces.set(gpu, &connectivity.faces)?;
         self.ring_offsets.set(gpu, &connectivity.ring_offsets)?;
         self.ring.set(gpu, &connectivity.ring)?;
         self.held.set(gpu, &connectivity.held)?;
@@ -344,67 +321,28 @@ impl Kernels for GpuKernels {
         self.normals.resize(gpu, n)?;
         self.forces.resize(gpu, n)?;
         self.status.set(gpu, &vec![Status::Reached as u32; n])?;
-        self.distances.resize(gpu, connectivity.faces.len())?;
         self.current = 0;
         self.n_vertices = n;
-        self.n_faces = connectivity.faces.len();
         self.bound = (n > 0).then(|| self.bind());
         self.pipelines.gpu.check()
     }
 
-    fn project(&mut self, isovalue: f64, reach: f32) -> Result<u32> {
-        if self.bound.is_none() {
-            return Ok(0);
-        }
-        self.set_parameters(isovalue, reach, 0.0, 0.0);
-        let outcome = self.run_and_reduce("project", Self::project_in)?;
-        Ok(outcome.n_failed)
-    }
-
-    fn relax(
-        &mut self,
-        isovalue: f64,
-        strength: f32,
-        threshold: f32,
-        max_iterations: u32,
-    ) -> Result<Relaxation> {
-        let mut done = Relaxation::default();
-        if self.bound.is_none() {
-            return Ok(done);
-        }
-        self.set_parameters(isovalue, 0.0, strength, 0.0);
-        while done.iterations < max_iterations {
-            let n = RELAX_CHECK_EVERY.min(max_iterations - done.iterations);
-            let mut current = self.current;
-            let outcome = self.run_and_reduce("relax", |k, pass| current = k.relax_in(pass, n))?;
-            self.current = current;
-            done = Relaxation {
-                iterations: done.iterations + n,
-                largest_force: f32::from_bits(outcome.largest_force),
-            };
-            if is_check(done.iterations) && done.largest_force < threshold {
-                break;
-            }
-        }
-        Ok(done)
-    }
-
     fn advance(&mut self, advance: &Advance) -> Result<Advanced> {
-        let &Advance { isovalues, reach, ends, relaxed_at, strength, threshold, max_iterations } =
-            advance;
+        let &Advance { isovalues, reach, ends, relaxation } = advance;
+        let Relaxation { isovalue: relaxed_at, strength, threshold, max_iterations } = relaxation;
         if self.bound.is_none() {
             return Ok(Advanced::default());
         }
         if !ends.is_empty() {
-            // As long as the positions that were there: bindings stay.
+            // The length is that of the loaded positions, so the bindings stay valid.
             self.ends.set(self.pipelines.gpu(), ends)?;
         }
-        // One isovalue of projection and relaxation lies in the parameters at a time.
+        // The parameters hold one isovalue at a time, for projection and relaxation.
         let relaxes_at_last = isovalues.last() == Some(&relaxed_at);
         let mut encoder = self.pipelines.gpu.encoder("advance");
         for (i, &isovalue) in isovalues.iter().enumerate() {
             self.set_parameters(isovalue, reach, strength, advance.held_share(i));
-            self.project_in(&mut encoder.begin_compute_pass(&Default::default()));
+            self.encode_projection(&mut encoder.begin_compute_pass(&Default::default()));
             if i + 1 < isovalues.len() || !relaxes_at_last {
                 self.submit(&mut encoder);
             }
@@ -414,50 +352,12 @@ impl Kernels for GpuKernels {
         }
         if max_iterations <= RELAX_CHECK_EVERY {
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            self.current = self.relax_in(&mut pass, max_iterations);
+            self.current = self.encode_relaxation(&mut pass, max_iterations);
         } else {
             self.submit(&mut encoder);
-            self.relax(relaxed_at, strength, threshold, max_iterations)?;
+            self.relax_in_rounds(threshold, max_iterations)?;
         }
-        self.told(encoder)
-    }
-
-    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
-        if self.bound.is_none() {
-            return Ok(Vec::new());
-        }
-        self.set_parameters(isovalue, reach, 0.0, 0.0);
-        let Pipelines { gpu, deviation, .. } = &*self.pipelines;
-        let mut encoder = gpu.encoder("deviation");
-        {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
-            let bindings = &self.bound().deviation[self.current];
-            deviation.dispatch(&mut pass, bindings, self.n_faces);
-        }
-        let [distances] = self.read(encoder, |k| [k.distances.buffer()])?;
-        Ok(distances.into_iter().map(f32::from_bits).collect())
-    }
-
-    fn positions(&mut self) -> Result<Vec<[f32; 3]>> {
-        let encoder = self.pipelines.gpu.encoder("positions");
-        let [words] = self.read(encoder, |k| [k.positions[k.current].buffer()])?;
-        Ok(points(&words))
-    }
-
-    fn normals(&mut self) -> Result<Vec<[f32; 3]>> {
-        if self.bound.is_none() {
-            return Ok(Vec::new());
-        }
-        let mut encoder = self.pipelines.gpu.encoder("normals");
-        self.normals_in(&mut encoder);
-        let [words] = self.read(encoder, |k| [k.normals.buffer()])?;
-        Ok(points(&words))
-    }
-
-    fn status(&mut self) -> Result<Vec<Status>> {
-        let encoder = self.pipelines.gpu.encoder("status");
-        let [words] = self.read(encoder, |k| [k.status.buffer()])?;
-        words.into_iter().map(status_of).collect()
+        self.read_back(encoder)
     }
 
     fn device_work(&self) -> DeviceWork {

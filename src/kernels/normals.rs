@@ -6,8 +6,8 @@
 //! adjacent faces' areas times their normals (thesis section 3.4). Faces are counter-clockwise seen
 //! from lower values, so normals point to lower values.
 
-use super::Connectivity;
-use super::step::unit;
+use crate::field::step::unit;
+use crate::mesh::Connectivity;
 use glam::Vec3;
 
 /// The one-ring of vertex `v`: neighbours counter-clockwise.

@@ -5,19 +5,18 @@
 //! The umbrella operator L is the mean of a vertex' spokes; only its tangential part
 //! T = L - <L, n> n moves the vertex, so that the mesh does not shrink (Wood et al. 2000). A move
 //! still leaves a curved isosurface, so each one ends with a projection by the rule of
-//! [`super::step`]. Two guards keep a vertex on its own sheet: no move is longer than half its
-//! shortest edge, and where it lands the field must fall along the vertex' own normal, because the
-//! nearest wrong sheet always faces the other way. What cannot be done is not done: the vertex
-//! keeps its place.
+//! [`crate::field::step`]. Two guards keep a vertex on its own sheet: no move is longer than half its
+//! shortest edge, and at the new position the field must fall along the vertex' own normal, because the
+//! nearest wrong sheet always faces the other way. A vertex that fails either keeps its position.
 
-use super::field::Field;
 use super::normals::one_ring;
-use super::step::{onto_isosurface, unit};
-use super::{Connectivity, Status};
+use crate::field::step::{onto_isosurface, unit};
+use crate::field::{Field, Status};
+use crate::mesh::Connectivity;
 use glam::Vec3;
 
-/// Longest move of one iteration, in shortest edges of the vertex.
-pub const LONGEST_MOVE: f32 = 0.5;
+/// Longest move of one iteration, as a multiple of the vertex' shortest edge.
+pub const MAX_MOVE: f32 = 0.5;
 
 /// The tangential force on a vertex, and the length of its shortest edge, voxels.
 #[inline]
@@ -44,7 +43,7 @@ pub fn force(
     (umbrella - n * umbrella.dot(n), shortest)
 }
 
-/// Where a vertex goes in one iteration, and the length of the force on it, voxels.
+/// The position of a vertex after one iteration, and the length of the force on it before, voxels.
 pub fn relaxed(
     field: &Field,
     connectivity: &Connectivity,
@@ -57,13 +56,13 @@ pub fn relaxed(
     let p = positions[v];
     let (tangential, shortest) = force(connectivity, positions, normal, v);
     let size = tangential.length();
-    let length = (strength * size).min(LONGEST_MOVE * shortest);
-    if !(length > 0.0 && shortest < f32::MAX) {
+    let move_length = (strength * size).min(MAX_MOVE * shortest);
+    if !(move_length > 0.0 && shortest < f32::MAX) {
         return (p, size);
     }
-    let aside = p + tangential * (length / size);
-    let (q, status) = onto_isosurface(field, aside, normal, isovalue, shortest);
-    let place = field.locate(q);
-    let faces_along = field.gradient_in(place).dot(normal) <= 0.0;
+    let off = p + tangential * (move_length / size);
+    let (q, status) = onto_isosurface(field, off, normal, isovalue, shortest);
+    let point = field.locate(q);
+    let faces_along = field.gradient_in(point).dot(normal) <= 0.0;
     if status == Status::Failed || !faces_along { (p, size) } else { (q, size) }
 }

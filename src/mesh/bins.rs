@@ -1,14 +1,14 @@
-//! Boxes by where they are: sorted into the cubes of a uniform grid.
+//! Boxes sorted into the cells (bins) of a uniform grid.
 
 use glam::{DVec3, IVec3, Vec3};
 use rayon::prelude::*;
 
-/// Boxes reach into at most so many bins each, on average, and so many more in all.
-const MOST_PER_BOX: f64 = 32.0;
-const MOST_BESIDES: f64 = 4096.0;
+/// Largest number of bins that a box overlaps, mean over all boxes, beyond [`FREE_ENTRIES`] in all.
+const MAX_MEAN_BINS: f64 = 32.0;
+const FREE_ENTRIES: f64 = 4096.0;
 
-/// Boxes, sorted into the bins that they reach into: cubes from their lowest corner on, longer where boxes are so
-/// long that they would reach into too many.
+/// Boxes, sorted into the bins that they overlap: cubes, doubled along the axes of boxes so long
+/// that they would overlap too many.
 pub(crate) struct Bins {
     origin: Vec3,
     size: Vec3,
@@ -24,7 +24,7 @@ impl Bins {
         bins.widen(boxes);
         bins.entries.reserve(4 * boxes.len());
         for (i, b) in (0..).zip(boxes) {
-            let (low, high) = (bins.place(b.0), bins.place(b.1));
+            let (low, high) = (bins.bin(b.0), bins.bin(b.1));
             for z in low.z..=high.z {
                 for y in low.y..=high.y {
                     let row = (low.x..=high.x).map(|x| (key(IVec3::new(x, y, z)), i));
@@ -36,18 +36,18 @@ impl Bins {
         bins
     }
 
-    /// Doubles the bins along the axis along which boxes reach into the most, until what they reach into is a small
-    /// multiple of their number: memory is earned by boxes, not by how large they are.
+    /// Doubles the bins along the axis along which boxes overlap the most, until the number of entries is a small
+    /// multiple of the number of boxes: memory must not depend on their size.
     fn widen(&mut self, boxes: &[(Vec3, Vec3)]) {
-        let most = MOST_PER_BOX * boxes.len() as f64 + MOST_BESIDES;
+        let max = MAX_MEAN_BINS * boxes.len() as f64 + FREE_ENTRIES;
         loop {
             let (mut n_bins, mut reach) = (0.0, DVec3::ZERO);
             for b in boxes {
-                let span = (self.place(b.1).as_dvec3() - self.place(b.0).as_dvec3()) + 1.0;
+                let span = (self.bin(b.1).as_dvec3() - self.bin(b.0).as_dvec3()) + 1.0;
                 n_bins += span.max(DVec3::ONE).element_product();
                 reach += span;
             }
-            if n_bins <= most {
+            if n_bins <= max {
                 return;
             }
             let axis = (1..3).fold(0, |best, a| if reach[a] > reach[best] { a } else { best });
@@ -55,16 +55,16 @@ impl Bins {
         }
     }
 
-    fn place(&self, p: Vec3) -> IVec3 {
+    fn bin(&self, p: Vec3) -> IVec3 {
         ((p - self.origin) / self.size).as_ivec3()
     }
 
-    /// The key of the bin in which a point lies; of any where none of the boxes is.
+    /// The key of the bin that contains a point; arbitrary for a point outside all boxes.
     pub(crate) fn key_at(&self, p: Vec3) -> u64 {
-        key(self.place(p))
+        key(self.bin(p))
     }
 
-    /// What is in each bin that is not empty: its key, with every box in it, ascending.
+    /// The entries of each bin that is not empty: its key, with every box in it, ascending.
     pub(crate) fn each(&self) -> impl Iterator<Item = &[(u64, u32)]> {
         self.entries.chunk_by(|a, b| a.0 == b.0)
     }
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_is_in_every_bin_that_it_reaches_into() {
+    fn a_box_is_in_every_bin_that_it_overlaps() {
         let one = (Vec3::ZERO, Vec3::new(2.5, 0.5, 0.5));
         let other = (Vec3::new(2.2, 0.2, 0.2), Vec3::splat(3.0));
         let bins = Bins::of(&[one, other], 1.0);
@@ -102,8 +102,8 @@ mod tests {
     }
 
     #[test]
-    fn long_boxes_take_no_more_than_a_small_multiple_of_their_number() {
-        // Each box reaches through 10^12 bins of size 1.
+    fn the_memory_for_long_boxes_is_a_small_multiple_of_their_number() {
+        // Each box overlaps 10^12 bins of size 1.
         let long = |i: usize| {
             let low = Vec3::new(i as f32, 0.25, -2e11);
             (low, low + Vec3::new(0.5, 0.5, 1e12))
@@ -112,14 +112,14 @@ mod tests {
         let bins = Bins::of(&boxes, 1.0);
         let n = bins.each().map(<[_]>::len).sum::<usize>();
         assert!(n <= 32 * 1000 + 4096, "{n} entries");
-        // They are told apart where they lie side by side.
+        // Neighbouring boxes are still in different bins.
         assert_eq!(bins.boxes_at(Vec3::new(7.1, 0.5, 3e11)), [7]);
         let endless = Bins::of(&[(Vec3::ZERO, Vec3::splat(f32::INFINITY))], 1.0);
         assert!(endless.each().map(<[_]>::len).sum::<usize>() <= 4096 + 32);
     }
 
     #[test]
-    fn without_boxes_nothing_is_found() {
+    fn without_boxes_all_bins_are_empty() {
         let bins = Bins::of(&[], 1.0);
         assert!(bins.boxes_at(Vec3::ZERO).is_empty() && bins.each().next().is_none());
     }

@@ -1,10 +1,10 @@
-//! The invariants of [`Mesh`], checked.
+//! Checks the invariants of [`HalfEdgeMesh`].
 
-use super::{Face, HalfEdge, Mesh, NONE};
+use super::half_edge::{Face, HalfEdge, HalfEdgeMesh, NONE};
 use crate::error::{Error, Result};
 
-impl Mesh {
-    /// Checks every invariant listed at [`crate::mesh`].
+impl HalfEdgeMesh {
+    /// Checks every invariant listed in the module of [`HalfEdgeMesh`].
     ///
     /// # Errors
     ///

@@ -1,6 +1,6 @@
-//! A mesh as arrays, for work on all vertices or faces at once.
+//! A mesh as arrays, for kernels.
 
-/// What the kernels need to know of a closed mesh whose connectivity does not change.
+/// The connectivity of a closed mesh, constant while kernels run.
 #[derive(Clone, Debug, Default)]
 pub struct Connectivity {
     /// Vertices of each face, counter-clockwise seen from lower values.
@@ -10,12 +10,12 @@ pub struct Connectivity {
     /// Neighbours of each vertex, counter-clockwise, so that `(ring[i], ring[i + 1])` and the vertex
     /// form a face.
     pub ring: Vec<u32>,
-    /// Per vertex: not 0 where it is held, and neither projects nor relaxes.
+    /// Per vertex: not 0 if it is held, that is neither projected nor relaxed.
     pub held: Vec<u8>,
 }
 
 impl Connectivity {
-    /// Adds another mesh, whose vertices come after those of this one.
+    /// Appends another mesh, its vertices numbered after those of this one.
     pub(crate) fn append(&mut self, other: &Connectivity) {
         let n = self.held.len() as u32;
         if self.ring_offsets.is_empty() {

@@ -1,27 +1,26 @@
-//! The three edits, each a pair: `can_x` tells whether `x` is legal, `x` does it and returns what
-//! it changed. Edits never move a vertex.
+//! The three edits: `can_x` tests whether `x` is legal, `x` does it and returns the changes. Edits never move a vertex.
 
 use glam::Vec3;
 
-use super::{Edge, Face, HalfEdge, Mesh, NONE, Vertex};
+use super::half_edge::{Edge, Face, HalfEdge, HalfEdgeMesh, NONE, Vertex};
 
-/// What a collapse changed.
+/// The changes of a collapse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Collapsed {
-    /// The vertex that is gone.
+    /// The removed vertex.
     pub removed: Vertex,
-    /// The vertex in its place.
+    /// The vertex that it merged into.
     pub target: Vertex,
-    /// The two faces that are gone.
+    /// The two removed faces.
     pub faces: [Face; 2],
 }
 
-/// What an edge split changed.
+/// The changes of an edge split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SplitEdge {
     /// The new vertex.
     pub vertex: Vertex,
-    /// The halves of the split edge: from the old start to the new vertex, and onwards.
+    /// The halves of the split edge: from the old start to the new vertex, and from there to the old end.
     pub halves: [Edge; 2],
     /// The new edges across the two old faces.
     pub across: [Edge; 2],
@@ -29,7 +28,7 @@ pub struct SplitEdge {
     pub faces: [Face; 2],
 }
 
-/// What a flip changed.
+/// The changes of a flip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flipped {
     /// The edge, now between the two vertices that were opposite to it.
@@ -38,12 +37,12 @@ pub struct Flipped {
     pub faces: [Face; 2],
 }
 
-impl Mesh {
+impl HalfEdgeMesh {
     /// Whether the start of `h` may merge into its end.
     ///
     /// The thesis's two constraints (section 3.6): the one-rings share exactly the two vertices
-    /// opposite the edge, and no edge of one ring is an edge of the other. Beyond them: no valence
-    /// falls below 3, a pinned vertex stays, no two fixed vertices are joined, and no face comes between three.
+    /// opposite the edge, and no edge of one ring is an edge of the other. Besides, no valence falls below 3, a pinned vertex
+    /// is not removed, no edge joins two fixed vertices and no face three.
     pub fn can_collapse(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
         if self.is_pinned(v) || !self.is_link_kept(h) {
@@ -57,7 +56,7 @@ impl Mesh {
         !self.is_fixed(w) || !self.spokes(v).any(joins_fixed)
     }
 
-    /// Whether the mesh stays a manifold of the same topology where the start of `h` merges into its end.
+    /// Whether the mesh stays a manifold of the same topology if the start of `h` merges into its end (link condition).
     pub(crate) fn is_link_kept(&self, h: HalfEdge) -> bool {
         let (v, w) = (self.from(h), self.to(h));
         let (x, y) = (self.to(self.next(h)), self.to(self.next(h.twin())));
@@ -123,7 +122,7 @@ impl Mesh {
         Collapsed { removed: v, target: w, faces }
     }
 
-    /// Puts half-edge `new` where `old` is in its face.
+    /// Replaces half-edge `old` by `new` in the face of `old`.
     fn replace(&mut self, old: HalfEdge, new: HalfEdge) {
         let (before, after, face) = (self.prev(old), self.next(old), self.face(old));
         self.next[before.0 as usize] = new.0;
@@ -132,7 +131,7 @@ impl Mesh {
         self.face_halfedge[face.0 as usize] = new.0;
     }
 
-    /// Whether the edge may flip: it is not pinned at both ends, the vertices opposite it are neither joined yet nor both
+    /// Whether the edge may flip: its ends are not both pinned, the two vertices opposite it are not joined by an edge nor both
     /// fixed, and no valence falls below 3.
     pub fn can_flip(&self, e: Edge) -> bool {
         let h = e.halfedge();
@@ -245,12 +244,12 @@ mod tests {
     use super::*;
     use crate::mesh::shapes;
 
-    fn octahedron() -> Mesh {
+    fn octahedron() -> HalfEdgeMesh {
         shapes::octahedron(Vec3::ZERO, 1.0)
     }
 
     /// A torus of n x m quads, each cut in two.
-    fn torus(n: u32, m: u32) -> Mesh {
+    fn torus(n: u32, m: u32) -> HalfEdgeMesh {
         let mut p = Vec::new();
         let mut t = Vec::new();
         for i in 0..n {
@@ -267,7 +266,8 @@ mod tests {
             }
         }
         let (np, nt) = (p.len(), t.len());
-        Mesh::from_triangles(&p, &vec![false; np], &t, &vec![false; nt]).expect("a torus is closed")
+        HalfEdgeMesh::from_triangles(&p, &vec![false; np], &t, &vec![false; nt])
+            .expect("a torus is closed")
     }
 
     #[test]
@@ -284,7 +284,7 @@ mod tests {
     #[test]
     fn tetrahedron_cannot_collapse_or_flip() {
         let mut mesh = octahedron();
-        let next = |mesh: &Mesh| mesh.edges().find(|e| mesh.can_collapse(e.halfedge()));
+        let next = |mesh: &HalfEdgeMesh| mesh.edges().find(|e| mesh.can_collapse(e.halfedge()));
         while let Some(e) = next(&mesh) {
             mesh.collapse(e.halfedge());
             mesh.check().expect("a collapse keeps the invariants");
@@ -298,7 +298,7 @@ mod tests {
     fn flip_twice_restores_the_edge() {
         let mut mesh = torus(6, 5);
         let e = Edge(7);
-        let ends = |m: &Mesh| {
+        let ends = |m: &HalfEdgeMesh| {
             let mut x = [m.from(e.halfedge()), m.to(e.halfedge())];
             x.sort_unstable();
             x
@@ -355,9 +355,10 @@ mod tests {
     #[test]
     fn open_and_doubled_triangles_are_refused() {
         let p = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        assert!(Mesh::from_triangles(&p, &[false; 3], &[[0, 1, 2]], &[false]).is_err());
+        assert!(HalfEdgeMesh::from_triangles(&p, &[false; 3], &[[0, 1, 2]], &[false]).is_err());
         assert!(
-            Mesh::from_triangles(&p, &[false; 3], &[[0, 1, 2], [0, 2, 1]], &[false; 2]).is_err()
+            HalfEdgeMesh::from_triangles(&p, &[false; 3], &[[0, 1, 2], [0, 2, 1]], &[false; 2])
+                .is_err()
         );
     }
 }

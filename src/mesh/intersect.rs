@@ -1,4 +1,4 @@
-//! Triangles of a mesh that pass through each other.
+//! Triangles that intersect each other.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -6,13 +6,14 @@ use rayon::prelude::*;
 use super::bins::Bins;
 use super::measure::bounds;
 
-/// So many bins are one task.
-const BINS_AT_ONCE: usize = 512;
+/// Bins per task at least.
+const MIN_TASK_BINS: usize = 512;
 
-/// Parameters within this of an end or side do not count as a crossing.
-const EDGE_MARGIN: f64 = 1e-9;
+/// A segment that passes a side of the triangle, or touches it with one of its own ends, within this margin does not cross it;
+/// in barycentric coordinates and as a share of the segment.
+const CROSSING_MARGIN: f64 = 1e-9;
 
-/// The triangles that intersect another one with which they share no edge, ascending.
+/// The triangles that intersect another one without sharing an edge with it, ascending.
 ///
 /// Two triangles intersect if a side of one crosses the inside of the other; sides through a shared
 /// vertex do not count. Candidates come from a uniform grid over the bounding boxes; the test is in
@@ -31,14 +32,14 @@ pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> 
     let each: Vec<&[(u64, u32)]> = bins.each().collect();
     let pairs: Vec<[u32; 2]> = each
         .par_iter()
-        .with_min_len(BINS_AT_ONCE)
+        .with_min_len(MIN_TASK_BINS)
         .flat_map_iter(|bin| pairs_of(&bins, &boxes, bin).filter(|&[f, g]| crossing(f, g)))
         .collect();
     pairs.into_iter().flatten().for_each(|f| hit[f as usize] = true);
     (0..triangles.len() as u32).filter(|&f| hit[f as usize]).collect()
 }
 
-/// The pairs of a bin's triangles whose bounding boxes meet, if it is the first that both reach into.
+/// The pairs of a bin's triangles whose bounding boxes overlap; of the bins that both boxes overlap, only the lowest has the pair.
 fn pairs_of<'a>(
     bins: &'a Bins,
     boxes: &'a [(Vec3, Vec3)],
@@ -48,8 +49,8 @@ fn pairs_of<'a>(
         let a = boxes[f as usize];
         bin[i + 1..].iter().filter_map(move |&(_, g)| {
             let b = boxes[g as usize];
-            let meet = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
-            (meet && bins.key_at(a.0.max(b.0)) == key).then_some([f, g])
+            let overlap = a.0.cmple(b.1).all() && b.0.cmple(a.1).all();
+            (overlap && bins.key_at(a.0.max(b.0)) == key).then_some([f, g])
         })
     })
 }
@@ -60,7 +61,7 @@ fn intersect(f: [u32; 3], a: [Vec3; 3], g: [u32; 3], b: [Vec3; 3]) -> bool {
         return false;
     }
     let (a, b) = (a.map(|p| p.as_dvec3()), b.map(|p| p.as_dvec3()));
-    if is_beside(f, a, g, b) || is_beside(g, b, f, a) {
+    if is_on_one_side(f, a, g, b) || is_on_one_side(g, b, f, a) {
         return false;
     }
     let crosses = |f: [u32; 3], a: [DVec3; 3], g: [u32; 3], b: [DVec3; 3]| {
@@ -72,8 +73,8 @@ fn intersect(f: [u32; 3], a: [Vec3; 3], g: [u32; 3], b: [Vec3; 3]) -> bool {
     crosses(f, a, g, b) || crosses(g, b, f, a)
 }
 
-/// Whether the corners of the first triangle that are not the other's lie on one side of the other's plane.
-fn is_beside(f: [u32; 3], a: [DVec3; 3], g: [u32; 3], b: [DVec3; 3]) -> bool {
+/// Whether the corners of the first triangle that are not corners of the second are all on one side of the second's plane.
+fn is_on_one_side(f: [u32; 3], a: [DVec3; 3], g: [u32; 3], b: [DVec3; 3]) -> bool {
     let n = (b[1] - b[0]).cross(b[2] - b[0]);
     let own = (0..3).filter(|&i| !g.contains(&f[i]));
     let (low, high) = own
@@ -95,8 +96,8 @@ fn segment_crosses(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
     let k = s.cross(e1);
     let v = d.dot(k) / det;
     let w = e2.dot(k) / det;
-    let inside = |x: f64| x > EDGE_MARGIN && x < 1.0 - EDGE_MARGIN;
-    inside(u) && v > EDGE_MARGIN && u + v < 1.0 - EDGE_MARGIN && inside(w)
+    let inside = |x: f64| x > CROSSING_MARGIN && x < 1.0 - CROSSING_MARGIN;
+    inside(u) && v > CROSSING_MARGIN && u + v < 1.0 - CROSSING_MARGIN && inside(w)
 }
 
 #[cfg(test)]
@@ -104,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn crossing_triangles_are_found_and_neighbours_are_not() {
+    fn crossing_triangles_are_found_but_not_neighbours() {
         let p = [
             [0.0, 0.0, 0.0],
             [1.0, 0.0, 0.0],

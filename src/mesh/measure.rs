@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use num_traits::{Float, One as _, Zero as _};
 
-use super::{Face, Mesh, Vertex};
+use super::half_edge::{Face, HalfEdgeMesh, Vertex};
 
 /// Area times two along the normal: (b - a) x (c - a).
 #[inline]
@@ -23,9 +23,9 @@ pub fn area(t: [Vec3; 3]) -> f32 {
     0.5 * normal(t).length()
 }
 
-/// A point in the precision that something is measured in.
+/// A point in single or double precision.
 pub trait Corner: Copy {
-    /// The precision.
+    /// Its coordinates.
     type Number: Float;
     /// The distance to another point.
     fn distance_to(self, other: Self) -> Self::Number;
@@ -105,12 +105,7 @@ pub fn nearest_on_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     a + ab * (vb / sum) + ac * (vc / sum)
 }
 
-impl Mesh {
-    /// The area of all faces, caps included.
-    pub fn area(&self) -> f32 {
-        self.faces().map(|f| area(self.corners(f))).sum()
-    }
-
+impl HalfEdgeMesh {
     /// Area-weighted unit normal of a vertex, towards lower values; zero where it cancels out.
     pub fn vertex_normal(&self, v: Vertex) -> Vec3 {
         self.spokes(v).map(|h| normal(self.corners(self.face(h)))).sum::<Vec3>().normalize_or_zero()

@@ -1,48 +1,48 @@
-//! Some faces give way to others with the same boundary.
+//! Replaces faces by others with the same boundary.
 
 use std::collections::{BTreeMap, HashMap};
 
 use glam::Vec3;
 
-use super::{Face, Mesh, NONE, Vertex};
+use super::half_edge::{Face, HalfEdge, HalfEdgeMesh, NONE, Vertex};
 
-/// What takes the place of some faces.
+/// Faces to remove, and those to put in their place.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Replacement {
-    /// The faces that go.
+    /// The faces to remove.
     pub(crate) removed: Vec<Face>,
     /// New vertices: position (voxel frame), and whether it is fixed.
     pub(crate) vertices: Vec<(Vec3, bool)>,
-    /// The faces that come, and whether they are caps. A vertex below `first_new` is one of the mesh, others count
-    /// through `vertices` from there.
+    /// New faces, and whether they are caps. A vertex below `first_new` is one of the mesh, `first_new + i` is new vertex `i`.
     pub(crate) faces: Vec<([u32; 3], bool)>,
     pub(crate) first_new: u32,
 }
 
-/// What a replacement has made.
+/// The result of a replacement.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Replaced {
-    /// In the order of the replacement's.
+    /// New vertices, in the order of the replacement.
     pub(crate) vertices: Vec<Vertex>,
+    /// New faces, in the order of the replacement.
     pub(crate) faces: Vec<Face>,
-    /// The vertices that are gone, but for those whose slots new ones have taken.
+    /// The removed vertices, except those whose slots new vertices use.
     pub(crate) gone: Vec<Vertex>,
 }
 
-impl Mesh {
-    /// Replaces faces. Slots that are empty are taken again.
+impl HalfEdgeMesh {
+    /// Replaces faces, reusing empty slots.
     ///
     /// # Errors
     ///
-    /// The place where the result would be no closed manifold; the mesh is of no use then.
+    /// A position at which the result is not a closed manifold; the mesh is invalid then.
     pub(crate) fn replace_faces(&mut self, replacement: &Replacement) -> Result<Replaced, Vec3> {
-        let mut goes = vec![false; self.face_slots()];
-        replacement.removed.iter().for_each(|f| goes[f.0 as usize] = true);
+        let mut is_removed = vec![false; self.face_slots()];
+        replacement.removed.iter().for_each(|f| is_removed[f.0 as usize] = true);
         let mut valences: HashMap<u32, usize> = HashMap::new();
         let old =
             replacement.faces.iter().flat_map(|(t, _)| *t).filter(|&v| v < replacement.first_new);
-        let beside = replacement.removed.iter().flat_map(|&f| self.face_vertices(f)).map(|v| v.0);
-        for v in old.chain(beside) {
+        let removed = replacement.removed.iter().flat_map(|&f| self.face_vertices(f)).map(|v| v.0);
+        for v in old.chain(removed) {
             if self.has_vertex(Vertex(v)) {
                 valences.entry(v).or_insert_with(|| self.valence(Vertex(v)));
             }
@@ -50,7 +50,7 @@ impl Mesh {
         for v in replacement.removed.iter().flat_map(|&f| self.face_vertices(f)) {
             *valences.get_mut(&v.0).expect("counted") -= 1;
         }
-        // The half-edges that stay and lose their face, by their ends.
+        // The half-edges on the boundary of the removed faces, by their ends.
         let mut outer: BTreeMap<(u32, u32), u32> = BTreeMap::new();
         let mut touched: Vec<u32> = Vec::with_capacity(3 * replacement.removed.len());
         let mut inner: Vec<u32> = Vec::new();
@@ -59,7 +59,7 @@ impl Mesh {
                 let (from, to) = (self.from(h), self.to(h));
                 touched.push(from.0);
                 let other = self.face(h.twin());
-                if !goes[other.0 as usize] {
+                if !is_removed[other.0 as usize] {
                     outer.insert((from.0, to.0), h.0);
                 } else if h.0 % 2 == 0 {
                     inner.push(h.0);
@@ -77,7 +77,7 @@ impl Mesh {
         }
         touched.iter().for_each(|&v| self.vertex_halfedge[v as usize] = NONE);
         for (&(from, _), &h) in &outer {
-            // Any of them serves: the walk around a vertex starts anywhere.
+            // Any of them will do: the walk around a vertex may start anywhere.
             self.vertex_halfedge[from as usize] = h;
         }
         let vertices = self.add_vertices(replacement, &outer);
@@ -97,7 +97,7 @@ impl Mesh {
                 self.caps.len() as u32 - 1
             });
             self.caps[f as usize] = cap;
-            let h = [0, 1, 2].map(|k| super::HalfEdge(halfedges[3 * i + k]));
+            let h = [0, 1, 2].map(|k| HalfEdge(halfedges[3 * i + k]));
             self.link_face(Face(f), h);
             for (k, h) in h.into_iter().enumerate() {
                 self.vertex_halfedge[triangles[i][k] as usize] = h.0;
@@ -153,13 +153,13 @@ impl Mesh {
         replacement.vertices.iter().map(add).collect()
     }
 
-    /// The first so many empty face slots, the lowest one last.
+    /// The `n` lowest empty face slots, the lowest one last.
     fn empty_faces(&self, n: usize) -> Vec<u32> {
         let slots = 0..self.face_slots() as u32;
         lowest_last(slots.filter(|&f| self.face_halfedge[f as usize] == NONE), n)
     }
 
-    /// The half-edges of new triangles: those that have lost their face, and new ones in pairs.
+    /// The half-edges of new triangles: those of the boundary, and new ones in pairs.
     fn pair(
         &mut self,
         triangles: &[[u32; 3]],
@@ -177,9 +177,9 @@ impl Mesh {
                 }
             }
         }
-        let place = |mesh: &Mesh, v: u32| mesh.positions[v as usize];
+        let position = |mesh: &HalfEdgeMesh, v: u32| mesh.positions[v as usize];
         if let Some(&(a, _)) = outer.keys().next() {
-            return Err(place(self, a));
+            return Err(position(self, a));
         }
         sides.sort_unstable();
         let slots = (0..self.to.len() as u32).step_by(2);
@@ -187,7 +187,7 @@ impl Mesh {
         let mut free = lowest_last(empty, sides.len() / 2);
         for pair in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
             let &[(a, b, false, up), (_, _, true, down)] = pair else {
-                return Err(place(self, pair[0].0));
+                return Err(position(self, pair[0].0));
             };
             let h = match free.pop() {
                 Some(h) => h,
@@ -206,8 +206,8 @@ impl Mesh {
         Ok(halfedges)
     }
 
-    /// That around each of some vertices the faces form one cycle, and no neighbour comes twice. `valences` are the
-    /// numbers of faces that have stayed.
+    /// Checks that the faces around each of some vertices form one cycle, in which no neighbour is repeated. `valences` are the
+    /// numbers of faces that were not removed.
     fn check_around(
         &self,
         vertices: &[u32],
@@ -233,7 +233,7 @@ impl Mesh {
     }
 }
 
-/// The first so many of some slots, to be taken from the end: the lowest one last.
+/// The first `n` slots, to be popped from the end: the lowest one last.
 fn lowest_last(slots: impl Iterator<Item = u32>, n: usize) -> Vec<u32> {
     let mut first: Vec<u32> = slots.take(n).collect();
     first.reverse();
@@ -246,7 +246,7 @@ mod tests {
     use crate::mesh::shapes;
 
     #[test]
-    fn a_fan_gives_way_to_two_triangles_and_comes_back_in_the_same_slots() {
+    fn a_fan_is_replaced_by_two_triangles_and_back_in_the_same_slots() {
         let mut mesh = shapes::octahedron(Vec3::ZERO, 1.0);
         let top = Vertex(0);
         let fan: Vec<Face> = mesh.spokes(top).map(|h| mesh.face(h)).collect();
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_named() {
+    fn a_replacement_that_does_not_fit_is_an_error_with_its_position() {
         let mesh = shapes::octahedron(Vec3::ZERO, 1.0);
         let f = mesh.faces().next().expect("a face");
         let first_new = mesh.vertex_slots() as u32;

@@ -1,7 +1,7 @@
 //! A part of a spectrum's range, so that no more is published than is wanted.
 
 use crate::error::{Error, Result};
-use crate::spectrum::{About, Event, Knot, Patch, Spectrum, SpectrumBuilder, Triangle};
+use crate::spectrum::{About, Event, Knot, Patch, Spectrum, Triangle};
 
 /// The spectrum between two isovalues: its isosurfaces there are those of `spectrum`, and nothing
 /// of the others is left but the parts of trajectories that reach to the next knot.
@@ -38,9 +38,7 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
     }
     let inside = |e: &&Event| low <= e.isovalue && e.isovalue <= high;
     let events = spectrum.events().iter().filter(inside).copied().collect();
-    let mut builder = SpectrumBuilder::new();
-    builder.push_patch(patch);
-    builder.finish(About { range: (low, high), events, ..spectrum.about().clone() })
+    Spectrum::from_patch(About { range: (low, high), events, ..spectrum.about().clone() }, patch)
 }
 
 /// Appends the knots of vertex `v` between two ranks; where a step of the trajectory crosses one of

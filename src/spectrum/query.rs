@@ -262,7 +262,8 @@ fn between(p: [f32; 3], q: [f32; 3], t: f64) -> [f32; 3] {
 mod tests {
     use super::*;
     use crate::kernels::{Backend, Choice};
-    use crate::sweep::{Parameters, Silent, compute};
+    use crate::progress::Silent;
+    use crate::sweep::{Parameters, compute};
     use crate::volume::phantom;
 
     #[test]

@@ -35,8 +35,7 @@ pub(crate) fn shown_first((low, high): (f64, f64), mut area_at: impl FnMut(f64) 
 
 #[cfg(test)]
 mod tests {
-    use crate::spectrum::{About, Knot, Spectrum, Triangle, VolumeInfo};
-    use crate::spectrum::{Patch, SpectrumBuilder};
+    use crate::spectrum::{About, Knot, Patch, Spectrum, Triangle, VolumeInfo};
     use crate::volume::{Outside, Placement};
 
     /// A tetrahedron that shrinks: its size goes along straight lines through these, at isovalues from 0 to 1.
@@ -58,8 +57,6 @@ mod tests {
             triangles: [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(triangle).to_vec(),
             ..Patch::default()
         };
-        let mut builder = SpectrumBuilder::new();
-        builder.push_patch(patch);
         let volume = VolumeInfo {
             name: "shrinking".into(),
             dims: [8; 3],
@@ -68,7 +65,7 @@ mod tests {
             placement: Placement::default(),
             outside: Outside::Low,
         };
-        builder.finish(About::new(volume, (0.0, 1.0), 0.1)).expect("valid")
+        Spectrum::from_patch(About::new(volume, (0.0, 1.0), 0.1), patch).expect("valid")
     }
 
     #[test]

@@ -75,8 +75,9 @@ impl Spectrum {
 mod tests {
     use super::*;
     use crate::kernels::{Backend, Choice};
+    use crate::progress::Silent;
     use crate::spectrum::SurfaceMesh;
-    use crate::sweep::{Parameters, Silent, compute};
+    use crate::sweep::{Parameters, compute};
     use crate::volume::phantom;
 
     #[test]

@@ -2,8 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use crate::spectrum::{Spectrum, Triangle};
+
+/// Under this name the parameters of a spectrum tell the share of the isosurface's area, without caps, whose
+/// triangles are tracked, mean over the range; over the rest the exact extraction shows.
+pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
+
+/// Under this name, the same at isovalues evenly spread over the range: [isovalue, share] each, ascending.
+pub const TRACKED_AREA_SHARES: &str = "tracked_area_shares";
 
 /// Isovalues at which the areas are compared, in the middle of equal parts of the range.
 const N_ISOVALUES: usize = 64;

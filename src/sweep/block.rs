@@ -2,11 +2,17 @@
 
 use std::sync::Arc as Shared;
 
-use super::{Counts, Parameters, Progress, Sweep, WholeEdge, area, finished, swept};
+use super::area;
+use super::compute::{finished, swept};
+use super::context::Sweep;
+use super::counts::Counts;
+use super::parameters::Parameters;
+use super::shared::WholeEdge;
 use crate::error::Result;
+use crate::field::Field;
 use crate::kernels::Backend;
-use crate::kernels::field::Field;
-use crate::spectrum::{Spectrum, SpectrumBuilder};
+use crate::progress::Progress;
+use crate::spectrum::Spectrum;
 use crate::volume::Volume;
 
 /// What is swept of a block.
@@ -42,9 +48,7 @@ pub fn compute_block(
     progress.report(0.0, "topology");
     let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
     let (swept, counts) = swept(&sweep, None)?;
-    let mut builder = SpectrumBuilder::new();
-    builder.push_patch(swept.patch);
-    let mut spectrum = finished(&sweep, builder, &counts)?;
+    let mut spectrum = finished(&sweep, swept.patch, &counts)?;
     spectrum.about_mut().events.clear();
     let areas = area::shown_areas(&spectrum, swept.n_tracked);
     Ok(Block { spectrum, shared: swept.shared, areas, counts })

@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::exchange::Exchanged;
+use super::exchanged::Exchanged;
 use super::polyline::polyline;
 use super::region::{Grid, LatticeEdge, Region, Square};
 use super::tracked::{Tracked, place_of};

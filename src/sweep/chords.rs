@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 
+use super::life::{Life, Track};
 use super::patch::edge_trajectory;
-use super::record::{Life, Track};
 use super::region::{Grid, LatticeEdge};
 use super::shared::Shared;
 use crate::topology::exact::ExactField;

@@ -11,8 +11,8 @@ use std::collections::HashMap;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::patch::AT_ONCE;
-use super::record::{Life, Recorder, Track};
+use super::life::{Life, Track, merge_consecutive};
+use super::record::Recorder;
 use super::region::{Grid, LatticeEdge};
 use super::shared::Shared;
 use crate::extract::{Extraction, extract_cell};
@@ -23,8 +23,11 @@ use crate::topology::exact::ExactField;
 /// Where in an interval, as shares of it, vertices inside cells are placed: first and last stand for its ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 
-/// Cells that one task covers.
-const CELLS_AT_ONCE: usize = 1024;
+/// Cells per task.
+const TASK_CELLS: usize = 1024;
+
+/// Cells per round: the results of a round are in memory twice until they are joined.
+const ROUND_CELLS: usize = 1 << 16;
 
 /// A cell, and between which isovalues it is exact.
 pub(super) type Shown = (u32, f64, f64);
@@ -54,8 +57,8 @@ pub(super) fn extend(
         part
     };
     let mut inner = Vec::new();
-    for shown in shown.chunks(AT_ONCE) {
-        let parts: Vec<Part> = shown.par_chunks(CELLS_AT_ONCE).map(part).collect();
+    for shown in shown.chunks(ROUND_CELLS) {
+        let parts: Vec<Part> = shown.par_chunks(TASK_CELLS).map(part).collect();
         for part in parts {
             let base = inner.len() as u32;
             record.lives.extend(part.lives.into_iter().map(|mut l| {
@@ -180,38 +183,4 @@ impl Part {
         };
         surface.crossings.iter().enumerate().map(vertex).collect()
     }
-}
-
-/// The order of lives: those of the tracked mesh first, then triangle by triangle, ascending in time.
-pub(super) fn by_triangle(a: &Life, b: &Life) -> std::cmp::Ordering {
-    let is_exact = |l: &Life| !is_tracked(l);
-    let key = |l: &Life| (is_exact(l), l.vertices);
-    key(a).cmp(&key(b)).then(a.low.total_cmp(&b.low)).then(a.high.total_cmp(&b.high))
-}
-
-/// Whether a life is one of the tracked mesh. Between vertices of the seam alone there is next to nothing of that.
-pub(super) fn is_tracked(l: &Life) -> bool {
-    l.vertices.iter().any(|t| matches!(t, Track::Own(_)))
-}
-
-/// Joins the lives of one triangle over intervals that follow each other, in place: there are many.
-pub(super) fn merge_consecutive(lives: &mut Vec<Life>, first: usize) {
-    lives[first..].sort_unstable_by(by_triangle);
-    merge_sorted(lives, first);
-}
-
-/// The same, once they are in order.
-pub(super) fn merge_sorted(lives: &mut Vec<Life>, first: usize) {
-    let mut end = first;
-    for i in first..lives.len() {
-        let (vertices, low, high) = (lives[i].vertices, lives[i].low, lives[i].high);
-        match lives[first..end].last_mut() {
-            Some(last) if last.vertices == vertices && last.high == low => last.high = high,
-            _ => {
-                lives.swap(end, i);
-                end += 1;
-            }
-        }
-    }
-    lives.truncate(end);
 }

@@ -16,62 +16,23 @@
 
 mod cut;
 mod pieces;
+mod refused;
+
+pub(super) use refused::Refused;
 
 use std::collections::HashMap;
 
 use super::check::{Change, open_part, unlike_before};
 use super::clusters::Cluster;
+use super::exchanged::Exchanged;
 use super::part::Part;
 use super::region::{LatticeEdge, Region};
 use super::tracked::{Changes, Tracked, place_of, place_on};
-use crate::mesh::{Face, Mesh, Vertex};
+use crate::mesh::{HalfEdgeMesh, Vertex};
 use crate::topology::exact::ExactField;
 use cut::Cut;
 use pieces::{Pieces, release};
-
-/// Why an exchange was not made, and the samples around which cells are to be exact; none if more of the mesh is to take part.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Refused {
-    pub(super) why: &'static str,
-    pub(super) samples: Vec<u32>,
-}
-
-impl Refused {
-    fn at(why: &'static str, samples: impl IntoIterator<Item = u32>) -> Refused {
-        Refused { why, samples: samples.into_iter().collect() }
-    }
-}
-
-/// Reasons to refuse an exchange.
-#[derive(Default)]
-struct Refusals {
-    why: Option<&'static str>,
-    samples: Vec<u32>,
-}
-
-impl Refusals {
-    fn add(&mut self, why: &'static str, samples: impl IntoIterator<Item = u32>) {
-        let before = self.samples.len();
-        self.samples.extend(samples);
-        if self.samples.len() > before {
-            self.why.get_or_insert(why);
-        }
-    }
-
-    fn none(self) -> Result<(), Refused> {
-        self.why.map_or(Ok(()), |why| Err(Refused { why, samples: self.samples }))
-    }
-}
-
-/// What an exchange has made of a part of the mesh.
-pub(super) struct Exchanged {
-    pub(super) part: Part,
-    pub(super) made: Tracked,
-    /// Per vertex slot, as far as it goes: the vertex of the whole that it is.
-    pub(super) origin: Vec<Option<Vertex>>,
-    /// Per face slot: the face of the whole that it was, if it is one of those.
-    pub(super) was: Vec<Option<Face>>,
-}
+use refused::Refusals;
 
 /// Makes the mesh near some blocks that of another region, at an isovalue.
 pub(super) fn exchange(
@@ -126,7 +87,7 @@ pub(super) fn exchange(
     let mut made = made.map_err(|p| Refused::at("no manifold", cut.cell(p)))?;
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
-    let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
+    let at = |mesh: &HalfEdgeMesh, v: Vertex| mesh.position(v);
     // All that is wrong is told at once: every attempt costs.
     let mut refused = Refusals::default();
     refused.add("sides unclear", unclear);
@@ -162,29 +123,4 @@ pub(super) fn exchange(
     refused.add("unlike", unlike_before(before, &exchanged, &change));
     refused.none()?;
     Ok(exchanged)
-}
-
-impl Exchanged {
-    /// The lattice edge that a vertex is bound to, if need be by what it was: of the fans at a vertex of the rim only one
-    /// is bound.
-    pub(super) fn key(&self, before: &Tracked, v: Vertex) -> Option<LatticeEdge> {
-        let origin = || self.origin.get(v.0 as usize).copied().flatten();
-        self.made.key(v).or_else(|| before.key(origin()?))
-    }
-
-    /// Whether an edge of the boundary is one of the part's rim.
-    pub(super) fn is_rim(&self, ends: [Vertex; 2]) -> bool {
-        let origin = |v: Vertex| self.origin.get(v.0 as usize).copied().flatten();
-        matches!(ends.map(origin), [Some(a), Some(b)] if self.part.rim.contains(&(a, b)))
-    }
-
-    /// Whether all of the rim is there: it is not where a part was too small for what had to go.
-    fn has_rim(&self) -> bool {
-        let mesh = &self.made.mesh;
-        let boundary = mesh.faces().filter(|&f| !mesh.is_cap(f)).flat_map(|f| {
-            let own = mesh.face_halfedges(f).into_iter();
-            own.filter(|&h| self.made.is_boundary(h)).map(|h| [mesh.from(h), mesh.to(h)])
-        });
-        boundary.filter(|&ends| self.is_rim(ends)).count() == self.part.rim.len()
-    }
 }

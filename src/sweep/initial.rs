@@ -17,12 +17,14 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 
-use super::{Parameters, Sweep};
+use super::context::Sweep;
+use super::parameters::Parameters;
 use crate::error::{Error, Result};
 use crate::extract::{Extraction, extract};
-use crate::kernels::field::Field;
-use crate::mesh::{Compacted, Mesh, Vertex, area, intersecting, normal};
-use crate::mesh::{PlyMesh, read_ply};
+use crate::field::Field;
+use crate::kernels::{Advance, Advanced, Relaxation};
+use crate::mesh::{Compacted, HalfEdgeMesh, Vertex, area, intersecting, normal};
+use crate::ply_reader::{PlyMesh, read_ply};
 use crate::volume::Placement;
 use nearest::ExtractionVertices;
 
@@ -47,7 +49,7 @@ pub(super) struct Given {
 struct Component {
     /// The number, in the file, of each vertex.
     numbers: Vec<u32>,
-    mesh: Mesh,
+    mesh: HalfEdgeMesh,
 }
 
 /// What a sweep starts from: the components of the given mesh as one mesh on the isosurface, voxel frame.
@@ -108,7 +110,7 @@ fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Componen
         return Err(Error::input("no triangles, expected a closed mesh of the isosurface"));
     }
     let n = ply.positions.len();
-    let mesh = Mesh::from_triangles(
+    let mesh = HalfEdgeMesh::from_triangles(
         &ply.positions,
         &vec![false; n],
         &ply.triangles,
@@ -148,7 +150,7 @@ fn check_distance(number: u32, p: Vec3, isovalue: f64, field: &Field, largest: f
 }
 
 /// The vertices of each connected component, ascending; components by their first vertices.
-fn components(mesh: &Mesh) -> Vec<Vec<Vertex>> {
+fn components(mesh: &HalfEdgeMesh) -> Vec<Vec<Vertex>> {
     let mut seen = vec![false; mesh.vertex_slots()];
     let mut components = Vec::new();
     for first in mesh.vertices() {
@@ -172,7 +174,7 @@ fn components(mesh: &Mesh) -> Vec<Vec<Vertex>> {
 }
 
 /// One component as a mesh of its own.
-fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Component> {
+fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<Component> {
     let index =
         |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
     // Every face is met at the first of its vertices.
@@ -200,7 +202,12 @@ fn component(mesh: &Mesh, vertices: &[Vertex], field: &Field) -> Result<Componen
     let caps = vec![false; triangles.len()];
     Ok(Component {
         numbers: vertices.iter().map(|v| v.0).collect(),
-        mesh: Mesh::from_triangles(&positions, &vec![false; positions.len()], &triangles, &caps)?,
+        mesh: HalfEdgeMesh::from_triangles(
+            &positions,
+            &vec![false; positions.len()],
+            &triangles,
+            &caps,
+        )?,
     })
 }
 
@@ -304,8 +311,10 @@ fn projected(component: &Component, isovalue: f64, sweep: &Sweep) -> Result<Init
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let Compacted { connectivity, positions, vertices, .. } = component.mesh.compacted();
     kernels.load(&connectivity, &positions)?;
-    kernels.project(isovalue, REACH)?;
-    let positions = kernels.positions()?;
+    let only_projects = Relaxation { isovalue, strength: 0.0, threshold: 0.0, max_iterations: 0 };
+    let advance =
+        Advance { isovalues: &[isovalue], reach: REACH, ends: &[], relaxation: only_projects };
+    let Advanced { positions, .. } = kernels.advance(&advance)?;
     let tolerance = sweep.parameters.error as f32;
     let number = |i: usize| component.numbers[vertices[i].0 as usize];
     for (i, &p) in positions.iter().enumerate() {

@@ -15,7 +15,7 @@ use super::region::Region;
 use super::tracked::{Tracked, share_exact_cell};
 use super::transport::{MOST_OFF, fault, faults};
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
-use crate::sweep::Parameters;
+use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 
 /// How a mesh lies at an isovalue.

@@ -10,8 +10,8 @@ use std::cmp::Ordering;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::exact::{by_triangle, is_tracked, merge_sorted};
-use super::record::{Life, OwnKnot, Recorder, Track};
+use super::life::{Life, Track, by_triangle, is_tracked, merge_sorted};
+use super::record::{OwnKnot, Recorder};
 use super::region::LatticeEdge;
 use super::shared::{Shared, WholeEdge};
 use super::thin::{Bound, Place, thin};
@@ -19,8 +19,8 @@ use super::tracked::EDGE_MARGIN;
 use crate::spectrum::{Knot, Patch, Triangle};
 use crate::topology::exact::ExactField;
 
-/// So many cells, triangles or trajectories are looked at before the next: what is made of them is in memory twice.
-pub(super) const AT_ONCE: usize = 1 << 16;
+/// Triangles or trajectories per task.
+const TASK_ITEMS: usize = 1 << 16;
 
 /// How near to the border, as a share of an edge into the layer, a cap's vertex comes.
 const CAP_MARGIN: f64 = 0.01;
@@ -188,7 +188,7 @@ fn with_knots(ways: &Ways, ends: &[f64]) -> Patch {
     isovalues.extend(ends);
     let isovalues = once(isovalues, f64::total_cmp);
     let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
-    let told = all.par_chunks(AT_ONCE).map(|some| {
+    let told = all.par_chunks(TASK_ITEMS).map(|some| {
         let mut told = (Vec::new(), Vec::with_capacity(some.len()));
         for &i in some {
             ways.each(i as usize, &mut |c, p| {
@@ -243,7 +243,7 @@ fn unique<X: Sync, T: Clone + Send + Sync>(
     tell: impl Fn(&X, &mut Vec<T>) + Sync,
     order: impl Fn(&T, &T) -> Ordering + Copy + Sync,
 ) -> Vec<T> {
-    let told = of.par_chunks(AT_ONCE).map(|some| {
+    let told = of.par_chunks(TASK_ITEMS).map(|some| {
         let mut told = Vec::new();
         some.iter().for_each(|x| tell(x, &mut told));
         once(told, order)

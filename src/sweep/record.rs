@@ -10,21 +10,10 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::part::Joined;
-use super::region::LatticeEdge;
+use super::join::Joined;
+use super::life::{Life, Track};
 use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
-
-/// Which trajectory a vertex has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) enum Track {
-    /// That of a lattice edge.
-    Edge(LatticeEdge),
-    /// One of its own, by number.
-    Own(u32),
-    /// That of a vertex inside an exact cell, by number.
-    Inner(u32),
-}
 
 /// A knot, with what thinning needs.
 #[derive(Clone, Copy, Debug)]
@@ -32,15 +21,6 @@ pub(super) struct OwnKnot {
     pub(super) isovalue: f64,
     pub(super) position: Vec3,
     pub(super) normal: Vec3,
-}
-
-/// A triangle over the isovalues at which it lives.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Life {
-    pub(super) vertices: [Track; 3],
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) cap: bool,
 }
 
 /// See the module.

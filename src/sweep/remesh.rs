@@ -12,7 +12,7 @@ pub(super) mod improve;
 mod refine;
 mod simplify;
 
-use crate::mesh::Mesh;
+use crate::mesh::HalfEdgeMesh;
 use criteria::{Criteria, extend_sizing, sizing};
 use flips::{Flips, flip_edges};
 use refine::{refine, split_long};
@@ -29,7 +29,7 @@ const LONG: f32 = 1.8;
 const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.6 };
 
 /// Remeshes what is not fixed.
-pub(super) fn remesh(mesh: &mut Mesh, criteria: &Criteria) {
+pub(super) fn remesh(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
     if mesh.n_faces() == 0 {
         return;
     }

@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::Vec3;
 
 use super::region::{Grid, LatticeEdge, Link, Region};
-use crate::mesh::{Edge, Face, HalfEdge, Mesh, Vertex};
+use crate::mesh::{Edge, Face, HalfEdge, HalfEdgeMesh, Vertex};
 use crate::topology::exact::ExactField;
 
 /// A place where the seam cannot do what it should: a sample.
@@ -24,7 +24,7 @@ pub(super) struct Stuck(pub(super) u32);
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracked {
-    pub(super) mesh: Mesh,
+    pub(super) mesh: HalfEdgeMesh,
     /// By vertex slot.
     keys: Vec<Option<LatticeEdge>>,
     at: HashMap<LatticeEdge, Vertex>,
@@ -116,7 +116,7 @@ impl Tracked {
         for &v in seen.iter().chain(&hubs) {
             fixed[v as usize] = true;
         }
-        let mesh = Mesh::from_triangles(&positions, &fixed, &triangles, &caps);
+        let mesh = HalfEdgeMesh::from_triangles(&positions, &fixed, &triangles, &caps);
         // Its own checks name no place; what is on the boundary is as good as any.
         let somewhere = |_| seen.first().map_or(Vec3::ZERO, |&v| positions[v as usize].into());
         let mesh = mesh.map_err(somewhere)?;
@@ -155,7 +155,7 @@ impl Tracked {
         region: &Region,
         sample: u32,
         place: Vec3,
-        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        at: &dyn Fn(&HalfEdgeMesh, Vertex) -> Vec3,
         changes: &mut Changes,
     ) -> std::result::Result<(), Stuck> {
         let stuck = Stuck(sample);
@@ -244,7 +244,7 @@ impl Tracked {
         &mut self,
         a: Vertex,
         b: Vertex,
-        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        at: &dyn Fn(&HalfEdgeMesh, Vertex) -> Vec3,
         changes: &mut Changes,
     ) -> Option<()> {
         let h = self.mesh.find_halfedge(a, b)?;
@@ -279,7 +279,7 @@ impl Tracked {
     fn split_inner(
         &mut self,
         e: Edge,
-        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        at: &dyn Fn(&HalfEdgeMesh, Vertex) -> Vec3,
         changes: &mut Changes,
     ) -> Vertex {
         let h = e.halfedge();
@@ -297,7 +297,7 @@ impl Tracked {
         &mut self,
         region: &Region,
         vertices: &[Vertex],
-        at: &dyn Fn(&Mesh, Vertex) -> Vec3,
+        at: &dyn Fn(&HalfEdgeMesh, Vertex) -> Vec3,
         changes: &mut Changes,
     ) {
         for &v in vertices {

@@ -9,10 +9,10 @@ use super::region::{LatticeEdge, Region};
 use super::tracked::{Tracked, place_on};
 use crate::error::Result;
 use crate::extract::extract_cell;
-use crate::kernels::field::Field;
-use crate::kernels::{Advance, Advanced, Kernels, Status};
+use crate::field::{Field, Status};
+use crate::kernels::{Advance, Advanced, Kernels, Relaxation};
 use crate::mesh::{Compacted, Face, Vertex, area, intersecting, normal};
-use crate::sweep::Parameters;
+use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 use crate::topology::exact::ExactField;
 
@@ -180,10 +180,12 @@ impl Transport<'_> {
             isovalues: &isovalues,
             reach: MOST_MOTION,
             ends: &ends,
-            relaxed_at: next,
-            strength: self.parameters.relax_strength as f32,
-            threshold: self.parameters.relax_force as f32,
-            max_iterations: self.parameters.relax_iterations,
+            relaxation: Relaxation {
+                isovalue: next,
+                strength: self.parameters.relax_strength as f32,
+                threshold: self.parameters.relax_force as f32,
+                max_iterations: self.parameters.relax_iterations,
+            },
         })?;
         (moved.positions, moved.normals) = (positions, normals);
         moved.vertices = compacted.vertices.clone();

@@ -13,8 +13,9 @@ use super::held::{Held, MOST_TRIANGLES};
 use crate::error::{Error, Result};
 use crate::file::{self, FolderSpectrum, SpectrumFolder, is_folder, thesis};
 use crate::kernels::{Backend, Choice};
+use crate::progress::Progress;
 use crate::spectrum::Spectrum;
-use crate::sweep::{self, Parameters, Progress};
+use crate::sweep::{self, Parameters};
 use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 
 /// What comes out.

@@ -3,9 +3,11 @@
 
 use crate::random::Random;
 use crate::shapes::{Mesh, noise, sampled};
-use crate::{cpu, gpu};
+use crate::suite::{n_failed, project, relaxed};
+use crate::{PIPELINES, cpu, gpu};
 use glam::{DVec3, Vec3};
-use isospectrum::inside::kernels::{Kernels, Status};
+use isospectrum::inside::field::Status;
+use isospectrum::inside::kernels::{Kernels, Relaxation};
 use isospectrum::volume::Volume;
 use std::sync::Arc;
 
@@ -51,17 +53,15 @@ fn ball() -> (Arc<Volume>, Mesh) {
 
 #[test]
 fn the_gpu_suite_runs_on_a_gpu_back_end() {
-    let (volume, _) = ball();
-    let name = gpu(&volume).name();
+    let name = PIPELINES.gpu().name();
     assert!(["vulkan", "metal", "dx12"].iter().any(|b| name.contains(b)), "{name}");
-    assert_eq!(cpu(&volume).name(), "cpu");
 }
 
 #[test]
 fn normals_agree() {
     let (volume, mesh) = ball();
     let [mut a, mut b] = pair(&volume, &mesh);
-    let [a, b] = [a.normals().expect("normals"), b.normals().expect("normals")];
+    let [a, b] = [&mut a, &mut b].map(|k| project(&mut **k, &[], 1.0).normals);
     let difference = largest_difference(&a, &b);
     assert!(difference < NORMAL_TOLERANCE, "{difference}");
 }
@@ -71,11 +71,10 @@ fn projection_agrees_on_a_smooth_field() {
     let (volume, mesh) = ball();
     let [mut a, mut b] = pair(&volume, &mesh);
     for isovalue in [-9.5, -9.0, -8.25, -9.75] {
-        let failed = [&mut a, &mut b].map(|k| k.project(isovalue, 2.0).expect("projects"));
-        assert_eq!(failed, [0, 0]);
-        assert_eq!(a.status().expect("status"), b.status().expect("status"));
-        let [p, q] = [a.positions().expect("positions"), b.positions().expect("positions")];
-        let difference = largest_difference(&p, &q);
+        let [p, q] = [&mut a, &mut b].map(|k| project(&mut **k, &[isovalue], 2.0));
+        assert_eq!(n_failed(&p), 0);
+        assert_eq!(p.status, q.status);
+        let difference = largest_difference(&p.positions, &q.positions);
         assert!(difference < 4.0 * POSITION_TOLERANCE, "{difference} after up to 4 steps");
     }
 }
@@ -87,16 +86,17 @@ fn projection_agrees_on_noise() {
     let (low, high) = (Vec3::splat(2.0), Vec3::splat(21.0));
     let mesh = Mesh::tetrahedra(3000, low, high, 0.4, &mut random);
     let [mut a, mut b] = pair(&volume, &mesh);
-    let failed = [&mut a, &mut b].map(|k| f64::from(k.project(121.3, 1.5).expect("projects")));
+    let advanced = [&mut a, &mut b].map(|k| project(&mut **k, &[121.3], 1.5));
+    let failed = advanced.each_ref().map(|a| n_failed(a) as f64);
     let n = mesh.positions.len() as f64;
     assert!(failed[0] > 0.0, "noise has unreachable places");
     assert!((failed[0] - failed[1]).abs() <= UNDECIDED * n, "{failed:?} of {n} failed");
-    let statuses = [a.status().expect("status"), b.status().expect("status")];
-    let positions = [a.positions().expect("positions"), b.positions().expect("positions")];
+    let statuses = advanced.each_ref().map(|a| &a.status);
+    let positions = advanced.each_ref().map(|a| &a.positions);
     let mut n_apart = 0;
     for i in 0..mesh.positions.len() {
         let [p, q] = [Vec3::from(positions[0][i]), Vec3::from(positions[1][i])];
-        // Up to 16 gradient steps carry on what the first rounds otherwise.
+        // Up to 16 gradient steps accumulate the difference of the first one.
         let steps = if statuses[0][i] == Status::ReachedByGradient { 16.0 } else { 1.0 };
         let same = statuses[0][i] == statuses[1][i];
         n_apart += usize::from(!same || p.distance(q) > steps * POSITION_TOLERANCE);
@@ -104,68 +104,37 @@ fn projection_agrees_on_noise() {
     assert!((n_apart as f64) <= UNDECIDED * n, "{n_apart} of {n} differ");
 }
 
-#[test]
-fn deviation_agrees() {
+/// A relaxation of the ball.
+const RELAXATION: Relaxation =
+    Relaxation { isovalue: -9.0, strength: 0.6, threshold: 1e-9, max_iterations: 12 };
+
+/// The backends' kernels, with vertices on an isosurface of the ball.
+fn projected_pair() -> [Box<dyn Kernels + Send>; 2] {
     let (volume, mesh) = ball();
-    let [mut a, mut b] = pair(&volume, &mesh);
-    let [a, b] = [&mut a, &mut b].map(|k| k.deviation(-9.1, 1.0).expect("deviation"));
-    assert_eq!(a.len(), mesh.connectivity.faces.len());
-    for (x, y) in a.iter().zip(&b) {
-        assert!((x - y).abs() < POSITION_TOLERANCE, "{x} and {y}");
+    let mut pair = pair(&volume, &mesh);
+    for kernels in &mut pair {
+        assert_eq!(n_failed(&project(&mut **kernels, &[RELAXATION.isovalue], 2.0)), 0);
     }
+    pair
 }
 
 #[test]
 fn relaxation_agrees() {
-    let (volume, mesh) = ball();
-    let [mut a, mut b] = pair(&volume, &mesh);
-    for kernels in [&mut a, &mut b] {
-        kernels.project(-9.0, 2.0).expect("projects");
-    }
-    let done = [&mut a, &mut b].map(|k| k.relax(-9.0, 0.6, 1e-9, 12).expect("relaxes"));
-    assert_eq!(done.map(|d| d.iterations), [12, 12]);
-    let difference = (done[0].largest_force - done[1].largest_force).abs();
-    assert!(difference < RELAXED_TOLERANCE, "{done:?}");
-    let [p, q] = [a.positions().expect("positions"), b.positions().expect("positions")];
+    let [p, q] = projected_pair().map(|mut k| relaxed(&mut *k, RELAXATION).positions);
     let difference = largest_difference(&p, &q);
     assert!(difference < RELAXED_TOLERANCE, "{difference}");
 }
 
 #[test]
-fn relaxation_looks_at_the_force_after_the_same_iterations() {
-    let (volume, mesh) = ball();
-    let [mut a, mut b] = pair(&volume, &mesh);
-    for kernels in [&mut a, &mut b] {
-        kernels.project(-9.0, 2.0).expect("projects");
-    }
-    // Any force is below this threshold: the first look ends it.
-    let done = [&mut a, &mut b].map(|k| k.relax(-9.0, 0.6, 1e9, 100).expect("relaxes"));
-    assert_eq!(done[0].iterations, done[1].iterations);
-    let odd = [&mut a, &mut b].map(|k| k.relax(-9.0, 0.6, 0.0, 3).expect("relaxes"));
-    assert_eq!(odd.map(|d| d.iterations), [3, 3]);
-}
-
-#[test]
-fn the_living_triangles_agree() {
-    use crate::PIPELINES;
-    use isospectrum::inside::kernels::compact::{Compaction, Draw, alive};
-    let mut random = Random(5);
-    // More than one workgroup, and no multiple of one; lifetimes up to a fifth of the ranks.
-    let lifetimes: Vec<[u32; 2]> = (0..10_007)
-        .map(|_| {
-            let birth = (random.unit() * 1000.0) as u32;
-            [birth, birth + 1 + (random.unit() * 200.0) as u32]
-        })
-        .collect();
-    let gpu = PIPELINES.gpu();
-    let compaction = Compaction::new(gpu, &lifetimes).expect("compiles");
-    for rank in [0, 1, 500, 999, 1300] {
-        let expected = alive(&lifetimes, rank);
-        let draw = compaction.run(gpu, rank).expect("runs");
-        let n_corners = 3 * expected.len() as u32;
-        assert_eq!(draw, Draw { n_corners, n_instances: 1, ..Draw::default() });
-        let mut found = compaction.alive(gpu).expect("reads");
-        found.sort_unstable();
-        assert_eq!(found, expected, "rank {rank}");
-    }
+fn relaxation_tests_the_force_every_eighth_iteration() {
+    let after = |threshold: f32, max_iterations: u32| {
+        let relaxation = Relaxation { threshold, max_iterations, ..RELAXATION };
+        projected_pair().map(|mut k| relaxed(&mut *k, relaxation).positions)
+    };
+    // Every force is below the first threshold, none below the second.
+    let (ended, went_on) = (after(1e9, 20), after(0.0, 20));
+    assert_eq!(ended, after(0.0, 8));
+    assert!((0..2).all(|i| ended[i] != went_on[i]));
+    // With fewer iterations there is no test.
+    assert_eq!(after(1e9, 7), after(0.0, 7));
 }

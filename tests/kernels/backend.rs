@@ -1,14 +1,24 @@
-//! The choice of a backend, and what callers see of it.
+//! The choice of a backend, and its behaviour towards callers.
 
 use crate::cpu;
 use crate::random::Random;
 use crate::shapes::{Mesh, noise};
+use crate::suite::project;
 use glam::Vec3;
 use isospectrum::Error;
-use isospectrum::inside::kernels::backend::GPU_FROM_VERTICES;
-use isospectrum::inside::kernels::{Advance, Advanced, DeviceWork, Field, Kernels};
+use isospectrum::inside::field::Field;
+use isospectrum::inside::kernels::backend::MIN_GPU_VERTICES;
+use isospectrum::inside::kernels::{Advance, Advanced, DeviceWork, Kernels, Relaxation};
 use isospectrum::{Backend, Choice};
 use std::sync::Arc;
+
+/// A step as a sweep takes it.
+const STEP: Advance<'static> = Advance {
+    isovalues: &[],
+    reach: 1.5,
+    ends: &[],
+    relaxation: Relaxation { isovalue: 120.0, strength: 0.6, threshold: 1e-6, max_iterations: 6 },
+};
 
 #[test]
 fn a_gpu_by_an_unknown_name_is_an_error_that_lists_the_known_ones() {
@@ -28,7 +38,7 @@ fn the_cpu_is_always_there() {
 }
 
 #[test]
-fn auto_takes_an_adapter_unless_it_is_in_software_and_says_which() {
+fn auto_chooses_an_adapter_unless_it_is_a_software_one() {
     let gpu = crate::PIPELINES.gpu();
     let expected = if gpu.is_software() { "cpu".to_string() } else { gpu.name() };
     let backend = Backend::choose(Choice::Auto, None).expect("auto always finds one");
@@ -42,7 +52,7 @@ fn threads_share_a_backend_and_get_the_same_answers() {
     let mut random = Random(2);
     let volume = noise([20, 20, 20], &mut random);
     let (low, high) = (Vec3::splat(2.0), Vec3::splat(17.0));
-    let large = GPU_FROM_VERTICES / 4 + 1;
+    let large = MIN_GPU_VERTICES / 4 + 1;
     let meshes: Vec<Mesh> = [large, 50, large + 300, 7]
         .map(|n| Mesh::tetrahedra(n, low, high, 0.4, &mut random))
         .into();
@@ -52,8 +62,7 @@ fn threads_share_a_backend_and_get_the_same_answers() {
         let mut kernels = backend.kernels(&field).expect("the field fits");
         let step = |mesh: &Mesh| {
             kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
-            kernels.project(120.0, 1.5).expect("projects");
-            kernels.positions().expect("positions")
+            project(&mut *kernels, &[120.0], 1.5).positions
         };
         meshes.iter().map(step).collect::<Vec<_>>()
     };
@@ -76,10 +85,7 @@ fn the_cpu_gives_the_same_bytes_on_any_number_of_threads() {
         pool.install(|| {
             let mut kernels: Box<dyn Kernels + Send> = cpu(&volume);
             kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
-            kernels.project(120.0, 1.5).expect("projects");
-            let relaxation = kernels.relax(120.0, 0.6, 1e-6, 5).expect("relaxes");
-            let deviation = kernels.deviation(120.0, 1.0).expect("deviation");
-            (kernels.positions().expect("positions"), relaxation.largest_force, deviation)
+            kernels.advance(&Advance { isovalues: &[120.0], ..STEP }).expect("advances")
         })
     };
     assert_eq!(run(1), run(4));
@@ -98,15 +104,7 @@ fn a_step_is_one_submission_and_one_read_back() {
     ] {
         let mut kernels: Box<dyn Kernels + Send> = backend(&volume);
         kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
-        let step = Advance {
-            isovalues,
-            reach: 1.5,
-            ends: &mesh.positions,
-            relaxed_at: 120.0,
-            strength: 0.6,
-            threshold: 1e-6,
-            max_iterations: 6,
-        };
+        let step = Advance { isovalues, ends: &mesh.positions, ..STEP };
         kernels.advance(&step).expect("advances");
         let read_backs = u64::from(submissions > 0);
         assert_eq!(kernels.device_work(), DeviceWork { submissions, read_backs });
@@ -121,21 +119,10 @@ fn an_empty_mesh_is_no_work() {
     for backend in [cpu, crate::gpu] {
         let mut kernels = backend(&volume);
         kernels.load(&empty, &[]).expect("loads");
-        assert_eq!(kernels.project(1.0, 1.0).expect("projects"), 0);
-        assert_eq!(kernels.relax(1.0, 0.6, 0.1, 4).expect("relaxes").largest_force, 0.0);
-        assert!(kernels.deviation(1.0, 1.0).expect("deviation").is_empty());
-        assert!(kernels.positions().expect("positions").is_empty());
-        assert!(kernels.normals().expect("normals").is_empty());
-        assert!(kernels.status().expect("status").is_empty());
-        let step = Advance {
-            isovalues: &[1.0],
-            reach: 1.0,
-            ends: &[],
-            relaxed_at: 1.0,
-            strength: 0.6,
-            threshold: 0.1,
-            max_iterations: 4,
-        };
-        assert_eq!(kernels.advance(&step).expect("advances"), Advanced::default());
+        for max_iterations in [4, 20] {
+            let relaxation = Relaxation { max_iterations, ..STEP.relaxation };
+            let step = Advance { isovalues: &[120.0], relaxation, ..STEP };
+            assert_eq!(kernels.advance(&step).expect("advances"), Advanced::default());
+        }
     }
 }

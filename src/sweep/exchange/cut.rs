@@ -8,9 +8,9 @@ use super::super::clusters::Cluster;
 use super::super::polyline::sides;
 use super::super::region::{Grid, LatticeEdge, Link, Region, Square};
 use super::super::tracked::{Changes, Tracked, boundary};
-use super::Refused;
 use super::pieces::Pieces;
-use crate::mesh::{Edge, Mesh, Vertex, bounds};
+use super::refused::Refused;
+use crate::mesh::{Edge, HalfEdgeMesh, Vertex, bounds};
 use crate::topology::exact::ExactField;
 
 /// How near to a square, as a share of the lattice's edges, an edge of the mesh may pass by it and is split all the same.
@@ -96,7 +96,7 @@ impl<'a> Cut<'a> {
     ///
     /// Each stage looks at one family of parallel planes, and what a stage has done no later one undoes, as every face
     /// comes out of one that was there: so it ends.
-    pub(super) fn split(&self, mesh: &mut Mesh) {
+    pub(super) fn split(&self, mesh: &mut HalfEdgeMesh) {
         if self.squares.is_empty() {
             return;
         }
@@ -124,11 +124,11 @@ impl<'a> Cut<'a> {
     /// Splits the edges that pass through a lattice plane across an axis, where asked to.
     pub(super) fn split_stage(
         &self,
-        mesh: &mut Mesh,
+        mesh: &mut HalfEdgeMesh,
         axis: usize,
-        is_asked: impl Fn(&Cut, &Mesh, Edge, i64) -> bool,
+        is_asked: impl Fn(&Cut, &HalfEdgeMesh, Edge, i64) -> bool,
     ) {
-        let planes = |mesh: &Mesh, e: Edge| {
+        let planes = |mesh: &HalfEdgeMesh, e: Edge| {
             let h = e.halfedge();
             let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v)[axis]);
             let (low, high) = (p.min(q), p.max(q));
@@ -375,7 +375,7 @@ impl<'a> Cut<'a> {
         changes: &mut Changes,
     ) -> Vec<u32> {
         let is_rim = |v: &Vertex| rim.get(v.0 as usize).copied().unwrap_or(false);
-        let at = |mesh: &Mesh, v: Vertex| mesh.position(v);
+        let at = |mesh: &HalfEdgeMesh, v: Vertex| mesh.position(v);
         let mut bends: Vec<Vertex> = made
             .mesh
             .vertices()

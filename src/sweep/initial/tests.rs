@@ -6,8 +6,9 @@ use std::sync::Arc;
 use crate::error::{Error, Result};
 use crate::export::{Border, write};
 use crate::kernels::{Backend, Choice};
+use crate::progress::Silent;
 use crate::spectrum::{Spectrum, SurfaceMesh};
-use crate::sweep::{Parameters, Silent, compute};
+use crate::sweep::{Parameters, compute};
 use crate::volume::{Placement, Volume, phantom};
 
 /// Of the phantom `sphere:20`: isosurface c is the sphere of radius (1 - c) * 9.5 voxels.
@@ -177,7 +178,7 @@ fn reading_undoes_placing_in_the_world() {
     let mut triangles = given.triangles.clone();
     triangles.iter_mut().for_each(|t| t.swap(1, 2));
     let positions = given.positions.iter().map(|&p| PLACEMENT.world_of_voxel(p)).collect();
-    let ply = crate::export::PlyMesh { positions, triangles };
+    let ply = crate::ply_reader::PlyMesh { positions, triangles };
     let back = super::in_voxel_frame(ply, &PLACEMENT);
     assert_eq!(back.triangles, given.triangles);
     for (a, b) in back.positions.iter().zip(&given.positions) {

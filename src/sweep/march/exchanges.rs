@@ -5,14 +5,15 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::{March, State};
+use super::state::{March, State};
 use crate::error::Result;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Vertex, bounds};
 use crate::sweep::calendar::Passage;
 use crate::sweep::clusters::{Cluster, clusters};
-use crate::sweep::exchange::{Exchanged, Refused, exchange};
-use crate::sweep::part::join;
+use crate::sweep::exchange::{Refused, exchange};
+use crate::sweep::exchanged::Exchanged;
+use crate::sweep::join::join;
 use crate::sweep::region::Region;
 use crate::sweep::remesh::improve::Improvement;
 use crate::sweep::tracked::Tracked;
@@ -313,11 +314,13 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
-    use crate::kernels::field::Field;
+    use crate::field::Field;
     use crate::kernels::{Backend, Choice};
+    use crate::progress::Silent;
     use crate::sweep::calendar::Calendar;
-    use crate::sweep::march::Done;
-    use crate::sweep::{Parameters, Silent, Sweep};
+    use crate::sweep::context::Sweep;
+    use crate::sweep::march::state::Done;
+    use crate::sweep::parameters::Parameters;
     use crate::volume::phantom;
 
     #[test]

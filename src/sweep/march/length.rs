@@ -1,10 +1,11 @@
 //! How long a step is.
 
-use super::{March, State};
+use super::state::{March, State};
 use crate::sweep::calendar::{Calendar, Passage};
+use crate::sweep::context::Sweep;
+use crate::sweep::parameters::Parameters;
 use crate::sweep::region::Region;
 use crate::sweep::transport::{Moved, Step, typical_slope};
-use crate::sweep::{Parameters, Sweep};
 
 /// How far all but one in ten places move in a step, voxels.
 const STEP_LENGTH: f32 = 0.25;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{HOLD, March, State, sorted};
+use super::state::{HOLD, March, State, sorted};
 use crate::mesh::Vertex;
 use crate::sweep::calendar::Passage;
 use crate::sweep::region::Region;

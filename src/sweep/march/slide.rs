@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::Vec3;
 
-use super::{March, State};
-use crate::mesh::{Face, Mesh, Vertex, area};
+use super::state::{March, State};
+use crate::mesh::{Face, HalfEdgeMesh, Vertex, area};
 use crate::sweep::calendar::Passage;
 use crate::sweep::check::{open_seam, unlike_parts};
 use crate::sweep::mend::{Shape, mend};
@@ -19,7 +19,7 @@ use crate::topology::exact::ExactField;
 struct Ends(Vec<Option<[Vec3; 2]>>);
 
 impl Ends {
-    fn of(mesh: &Mesh, moved: &Moved) -> Ends {
+    fn of(mesh: &HalfEdgeMesh, moved: &Moved) -> Ends {
         let mut ends = Ends(vec![None; mesh.vertex_slots()]);
         for (v, end, normal) in moved.all() {
             ends.set(v, [end, normal].map(Vec3::from));
@@ -32,7 +32,7 @@ impl Ends {
     }
 
     /// Where a vertex that is free is after a share of the step.
-    fn on_the_way(&self, mesh: &Mesh, v: Vertex, share: f32) -> Vec3 {
+    fn on_the_way(&self, mesh: &HalfEdgeMesh, v: Vertex, share: f32) -> Vec3 {
         let p = mesh.position(v);
         self.get(v).map_or(p, |end| p.lerp(end, share))
     }
@@ -189,7 +189,7 @@ impl March<'_, '_> {
                 last = value;
             }
             let share = ((value - step.at) / (step.next - step.at)) as f32;
-            let at = |mesh: &Mesh, v: Vertex| ends.on_the_way(mesh, v, share);
+            let at = |mesh: &HalfEdgeMesh, v: Vertex| ends.on_the_way(mesh, v, share);
             let mut changes = Changes::default();
             let place = place_of(exact, sample);
             let passed = state.tracked.pass(&state.region, sample, place, &at, &mut changes);
@@ -208,13 +208,8 @@ impl March<'_, '_> {
                 let n = state.tracked.mesh.vertex_normal(v);
                 let middle = 0.5 * (p + q);
                 let reach = 0.5 * p.distance(q) + 0.1;
-                let end = crate::kernels::project::project_point(
-                    self.field(),
-                    middle,
-                    n,
-                    criteria.isovalue,
-                    reach,
-                );
+                let end =
+                    crate::field::project_point(self.field(), middle, n, criteria.isovalue, reach);
                 // Its way so far is that of the edge's middle; so that it is there at the sample's value, its place
                 // at the start of the step is as if it had always moved evenly.
                 let now = state.tracked.mesh.position(v);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glam::Vec3;
 
-use super::{HOLD, LONGEST_HOLD, March, State};
+use super::state::{HOLD, LONGEST_HOLD, March, State};
 use crate::error::Result;
 use crate::extract::count::count_parts;
 use crate::kernels::Kernels;

@@ -3,12 +3,12 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::kernels::deviation::face_deviation;
-use crate::kernels::field::Field;
-use crate::kernels::project::project_point;
-use crate::kernels::ray::{Slab, Walk, walk};
-use crate::mesh::{Face, Mesh, Vertex, normal, radius_ratio};
-use crate::sweep::Parameters;
+use crate::field::Field;
+use crate::field::face_deviation;
+use crate::field::project_point;
+use crate::field::ray::{Slab, Walk, walk};
+use crate::mesh::{Face, HalfEdgeMesh, Vertex, normal, radius_ratio};
+use crate::sweep::parameters::Parameters;
 
 /// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
@@ -84,7 +84,13 @@ impl<'a> Criteria<'a> {
 
     /// Where the middle of an edge belongs on the isosurface; the middle itself if the isosurface
     /// cannot be reached from it within half the edge.
-    pub(crate) fn edge_point(&self, mesh: &Mesh, a: Vertex, b: Vertex, along: Vec3) -> Vec3 {
+    pub(crate) fn edge_point(
+        &self,
+        mesh: &HalfEdgeMesh,
+        a: Vertex,
+        b: Vertex,
+        along: Vec3,
+    ) -> Vec3 {
         let (p, q) = (mesh.position(a), mesh.position(b));
         let middle = 0.5 * (p + q);
         let reach = 0.5 * p.distance(q);
@@ -93,7 +99,7 @@ impl<'a> Criteria<'a> {
 
     /// Distance of a vertex, along its normal, from the nearest other sheet of the isosurface;
     /// infinite where there is none within [`GAP_REACH`].
-    fn gap(&self, mesh: &Mesh, v: Vertex) -> f32 {
+    fn gap(&self, mesh: &HalfEdgeMesh, v: Vertex) -> f32 {
         let n = mesh.vertex_normal(v);
         let mut gap = f32::INFINITY;
         for direction in [n, -n] {
@@ -114,7 +120,7 @@ impl<'a> Criteria<'a> {
 
     /// Deviation of every face by slot; zero where the slot is empty, all of the face is pinned, or it
     /// is a cap, which nothing has to follow.
-    pub(crate) fn deviations(&self, mesh: &Mesh) -> Vec<f32> {
+    pub(crate) fn deviations(&self, mesh: &HalfEdgeMesh) -> Vec<f32> {
         let faces = (0..mesh.face_slots() as u32).into_par_iter().map(Face);
         let moves = |f| mesh.face_vertices(f).iter().any(|&v| !mesh.is_pinned(v));
         faces
@@ -127,7 +133,7 @@ impl<'a> Criteria<'a> {
     }
 
     /// Whether simplification should remove the face: too small or too thin (thesis section 3.6).
-    pub(crate) fn is_bad(&self, mesh: &Mesh, f: Face) -> bool {
+    pub(crate) fn is_bad(&self, mesh: &HalfEdgeMesh, f: Face) -> bool {
         let t = mesh.corners(f);
         0.5 * normal(t).length() < self.min_area || radius_ratio(t) < self.min_quality
     }
@@ -140,7 +146,12 @@ const MAX_SEAM_EDGE: f32 = 1.0;
 ///
 /// A triangle with edges of length l on a surface of curvature k deviates by about k l^2 / 6, so
 /// the length at which it would deviate by `goal` is l * sqrt(goal / deviation).
-pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal: f32) -> Vec<f32> {
+pub(crate) fn sizing(
+    mesh: &HalfEdgeMesh,
+    criteria: &Criteria,
+    deviations: &[f32],
+    goal: f32,
+) -> Vec<f32> {
     // The longest edge is what was asked for, and may be shorter than the shortest.
     let max_edge = criteria.max_edge;
     let min_edge = criteria.min_edge.min(max_edge);
@@ -191,7 +202,7 @@ pub(crate) fn sizing(mesh: &Mesh, criteria: &Criteria, deviations: &[f32], goal:
 }
 
 /// Gives the vertices that were added since `length` was computed the mean of their neighbours'.
-pub(crate) fn extend_sizing(mesh: &Mesh, length: &mut Vec<f32>) {
+pub(crate) fn extend_sizing(mesh: &HalfEdgeMesh, length: &mut Vec<f32>) {
     let known = length.len();
     for slot in known..mesh.vertex_slots() {
         let v = Vertex(slot as u32);

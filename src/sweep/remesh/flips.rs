@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::criteria::Criteria;
-use crate::mesh::{Edge, Mesh, normal, radius_ratio};
+use crate::mesh::{Edge, HalfEdgeMesh, normal, radius_ratio};
 
 /// Which flips are made.
 #[derive(Clone, Copy)]
@@ -32,7 +32,7 @@ const NEARER_QUALITY: f32 = 0.5;
 /// close to the isosurface, and every edge whose flip brings triangles nearer to it that are off, while they
 /// stay good, as `flips` allows. At most `passes` times over all edges. Returns the number of flips.
 pub(crate) fn flip_edges(
-    mesh: &mut Mesh,
+    mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,
     passes: usize,
     flips: Flips,
@@ -66,7 +66,7 @@ pub(crate) fn flip_edges(
 
 /// Whether the triangles after the flip are better and follow the isosurface as well, or follow it better and
 /// are good.
-fn flip_is_better(mesh: &Mesh, criteria: &Criteria, e: Edge, flips: Flips) -> bool {
+fn flip_is_better(mesh: &HalfEdgeMesh, criteria: &Criteria, e: Edge, flips: Flips) -> bool {
     let h = e.halfedge();
     if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
         return false;
@@ -101,9 +101,9 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::kernels::field::Field;
+    use crate::field::Field;
     use crate::mesh::Vertex;
-    use crate::sweep::Parameters;
+    use crate::sweep::parameters::Parameters;
     use crate::volume::{Placement, Samples, Volume};
 
     /// Samples along an axis, and the isovalue that the roof is looked at.
@@ -126,13 +126,14 @@ mod tests {
 
     /// Two triangles over the square of two vertices of the ridge, 0 and 1, and one of either side, 2 and 3,
     /// whose common edge goes across the ridge; closed from below.
-    fn across(slope: f32) -> Mesh {
+    fn across(slope: f32) -> HalfEdgeMesh {
         let [y, z] = RIDGE;
         let low = z - 4.0 * slope;
         let positions =
             [[6.0, y, z], [14.0, y, z], [10.0, y - 4.0, low], [10.0, y + 4.0, low], [10.0, y, 2.0]];
         let triangles = [[0, 2, 3], [1, 3, 2], [2, 0, 4], [0, 3, 4], [3, 1, 4], [1, 2, 4]];
-        Mesh::from_triangles(&positions, &[false; 5], &triangles, &[false; 6]).expect("closed")
+        HalfEdgeMesh::from_triangles(&positions, &[false; 5], &triangles, &[false; 6])
+            .expect("closed")
     }
 
     /// Whether the edge over the square goes along the ridge after all flips are made.

@@ -16,12 +16,12 @@ use super::refine::{refine, split_long};
 use super::simplify::{Bounds, simplify};
 use crate::disjoint_sets::DisjointSets;
 use crate::error::Result;
-use crate::kernels::field::Field;
-use crate::kernels::{Advance, Connectivity, Kernels};
-use crate::mesh::{Compacted, Face, Mesh, Vertex};
-use crate::sweep::Parameters;
-use crate::sweep::exchange::Exchanged;
+use crate::field::Field;
+use crate::kernels::{Advance, Kernels, Relaxation};
+use crate::mesh::{Compacted, Connectivity, Face, HalfEdgeMesh, Vertex};
+use crate::sweep::exchanged::Exchanged;
 use crate::sweep::mend::mend_faults;
+use crate::sweep::parameters::Parameters;
 use crate::sweep::part::Part;
 use crate::sweep::region::Region;
 use crate::sweep::tracked::Tracked;
@@ -87,8 +87,11 @@ impl Improvement<'_> {
 
     /// Relaxes all parts at once.
     fn relax(&self, all: &mut [Fresh], kernels: &mut dyn Kernels) -> Result<()> {
-        let compacted: Vec<Compacted> =
-            all.par_iter().map(|fresh| fresh.made.mesh.compacted_free()).collect();
+        let free = |fresh: &Fresh| {
+            let mesh = &fresh.made.mesh;
+            mesh.compacted_where(|v| !mesh.is_pinned(v))
+        };
+        let compacted: Vec<Compacted> = all.par_iter().map(free).collect();
         let mut connectivity = Connectivity::default();
         let mut positions = Vec::new();
         for c in &compacted {
@@ -103,10 +106,12 @@ impl Improvement<'_> {
             isovalues: &[],
             reach: 0.0,
             ends: &[],
-            relaxed_at: self.isovalue,
-            strength: self.parameters.relax_strength as f32,
-            threshold: self.parameters.relax_force as f32,
-            max_iterations: RELAXATIONS,
+            relaxation: Relaxation {
+                isovalue: self.isovalue,
+                strength: self.parameters.relax_strength as f32,
+                threshold: self.parameters.relax_force as f32,
+                max_iterations: RELAXATIONS,
+            },
         })?;
         let mut positions = advanced.positions.into_iter();
         for (fresh, c) in all.iter_mut().zip(&compacted) {
@@ -180,7 +185,7 @@ fn parts(whole: &Tracked, is_new: &(dyn Fn(Vertex) -> bool + Sync)) -> Vec<Vec<F
 }
 
 /// One round of splits, collapses and flips of what is not pinned.
-fn edit(mesh: &mut Mesh, criteria: &Criteria) {
+fn edit(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);
     split_long(mesh, criteria, &length, 1.4);

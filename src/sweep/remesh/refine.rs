@@ -1,7 +1,7 @@
 //! Refinement: red-green quadrisection (thesis section 3.7) and splits of edges that are too long.
 
 use super::criteria::Criteria;
-use crate::mesh::{Edge, Face, Mesh, Vertex, area};
+use crate::mesh::{Edge, Face, HalfEdgeMesh, Vertex, area};
 
 /// A face that deviates by more than this many tolerances is quadrisected; one that deviates less
 /// is bisected. Deviation falls with the square of the edges: to a quarter, or to about a half.
@@ -9,7 +9,7 @@ const QUADRISECT_FROM: f32 = 2.0;
 
 /// Refines the faces that deviate too far and are large enough (thesis section 3.7). `deviations`
 /// by face slot. Returns how many faces were marked.
-pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -> usize {
+pub(crate) fn refine(mesh: &mut HalfEdgeMesh, criteria: &Criteria, deviations: &[f32]) -> usize {
     let deviation = |f: Face| deviations[f.0 as usize];
     let mut marked: Vec<Face> = mesh
         .faces()
@@ -38,7 +38,7 @@ pub(crate) fn refine(mesh: &mut Mesh, criteria: &Criteria, deviations: &[f32]) -
 }
 
 /// Whether both ends of an edge are fixed: it stays whole.
-fn is_fixed(mesh: &Mesh, e: Edge) -> bool {
+fn is_fixed(mesh: &HalfEdgeMesh, e: Edge) -> bool {
     let h = e.halfedge();
     mesh.is_fixed(mesh.from(h)) && mesh.is_fixed(mesh.to(h))
 }
@@ -46,7 +46,11 @@ fn is_fixed(mesh: &Mesh, e: Edge) -> bool {
 /// Quadrisects the given faces, and bisects or quadrisects their neighbours so that no vertex ends
 /// up inside an edge: a face with two or three split edges is split in four, with one in two.
 /// New vertices are put onto the isosurface. Returns them.
-pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) -> Vec<Vertex> {
+pub(crate) fn quadrisect(
+    mesh: &mut HalfEdgeMesh,
+    criteria: &Criteria,
+    marked: &[Face],
+) -> Vec<Vertex> {
     let mut split = vec![false; mesh.edge_slots()];
     let mut stack: Vec<Face> = marked.to_vec();
     while let Some(f) = stack.pop() {
@@ -106,7 +110,7 @@ pub(crate) fn quadrisect(mesh: &mut Mesh, criteria: &Criteria, marked: &[Face]) 
 
 /// Splits every edge longer than `long` times the wanted length, longest first. Returns the new vertices.
 pub(crate) fn split_long(
-    mesh: &mut Mesh,
+    mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,
     length: &[f32],
     long: f32,
@@ -127,7 +131,7 @@ pub(crate) fn split_long(
 
 /// Splits one edge in its middle and puts the new vertex onto the isosurface, unless a face would
 /// turn over there.
-fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
+fn split_edge(mesh: &mut HalfEdgeMesh, criteria: &Criteria, e: Edge) -> Vertex {
     let h = e.halfedge();
     let (a, b) = (mesh.from(h), mesh.to(h));
     let along = (mesh.face_normal(mesh.face(h)) + mesh.face_normal(mesh.face(h.twin())))
@@ -148,9 +152,9 @@ fn split_edge(mesh: &mut Mesh, criteria: &Criteria, e: Edge) -> Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kernels::Field;
+    use crate::field::Field;
     use crate::mesh::shapes;
-    use crate::sweep::Parameters;
+    use crate::sweep::parameters::Parameters;
     use crate::volume::phantom;
     use glam::Vec3;
     use std::sync::Arc;
@@ -171,12 +175,12 @@ mod tests {
     }
 
     /// An octahedron around the middle of the volume, its vertices `RADIUS` away.
-    fn octahedron() -> Mesh {
+    fn octahedron() -> HalfEdgeMesh {
         shapes::octahedron(Vec3::splat(HALF), RADIUS)
     }
 
     /// Quadrisects and checks what always holds.
-    fn quadrisected(mesh: &mut Mesh, isovalue: f64, marked: &[Face]) -> Vec<Vertex> {
+    fn quadrisected(mesh: &mut HalfEdgeMesh, isovalue: f64, marked: &[Face]) -> Vec<Vertex> {
         let field = field();
         let criteria = Criteria::new(&field, isovalue, &Parameters::default());
         let n_vertices = mesh.n_vertices();

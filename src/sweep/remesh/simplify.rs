@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::criteria::Criteria;
-use crate::mesh::{HalfEdge, Mesh, Vertex, radius_ratio};
+use crate::mesh::{HalfEdge, HalfEdgeMesh, Vertex, radius_ratio};
 
 /// Which collapses are made.
 #[derive(Clone, Copy)]
@@ -17,7 +17,7 @@ pub(crate) struct Bounds {
 /// Collapses the short edges, and the shortest edges of triangles that are too small or too thin, as far
 /// as the criteria allow. Returns the vertices removed and those in their place.
 pub(crate) fn simplify(
-    mesh: &mut Mesh,
+    mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,
     length: &[f32],
     bounds: Bounds,
@@ -56,7 +56,7 @@ pub(crate) fn simplify(
 }
 
 /// Whether `h` is the shortest side of a face that should go.
-fn is_shortest_of_bad_face(mesh: &Mesh, criteria: &Criteria, h: HalfEdge) -> bool {
+fn is_shortest_of_bad_face(mesh: &HalfEdgeMesh, criteria: &Criteria, h: HalfEdge) -> bool {
     let f = mesh.face(h);
     criteria.is_bad(mesh, f) && {
         let l = mesh.length(h.edge());
@@ -68,7 +68,7 @@ fn is_shortest_of_bad_face(mesh: &Mesh, criteria: &Criteria, h: HalfEdge) -> boo
 /// collapse is not legal, or leaves a face that turns over, is thinner than before, too long, or
 /// off the isosurface.
 fn collapse_quality(
-    mesh: &Mesh,
+    mesh: &HalfEdgeMesh,
     criteria: &Criteria,
     length: &[f32],
     (h, bounds): (HalfEdge, Bounds),

@@ -1,38 +1,38 @@
-//! The trilinear field as the kernels see it: f32 values, the layer around the volume included.
-//! Twin: `shaders/grid.wgsl`.
+//! The trilinear field in f32, including the layer around the volume. Twin: `shaders/grid.wgsl`.
 //!
 //! # Precision
 //!
-//! A position is split into its cell and the place inside the cell (0 to 1 along each axis) before
-//! anything is interpolated, so the cubic along a ray is as exact at (1000, 1000, 1000) as at the
+//! A position is split into its cell and the coordinates inside the cell (0 to 1 along each axis) before
+//! interpolation, so the cubic along a ray is as accurate at (1000, 1000, 1000) as at the
 //! origin, and only the position itself is rounded to f32. Samples of 8 and 16 bits and f32 samples
-//! are taken as they are. 32-bit integers and f64 do not fit f32: they, and f32 samples whose
+//! are used unchanged. 32-bit integers and f64 do not fit f32: they, and f32 samples whose
 //! range is so wide or narrow that sums would leave the normal numbers, are mapped linearly to 0..1;
 //! [`Field::isovalue`] maps isovalues in the same way.
 //!
 //! # Corners
 //!
-//! Corner `c` of a cell lies at `cell + (c & 1, c >> 1 & 1, c >> 2 & 1)`.
+//! Corner `c` of a cell is at `cell + (c & 1, c >> 1 & 1, c >> 2 & 1)`.
 
 use crate::volume::{Samples, Volume};
 use glam::{IVec3, Vec3};
 use std::sync::Arc;
 
-/// How far a value along a step may leave the slab between start and isovalue, in ranges of the
+/// How far a value along a step may leave the slab between start and isovalue, as a share of the range of the
 /// volume: well above the rounding of one interpolation (about 4e-7), well below the value
-/// difference of any step a mesh makes.
+/// difference of any step of a mesh.
 pub const SLAB_TOLERANCE: f32 = 1e-5;
 
-/// Values nearer than this to the isovalue, in ranges of the volume, count as equal to it: four
+/// Values this near to the isovalue, as a share of the range of the volume, count as equal to it: four
 /// roundings of a value as large as the range.
 pub const VALUE_NOISE: f32 = 4.0 * f32::EPSILON;
 
-/// Within this distance a point lies in a border plane of the volume, voxels.
-const ON_PLANE: f32 = 1e-5;
+/// Distance from a border plane of the volume at which slopes there are measured, voxels.
+const BORDER_MARGIN: f32 = 1e-5;
 
-/// f32 samples with a range or a magnitude outside these bounds are mapped to 0..1, because ten
-/// ranges (the layer around the volume) or squares of differences would overflow or vanish.
-const EXTREME: (f64, f64) = (1e-12, 1e12);
+/// f32 samples with a smaller range or a larger magnitude are mapped to 0..1: else ten times the range (in the layer around
+/// the volume) or squares of differences would overflow or underflow.
+const MIN_F32_RANGE: f64 = 1e-12;
+const MAX_F32_MAGNITUDE: f64 = 1e12;
 
 /// A trilinear field: a volume, the layer around it, and how values become f32. Shared by threads.
 #[derive(Clone, Debug)]
@@ -48,34 +48,36 @@ pub struct Field {
     outside: f32,
 }
 
-/// A place in the field: a cell, and where inside it (0 to 1 along each axis).
+/// A point of the field: its cell, and its coordinates inside the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct CellPoint {
     /// Index of the cell's lowest corner; -1 is the layer around the volume.
     pub cell: IVec3,
-    /// Position inside the cell, 0 to 1.
+    /// Coordinates inside the cell, 0 to 1 along each axis.
     pub local: Vec3,
 }
 
 impl Field {
-    /// The field of a volume. Allocates only where the samples must be mapped.
+    /// The field of a volume. Allocates only if the samples must be mapped.
     pub fn new(volume: Arc<Volume>) -> Self {
         let (low, high) = volume.range();
-        let narrow = match volume.samples() {
+        let is_mapped = match volume.samples() {
             Samples::U32(_) | Samples::I32(_) | Samples::F64(_) => true,
-            Samples::F32(_) => high - low < EXTREME.0 || low.abs().max(high.abs()) > EXTREME.1,
+            Samples::F32(_) => {
+                high - low < MIN_F32_RANGE || low.abs().max(high.abs()) > MAX_F32_MAGNITUDE
+            }
             _ => false,
         };
-        // A range may overflow f64 itself; halves do not.
+        // high - low may overflow f64; halves do not.
         let half_range = high / 2.0 - low / 2.0;
-        let (offset, scale) = if narrow { (low, 0.5 / half_range) } else { (0.0, 1.0) };
-        let mapped = narrow.then(|| {
+        let (offset, scale) = if is_mapped { (low, 0.5 / half_range) } else { (0.0, 1.0) };
+        let mapped = is_mapped.then(|| {
             let samples = volume.samples();
             (0..samples.len()).map(|i| map(samples.get(i), offset, scale)).collect()
         });
         let outside_sign = if volume.outside_value() < low { -1.0 } else { 1.0 };
         let edge = if outside_sign < 0.0 { low } else { high };
-        let range = if narrow { 1.0 } else { 2.0 * half_range };
+        let range = if is_mapped { 1.0 } else { 2.0 * half_range };
         let outside = (f64::from(map(edge, offset, scale)) + outside_sign * 10.0 * range) as f32;
         let [nx, ny, nz] = volume.dims().map(|d| d as i32);
         let [sx, sy, sz] = volume.voxel_size();
@@ -114,12 +116,12 @@ impl Field {
         self.inverse_cell_size
     }
 
-    /// Largest value minus smallest value, the layer around the volume left out.
+    /// Largest value minus smallest value, without the layer around the volume.
     pub fn range(&self) -> f32 {
         self.range
     }
 
-    /// Differences to the isovalue up to this are none.
+    /// Smaller differences from the isovalue count as none.
     pub fn value_noise(&self) -> f32 {
         VALUE_NOISE * self.range
     }
@@ -134,7 +136,7 @@ impl Field {
         self.outside
     }
 
-    /// The samples mapped to 0..1, where their type does not fit f32; else the volume's own serve.
+    /// The samples mapped to 0..1; `None` if the volume's own are used.
     pub fn mapped(&self) -> Option<&[f32]> {
         self.mapped.as_deref()
     }
@@ -144,7 +146,7 @@ impl Field {
         map(isovalue, self.offset, self.scale)
     }
 
-    /// By how much the field's value changes where the volume's changes by one.
+    /// Change of the field's value per unit of the volume's value.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -152,8 +154,8 @@ impl Field {
     /// The values at the 8 corners of a cell; indices outside the volume give the layer around it.
     #[inline]
     pub fn corners(&self, cell: IVec3) -> [f32; 8] {
-        // One match for a cell: 30 ns, against 17 ns where the sample type is known at compile time
-        // and 47 ns with a match for each sample. A projected vertex takes 430 ns, so
+        // One match per cell takes 30 ns; 17 ns if the sample type is known at compile time,
+        // 47 ns with a match per sample. A projected vertex takes 430 ns, so
         // kernels for each sample type would gain less than a tenth.
         match (self.volume.samples(), &self.mapped) {
             (_, Some(values)) => self.corners_of(values, cell, |v| v),
@@ -191,51 +193,51 @@ impl Field {
         })
     }
 
-    /// The place of a position (voxel frame).
+    /// The cell of a position (voxel frame), and its coordinates there.
     #[inline]
-    pub fn locate(&self, p: Vec3) -> Place {
+    pub fn locate(&self, p: Vec3) -> CellPoint {
         let last = self.dims - 1;
         let x = (p * self.inverse_cell_size).clamp(Vec3::NEG_ONE, self.dims.as_vec3());
         let cell = x.floor().as_ivec3().min(last);
-        Place { cell, local: x - cell.as_vec3() }
+        CellPoint { cell, local: x - cell.as_vec3() }
     }
 
     /// The field at a position of the voxel frame; beyond the layer around the volume, its value.
     pub fn value(&self, p: Vec3) -> f32 {
-        let place = self.locate(p);
-        interpolate(&self.corners(place.cell), place.local)
+        let point = self.locate(p);
+        interpolate(&self.corners(point.cell), point.local)
     }
 
-    /// The highest corner of the volume, voxel frame.
+    /// The upper corner of the volume, voxel frame.
     pub fn top(&self) -> Vec3 {
         (self.dims - 1).as_vec3() * self.cell_size
     }
 
-    /// How steep the field is, seen from inside the volume: the layer around it is much steeper.
+    /// The length of the gradient, per voxel; at the border the one inside the volume, as the layer around it is much steeper.
     pub fn inner_slope(&self, p: Vec3) -> f32 {
-        self.gradient(p.clamp(Vec3::splat(ON_PLANE), self.top() - ON_PLANE)).length()
+        self.gradient(p.clamp(Vec3::splat(BORDER_MARGIN), self.top() - BORDER_MARGIN)).length()
     }
 
-    /// The gradient at a position, per voxel: that of the cell which the position falls in, so on
-    /// a face between cells that of the upper one.
+    /// The gradient at a position, per voxel, in the cell of the position: on
+    /// a face between cells in the upper one.
     pub fn gradient(&self, p: Vec3) -> Vec3 {
         self.gradient_in(self.locate(p))
     }
 
-    /// The gradient at a place of a given cell, per voxel. On a face each neighbour has its own.
-    pub fn gradient_in(&self, place: Place) -> Vec3 {
-        slope(&self.corners(place.cell), place.local) * self.inverse_cell_size
+    /// The gradient at a point of a given cell, per voxel. On a face the two neighbouring cells have different ones.
+    pub fn gradient_in(&self, point: CellPoint) -> Vec3 {
+        slope(&self.corners(point.cell), point.local) * self.inverse_cell_size
     }
 }
 
 /// A value of the volume as a value of the field.
 #[inline]
 fn map(value: f64, offset: f64, scale: f64) -> f32 {
-    // Halves keep the difference finite for the widest f64 ranges; exact where nothing is mapped.
+    // Halves keep the difference finite for the widest f64 ranges, and are exact for samples that are not mapped.
     ((value / 2.0 - offset / 2.0) * scale * 2.0) as f32
 }
 
-/// Where corner `corner` lies from the cell's lowest corner.
+/// Offset of a corner from the cell's lowest corner.
 #[inline]
 fn corner_offset(corner: usize) -> IVec3 {
     IVec3::new((corner & 1) as i32, (corner >> 1 & 1) as i32, (corner >> 2 & 1) as i32)

@@ -1,41 +1,61 @@
-//! The rule by which one vertex gets onto an isosurface. Twin: `shaders/step.wgsl`.
+//! How one vertex reaches an isosurface. Twin: `shaders/step.wgsl`.
 //!
 //! # Theory
 //!
-//! From a vertex with value f0 to the isovalue c: uphill where f0 < c, downhill else, along the mesh
-//! normal (thesis section 3.4). The thesis takes the nearest hit on either side; that jumps to
-//! another sheet in 0.5 to 10 % of steps even on smooth fields. Here the field along the step must
-//! stay between f0 and c until it first reaches c: if there is no critical value between them, the
-//! component of {f0 <= f <= c} that holds the vertex is a thickened surface, and whatever path stays
-//! inside it ends on the continuation of the vertex's own sheet.
+//! A vertex with value f0 moves to the isovalue c along the mesh normal (thesis section 3.4): uphill if f0 < c, else
+//! downhill. The thesis takes the nearest hit on either side; that jumps to another sheet in 0.5 to 10 % of steps even on
+//! smooth fields. Here the field along the step must stay between f0 and c until it first reaches c: if there is no critical
+//! value between them, the component of {f0 <= f <= c} that contains the vertex is a thickened surface, and every path inside
+//! it ends on the continuation of the vertex's own sheet.
 //!
-//! Where the normal fails both ways (rough normals near creases of the trilinear field), short
-//! steps follow the gradient of the cell at hand under the same rule. Where the gradients of two
+//! Where the normal fails in both directions (normals are rough near creases of the trilinear field), short
+//! steps follow the gradient of the current cell under the same rule. Where the gradients of two
 //! neighbouring cells both point into their common face, the path slides along the face, which is
 //! Filippov's solution of that flow.
 
-use super::Status;
-use super::field::{Field, interpolate, slope};
+use super::grid::{Field, interpolate, slope};
 use super::ray::{Slab, Walk, exit_of, steps, walk};
 use glam::{IVec3, Vec3};
 
-/// Steps along the gradient before giving up.
+/// Number of steps along the gradient at most.
 pub const MAX_GRADIENT_STEPS: u32 = 16;
 
 /// Longest step along the gradient, voxels: a quarter of a cell, since the gradient turns inside it.
 pub const GRADIENT_STEP: f32 = 0.25;
 
-/// How far a gradient step goes past a face, voxels, so that the next one starts in the next cell.
+/// Length by which a gradient step overshoots a face, voxels, so that the next one starts in the next cell.
 pub const NUDGE: f32 = 1e-3;
 
-/// A direction shorter than this has no direction: its square still is a normal number.
+/// A shorter vector has no direction. The square of this length is still a normal number.
 pub const ZERO_LENGTH: f32 = 1e-15;
+
+/// Result of a projection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Status {
+    /// The vertex reached its isosurface along its normal, or is held.
+    Reached = 0,
+    /// It reached it along the gradient.
+    ReachedByGradient = 1,
+    /// No path within the rules reaches it; the vertex has not moved.
+    Failed = 2,
+}
 
 /// The unit vector along `v`, or zero where `v` has no direction.
 #[inline]
 pub(crate) fn unit(v: Vec3) -> Vec3 {
     let length = v.length();
     if length > ZERO_LENGTH { v / length } else { Vec3::ZERO }
+}
+
+/// Moves one point (voxel frame) onto the isosurface of the field's value `isovalue` within
+/// `reach` voxels, along the normal `n` (towards lower values; any length), else along the gradient. `None` if
+/// neither reaches it.
+pub fn project_point(field: &Field, p: Vec3, n: Vec3, isovalue: f32, reach: f32) -> Option<Vec3> {
+    match onto_isosurface(field, p, n, isovalue, reach) {
+        (_, Status::Failed) => None,
+        (q, _) => Some(q),
+    }
 }
 
 /// Moves `p` (voxel frame) onto the isosurface of the field's value `isovalue`, at most `reach`
@@ -50,9 +70,9 @@ pub fn onto_isosurface(
     if !(p.is_finite() && n.is_finite()) {
         return (p, Status::Failed);
     }
-    let place = field.locate(p);
-    let values = field.corners(place.cell).map(|v| v - isovalue);
-    let difference = interpolate(&values, place.local);
+    let point = field.locate(p);
+    let values = field.corners(point.cell).map(|v| v - isovalue);
+    let difference = interpolate(&values, point.local);
     if difference.abs() <= field.value_noise() {
         return (p, Status::Reached);
     }
@@ -78,11 +98,11 @@ pub fn onto_isosurface(
 fn along_gradient(field: &Field, p: Vec3, slab: Slab, reach: f32) -> Option<Vec3> {
     let mut q = p;
     let mut left = reach;
-    // The way in which the last steps crossed a face, zero where they did not.
+    // Per axis, the direction in which the last steps crossed a face; zero where they did not.
     let mut crossed = Vec3::ZERO;
     for _ in 0..MAX_GRADIENT_STEPS {
-        let place = field.locate(q);
-        let gradient = slope(&field.corners(place.cell), place.local) * field.inverse_cell_size();
+        let point = field.locate(q);
+        let gradient = slope(&field.corners(point.cell), point.local) * field.inverse_cell_size();
         let uphill = gradient * slab.sign;
         let back = uphill * crossed;
         let slides = back.cmplt(Vec3::ZERO);
@@ -91,7 +111,7 @@ fn along_gradient(field: &Field, p: Vec3, slab: Slab, reach: f32) -> Option<Vec3
             return None;
         }
         let d = direction * field.inverse_cell_size();
-        let (axis, exit) = exit_of(place.local, d, steps(d), IVec3::ZERO);
+        let (axis, exit) = exit_of(point.local, d, steps(d), IVec3::ZERO);
         let past = exit.max(0.0) + NUDGE;
         let length = past.min(GRADIENT_STEP).min(left);
         match walk(field, q, direction, slab, length) {

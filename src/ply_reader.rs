@@ -1,14 +1,13 @@
-//! Reads triangles from PLY: text and binary, either byte order, any numeric types.
+//! Reads triangle meshes from PLY files: text and binary, either byte order, any numeric types.
 //!
-//! Files may come from anyone. The header only says how to read what follows: nothing is reserved
-//! for the counts it claims, and every element takes bytes of the file.
+//! Files are not trusted: no memory is reserved for the counts in the header, and every element takes bytes of the file.
 
 use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::input;
 
-/// What a PLY file holds of a triangle mesh.
+/// The triangle mesh in a PLY file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlyMesh {
     /// Positions, in the frame of the file.
@@ -17,8 +16,8 @@ pub struct PlyMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Longest header that is looked at, bytes.
-const LONGEST_HEADER: usize = 1 << 16;
+/// Longest header accepted, bytes.
+const MAX_HEADER: usize = 1 << 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Encoding {
@@ -42,7 +41,7 @@ enum Number {
 #[derive(Debug)]
 struct Property {
     name: String,
-    /// The type of the list's length, where it is a list.
+    /// The type of the length, for a list.
     length: Option<Number>,
     number: Number,
 }
@@ -70,14 +69,14 @@ pub fn read_ply(path: impl AsRef<Path>) -> Result<PlyMesh> {
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if they are no PLY file, end early, or hold anything but triangles between
-/// finite positions.
+/// [`Error::Input`] if they are not a PLY file, end early, or have faces that are not triangles or positions that are not
+/// finite.
 pub fn parse_ply(bytes: &[u8]) -> Result<PlyMesh> {
     let (encoding, elements, body) = parse_header(bytes)?;
     let mut body = Body { encoding, rest: body };
     let mut mesh = PlyMesh::default();
     for element in &elements {
-        // An element without properties takes no bytes, so its count is earned by nothing.
+        // An element without properties takes no bytes of the file, so its count must not cost time.
         if element.properties.is_empty() {
             continue;
         }
@@ -102,10 +101,10 @@ fn parse_header(bytes: &[u8]) -> Result<(Encoding, Vec<Element>, &[u8])> {
     let mut elements: Vec<Element> = Vec::new();
     let mut first = true;
     loop {
-        let searched = &rest[..rest.len().min(LONGEST_HEADER)];
+        let searched = &rest[..rest.len().min(MAX_HEADER)];
         let end = searched.iter().position(|&b| b == b'\n');
         let read = bytes.len() - rest.len();
-        let (Some(end), true) = (end, read < LONGEST_HEADER) else {
+        let (Some(end), true) = (end, read < MAX_HEADER) else {
             return Err(Error::input(if first { "no PLY file" } else { "the header has no end" }));
         };
         let line = String::from_utf8_lossy(&rest[..end]);
@@ -184,7 +183,7 @@ fn read_element(
             }
             triangle = Some(corners);
         } else {
-            // Each round takes bytes or fails, so the loop is no longer than the file.
+            // Each round takes bytes or fails, so the file's length bounds the loop.
             for _ in 0..n as u64 {
                 body.number(property.number)?;
             }
@@ -203,7 +202,7 @@ fn read_element(
     Ok(())
 }
 
-/// What follows the header, as far as it is not read yet.
+/// The unread rest of the file after the header.
 struct Body<'a> {
     encoding: Encoding,
     rest: &'a [u8],

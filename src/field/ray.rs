@@ -1,41 +1,41 @@
-//! A ray through the field: which cells it visits, the cubic in each, and where it first reaches an
+//! A ray through the field: the cells it visits, the cubic in each, and where it first reaches an
 //! isovalue. Twin: `shaders/ray.wgsl`.
 //!
 //! # Theory
 //!
 //! The traversal is that of Amanatides and Woo (1987) in units of cells, relative to the cell of the
-//! start; the distance to a face is always computed from the start, so no error adds up.
+//! start; the distance to a face is always computed from the start, so errors do not accumulate.
 //!
 //! Along a segment the trilinear field is a cubic (thesis section 3.4). Its Bernstein coefficients
 //! are the field's blossom: with A and B the ends of the segment inside the cell they are
 //! f(A, A, A), the means of f with one and with two coordinates taken from B, and f(B, B, B) - sums
 //! of interpolated values, so they round no worse than one interpolation. They bound the cubic:
-//! where none reaches the isovalue, the cubic does not. Else the cubic is cut into monotone pieces
-//! at the roots of its derivative, and a piece whose ends lie on both sides is searched by Newton
-//! steps kept inside a shrinking bracket. The closed form of the cubic is never used: in f32 it
+//! if none reaches the isovalue, the cubic does not. Else the cubic is divided into monotone pieces
+//! at the roots of its derivative, and in a piece whose ends are on different sides the root is found by Newton
+//! steps inside a shrinking bracket. The closed form of the cubic is not used: in f32 it
 //! loses half its digits near double roots.
 //!
 //! All values here are `sign * (f - isovalue)`, `sign` chosen so that the start is negative: "first
 //! reached" is "first zero", and "left the slab" is "below `lowest`".
 
-use super::field::{Field, mix};
+use super::grid::{Field, mix};
 use glam::{IVec3, Vec3};
 
-/// No ray visits more cells than this: a bound for kernels, far above any reach of a mesh's step.
+/// Number of cells that a ray visits at most: bounds the loop in kernels, far above what a mesh's step needs.
 pub const MAX_CELLS: u32 = 512;
 
-/// Newton steps and bisections within one monotone piece; 24 bisections alone give every bit of f32.
+/// Number of Newton steps and bisections in one monotone piece at most; 24 bisections alone give every bit of f32.
 pub const MAX_NEWTON: u32 = 24;
 
-/// Directions whose component is smaller than this (in cells) run parallel to that axis' faces.
+/// A direction with a smaller component (in cells) counts as parallel to the faces of that axis.
 pub const PARALLEL: f32 = 1e-12;
 
-/// What a ray looks for, and what it must not do before.
+/// The value that a ray looks for, and the values that it may pass before.
 #[derive(Clone, Copy, Debug)]
 pub struct Slab {
     /// The value to reach.
     pub isovalue: f32,
-    /// 1 where the start lies below the isovalue, -1 where it lies above.
+    /// 1 if the start is below the isovalue, -1 if it is above.
     pub sign: f32,
     /// Smallest `sign * (f - isovalue)` allowed before the isovalue is reached.
     pub lowest: f32,
@@ -48,7 +48,7 @@ pub enum Walk {
     Reached(f32),
     /// It left the slab, or the field, before.
     Left,
-    /// It went all the way inside the slab without reaching the isovalue.
+    /// It went the whole distance inside the slab without reaching the isovalue.
     Ended,
 }
 
@@ -100,14 +100,14 @@ pub fn walk(field: &Field, from: Vec3, direction: Vec3, slab: Slab, reach: f32) 
     Walk::Left
 }
 
-/// The way along each axis in which a direction (in cells) crosses faces; 0 where it does not.
+/// Per axis, 1 or -1 as a direction (in cells) crosses faces upwards or downwards; 0 if it crosses none.
 #[inline]
 pub(crate) fn steps(d: Vec3) -> IVec3 {
-    let way = |x: f32| (x > PARALLEL) as i32 - (x < -PARALLEL) as i32;
-    IVec3::new(way(d.x), way(d.y), way(d.z))
+    let step = |x: f32| (x > PARALLEL) as i32 - (x < -PARALLEL) as i32;
+    IVec3::new(step(d.x), step(d.y), step(d.z))
 }
 
-/// The axis through whose face the ray leaves the cell, and the distance to it from the start.
+/// The axis of the face through which the ray leaves the cell, and the distance to it from the start, voxels.
 #[inline]
 pub(crate) fn exit_of(local: Vec3, d: Vec3, step: IVec3, moved: IVec3) -> (usize, f32) {
     let mut axis = 0;
@@ -125,7 +125,7 @@ pub(crate) fn exit_of(local: Vec3, d: Vec3, step: IVec3, moved: IVec3) -> (usize
     (axis, exit)
 }
 
-/// What the cubic does between the two ends of a segment.
+/// The first event of the cubic between the ends of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Crossing {
     /// It first reaches zero here, 0 to 1 along the segment.
@@ -150,7 +150,7 @@ fn crossing(values: &[f32; 8], a: Vec3, b: Vec3, lowest: f32) -> Crossing {
 /// Bernstein coefficients of the field along the segment from `a` to `b` inside a cell.
 #[inline]
 pub fn bernstein(values: &[f32; 8], a: Vec3, b: Vec3) -> [f32; 4] {
-    // Names spell where x, y and z are taken from.
+    // Names spell the ends that x, y and z are taken from.
     let along_x =
         |x: f32| -> [f32; 4] { std::array::from_fn(|i| mix(values[2 * i], values[2 * i + 1], x)) };
     let along_y = |v: [f32; 4], y: f32| (mix(v[0], v[1], y), mix(v[2], v[3], y));
@@ -194,7 +194,7 @@ pub fn first_crossing(b: [f32; 4], lowest: f32) -> Crossing {
     Crossing::None
 }
 
-/// Where the cubic turns, within 0..1 and ascending; 0 where it does not.
+/// The parameters in 0..1 at which the cubic turns, ascending; 0 in place of those that do not exist.
 fn turning_points(b: [f32; 4]) -> (f32, f32) {
     let (e0, e1, e2) = (b[1] - b[0], b[2] - b[1], b[3] - b[2]);
     let discriminant = e1 * e1 - e0 * e2;
@@ -209,7 +209,7 @@ fn turning_points(b: [f32; 4]) -> (f32, f32) {
     (s.min(t), s.max(t))
 }
 
-/// n / d where it lies between 0 and 1, else 0.
+/// n / d if it is between 0 and 1, else 0.
 #[inline]
 fn fraction(n: f32, d: f32) -> f32 {
     if n != 0.0 && n.abs() < d.abs() && (n > 0.0) == (d > 0.0) { n / d } else { 0.0 }

@@ -1,0 +1,61 @@
+//! What a sweep works on: the exact field, its topology, the field in single precision, the device, the parameters.
+
+use std::sync::Arc;
+
+use super::parameters::Parameters;
+use crate::error::{Error, Result};
+use crate::field::Field;
+use crate::kernels::Backend;
+use crate::progress::Progress;
+use crate::spectrum::Event;
+use crate::topology::Topology;
+use crate::topology::exact::ExactField;
+use crate::volume::Volume;
+
+/// What does not change during a sweep.
+pub(super) struct Sweep<'a> {
+    pub(super) exact: ExactField<'a>,
+    pub(super) topology: Topology,
+    pub(super) field: Arc<Field>,
+    pub(super) backend: &'a Backend,
+    pub(super) parameters: &'a Parameters,
+    pub(super) progress: &'a dyn Progress,
+    /// The isovalues swept: those asked for, and one more where the isosurface does not end with them
+    /// (see [`swept_end`]).
+    pub(super) range: (f64, f64),
+}
+
+impl<'a> Sweep<'a> {
+    /// Finds the topology of a volume, and all else that does not change while it is swept.
+    pub(super) fn new(
+        volume: &'a Volume,
+        field: Arc<Field>,
+        parameters: &'a Parameters,
+        (backend, progress): (&'a Backend, &'a dyn Progress),
+    ) -> Result<Self> {
+        let exact = ExactField::new(volume)?;
+        let topology = Topology::compute(&exact)?;
+        let (low, high) = parameters.range.unwrap_or(volume.range());
+        let range = (low, swept_end(&exact, high));
+        Ok(Sweep { exact, topology, field, backend, parameters, progress, range })
+    }
+}
+
+/// Up to where a range is swept that ends at an isovalue. Lifetimes are half-open, so what is swept up to there is
+/// gone there: where the isosurface is not, it is swept up to the next number.
+fn swept_end(exact: &ExactField, high: f64) -> f64 {
+    if exact.has_surface(high) { high.next_up() } else { high }
+}
+
+impl Sweep<'_> {
+    /// The events inside a range, those of the ramp left out.
+    pub(super) fn events(&self, (low, high): (f64, f64)) -> Vec<Event> {
+        let inside = |e: &Event| low <= e.isovalue && e.isovalue <= high;
+        self.topology.net_events().into_iter().filter(inside).collect()
+    }
+
+    /// [`Error::Interrupted`] if the caller wants the sweep to stop.
+    pub(super) fn cancelled(&self) -> Result<()> {
+        if self.progress.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,104 @@
+//! The march: both directions, step by step.
+
+use std::sync::Mutex;
+
+use super::length::{LONGER, REGROWTH, start};
+use super::state::{Done, March, State, sorted};
+use crate::error::Result;
+use crate::kernels::{DeviceWork, Kernels};
+use crate::sweep::calendar::{Calendar, Passage};
+use crate::sweep::context::Sweep;
+use crate::sweep::counts::Counts;
+use crate::sweep::exact::Shown;
+use crate::sweep::initial::InitialMesh;
+use crate::sweep::record::Recorder;
+use crate::sweep::transport::{Step, typical_slope};
+
+/// What both directions have written down.
+pub(in crate::sweep) struct Marched {
+    pub(in crate::sweep) record: Recorder,
+    pub(in crate::sweep) shown: Vec<Shown>,
+    pub(in crate::sweep) counts: Counts,
+}
+
+/// Goes up and down from the start, both at once.
+pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<Marched> {
+    let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
+    let start = sweep.parameters.start.unwrap_or_else(|| start(sweep, &calendar));
+    let done = Done { share: Mutex::new(0.0), progress: sweep.progress };
+    let mut kernels = sweep.backend.kernels(&sweep.field)?;
+    let (low, high) = sweep.range;
+    let (mut up, mut state) = March::begun(sweep, &calendar, &done, (start, initial))?;
+    let length = up.first_step(start);
+    let around = [(start - length).max(low), (start + length).min(high)];
+    let region = up.plan(&mut state, around);
+    let passage = Passage::between(&sweep.exact, around[0], around[1]);
+    up.exchange(&mut state, region, passage, &mut *kernels)?;
+    let mut down = up.other();
+    let n_common = down.record.knots.len();
+    let begun = state.clone();
+    let (went_up, went_down) = rayon::join(
+        || up.go(state, high, length, &mut *kernels),
+        || down.go(begun, low, length, &mut *sweep.backend.kernels(&sweep.field)?),
+    );
+    went_up.and(went_down)?;
+    let March { mut record, mut shown, mut counts, .. } = up;
+    record.join(down.record, n_common);
+    shown.extend(down.shown);
+    counts.add(&down.counts);
+    sweep.progress.report(1.0, "tracking");
+    Ok(Marched { record, shown, counts })
+}
+
+impl March<'_, '_> {
+    /// Marches to an isovalue.
+    fn go(
+        &mut self,
+        mut state: State,
+        last: f64,
+        mut length: f64,
+        kernels: &mut dyn Kernels,
+    ) -> Result<()> {
+        let state = &mut state;
+        let (mut usual, mut most) = (length, f64::INFINITY);
+        while state.at != last {
+            self.sweep.cancelled()?;
+            let step = Step { at: state.at, next: self.next(state.at, last, length) };
+            // Half-way between the two lengths, as steps end between grey levels.
+            let is_long = (step.next - step.at).abs() > 0.5 * (1.0 + LONGER) * usual;
+            if !self.take(state, step, is_long, kernels)? {
+                length = 0.5 * (step.next - step.at).abs();
+                if self.level() > 0.0 {
+                    most = length;
+                }
+                continue;
+            }
+            most *= REGROWTH;
+            self.done.tell(self.calendar.work(self.sweep.range, [step.at, step.next]));
+            if let Some(fixed) = self.fixed() {
+                (usual, length) = (fixed, fixed);
+                continue;
+            }
+            let positions =
+                state.tracked.mesh.vertices().filter(|&v| !state.tracked.mesh.is_fixed(v));
+            let slope =
+                typical_slope(self.field(), positions.map(|v| state.tracked.mesh.position(v)));
+            if let Some(slope) = slope {
+                usual = self.length_for(slope);
+                let times = if self.is_calm(state, &state.region) { LONGER } else { 1.0 };
+                length = (times * usual).clamp(0.5 * length, 1.6 * length).min(most);
+            }
+        }
+        self.count(kernels.device_work());
+        self.record.finish(last);
+        for (block, since) in sorted(std::mem::take(&mut state.since)) {
+            self.show(block, since, last);
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, DeviceWork { submissions, read_backs }: DeviceWork) {
+        self.counts.submissions += submissions;
+        self.counts.read_backs += read_backs;
+    }
+}

@@ -1,0 +1,165 @@
+//! The state of a march, and what its stages share.
+
+use std::collections::{BTreeSet, HashMap};
+use std::sync::{Mutex, PoisonError};
+
+use glam::Vec3;
+
+use crate::error::{Error, Result};
+use crate::field::Field;
+use crate::progress::Progress;
+use crate::sweep::calendar::{Calendar, Passage};
+use crate::sweep::context::Sweep;
+use crate::sweep::counts::Counts;
+use crate::sweep::exact::Shown;
+use crate::sweep::initial::InitialMesh;
+use crate::sweep::parameters::Parameters;
+use crate::sweep::record::Recorder;
+use crate::sweep::region::{Grid, Region};
+use crate::sweep::tracked::Tracked;
+use crate::topology::exact::ExactField;
+
+/// Steps for which a block stays exact after the last reason for it.
+pub(super) const HOLD: u32 = 1;
+
+/// The longest that a block stays exact that cannot be tracked, steps.
+pub(super) const LONGEST_HOLD: u32 = 32;
+
+/// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reason {
+    pub(super) until: u32,
+    pub(super) held: u32,
+}
+
+/// What a march goes on with.
+#[derive(Clone)]
+pub(super) struct State {
+    pub(super) tracked: Tracked,
+    pub(super) region: Region,
+    /// Since when blocks are exact.
+    pub(super) since: HashMap<u32, f64>,
+    /// By block, the last reason to be exact.
+    pub(super) reasons: HashMap<u32, Reason>,
+    pub(super) at: f64,
+}
+
+/// How much of the work is done.
+pub(super) struct Done<'s> {
+    pub(super) share: Mutex<f64>,
+    pub(super) progress: &'s dyn Progress,
+}
+
+impl Done<'_> {
+    /// Tells that more of it is.
+    pub(super) fn tell(&self, share: f64) {
+        let mut done = self.share.lock().unwrap_or_else(PoisonError::into_inner);
+        *done += share;
+        self.progress.report(done.min(1.0), "tracking");
+    }
+}
+
+/// A march in one direction.
+pub(super) struct March<'s, 'a> {
+    pub(super) sweep: &'s Sweep<'a>,
+    pub(super) calendar: &'s Calendar<'s>,
+    pub(super) grid: Grid,
+    pub(super) record: Recorder,
+    pub(super) shown: Vec<Shown>,
+    pub(super) counts: Counts,
+    pub(super) step: u32,
+    pub(super) done: &'s Done<'s>,
+}
+
+impl<'s, 'a> March<'s, 'a> {
+    /// Begins: everything is exact; or, with a mesh from outside, nothing is.
+    pub(super) fn begun(
+        sweep: &'s Sweep<'a>,
+        calendar: &'s Calendar<'s>,
+        done: &'s Done<'s>,
+        (start, initial): (f64, Option<InitialMesh>),
+    ) -> Result<(March<'s, 'a>, State)> {
+        let grid = Grid::of(&sweep.exact);
+        let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
+            // A closed mesh has no boundary that could be bound.
+            let tracked = Tracked::of(positions, triangles, |_| None);
+            let tracked = tracked.map_err(|at| Error::internal(format!("initial mesh at {at}")))?;
+            (Region::open(grid), tracked)
+        } else {
+            let passage = Passage::between(&sweep.exact, start, start);
+            (Region::closed(grid, calendar.blocks(grid, passage)), Tracked::default())
+        };
+        let mut record = Recorder::default();
+        record.changed_all(&tracked, start);
+        let (shown, counts, step) = (Vec::new(), Counts::default(), HOLD + 1);
+        let march = March { sweep, calendar, grid, record, shown, counts, step, done };
+        let since = region.blocks().iter().map(|&b| (b, start)).collect();
+        Ok((march, State { tracked, region, since, reasons: HashMap::new(), at: start }))
+    }
+
+    /// The same march, to go on otherwise from where it is: with nothing counted and shown.
+    pub(super) fn other(&self) -> Self {
+        let March { sweep, calendar, grid, step, done, .. } = *self;
+        let (shown, counts) = (Vec::new(), Counts::default());
+        March { sweep, calendar, grid, record: self.record.clone(), shown, counts, step, done }
+    }
+
+    pub(super) fn exact(&self) -> &'s ExactField<'a> {
+        &self.sweep.exact
+    }
+
+    pub(super) fn field(&self) -> &'s Field {
+        &self.sweep.field
+    }
+
+    pub(super) fn parameters(&self) -> &'s Parameters {
+        self.sweep.parameters
+    }
+
+    /// Writes down that a block was exact between two isovalues.
+    pub(super) fn show(&mut self, block: u32, a: f64, b: f64) {
+        if a != b {
+            let cells = self.grid.cells_of(block);
+            self.shown.extend(cells.map(|cell| (cell, a.min(b), a.max(b))));
+        }
+    }
+
+    /// The lowest sample of the cell around a place of the voxel frame.
+    pub(super) fn sample_at(&self, p: Vec3) -> u32 {
+        self.grid.cell_at(p * self.field().inverse_cell_size())
+    }
+
+    pub(super) fn is_sample(&self, v: u32) -> bool {
+        (v as usize) < self.grid.dims.iter().product() && {
+            let p = self.grid.position(v);
+            (0..3).all(|a| p[a] >= 1 && p[a] + 1 < self.grid.dims[a])
+        }
+    }
+
+    /// The blocks around places of the voxel frame.
+    pub(super) fn blocks_at(&self, places: &[Vec3]) -> BTreeSet<u32> {
+        places.iter().map(|&p| self.block_at(p)).collect()
+    }
+
+    /// The blocks around samples.
+    pub(super) fn blocks_at_samples(
+        &self,
+        samples: impl IntoIterator<Item = u32>,
+    ) -> BTreeSet<u32> {
+        let samples = samples.into_iter().filter(|&s| self.is_sample(s));
+        let octants = samples.flat_map(|s| (0..8).map(move |o| (s, o)));
+        octants.filter_map(|(s, o)| self.grid.block_of_cell(self.grid.octant(s, o))).collect()
+    }
+
+    /// The block around a place of the voxel frame.
+    pub(super) fn block_at(&self, p: Vec3) -> u32 {
+        self.grid.block_at(p * self.field().inverse_cell_size())
+    }
+}
+
+/// The entries of a map by key.
+pub(super) fn sorted<V>(map: HashMap<u32, V>) -> Vec<(u32, V)> {
+    let mut all: Vec<(u32, V)> = map.into_iter().collect();
+    all.sort_unstable_by_key(|e| e.0);
+    all
+}
