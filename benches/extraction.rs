@@ -1,4 +1,4 @@
-//! How long the exact field and one extraction take on smooth and dense 128^3 volumes.
+//! The time for the exact field and one extraction on smooth and dense 128^3 volumes.
 
 use std::hint::black_box;
 

@@ -1,5 +1,5 @@
-//! How long the mesh at one isovalue takes: it should be the active triangles that count, not how
-//! many there are in all, nor in how many files they are.
+//! The time for the mesh at one isovalue: it should depend on the number of active triangles, not on
+//! the total number, nor on the number of files.
 
 use std::hint::black_box;
 
@@ -19,7 +19,7 @@ mod synthetic;
 
 use synthetic::{Growth, growing_sphere, isovalue};
 
-/// Ranks of the spectra measured.
+/// Number of ranks of the spectra.
 const N_STEPS: u32 = 200;
 
 /// About 10 thousand active triangles at the isovalue in the middle, with ten times as many
@@ -89,7 +89,7 @@ fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Spectrum
     Ok((file, SpectrumFolder::open(&split)?))
 }
 
-/// Moves by a thousandth of the range, there and back, around its middle.
+/// Moves of a thousandth of the range, back and forth around its middle.
 fn folder(criterion: &mut Criterion) {
     let work = tempfile::tempdir().expect("a folder");
     let (file, split) = in_parts(work.path()).expect("a spectrum");
@@ -117,12 +117,12 @@ fn folder(criterion: &mut Criterion) {
             query.mesh_at_into(middle + if up { step } else { 0.0 }, &mut mesh)
         });
     });
-    // From nothing: opening the folder, reading the parts that live there, and the mesh.
+    // Cold: opens the folder, reads the parts with triangles there, makes the mesh.
     group.sample_size(10);
     group.bench_function("first/parts", |b| {
         b.iter(|| split.read_between((middle, middle)).and_then(|s| s.mesh_at(middle)));
     });
-    // Through the whole range, with all reading on the way.
+    // Through the whole range, including all reading.
     group.bench_function("walk_of_1000/parts", |b| {
         b.iter(|| {
             let mut query = FolderQuery::new(split.clone()).expect("a folder");

@@ -1,8 +1,8 @@
-//! A new isovalue until its picture is there, by the size of the spectrum: what counts should be the
-//! triangles that are drawn. `cargo bench --bench paint`; the ids are `paint/<spectrum>/<move>`.
+//! The time from a new isovalue to its picture, by the size of the spectrum: it should depend only on the number of
+//! triangles drawn. `cargo bench --bench paint`; the ids are `paint/<spectrum>/<move>`.
 //!
-//! A spectrum is a sphere of 8,192 triangles whose triangles are all replaced at each of its ranks:
-//! by 1 generation, by 100, and by 1,200, which makes 10 million triangles.
+//! A spectrum is a sphere of 8,192 triangles, all of which are replaced at each of its ranks:
+//! 1, 100 and 1,200 generations, the last with 10 million triangles.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use isospectrum::render::Gpu;

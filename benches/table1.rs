@@ -1,8 +1,8 @@
 //! The thesis's table 1: time and space of the spectrum of the hydrogen atom for its four pairs of
-//! sampling step and tolerance, its numbers beside ours.
+//! sampling step and tolerance, its numbers next to ours.
 //!
 //! `cargo bench --bench table1` takes many minutes; `-- --row 3` runs one row, 1 to 4. Each row is
-//! run once: what it takes is minutes, not so short that it needs statistics. The volume is
+//! run once: runs of minutes need no statistics. The volume is
 //! `hydrogen_atom_128x128x128_uint8.raw` in the folder `ISOSPECTRUM_DATA`, or in `../shared/data`.
 
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use isospectrum::{Result, file};
 
 const VOLUME: &str = "hydrogen_atom_128x128x128_uint8.raw";
 
-/// Isovalue of the one mesh that is counted: the thesis shows 10, and samples are whole numbers.
+/// Isovalue of the mesh whose triangles are counted: the thesis shows 10, and samples are integers.
 const ISOVALUE: f64 = 10.5;
 
 /// A row of the thesis's table.
@@ -41,7 +41,7 @@ const ROWS: [Row; 4] = [
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let has = |flag: &str| arguments.iter().any(|a| a == flag);
-    // `cargo bench` says `--bench`; `cargo test --benches` does not.
+    // `cargo bench` passes `--bench`; `cargo test --benches` does not.
     if has("--test") || !has("--bench") {
         println!("table1: nothing to test, run it by `cargo bench --bench table1`");
         return ExitCode::SUCCESS;
@@ -77,7 +77,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Where the volume is, or where it should be.
+/// The path of the volume; as an error if it is missing.
 fn volume_path() -> std::result::Result<PathBuf, PathBuf> {
     let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let path =

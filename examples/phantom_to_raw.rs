@@ -1,4 +1,4 @@
-//! Writes a built-in volume as RAW, for other programs: `phantom_to_raw NAME[:size] FOLDER`.
+//! Writes a built-in volume as a RAW file for other programs: `phantom_to_raw NAME[:size] FOLDER`.
 //!
 //! The file is named `NAME_XxYxZ_TYPE.raw` and holds little-endian samples, x fastest.
 

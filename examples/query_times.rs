@@ -1,9 +1,9 @@
-//! How long a spectrum takes to answer, as JSON for `benches/peers/vtk_flying_edges.py`:
+//! Query times of a spectrum, as JSON for `benches/peers/vtk_flying_edges.py`:
 //! `query_times S.isp`.
 //!
-//! It reads isovalues from stdin, one a line, and answers each with one line on stdout: nanoseconds
-//! until the list of living triangles is ready, nanoseconds for the mesh with normals, and the number
-//! of triangles. So another program can take turns with it, and both see the same load.
+//! It reads isovalues from stdin, one a line, and prints one line for each: nanoseconds
+//! for the list of active triangles, nanoseconds for the mesh with normals, and the number
+//! of triangles. So another program can alternate with it, and both run under the same load.
 
 use std::io::{BufRead as _, Write as _, stdin, stdout};
 use std::time::Instant;

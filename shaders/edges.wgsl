@@ -1,6 +1,6 @@
-// Draws the edges of a box as lines of some pixels' width, behind what hides them. Host side: src/render/edges.rs.
+// Draws the edges of a box as lines with a width in pixels, with the depth test on. Host side: src/render/edges.rs.
 
-/// What is the same for every edge.
+/// Constants of a draw call.
 struct Edges {
     /// From the voxel frame to clip coordinates.
     clip_from_voxel: mat4x4<f32>,
@@ -13,21 +13,21 @@ struct Edges {
     half_size: vec2<f32>,
     /// Half the width of a line, pixels.
     half_width: f32,
-    /// Fills the structure.
+    /// Padding.
     unused: f32,
 }
 
 @group(0) @binding(0) var<uniform> edges: Edges;
 
-/// Least distance in front of the eye that is drawn, as a share of what lies there at most.
-const NEAREST: f32 = 1e-4;
+/// Near clip distance, as a share of the larger distance of the edge's ends.
+const MIN_DEPTH_SHARE: f32 = 1e-4;
 
 /// Two triangles for each of the twelve edges.
 @vertex
 fn edge_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     let edge = index / 6u;
     let axis = edge / 4u;
-    // On which side the edge lies along the two other axes.
+    // The side of the box along the two other axes.
     var side = vec3(0.0);
     side[(axis + 1u) % 3u] = f32(edge & 1u);
     side[(axis + 2u) % 3u] = f32((edge >> 1u) & 1u);
@@ -35,8 +35,8 @@ fn edge_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32
     side[axis] = 1.0;
     var end = corner(side);
 
-    // What lies behind the eye is cut off.
-    let nearest = NEAREST * max(abs(start.w), abs(end.w));
+    // Clips the part behind the eye.
+    let nearest = MIN_DEPTH_SHARE * max(abs(start.w), abs(end.w));
     if (max(start.w, end.w) <= nearest) {
         return vec4(0.0);
     }
@@ -47,15 +47,15 @@ fn edge_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32
         end = end - all * ((nearest - end.w) / -all.w);
     }
 
-    // Corners of the rectangle: start, start, end; start, end, end, on one side and the other.
+    // Corners of the rectangle: start, start, end; start, end, end, alternating between its two sides.
     let number = index % 6u;
     let is_end = number == 2u || number >= 4u;
     let turn = select(-1.0, 1.0, (number & 1u) == 1u);
-    let way = (end.xy / end.w - start.xy / start.w) * edges.half_size;
-    let across = vec2(-way.y, way.x) * inverseSqrt(max(dot(way, way), 1e-12));
-    let place = select(start, end, is_end);
+    let along = (end.xy / end.w - start.xy / start.w) * edges.half_size;
+    let across = vec2(-along.y, along.x) * inverseSqrt(max(dot(along, along), 1e-12));
+    let position = select(start, end, is_end);
     let moved = turn * edges.half_width * across / edges.half_size;
-    return vec4(place.xy + moved * place.w, place.zw);
+    return vec4(position.xy + moved * position.w, position.zw);
 }
 
 /// A corner of the box, clip coordinates.

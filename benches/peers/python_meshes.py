@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The Python package against scikit-image, VTK and PyVista, in one run, in turns.
+"""Times the Python package against scikit-image, VTK and PyVista, alternating in one run.
 
-For each isovalue of a walk in small moves and of random jumps, all answer right after each other, so that whatever else the
-machine does slows all of them: `s.mesh(c)` up to arrays of vertices, triangles and normals in Python; VTK's flying edges and
-PyVista's `contour` by it, and scikit-image's marching cubes, up to the same. One thread each. Printed are medians of the
+For each isovalue of a walk in small moves and of random jumps, all run directly one after the other, so that other load on the
+machine slows all of them: `s.mesh(c)` up to arrays of vertices, triangles and normals in Python; VTK's flying edges and
+PyVista's `contour` by it, and scikit-image's marching cubes, up to the same. One thread each. It prints medians of the
 ratios of such pairs; below 1 the spectrum is faster.
 
     python3 -m venv /tmp/peers && /tmp/peers/bin/pip install pyvista scikit-image ./python

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""A spectrum against VTK's flying edges, in one run, in turns.
+"""Times a spectrum against VTK's flying edges, alternating in one run.
 
-For each isovalue of a walk in small moves and of random jumps, both answer right after each other, so
-that whatever else the machine does slows both: the spectrum by its list of living triangles and by its
-mesh with normals, VTK by vtkFlyingEdges3D with normals, one thread each. Printed are medians of the ratios
+For each isovalue of a walk in small moves and of random jumps, both run directly one after the other, so
+that other load on the machine slows both: the spectrum's list of active triangles and its
+mesh with normals, VTK's vtkFlyingEdges3D with normals, one thread each. It prints medians of the ratios
 of such pairs; below 1 the spectrum is faster.
 
     python3 -m venv /tmp/peers && /tmp/peers/bin/pip install vtk numpy
     cargo build --release --example query_times
     /tmp/peers/bin/python benches/peers/vtk_flying_edges.py S.isp VOLUME_128x128x128_uint8.raw
 
-The volume is a RAW file whose name tells dimensions and type, or `gyroid:N`, which is made here as the
-phantom of that name is.
+The volume is a RAW file whose name contains dimensions and type, or `gyroid:N`, computed here like the
+phantom of that name.
 """
 
 import argparse

@@ -8,7 +8,7 @@ use super::{Opened, Parts, Plan};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::spectrum::{About, Event, Joiner, Spectrum, Told, Unlike};
-use crate::sweep::{Counts, tell_shares, told};
+use crate::sweep::{Counts, insert_area_shares, metadata};
 use crate::topology::blocks::joined;
 
 /// Under this name the parameters of a spectrum tell of how many bricks it is made.
@@ -78,7 +78,7 @@ pub(super) fn join_borders(
         ..About::new(recipe.volume.clone(), range, tolerance)
     };
     let mut whole = Spectrum::from_patch(about, Joiner::default().finish().0)?;
-    tell_shares(&mut whole, &areas);
+    insert_area_shares(&mut whole, &areas);
     for (name, what) in &recipe.told {
         whole.about_mut().parameters.tell(name, what.clone());
     }
@@ -111,7 +111,7 @@ fn parameters(plan: &Plan, heads: &[PartHead], arcs: u64) -> (serde_json::Value,
             backends.push(head.backend.clone());
         }
     }
-    let mut parameters = told(&recipe.parameters, &backends.join(", "), &counts);
+    let mut parameters = metadata(&recipe.parameters, &backends.join(", "), &counts);
     parameters[NAME] = serde_json::json!({ "side": recipe.side, "n": recipe.bricks.len() });
     (parameters, areas)
 }

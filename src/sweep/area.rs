@@ -1,23 +1,23 @@
-//! How much of the isosurface a spectrum shows by tracked triangles, and how much by the exact extraction.
+//! The share of the isosurface's area that tracked triangles show; the exact extraction shows the rest.
 
 use rayon::prelude::*;
 
 use crate::spectrum::{Spectrum, Triangle};
 
-/// Under this name the parameters of a spectrum tell the share of the isosurface's area, without caps, whose
-/// triangles are tracked, mean over the range; over the rest the exact extraction shows.
+/// Key in a spectrum's metadata: the share of the isosurface's area, without caps, whose
+/// triangles are tracked, mean over the range.
 pub const TRACKED_AREA_SHARE: &str = "tracked_area_share";
 
-/// Under this name, the same at isovalues evenly spread over the range: [isovalue, share] each, ascending.
+/// Key in a spectrum's metadata: that share at isovalues evenly spread over the range, as ascending pairs [isovalue, share].
 pub const TRACKED_AREA_SHARES: &str = "tracked_area_shares";
 
-/// Isovalues at which the areas are compared, in the middle of equal parts of the range.
+/// Number of isovalues at which areas are measured, in the middle of equal parts of the range.
 const N_ISOVALUES: usize = 64;
 
-/// Triangles that are summed up at once: sums do not depend on the number of threads.
+/// Triangles per partial sum: sums must not depend on the number of threads.
 const CHUNK: usize = 1 << 14;
 
-/// The isovalues at which areas are compared, ascending.
+/// The isovalues at which areas are measured, ascending.
 pub(crate) fn area_isovalues((low, high): (f64, f64)) -> impl Iterator<Item = f64> {
     (0..N_ISOVALUES).map(move |i| {
         let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
@@ -25,7 +25,7 @@ pub(crate) fn area_isovalues((low, high): (f64, f64)) -> impl Iterator<Item = f6
     })
 }
 
-/// The area, caps left out, that the first `n_tracked` triangles show at each of [`area_isovalues`], and that the others do.
+/// At each of [`area_isovalues`] the area, without caps, of the first `n_tracked` triangles and of the others.
 pub(super) fn shown_areas(spectrum: &Spectrum, n_tracked: usize) -> Vec<[f64; 2]> {
     let ranked: Vec<Option<(f64, u32)>> =
         area_isovalues(spectrum.range()).map(|c| Some((c, spectrum.rank_at(c)?))).collect();
@@ -36,8 +36,8 @@ pub(super) fn shown_areas(spectrum: &Spectrum, n_tracked: usize) -> Vec<[f64; 2]
     ranked.iter().map(|r| r.and_then(|_| found.next()).unwrap_or_default()).collect()
 }
 
-/// Tells in a spectrum's parameters which share of its area is tracked, where it has any.
-pub(crate) fn tell_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
+/// Adds the share of tracked area to a spectrum's metadata, if there is any area.
+pub(crate) fn insert_area_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
     let rounded = |x: f64| (1e4 * x).round() / 1e4;
     let all = area_isovalues(spectrum.range()).zip(areas);
     let shares: Vec<(f64, f64)> =

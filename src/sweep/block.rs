@@ -1,4 +1,4 @@
-//! The sweep of a block of a volume: a part that fits the blocks beside it.
+//! The sweep of a block of a volume, whose spectrum fits those of the neighbouring blocks.
 
 use std::sync::Arc as Shared;
 
@@ -15,16 +15,16 @@ use crate::progress::Progress;
 use crate::spectrum::Spectrum;
 use crate::volume::Volume;
 
-/// What is swept of a block.
+/// The result of the sweep of a block.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The block's own, in the frame of the whole volume. It is open where it is cut from the whole, and its events are none of
-    /// the whole's: those are left out.
+    /// The block's spectrum in the frame of the whole volume. It is open where the block is cut from the whole, and has no events, as
+    /// events of a block are not events of the whole.
     pub spectrum: Spectrum,
     /// The vertices on planes that the block shares with others, ascending, each with the number of its lattice edge in the
     /// whole. Blocks have the same vertices there, with the same trajectories.
     pub shared: Vec<(u32, WholeEdge)>,
-    /// The area, caps left out, that tracked triangles show at isovalues evenly spread over the range, and that others do.
+    /// The area, without caps, of tracked and of other triangles at isovalues evenly spread over the range.
     pub areas: Vec<[f64; 2]>,
     /// What happened.
     pub counts: Counts,
@@ -46,7 +46,7 @@ pub fn compute_block(
     parameters.check_for_blocks()?;
     let field = Shared::new(Field::new(volume.clone()));
     progress.report(0.0, "topology");
-    let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
+    let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
     let (swept, counts) = swept(&sweep, None)?;
     let mut spectrum = finished(&sweep, swept.patch, &counts)?;
     spectrum.about_mut().events.clear();

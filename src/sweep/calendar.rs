@@ -1,12 +1,12 @@
-//! What the isovalue passes and when: samples, saddles of lattice squares, critical points.
+//! The samples, saddles of lattice squares and critical points that the isovalue passes, ordered by key.
 //!
 //! # Theory
 //!
-//! Between two isovalues the seam changes only where a sample on it is passed. Where that sample is *regular* for the
-//! field on the seam (its neighbours below it, in the cycle of the seam around it, are one run), the polyline of
-//! the exact extraction goes over it without changing how it is joined. Everything else that may happen on a seam
-//! (an extremum or a saddle of the field on it, a saddle inside one of its squares) is kept off it: the cells around
-//! become exact before the isovalue gets there (`close`).
+//! Between two isovalues the seam changes only where the isovalue passes a sample on it. If that sample is *regular* for the
+//! field on the seam (its neighbours below it, in the cycle of the seam around it, are consecutive), the polyline of
+//! the exact extraction crosses it without a change of its topology. All other events on a seam
+//! (an extremum or a saddle of the field on it, a saddle inside one of its squares) are avoided: the cells around
+//! become exact before the isovalue passes them (`grow`).
 
 use std::collections::BTreeSet;
 
@@ -17,15 +17,15 @@ use crate::topology::Topology;
 use crate::topology::critical::Place;
 use crate::topology::exact::{ExactField, ORDER_BITS};
 
-/// All that the isovalues of a range pass, by order key: these follow from what is passed, as they take more memory.
+/// Everything that the isovalues of a range pass, sorted by order key. Keys are computed when needed, to save memory.
 pub(super) struct Calendar<'a> {
     pub(super) field: &'a ExactField<'a>,
     samples: Vec<u32>,
-    /// Those with a saddle inside, by its key.
+    /// Squares with a saddle inside, by its key.
     squares: Vec<Square>,
-    /// Those whose samples are equal, by the key of their corner.
+    /// Squares whose four samples are equal, by the key of their corner.
     flats: Vec<Square>,
-    /// Of the whole volume.
+    /// Critical points of the whole volume.
     critical: Vec<(i128, Place)>,
 }
 
@@ -60,8 +60,7 @@ impl Passage {
 }
 
 impl<'a> Calendar<'a> {
-    /// Which share of the work of a range is between two isovalues in it: the way along the range, and the samples passed,
-    /// half each.
+    /// The share of a range's work between two isovalues: the mean of the shares of the range and of the samples passed.
     pub(super) fn work(&self, (low, high): (f64, f64), [from, to]: [f64; 2]) -> f64 {
         let n = |a: f64, b: f64| self.samples(Passage::between(self.field, a, b)).len() as f64;
         // Halves do not overflow.
@@ -69,13 +68,13 @@ impl<'a> Calendar<'a> {
         0.5 * (way + n(from, to) / n(low, high).max(1.0))
     }
 
-    /// That of a range of isovalues.
+    /// The calendar of a range of isovalues.
     pub(super) fn new(
         field: &'a ExactField<'a>,
         topology: &Topology,
         (low, high): (f64, f64),
     ) -> Calendar<'a> {
-        // The next values beyond the range's ends are looked at as well.
+        // Includes the next sample values beyond both ends of the range.
         let [below, above] = [f64::NEG_INFINITY, f64::INFINITY];
         let values = inner_samples(field).map(|v| field.sample(v));
         let (below, above) = values
@@ -119,11 +118,11 @@ impl<'a> Calendar<'a> {
     pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
         let grid = Grid::of(self.field);
         let flats = passage.of(&self.flats, |s| self.field.order_key(s.corner)).iter();
-        let beside = flats.flat_map(move |&s| grid.cells_beside(s));
+        let beside = flats.flat_map(move |&s| grid.adjacent_cells(s));
         beside.filter_map(move |cell| grid.block_of_cell(cell))
     }
 
-    /// A passage made longer at its end, but not beyond the sample value that comes there next.
+    /// A passage extended towards `longer`, but not beyond the next sample value.
     pub(super) fn up_to_next_value(&self, passage: Passage, longer: Passage) -> Passage {
         let key = |v: u32| self.field.order_key(v);
         let above = self.samples.partition_point(|&v| key(v) <= passage.high);
@@ -164,24 +163,24 @@ impl<'a> Calendar<'a> {
     /// Whether a sample is regular for the field on the seam, which runs around it as a cycle.
     fn is_regular(&self, v: u32, grid: Grid, cycle: &[u8]) -> bool {
         let key = self.field.key(v);
-        let is_above = |d: u8| self.field.key(grid.beside(v, d)) > key;
+        let is_above = |d: u8| self.field.key(grid.neighbour(v, d)) > key;
         let n = cycle.len();
         (0..n).filter(|&i| is_above(cycle[i]) != is_above(cycle[(i + 1) % n])).count() == 2
     }
 
     /// Makes more blocks exact until the seam is a surface on which only regular samples are passed.
-    pub(super) fn close(&self, region: &mut Region, passage: Passage) {
+    pub(super) fn grow(&self, region: &mut Region, passage: Passage) {
         let mut suspects: Vec<u32> = self.samples(passage).to_vec();
         suspects.extend(region.blocks().iter().flat_map(|&b| region.grid.samples_around(b)));
         let squares: Vec<Square> = self.squares(passage).collect();
-        self.close_near(region, passage, suspects, &squares);
+        self.grow_near(region, passage, suspects, &squares);
     }
 
-    /// The same for a region that needed no more blocks before some were added.
-    pub(super) fn close_around(&self, region: &mut Region, passage: Passage, added: &[u32]) {
+    /// As `grow`, for a region that was complete before some blocks were added.
+    pub(super) fn grow_around(&self, region: &mut Region, passage: Passage, added: &[u32]) {
         let grid = region.grid;
         let suspects = added.iter().flat_map(|&b| grid.samples_around(b)).collect();
-        self.close_near(region, passage, suspects, &self.squares_around(grid, passage, added));
+        self.grow_near(region, passage, suspects, &self.squares_around(grid, passage, added));
     }
 
     /// The squares beside cells of some blocks whose saddles are passed.
@@ -194,7 +193,7 @@ impl<'a> Calendar<'a> {
         cells.flat_map(|c| grid.squares_of(c)).map(|s| s.0).filter(passed).collect()
     }
 
-    fn close_near(
+    fn grow_near(
         &self,
         region: &mut Region,
         passage: Passage,
@@ -219,10 +218,11 @@ impl<'a> Calendar<'a> {
             let open: Vec<Square> = squares.into_iter().filter(|&s| region.is_seam(s)).collect();
             let mut added: Vec<u32> = Vec::new();
             for v in bad {
-                added.extend(region.mend(v, |octants| is_bad(v, octants)));
+                added.extend(region.add_fewest(v, |octants| is_bad(v, octants)));
             }
             for s in open {
-                let beside = grid.cells_beside(s).into_iter().filter_map(|c| grid.block_of_cell(c));
+                let beside =
+                    grid.adjacent_cells(s).into_iter().filter_map(|c| grid.block_of_cell(c));
                 added.extend(beside.filter(|&b| region.add(b)));
             }
             if added.is_empty() {

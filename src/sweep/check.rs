@@ -1,12 +1,11 @@
-//! What must hold of the front at an isovalue, looked at in full: that the mesh is watertight with the exact cells, and
-//! that it has the isosurface's topology.
+//! Checks at an isovalue that the tracked mesh is watertight with the exact cells, and that it has the isosurface's topology.
 //!
 //! # Theory
 //!
-//! The mesh's boundary is the seam's polyline edge by edge. Then every part of the mesh has the boundary of a part of
-//! the isosurface in its cells, and the two are alike if their Euler characteristics are: surfaces are told apart by their
-//! boundaries and that number. Between two isovalues at which this holds nothing changes: the cells of the mesh hold no
-//! critical point.
+//! The mesh's boundary must be the seam's polyline edge by edge. Then every component of the mesh has the boundary of a component
+//! of the isosurface in the same cells, and the two are homeomorphic if their Euler characteristics are equal: boundary and Euler
+//! characteristic classify orientable surfaces. Between two isovalues at which this holds the topology does not change, as the cells
+//! of the mesh contain no critical point.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -49,7 +48,7 @@ fn seam(region: &Region) -> Vec<Square> {
     squares
 }
 
-/// Blocks that change together, at an isovalue.
+/// Blocks that change together at an isovalue.
 pub(super) struct Change<'a> {
     pub(super) field: &'a ExactField<'a>,
     pub(super) isovalue: f64,
@@ -77,7 +76,7 @@ impl Change<'_> {
         polyline(self.field, self.grid(), s, self.isovalue)
     }
 
-    /// Adds the exact extraction in the blocks that are exact before, or after, and not then.
+    /// Adds the exact extraction in the blocks that are exact now (0 before, 1 after) and not at the other time.
     fn add_exact(&self, now: usize, pieces: &mut Surface) {
         let [here, there] = [self.regions[now], self.regions[1 - now]];
         for &block in self.blocks.iter().filter(|b| here.holds(**b) && !there.holds(**b)) {
@@ -98,7 +97,7 @@ impl Change<'_> {
     }
 }
 
-/// A surface as far as its topology goes.
+/// The connectivity of a surface.
 #[derive(Default)]
 struct Surface {
     n_vertices: u32,
@@ -125,7 +124,7 @@ impl Sum {
     }
 }
 
-/// What tells the vertices of two surfaces to be the same.
+/// Identifies vertices of two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Anchor {
     Crossing(LatticeEdge),
@@ -169,8 +168,8 @@ impl Surface {
     }
 }
 
-/// Samples near which the boundary of an exchanged part is not the exact extraction's polyline: what it was before, less the
-/// squares that are no longer on the seam, and those that have become so.
+/// Samples near which the boundary of an exchanged part is not the expected polyline: the boundary before, without the
+/// squares that are no longer on the seam, with those that are new on it.
 pub(super) fn open_part(before: &Tracked, exchanged: &Exchanged, change: &Change) -> Vec<u32> {
     let part = &exchanged.part;
     let mut left: HashMap<[LatticeEdge; 2], i32> = HashMap::new();
@@ -205,9 +204,13 @@ pub(super) fn open_part(before: &Tracked, exchanged: &Exchanged, change: &Change
     bad
 }
 
-/// Samples of the parts whose Euler characteristic an exchange has not kept, the exact extraction in the cells that change
-/// counted with the mesh: the isovalue has not moved, so the isosurface has not.
-pub(super) fn unlike_before(before: &Tracked, exchanged: &Exchanged, change: &Change) -> Vec<u32> {
+/// Samples of the components whose Euler characteristic an exchange has changed, the exact extraction in the changing cells
+/// included: the isovalue is the same, so the isosurface must be.
+pub(super) fn changed_topology(
+    before: &Tracked,
+    exchanged: &Exchanged,
+    change: &Change,
+) -> Vec<u32> {
     let part = &exchanged.part;
     let mut anchors: Vec<(Anchor, usize, u32)> = Vec::new();
     let mut surfaces = [Surface::default(), Surface::default()];
@@ -266,8 +269,8 @@ pub(super) fn unlike_before(before: &Tracked, exchanged: &Exchanged, change: &Ch
     let mut sums: BTreeMap<u32, [Sum; 2]> = BTreeMap::new();
     old_sums.iter().for_each(|(&v, &n)| sums.entry(groups.find(v)).or_default()[0].add(n));
     new_sums.iter().for_each(|(&v, &n)| sums.entry(groups.find(n_old + v)).or_default()[1].add(n));
-    // What is closed and has changed sides as a whole has no vertex in common with what it has become: such components
-    // are compared together.
+    // A closed component that is replaced as a whole has no vertex in common with its replacement: such components
+    // are compared in total.
     let is_alone = |s: &[Sum; 2]| s.iter().any(|s| s.components == 0);
     let alone = sums.values().filter(|s| is_alone(s)).fold([Sum::default(); 2], |mut all, s| {
         (0..2).for_each(|now| all[now].join(s[now]));
@@ -323,7 +326,7 @@ pub(super) fn open_seam(
     let mut wanted: Vec<[LatticeEdge; 2]> = wanted.collect();
     found.par_sort_unstable();
     wanted.par_sort_unstable();
-    // What is in one of the two and not in the other.
+    // The edges that are in one of the two only.
     let (mut i, mut j) = (0, 0);
     while i < found.len() || j < wanted.len() {
         match (found.get(i), wanted.get(j)) {
@@ -343,8 +346,9 @@ pub(super) fn open_seam(
     bad
 }
 
-/// Places of the parts of the mesh that are not like the isosurface in their cells, whose boundary is the seam's.
-pub(super) fn unlike_parts(
+/// Positions in components of the mesh whose topology is not that of the isosurface in the same cells. The boundaries must be
+/// equal.
+pub(super) fn mismatched_parts(
     tracked: &Tracked,
     region: &Region,
     field: &ExactField,
@@ -381,7 +385,7 @@ pub(super) fn unlike_parts(
             parts.len() == 1 && others[part].len() == 1 && doubled[&set] == exact.doubled[part]
         })
     };
-    // What has no boundary is compared as a whole.
+    // Components without a boundary are compared in total.
     let closed = |set: &u32| !own.contains_key(set);
     let sum = |all: &mut dyn Iterator<Item = i64>| all.fold((0, 0), |s, d| (s.0 + 1, s.1 + d));
     let closed_here = sum(&mut doubled.iter().filter(|d| closed(d.0)).map(|d| *d.1));

@@ -1,9 +1,8 @@
-//! Splits the edges of tracked triangles that go over a shared plane from one of its vertices to another: the block on
-//! the other side may have the same.
+//! Splits edges of tracked triangles between two vertices of a shared plane: the neighbouring block may have the same edge.
 //!
 //! # Invariants
 //!
-//! All triangles of such an edge get the same vertex in its middle, so the mesh stays closed and its shape is as it was.
+//! All triangles of such an edge get the same vertex in its middle, so the mesh stays closed and its shape is unchanged.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +17,7 @@ use crate::topology::exact::ExactField;
 /// The ends of a chord, ascending.
 type Chord = [LatticeEdge; 2];
 
-/// Splits all chords that lie in a plane whose lower side the block is. New trajectories come behind `inner`, in the
+/// Splits all chords in the upper shared planes of the block. New trajectories are appended to `inner`, in the
 /// frame of the block.
 pub(super) fn split_chords(
     lives: &mut Vec<Life>,
@@ -50,8 +49,8 @@ pub(super) fn split_chords(
     log::debug!("{} chords over shared planes are split", spans.len());
     let mut middles: BTreeMap<Chord, Track> = BTreeMap::new();
     for (chord, (low, high)) in spans {
-        let ways = chord.map(|e| edge_trajectory(field, e, range));
-        let middle = |c: f64| (c, 0.5 * (at(&ways[0], c) + at(&ways[1], c)));
+        let trajectories = chord.map(|e| edge_trajectory(field, e, range));
+        let middle = |c: f64| (c, 0.5 * (at(&trajectories[0], c) + at(&trajectories[1], c)));
         middles.insert(chord, Track::Inner(inner.len() as u32));
         inner.push(vec![middle(low), middle(high)]);
     }
@@ -77,7 +76,7 @@ fn have_a_cell(grid: Grid, e: LatticeEdge, f: LatticeEdge) -> bool {
     })
 }
 
-/// Where a trajectory of two knots is at an isovalue.
+/// The position on a trajectory of two knots at an isovalue.
 fn at([a, b]: &[(f64, Vec3); 2], isovalue: f64) -> Vec3 {
     let share = ((isovalue - a.0) / (b.0 - a.0)).clamp(0.0, 1.0);
     a.1.lerp(b.1, share as f32)
@@ -86,7 +85,7 @@ fn at([a, b]: &[(f64, Vec3); 2], isovalue: f64) -> Vec3 {
 /// A triangle some of whose edges have a vertex in their middle.
 fn pieces(t: [Track; 3], middles: [Option<Track>; 3]) -> Vec<[Track; 3]> {
     let n = middles.iter().flatten().count();
-    // As if the first edge were the one that is split, or the only one that is not.
+    // The triangle is rotated such that its first edges are the ones with a middle vertex.
     let first = match n {
         1 => middles.iter().position(Option::is_some),
         2 => middles.iter().position(Option::is_none).map(|i| (i + 1) % 3),
@@ -109,7 +108,7 @@ mod tests {
     #[test]
     fn pieces_cover_a_triangle_once() {
         let own = Track::Own;
-        // By the half-edges that are left when those to and fro cancel: the split border, in order.
+        // Opposite half-edges cancel; the rest must be the border of the triangle with its middle vertices.
         for mask in 1..8u32 {
             let middles = [0, 1, 2].map(|i| (mask >> i & 1 == 1).then_some(own(10 + i)));
             let t = [own(0), own(1), own(2)];

@@ -1,4 +1,4 @@
-//! Which blocks change together: an exchange is made, or refused, for each cluster of them alone.
+//! Groups the blocks that change into clusters; each cluster's exchange is made or refused on its own.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use crate::disjoint_sets::DisjointSets;
 use crate::mesh::{Face, bounds};
 use crate::topology::exact::ExactField;
 
-/// Blocks so far away are looked at for faces near others.
-const RINGS: usize = 3;
+/// Faces are assigned to clusters within this many blocks.
+const SEARCH_RINGS: usize = 3;
 
 /// Blocks that change together, ascending, and the faces of the mesh near them, ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -21,8 +21,8 @@ pub(super) struct Cluster {
     pub(super) faces: Vec<Face>,
 }
 
-/// The clusters in which a region becomes another one: blocks of two of them have no sample in common, and no face is within
-/// `near` voxels of both. Neither region is closed.
+/// The clusters of the blocks that differ between two regions: two clusters have no sample in common, and no face is within
+/// `near` voxels of both. In neither region everything is exact.
 pub(super) fn clusters(
     tracked: &Tracked,
     [old, new]: [&Region; 2],
@@ -44,9 +44,9 @@ pub(super) fn clusters(
         }
     }
     let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
-    // Most faces are far from all of them: told by the block of a corner.
-    let wide = grid.marked(blocks.iter().flat_map(|&b| grid.blocks_within(b, RINGS)));
-    let most = (RINGS * BLOCK) as f32 - near;
+    // Most faces are far from all clusters, which the block of a corner shows.
+    let wide = grid.marked(blocks.iter().flat_map(|&b| grid.blocks_within(b, SEARCH_RINGS)));
+    let most = (SEARCH_RINGS * BLOCK) as f32 - near;
     let scale = size.recip();
     let beside: Vec<(Face, Vec<u32>)> = (0..mesh.face_slots() as u32)
         .into_par_iter()

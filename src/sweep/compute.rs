@@ -6,7 +6,7 @@ use super::area;
 use super::chords::split_chords;
 use super::context::Sweep;
 use super::counts::Counts;
-use super::exact;
+use super::exact::{self, ExactInterval, join_intervals};
 use super::initial::{self, InitialMesh};
 use super::march::{Marched, march};
 use super::parameters::Parameters;
@@ -20,7 +20,7 @@ use crate::progress::Progress;
 use crate::spectrum::{About, Patch, Spectrum, Told};
 use crate::volume::Volume;
 
-/// Computes the spectrum of a volume as it is; [`Prepared`](crate::Prepared) does something to it before, and tells so.
+/// Computes the spectrum of a volume as it is; [`Prepared`](crate::Prepared) can process the volume before, and records that.
 ///
 /// ```
 /// use isospectrum::volume::phantom;
@@ -49,18 +49,18 @@ pub fn compute(
     let field = Arc::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
     progress.report(0.0, "topology");
-    let sweep = Sweep::new(volume, field, parameters, (backend, progress))?;
+    let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
     let initial = given.map(|given| initial::placed(&sweep, given)).transpose()?;
     let (swept, mut counts) = swept(&sweep, initial)?;
     counts.arcs = sweep.topology.n_arcs_in(sweep.range) as u64;
     let mut spectrum = finished(&sweep, swept.patch, &counts)?;
     // Triangles are in the order of their patches until they are written.
     let areas = area::shown_areas(&spectrum, swept.n_tracked);
-    area::tell_shares(&mut spectrum, &areas);
+    area::insert_area_shares(&mut spectrum, &areas);
     Ok(spectrum)
 }
 
-/// All of a sweep, as one patch: the march's record, and the exact cells while they are exact.
+/// The whole sweep as one patch: the march's record, and the exact cells in the intervals in which they are exact.
 pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)> {
     let is_given = initial.is_some();
     let Marched { mut record, mut shown, counts } = march(sweep, initial)?;
@@ -69,43 +69,40 @@ pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swep
     let (low, high) = sweep.range;
     let shared = Shared::of(&sweep.exact);
     let own = region::layer(grid).filter(|&cell| !shared.is_beyond(cell));
-    shown.extend(own.map(|cell| (cell, low, high)));
-    shown.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let mut joined: Vec<exact::Shown> = Vec::with_capacity(shown.len());
-    for s in shown {
-        match joined.last_mut() {
-            Some(last) if last.0 == s.0 && last.2 == s.1 => last.2 = s.2,
-            _ => joined.push(s),
-        }
-    }
+    shown.extend(own.map(|cell| ExactInterval { cell, low, high }));
+    let joined = join_intervals(shown);
     let n_tracked = record.lives.len();
     let mut inner = exact::extend(&mut record, &sweep.exact, &sweep.topology, &joined);
     log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
     split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
-    // A mesh from outside is shown as it was given.
+    // An initial mesh is shown unchanged at its isovalue.
     let kept = sweep.parameters.start.filter(|_| is_given);
     let thinning = Thinning { tolerance: sweep.parameters.error as f32, kept };
     Ok((patch(record, inner, &sweep.exact, sweep.range, thinning), counts))
 }
 
-/// The spectrum of what was swept.
+/// The spectrum of a patch, with the sweep's metadata and events.
 pub(super) fn finished(sweep: &Sweep, patch: Patch, counts: &Counts) -> Result<Spectrum> {
     let volume = sweep.exact.volume();
     let range = sweep.parameters.range.unwrap_or(volume.range());
-    let parameters = told(sweep.parameters, &sweep.backend.name(), counts);
+    let parameters = metadata(sweep.parameters, &sweep.backend.name(), counts);
     let about = About {
         parameters: Told::of_value(parameters),
         events: sweep.events(range),
         ..About::new(volume.info(), range, sweep.parameters.error)
     };
-    // Nothing of it was read: what is wrong with it is the sweep's fault.
+    // Nothing was read from a file, so an invalid spectrum is a bug in the sweep.
     Spectrum::from_patch(about, patch).map_err(|error| match error {
         Error::Input(what) => Error::Internal(what),
         other => other,
     })
 }
 
-/// What a spectrum tells of how it was computed.
-pub(crate) fn told(parameters: &Parameters, backend: &str, counts: &Counts) -> serde_json::Value {
+/// Metadata of a spectrum: how it was computed.
+pub(crate) fn metadata(
+    parameters: &Parameters,
+    backend: &str,
+    counts: &Counts,
+) -> serde_json::Value {
     serde_json::json!({ "flags": parameters, "backend": backend, Counts::NAME: counts })
 }

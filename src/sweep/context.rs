@@ -12,7 +12,7 @@ use crate::topology::Topology;
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
-/// What does not change during a sweep.
+/// Everything that is constant during a sweep.
 pub(super) struct Sweep<'a> {
     pub(super) exact: ExactField<'a>,
     pub(super) topology: Topology,
@@ -20,18 +20,18 @@ pub(super) struct Sweep<'a> {
     pub(super) backend: &'a Backend,
     pub(super) parameters: &'a Parameters,
     pub(super) progress: &'a dyn Progress,
-    /// The isovalues swept: those asked for, and one more where the isosurface does not end with them
-    /// (see [`swept_end`]).
+    /// The isovalues swept: the requested range, extended as in [`swept_end`].
     pub(super) range: (f64, f64),
 }
 
 impl<'a> Sweep<'a> {
-    /// Finds the topology of a volume, and all else that does not change while it is swept.
+    /// Computes the topology of a volume.
     pub(super) fn new(
         volume: &'a Volume,
         field: Arc<Field>,
         parameters: &'a Parameters,
-        (backend, progress): (&'a Backend, &'a dyn Progress),
+        backend: &'a Backend,
+        progress: &'a dyn Progress,
     ) -> Result<Self> {
         let exact = ExactField::new(volume)?;
         let topology = Topology::compute(&exact)?;
@@ -41,20 +41,20 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Up to where a range is swept that ends at an isovalue. Lifetimes are half-open, so what is swept up to there is
-/// gone there: where the isosurface is not, it is swept up to the next number.
+/// The end of the sweep for a range that ends at `high`. Lifetimes are half-open, so triangles that end at `high` are not shown there:
+/// if there is an isosurface at `high`, the sweep ends at the next floating point number.
 fn swept_end(exact: &ExactField, high: f64) -> f64 {
     if exact.has_surface(high) { high.next_up() } else { high }
 }
 
 impl Sweep<'_> {
-    /// The events inside a range, those of the ramp left out.
+    /// The events inside a range, without those of the layer around the volume.
     pub(super) fn events(&self, (low, high): (f64, f64)) -> Vec<Event> {
         let inside = |e: &Event| low <= e.isovalue && e.isovalue <= high;
         self.topology.net_events().into_iter().filter(inside).collect()
     }
 
-    /// [`Error::Interrupted`] if the caller wants the sweep to stop.
+    /// [`Error::Interrupted`] if the caller has cancelled the sweep.
     pub(super) fn cancelled(&self) -> Result<()> {
         if self.progress.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
     }

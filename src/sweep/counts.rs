@@ -1,44 +1,43 @@
-//! What happened during a sweep, counted.
+//! Counters of a sweep.
 
 use serde::{Deserialize, Serialize};
 
 use crate::spectrum::Spectrum;
 
-/// What happened during a sweep, counted. A spectrum keeps it: [`Counts::of`] (see [`Prepared`](crate::Prepared) for an example).
+/// Counters of a sweep. A spectrum keeps them: [`Counts::of`] (see [`Prepared`](crate::Prepared) for an example).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
 pub struct Counts {
-    /// Arcs of the contour tree that show inside the range.
+    /// Arcs of the contour tree inside the range.
     pub arcs: u64,
     /// Sampling steps taken.
     pub steps: u64,
-    /// Sampling steps that were given up, and shorter ones taken in their place.
+    /// Sampling steps that were abandoned in favour of shorter ones.
     pub too_long: u64,
-    /// Times that a step was taken again because there were places that could not be tracked.
+    /// Retries of steps after places could not be tracked.
     pub repeated: u64,
     /// Exchanges between the tracked mesh and exact cells, cluster by cluster.
     pub exchanges: u64,
-    /// How many of them were refused, and asked for otherwise.
+    /// How many of them were refused.
     pub exchanges_refused: u64,
-    /// Times that the seam went over a sample, taken again or not.
+    /// Samples crossed by the seam, including those in steps that were retried.
     pub passed: u64,
-    /// Faces that were off or folded at the end of a step; their cells are exact in the next one.
+    /// Faces that were off the isosurface or folded at the end of a step; their cells are exact in the next one.
     pub faults: u64,
-    /// Times that all of the mesh became exact, because an exchange was refused again and again.
+    /// How often the whole mesh became exact because an exchange was refused repeatedly.
     pub given_up: u64,
-    /// Lists of commands that a GPU was given; none where meshes are small, or kernels run on the CPU.
+    /// Command buffers submitted to a GPU; zero if meshes are small, or kernels run on the CPU.
     pub submissions: u64,
-    /// How often results of a GPU were waited for.
+    /// How often the CPU waited for results of a GPU.
     pub read_backs: u64,
 }
 
 impl Counts {
-    /// Under this name the parameters of a spectrum tell them.
+    /// Their key in a spectrum's metadata.
     pub(crate) const NAME: &str = "counts";
 
-    /// Those of the sweep that a spectrum comes from; none of a spectrum that another program wrote. What an older
-    /// version did not count is 0.
+    /// The counters of the sweep that a spectrum comes from; `None` for a spectrum of another program. Missing counters are 0.
     pub fn of(spectrum: &Spectrum) -> Option<Counts> {
         let told = spectrum.parameters().get(Counts::NAME)?;
         Counts::deserialize(told).ok()

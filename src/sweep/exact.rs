@@ -1,10 +1,10 @@
-//! The exact extraction in the cells that are exact, over all isovalues at which they are.
+//! The triangles of exact cells, over all isovalues at which the cells are exact.
 //!
 //! # Theory
 //!
-//! While no sample of a cell is passed, no face of it changes its decision and no body saddle is passed, the exact
-//! extraction inside the cell keeps its triangles, and its vertices slide along their lattice edges, linearly in
-//! the isovalue. So one record per triangle and such interval, and two knots per lattice edge, show it at every isovalue.
+//! While the isovalue passes no sample, face saddle or body saddle of a cell, the exact
+//! extraction inside the cell has the same triangles, and its vertices move along their lattice edges linearly in
+//! the isovalue. So one record per triangle and such interval, and two knots per lattice edge, represent it at every isovalue.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ use crate::topology::Topology;
 use crate::topology::critical::Place;
 use crate::topology::exact::ExactField;
 
-/// Where in an interval, as shares of it, vertices inside cells are placed: first and last stand for its ends.
+/// Isovalues at which vertices inside cells are computed, as shares of an interval; first and last serve for its ends.
 const INNER_SHARES: [f64; 5] = [0.02, 0.25, 0.5, 0.75, 0.98];
 
 /// Cells per task.
@@ -29,30 +29,49 @@ const TASK_CELLS: usize = 1024;
 /// Cells per round: the results of a round are in memory twice until they are joined.
 const ROUND_CELLS: usize = 1 << 16;
 
-/// A cell, and between which isovalues it is exact.
-pub(super) type Shown = (u32, f64, f64);
+/// A cell, and the isovalues between which it is exact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ExactInterval {
+    pub(super) cell: u32,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
 
-/// What one task finds.
+/// Sorts intervals by cell and isovalue, and joins consecutive ones of a cell.
+pub(super) fn join_intervals(mut intervals: Vec<ExactInterval>) -> Vec<ExactInterval> {
+    intervals.sort_by(|a, b| a.cell.cmp(&b.cell).then(a.low.total_cmp(&b.low)));
+    let mut joined: Vec<ExactInterval> = Vec::with_capacity(intervals.len());
+    for next in intervals {
+        match joined.last_mut() {
+            Some(last) if last.cell == next.cell && last.high == next.low => last.high = next.high,
+            _ => joined.push(next),
+        }
+    }
+    joined
+}
+
+/// The result of one task.
 #[derive(Debug, Default)]
 struct Part {
     lives: Vec<Life>,
-    /// Vertices inside cells: where they are at their isovalues.
+    /// Trajectories of vertices inside cells: isovalues and positions.
     inner: Vec<Vec<(f64, Vec3)>>,
 }
 
-/// The triangles of the cells while they are exact. `shown` is sorted.
+/// Adds the triangles of cells in the intervals in which they are exact; returns the trajectories of vertices inside cells. `shown` is
+/// sorted.
 pub(super) fn extend(
     record: &mut Recorder,
     field: &ExactField,
     topology: &Topology,
-    shown: &[Shown],
+    shown: &[ExactInterval],
 ) -> Vec<Vec<(f64, Vec3)>> {
     let shared = Shared::of(field);
     let events = &event_isovalues(field, topology, shared);
-    let part = |shown: &[Shown]| {
+    let part = |shown: &[ExactInterval]| {
         let mut part = Part::default();
-        for &(cell, low, high) in shown {
-            part.add_cell(field, events.get(&cell).map_or(&[], |e| e), (cell, low, high));
+        for interval in shown {
+            part.add_cell(field, events.get(&interval.cell).map_or(&[], |e| e), interval);
         }
         part
     };
@@ -75,8 +94,8 @@ pub(super) fn extend(
     inner
 }
 
-/// Isovalues of the events by cell that they are in or beside: those of samples and of faces may be rounded otherwise than
-/// the cells' own numbers.
+/// Isovalues of events by cell that contains or touches them: they may be rounded otherwise than the cells' own samples and
+/// saddles.
 fn event_isovalues(
     field: &ExactField,
     topology: &Topology,
@@ -95,7 +114,7 @@ fn event_isovalues(
     events
 }
 
-/// The isovalues at which a cell's triangles may change inside an interval, ascending, its ends among them.
+/// The isovalues at which a cell's triangles may change inside an interval, ascending, including its ends.
 fn breaks(
     field: &ExactField,
     cell: u32,
@@ -105,8 +124,8 @@ fn breaks(
 ) -> Vec<f64> {
     let mut breaks: Vec<f64> = values.to_vec();
     breaks.extend(events);
-    // Where the exact field has them, which may be a number before the samples' own arithmetic: both cells of a face change
-    // at once, though the event of a third may fall between the two.
+    // The exact field's values, which may be a floating point number below those of the samples' arithmetic: then both cells of a
+    // face change together, even if the event of a third one is between the two.
     for axis in 0..3 {
         for corner in [cell, cell + field.strides()[axis]] {
             let saddle = field.face_saddle(corner, axis);
@@ -121,7 +140,8 @@ fn breaks(
 }
 
 impl Part {
-    fn add_cell(&mut self, field: &ExactField, events: &[f64], (cell, low, high): Shown) {
+    fn add_cell(&mut self, field: &ExactField, events: &[f64], interval: &ExactInterval) {
+        let &ExactInterval { cell, low, high } = interval;
         let values = field.cell_offsets().map(|o| field.sample(cell + o));
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -132,7 +152,7 @@ impl Part {
         let first = self.lives.len();
         for ends in breaks(field, cell, &values, events, (low, high)).windows(2) {
             let (low, high) = (ends[0], ends[1]);
-            // Between neighbouring numbers the middle rounds to one of them; at the lower one the interval begins.
+            // Between neighbouring floating point numbers the middle rounds to one of them; the interval contains the lower one.
             let middle = Some(low + 0.5 * (high - low)).filter(|&m| m < high).unwrap_or(low);
             let surface = extract_cell(field, cell, middle);
             let vertices = self.vertices(field, cell, &surface, [low, high]);
@@ -155,7 +175,7 @@ impl Part {
         let placed = surface.crossings.contains(&None).then(|| {
             isovalues.map(|c| {
                 let e = extract_cell(field, cell, c);
-                // The same vertices in the same order, however they are joined.
+                // The same vertices in the same order, even if the triangles differ.
                 let same = e.crossings == surface.crossings;
                 if same { e.positions } else { surface.positions.clone() }
             })

@@ -1,18 +1,19 @@
-//! Cells become exact, and cells become tracked, at one isovalue.
+//! Makes cells exact and releases others at one isovalue, in one cluster of blocks.
 //!
 //! # Theory
 //!
-//! *Release*: the exact extraction's triangles in cells that are no longer exact are taken into the mesh as they are.
+//! *Release*: the exact extraction's triangles in cells that are no longer exact become part of the mesh unchanged.
 //! They share the seam's vertices, so nothing has to be matched.
 //!
-//! *Yield*: the mesh is cut along the lattice squares around cells that become exact, by edge splits only, and what lies
-//! inside goes. Its boundary there is then a polyline on those squares. It becomes the one of the exact extraction in
-//! two moves. Where the mesh has a sample on the wrong side, which may be where the isosurface is nearer to that sample
-//! than the mesh to the isosurface, the boundary passes it, as it does when the isovalue goes by. Then every
-//! vertex moves along its lattice edge to where the exact extraction has it.
+//! *Make exact*: the mesh is cut along the lattice squares around cells that become exact, by edge splits only, and its faces
+//! inside are removed. Its boundary there is then a polyline on those squares, and becomes the one of the exact extraction in
+//! two moves. If the mesh has a sample on the wrong side (the isosurface may be nearer to that sample
+//! than the mesh is to the isosurface), the boundary crosses it, as it does when the isovalue passes the sample. Then every
+//! vertex moves along its lattice edge to its position in the exact extraction.
 //!
-//! Where the mesh crosses a lattice edge more than once, or joins its crossings otherwise than the exact extraction,
-//! nothing is done: the caller makes more cells exact there and tries again, at last all, which needs no exchange.
+//! If the mesh crosses a lattice edge more than once, or connects its crossings otherwise than the exact extraction does,
+//! the exchange is refused: the caller makes more cells exact there and tries again. If everything is exact, no exchange is
+//! needed.
 
 mod cut;
 mod pieces;
@@ -22,7 +23,7 @@ pub(super) use refused::Refused;
 
 use std::collections::HashMap;
 
-use super::check::{Change, open_part, unlike_before};
+use super::check::{Change, changed_topology, open_part};
 use super::clusters::Cluster;
 use super::exchanged::Exchanged;
 use super::part::Part;
@@ -34,7 +35,7 @@ use cut::Cut;
 use pieces::{Pieces, release};
 use refused::Refusals;
 
-/// Makes the mesh near some blocks that of another region, at an isovalue.
+/// Changes the mesh near some blocks to fit another region, at an isovalue.
 pub(super) fn exchange(
     before: &Tracked,
     cluster: &Cluster,
@@ -57,7 +58,7 @@ pub(super) fn exchange(
         rim: part.is_rim.clone(),
         ..Pieces::default()
     };
-    // Slots of the part's hubs are no vertices of the whole.
+    // The hubs of the part are not vertices of the whole.
     pieces.origin.resize(pieces.positions.len(), None);
     pieces.rim.resize(pieces.positions.len(), false);
     let mut was = Vec::new();
@@ -67,15 +68,15 @@ pub(super) fn exchange(
             was.push(part.faces.get(f.0 as usize).copied());
         }
     }
-    pieces.part_pinched();
+    pieces.split_pinched();
     let nodes = cut.nodes(&pieces, &tracked, &[old, new])?;
     pieces.bound = nodes.iter().map(|(e, v)| (*v, *e)).collect();
     release(&nodes, &cut.released, field, isovalue, &mut pieces);
     was.resize(pieces.triangles.len(), None);
-    pieces.part_pinched();
+    pieces.split_pinched();
     let nodes = cut.nodes(&pieces, &tracked, &[new])?;
     let nodes = if pieces.close_loops(&nodes, &mut was) {
-        pieces.part_pinched();
+        pieces.split_pinched();
         cut.nodes(&pieces, &tracked, &[new])?
     } else {
         nodes
@@ -88,15 +89,15 @@ pub(super) fn exchange(
     was.resize(made.mesh.face_slots(), None);
     let mut changes = Changes::default();
     let at = |mesh: &HalfEdgeMesh, v: Vertex| mesh.position(v);
-    // All that is wrong is told at once: every attempt costs.
+    // All reasons are collected, as every attempt is expensive.
     let mut refused = Refusals::default();
     refused.add("sides unclear", unclear);
     refused.add("not straightened", cut.straighten(&mut made, &pieces.rim, &mut changes));
-    let mut passed = |made: &mut Tracked, &sample: &u32| {
-        made.pass(new, sample, place_of(field, sample), &at, &mut changes).is_err()
+    let mut cannot_cross = |made: &mut Tracked, &sample: &u32| {
+        made.cross_sample(new, sample, place_of(field, sample), &at, &mut changes).is_err()
     };
-    let stuck: Vec<u32> = wrong.into_iter().filter(|s| passed(&mut made, s)).collect();
-    refused.add("not passed", stuck);
+    let stuck: Vec<u32> = wrong.into_iter().filter(|s| cannot_cross(&mut made, s)).collect();
+    refused.add("sample not crossed", stuck);
     let bound: Vec<(Vertex, LatticeEdge)> = made.bound().collect();
     for &(v, e) in &bound {
         let ends = new.grid.ends(e).map(|s| field.key(s) > field.isovalue_key(isovalue));
@@ -108,11 +109,11 @@ pub(super) fn exchange(
         made.mesh.set_position(v, place_on(field, e, isovalue));
     }
     let squares = cut.squares.iter().copied();
-    refused.add("another polyline", made.other_polylines(new, field, squares, isovalue));
+    refused.add("other polyline", made.polyline_mismatches(new, field, squares, isovalue));
     refused.none()?;
     let mut refused = Refusals::default();
     let vertices: Vec<Vertex> = bound.iter().map(|b| b.0).collect();
-    made.cure_chords(new, &vertices, &at, &mut changes);
+    made.split_bound_chords(new, &vertices, &at, &mut changes);
     was.resize(made.mesh.face_slots(), None);
     let exchanged = Exchanged { part, made, origin: pieces.origin, was };
     if !exchanged.has_rim() {
@@ -120,7 +121,7 @@ pub(super) fn exchange(
     }
     let change = Change { field, isovalue, regions: [old, new], blocks: &cluster.blocks };
     refused.add("open", open_part(before, &exchanged, &change));
-    refused.add("unlike", unlike_before(before, &exchanged, &change));
+    refused.add("other topology", changed_topology(before, &exchanged, &change));
     refused.none()?;
     Ok(exchanged)
 }

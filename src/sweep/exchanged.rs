@@ -5,19 +5,19 @@ use super::region::LatticeEdge;
 use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
 
-/// What an exchange has made of a part of the mesh.
+/// A part of the mesh after an exchange.
 pub(super) struct Exchanged {
     pub(super) part: Part,
     pub(super) made: Tracked,
-    /// Per vertex slot, as far as it goes: the vertex of the whole that it is.
+    /// Per vertex slot (missing at the end): the vertex of the whole that it is.
     pub(super) origin: Vec<Option<Vertex>>,
-    /// Per face slot: the face of the whole that it was, if it is one of those.
+    /// Per face slot: the face of the whole that it was, if it is not new.
     pub(super) was: Vec<Option<Face>>,
 }
 
 impl Exchanged {
-    /// The lattice edge that a vertex is bound to, if need be by what it was: of the fans at a vertex of the rim only one
-    /// is bound.
+    /// The lattice edge that a vertex is bound to, here or in the mesh before: of several fans at a vertex of the rim only one is
+    /// bound here.
     pub(super) fn key(&self, before: &Tracked, v: Vertex) -> Option<LatticeEdge> {
         let origin = || self.origin.get(v.0 as usize).copied().flatten();
         self.made.key(v).or_else(|| before.key(origin()?))
@@ -29,7 +29,7 @@ impl Exchanged {
         matches!(ends.map(origin), [Some(a), Some(b)] if self.part.rim.contains(&(a, b)))
     }
 
-    /// Whether all of the rim is there: it is not where a part was too small for what had to go.
+    /// Whether the rim is complete: it is not if the part was too small for the faces that had to be removed.
     pub(super) fn has_rim(&self) -> bool {
         let mesh = &self.made.mesh;
         let boundary = mesh.faces().filter(|&f| !mesh.is_cap(f)).flat_map(|f| {

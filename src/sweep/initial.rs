@@ -1,12 +1,12 @@
-//! A mesh from outside in place of the extraction at the start isovalue, as the thesis starts.
+//! The initial mesh: a mesh of another program in place of the extraction at the start isovalue, as in the thesis.
 //!
-//! The mesh was made by another program, so nothing of it is taken on trust: it must be closed,
-//! oriented and manifold, lie inside the volume and on the isosurface, and have one component of
+//! The mesh is not trusted: it must be closed,
+//! oriented and manifold, be inside the volume and on the isosurface, and have one component of
 //! the right topology for each component of the isosurface. Then its vertices are moved onto the
-//! isosurface, and the sweep starts from the mesh as it is: only what lies in cells that are exact there is cut out of it.
+//! isosurface, and the sweep starts from the mesh; only its parts in exact cells are cut out.
 //!
-//! Which component of the isosurface a component of the mesh lies on is asked of the exact
-//! extraction at the same isovalue, by the nearest of its vertices to some of the mesh's.
+//! The component of the isosurface that belongs to a component of the mesh is found in the exact
+//! extraction at the same isovalue: some vertices of the mesh vote for the component of the nearest extracted vertex.
 
 mod nearest;
 #[cfg(test)]
@@ -28,15 +28,15 @@ use crate::ply_reader::{PlyMesh, read_ply};
 use crate::volume::Placement;
 use nearest::ExtractionVertices;
 
-/// How far, to first order, a vertex may lie from the isosurface, voxels.
-const LARGEST_DISTANCE: f32 = 0.5;
+/// Largest distance of a vertex from the isosurface, to first order, voxels.
+const MAX_DISTANCE: f32 = 0.5;
 
-/// How many vertices of a component are asked which component of the isosurface they lie on.
-const VOTERS: usize = 64;
+/// Number of vertices of a component that vote for a component of the isosurface.
+const N_VOTERS: usize = 64;
 
-/// How far a vertex may move onto the isosurface, voxels: [`LARGEST_DISTANCE`] is to first order
+/// How far a vertex may move onto the isosurface, voxels; more than [`MAX_DISTANCE`], which is to first order
 /// only.
-const REACH: f32 = 2.0;
+const MAX_MOTION: f32 = 2.0;
 
 /// The mesh of the file, checked by itself and against the field, in the voxel frame.
 pub(super) struct Given {
@@ -47,19 +47,19 @@ pub(super) struct Given {
 
 /// One connected component of the given mesh.
 struct Component {
-    /// The number, in the file, of each vertex.
+    /// The index of each vertex in the file.
     numbers: Vec<u32>,
     mesh: HalfEdgeMesh,
 }
 
-/// What a sweep starts from: the components of the given mesh as one mesh on the isosurface, voxel frame.
+/// The components of the given mesh as one mesh on the isosurface, voxel frame.
 pub(super) struct InitialMesh {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Reads the initial mesh and checks all that can be checked without the topology of the volume.
-/// `None` where the parameters name no mesh.
+/// Reads the initial mesh and checks everything that does not need the topology of the volume.
+/// `None` if the parameters name no mesh.
 ///
 /// # Errors
 ///
@@ -104,7 +104,7 @@ fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> Triangles {
     Triangles { positions, triangles }
 }
 
-/// The components of the mesh, each turned so that its faces look towards lower values.
+/// The components of the mesh, each oriented such that its faces face lower values.
 fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Component>> {
     if ply.triangles.is_empty() {
         return Err(Error::input("no triangles, expected a closed mesh of the isosurface"));
@@ -125,11 +125,11 @@ fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Componen
                 "vertex {} lies at {} voxels, expected inside the volume of {} voxels, not at its border: \
                  surfaces that reach the border must be extracted",
                 v.0,
-                in_words(p),
-                in_words(end)
+                format_position(p),
+                format_position(end)
             )));
         }
-        check_distance(v.0, p, isovalue, field, LARGEST_DISTANCE)?;
+        check_distance(v.0, p, isovalue, field, MAX_DISTANCE)?;
     }
     components(&mesh).iter().map(|vertices| component(&mesh, vertices, field)).collect()
 }
@@ -138,7 +138,7 @@ fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Componen
 fn check_distance(number: u32, p: Vec3, isovalue: f64, field: &Field, largest: f32) -> Result<()> {
     let missing = (field.value(p) - field.isovalue(isovalue)).abs();
     let slope = field.gradient(p).length();
-    // Not as a quotient: on a plateau of this very isovalue both are 0.
+    // Not as a quotient: on a plateau at the isovalue both are 0.
     if missing <= largest * slope + field.value_noise() {
         return Ok(());
     }
@@ -177,14 +177,14 @@ fn components(mesh: &HalfEdgeMesh) -> Vec<Vec<Vertex>> {
 fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<Component> {
     let index =
         |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
-    // Every face is met at the first of its vertices.
+    // Every face is visited at the lowest of its vertices.
     let spokes = vertices.iter().flat_map(|&v| mesh.spokes(v).map(move |h| (v, mesh.face(h))));
     let mut faces: Vec<_> = spokes
         .filter(|&(v, f)| mesh.face_vertices(f).iter().min() == Some(&v))
         .map(|(_, f)| f)
         .collect();
     faces.sort_unstable();
-    // Volumes of another sign convention come with faces that look towards higher values.
+    // For volumes of another sign convention faces face higher values.
     let uphill: f32 = faces
         .iter()
         .map(|&f| {
@@ -251,7 +251,7 @@ fn check_euler(component: &Component, expected: i64) -> Result<()> {
     )))
 }
 
-/// For each component of the mesh, the one of the extraction that it lies on: one to one.
+/// For each component of the mesh, its component of the extraction; one to one.
 fn matched(extraction: &Extraction, components: &[Component], sweep: &Sweep) -> Result<Vec<u32>> {
     let vertices = ExtractionVertices::new(extraction, sweep.field.inverse_cell_size());
     let mut owner: Vec<Option<usize>> = vec![None; extraction.n_components];
@@ -259,7 +259,7 @@ fn matched(extraction: &Extraction, components: &[Component], sweep: &Sweep) -> 
     for (i, component) in components.iter().enumerate() {
         let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
         let slots = component.mesh.vertex_slots();
-        for v in (0..slots).step_by(slots.div_ceil(VOTERS)) {
+        for v in (0..slots).step_by(slots.div_ceil(N_VOTERS)) {
             if let Some(on) = vertices.component_near(component.mesh.position(Vertex(v as u32))) {
                 *votes.entry(on).or_default() += 1;
             }
@@ -294,7 +294,7 @@ fn missing(extraction: &Extraction, component: u32, n_found: usize) -> Error {
         at_border |= cap;
         place = place.or(Some(extraction.positions[face[0] as usize]));
     }
-    let place = in_words(place.expect("a component has faces").into());
+    let place = format_position(place.expect("a component has faces").into());
     let why = if at_border {
         "; it reaches the border of the volume, so these surfaces must be extracted"
     } else {
@@ -313,7 +313,7 @@ fn projected(component: &Component, isovalue: f64, sweep: &Sweep) -> Result<Init
     kernels.load(&connectivity, &positions)?;
     let only_projects = Relaxation { isovalue, strength: 0.0, threshold: 0.0, max_iterations: 0 };
     let advance =
-        Advance { isovalues: &[isovalue], reach: REACH, ends: &[], relaxation: only_projects };
+        Advance { isovalues: &[isovalue], reach: MAX_MOTION, ends: &[], relaxation: only_projects };
     let Advanced { positions, .. } = kernels.advance(&advance)?;
     let tolerance = sweep.parameters.error as f32;
     let number = |i: usize| component.numbers[vertices[i].0 as usize];
@@ -329,7 +329,7 @@ fn projected(component: &Component, isovalue: f64, sweep: &Sweep) -> Result<Init
     Ok(InitialMesh { positions, triangles: connectivity.faces })
 }
 
-/// A position for people.
-fn in_words(p: Vec3) -> String {
+/// A position for messages.
+fn format_position(p: Vec3) -> String {
     format!("({:.3}, {:.3}, {:.3})", p.x, p.y, p.z)
 }

@@ -9,22 +9,22 @@ use super::region::LatticeEdge;
 use super::tracked::Tracked;
 use crate::mesh::{Face, HalfEdgeMesh, Replacement, Vertex};
 
-/// A mesh into which a part was put back.
+/// The mesh with the changed parts.
 pub(super) struct Joined {
     pub(super) tracked: Tracked,
-    /// The faces that have gone.
+    /// The removed faces.
     pub(super) removed: Vec<Face>,
-    /// The faces that have come, and the one of those gone that each was.
+    /// The new faces, and the removed face that each was, if any.
     pub(super) faces: Vec<(Face, Option<Face>)>,
-    /// The slots of vertices that have come or gone.
+    /// New and removed vertices.
     pub(super) vertices: Vec<Vertex>,
 }
 
-/// Puts parts back after changes; no two of them have a face in common.
+/// Puts changed parts back into the mesh; no two of them have a face in common.
 ///
 /// # Errors
 ///
-/// A place where the result would be no manifold.
+/// A position at which the result would not be a manifold.
 pub(super) fn join(whole: &Tracked, exchanged: &[&Exchanged]) -> Result<Joined, Vec3> {
     let mut tracked = whole.clone();
     let first_new = whole.mesh.vertex_slots() as u32;
@@ -92,7 +92,7 @@ pub(super) fn join(whole: &Tracked, exchanged: &[&Exchanged]) -> Result<Joined, 
     Ok(Joined { tracked, removed: r.removed, faces, vertices })
 }
 
-/// Takes away the caps of all loops that faces which go have some of; returns the edges of these loops that stay. The
+/// Removes the caps of all boundary loops that touch removed faces; returns the other edges of these loops. The removed
 /// faces are ascending.
 fn open_loops(whole: &Tracked, r: &mut Replacement) -> Vec<(u32, u32)> {
     let mesh: &HalfEdgeMesh = &whole.mesh;
@@ -116,7 +116,7 @@ fn open_loops(whole: &Tracked, r: &mut Replacement) -> Vec<(u32, u32)> {
     edges
 }
 
-/// Closes loops by fans of caps, each around a new hub. The edges are as the mesh's faces have them.
+/// Closes boundary loops by fans of caps, each around a new hub. The edges are directed as in the mesh's faces.
 fn add_caps(
     r: &mut Replacement,
     edges: Vec<(u32, u32)>,

@@ -2,18 +2,18 @@
 
 use super::region::LatticeEdge;
 
-/// Which trajectory a vertex has.
+/// The trajectory of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Track {
-    /// That of a lattice edge.
+    /// The trajectory along a lattice edge.
     Edge(LatticeEdge),
-    /// One of its own, by number.
+    /// The own trajectory of a tracked vertex, by number.
     Own(u32),
-    /// That of a vertex inside an exact cell, by number.
+    /// The trajectory of a vertex inside an exact cell, by number.
     Inner(u32),
 }
 
-/// A triangle over the isovalues at which it lives.
+/// The lifetime of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Life {
     pub(super) vertices: [Track; 3],
@@ -22,25 +22,26 @@ pub(super) struct Life {
     pub(super) cap: bool,
 }
 
-/// The order of lives: those of the tracked mesh first, then triangle by triangle, ascending in time.
-pub(super) fn by_triangle(a: &Life, b: &Life) -> std::cmp::Ordering {
+/// Order of lifetimes: those of the tracked mesh first, then by triangle, then by isovalue.
+pub(super) fn compare_by_triangle(a: &Life, b: &Life) -> std::cmp::Ordering {
     let is_exact = |l: &Life| !is_tracked(l);
     let key = |l: &Life| (is_exact(l), l.vertices);
     key(a).cmp(&key(b)).then(a.low.total_cmp(&b.low)).then(a.high.total_cmp(&b.high))
 }
 
-/// Whether a life is one of the tracked mesh. Between vertices of the seam alone there is next to nothing of that.
+/// Whether a triangle is one of the tracked mesh: whether it has a tracked vertex. Tracked triangles with three vertices on the seam are
+/// very rare.
 pub(super) fn is_tracked(l: &Life) -> bool {
     l.vertices.iter().any(|t| matches!(t, Track::Own(_)))
 }
 
-/// Joins the lives of one triangle over intervals that follow each other, in place: there are many.
+/// Sorts the lifetimes from `first`, and joins those of the same triangle over consecutive intervals, in place.
 pub(super) fn merge_consecutive(lives: &mut Vec<Life>, first: usize) {
-    lives[first..].sort_unstable_by(by_triangle);
+    lives[first..].sort_unstable_by(compare_by_triangle);
     merge_sorted(lives, first);
 }
 
-/// The same, once they are in order.
+/// Joins consecutive lifetimes that are sorted.
 pub(super) fn merge_sorted(lives: &mut Vec<Life>, first: usize) {
     let mut end = first;
     for i in first..lives.len() {

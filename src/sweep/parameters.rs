@@ -1,4 +1,4 @@
-//! What a sweep can be told, with the thesis's values where it has them.
+//! The parameters of a sweep, with the thesis's values where it gives them.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 
 /// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
 ///
-/// More may come, so those that are not meant are best left to the default:
+/// Fields may be added, so use the default for the rest:
 ///
 /// ```
 /// use isospectrum::Parameters;
@@ -18,9 +18,9 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
-    /// Isovalues to cover, as far as they are in the range of the volume; all of that if absent.
+    /// Isovalues to cover, cut to the range of the volume; the whole range if absent.
     pub range: Option<(f64, f64)>,
-    /// Fixed distance between sampling isovalues; by how far the surface moves if absent.
+    /// Fixed distance between sampling isovalues; adapted to the motion of the surface if absent.
     pub step: Option<f64>,
     /// Fixed number of sampling isovalues over the range, in place of `step`.
     pub samples: Option<usize>,
@@ -34,25 +34,26 @@ pub struct Parameters {
     pub refine_area: f64,
     /// Share of the tangential force applied in one relaxation (thesis: 0.6).
     pub relax_strength: f64,
-    /// Largest tangential force at which relaxation ends, looked at after every eighth (thesis: 1e-4 for its table 1).
+    /// Relaxation ends when the largest tangential force is smaller, voxels; tested after every eighth iteration (thesis: 1e-4 for
+    /// its table 1).
     pub relax_force: f64,
-    /// Most relaxations in one sampling step.
+    /// Number of relaxations in one sampling step at most.
     pub relax_iterations: u32,
     /// Longest edge, voxels.
     pub max_edge: f64,
     /// Isovalue of the initial mesh.
     pub start: Option<f64>,
-    /// Mesh from outside for `start`.
+    /// File with a mesh for `start`.
     pub initial_mesh: Option<PathBuf>,
 }
 
 impl Parameters {
-    /// These for a volume of a range: what [`Parameters::range`] has beyond that is cut off, and so told. It may be written for
-    /// the volume as it was read, and taking noise out may have held its ends.
+    /// The parameters with [`Parameters::range`] cut to the range of a volume, with a warning if that changes it: the range may have
+    /// been chosen for the original volume, and removing noise may have narrowed that of the samples.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where nothing is left.
+    /// [`Error::Usage`] if nothing is left.
     pub fn within(&self, (least, most): (f64, f64)) -> Result<Parameters> {
         let Some((low, high)) = self.range else { return Ok(self.clone()) };
         // A range that is not a number has nothing inside either.
@@ -72,11 +73,11 @@ impl Parameters {
         Ok(Parameters { range: Some(cut), ..self.clone() })
     }
 
-    /// That what is swept may be a block of a volume.
+    /// Checks that the parameters apply to a block of a volume.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where there is an initial mesh: it is one of the whole.
+    /// [`Error::Usage`] with an initial mesh, which is one of the whole volume.
     pub(crate) fn check_for_blocks(&self) -> Result<()> {
         if self.initial_mesh.is_some() {
             return Err(Error::Usage(

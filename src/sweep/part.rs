@@ -1,14 +1,14 @@
-//! A part of the tracked mesh, taken out to be exchanged, and put back.
+//! A part of the tracked mesh as a mesh of its own, for an exchange.
 //!
 //! # Theory
 //!
-//! What an exchange changes lies near the blocks that change, so only the mesh near them is looked at: as a mesh of its own
-//! whose boundary is the seam where the part has some of it, and the *rim* where the rest of the mesh goes on. Nothing
-//! changes at the rim.
+//! An exchange changes only faces near the blocks that change, so it works on the mesh near them: a mesh of its own
+//! whose boundary consists of parts of the seam, and of the *rim*, where the rest of the mesh continues. The rim does not
+//! change.
 
 use std::collections::BTreeSet;
 
-use super::tracked::{Tracked, parted};
+use super::tracked::{Tracked, split_fans};
 use crate::mesh::{Face, Vertex};
 
 /// See the module.
@@ -27,7 +27,7 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Some faces of a mesh, ascending, caps not among them.
+    /// The part that consists of some faces, ascending and without caps.
     pub(super) fn of(whole: &Tracked, faces: &[Face]) -> Part {
         let mesh = &whole.mesh;
         let is_part = |f: Face| faces.binary_search(&f).is_ok();
@@ -51,7 +51,7 @@ impl Part {
         }
         part.positions = vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
         part.origin = vertices.into_iter().map(Some).collect();
-        for v in parted(&mut part.triangles, part.positions.len()) {
+        for v in split_fans(&mut part.triangles, part.positions.len()) {
             part.positions.push(part.positions[v as usize]);
             part.origin.push(part.origin[v as usize]);
             part.is_rim.push(part.is_rim[v as usize]);

@@ -1,16 +1,16 @@
-//! What was swept as one patch of a spectrum.
+//! Builds the tables of a spectrum from the records of a sweep.
 //!
 //! # Theory
 //!
-//! Triangles are many, so what is told of each is held once: trajectories along lattice edges follow from the samples and
-//! are never stored, and tables are made unique while they grow.
+//! Memory is limited by the number of triangles, so nothing is stored twice: trajectories along lattice edges are computed from
+//! the samples when needed, and duplicates are removed from tables while they grow.
 
 use std::cmp::Ordering;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::life::{Life, Track, by_triangle, is_tracked, merge_sorted};
+use super::life::{Life, Track, compare_by_triangle, is_tracked, merge_sorted};
 use super::record::{OwnKnot, Recorder};
 use super::region::LatticeEdge;
 use super::shared::{Shared, WholeEdge};
@@ -22,20 +22,20 @@ use crate::topology::exact::ExactField;
 /// Triangles or trajectories per task.
 const TASK_ITEMS: usize = 1 << 16;
 
-/// How near to the border, as a share of an edge into the layer, a cap's vertex comes.
+/// Least distance of a cap's vertex from the border, as a share of an edge into the layer.
 const CAP_MARGIN: f64 = 0.01;
 
-/// The way of a vertex along its lattice edge: at the samples' values.
+/// The trajectory of a vertex along its lattice edge: its knots are at the samples' values.
 pub(super) fn edge_trajectory(
     field: &ExactField,
     e: LatticeEdge,
     range: (f64, f64),
 ) -> [(f64, Vec3); 2] {
-    way_from(field, e, range, field.position(e.from).map(|x| x as f64))
+    trajectory_from(field, e, range, field.position(e.from).map(|x| x as f64))
 }
 
-/// The same where the edge begins at another place, in samples.
-fn way_from(
+/// The same for an edge that begins at `base`, in samples.
+fn trajectory_from(
     field: &ExactField,
     e: LatticeEdge,
     range: (f64, f64),
@@ -58,7 +58,7 @@ fn way_from(
     [at(low), at(high)]
 }
 
-/// What was swept.
+/// The result of a sweep.
 #[derive(Debug)]
 pub(super) struct Swept {
     /// All triangles, those of the tracked mesh first, in the frame of the whole.
@@ -69,48 +69,49 @@ pub(super) struct Swept {
     pub(super) shared: Vec<(u32, WholeEdge)>,
 }
 
-/// Which knots are left out.
+/// Parameters of thinning.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thinning {
     /// The tolerance of the mesh, voxels.
     pub(super) tolerance: f32,
-    /// An isovalue at which none is.
+    /// An isovalue at which all knots are kept.
     pub(super) kept: Option<f64>,
 }
 
-/// Where trajectories are.
-struct Ways<'a> {
+/// All trajectories.
+struct Trajectories<'a> {
     field: &'a ExactField<'a>,
     range: (f64, f64),
-    /// Those in use, ascending.
+    /// The trajectories in use, ascending.
     tracks: Vec<Track>,
     /// By trajectory, the isovalues between which there are triangles with it.
     spans: Vec<(f64, f64)>,
-    /// The first of the tracked mesh's own in `tracks`, and the knots of those.
+    /// Index in `tracks` of the first trajectory of a tracked vertex, and the knots of those.
     first_own: usize,
     own: Vec<Vec<(f64, Vec3)>>,
-    /// Those inside cells.
+    /// Knots of trajectories inside cells.
     inner: Vec<Vec<(f64, Vec3)>>,
 }
 
-impl Ways<'_> {
-    /// Tells the knots of a trajectory, ascending, in the frame of the whole.
+impl Trajectories<'_> {
+    /// Calls `f` with the knots of a trajectory, ascending, in the frame of the whole.
     fn each(&self, i: usize, f: &mut dyn FnMut(f64, Vec3)) {
         let size = self.field.volume().voxel_size();
         let first = self.field.first();
         let base = Vec3::from([0, 1, 2].map(|a| (first[a] as f64 * size[a]) as f32));
         let edge;
         let (knots, by): (&[(f64, Vec3)], Vec3) = match self.tracks[i] {
-            // By its place in the whole, so that no block rounds it otherwise.
+            // Computed from the position in the whole, so that all blocks round it equally.
             Track::Edge(e) => {
-                edge = way_from(self.field, e, self.range, self.field.whole_position(e.from));
+                edge =
+                    trajectory_from(self.field, e, self.range, self.field.whole_position(e.from));
                 (&edge, Vec3::ZERO)
             }
             Track::Own(_) => (&self.own[i - self.first_own], base),
             Track::Inner(n) => (&self.inner[n as usize], base),
         };
-        // The exact field rounds samples that are no integers, so an edge may be crossed a trace before or after its
-        // samples' values are reached.
+        // The exact field rounds samples that are not integers, so the isosurface may cross an edge slightly before or after the
+        // samples' values.
         let (low, high) = self.spans[i];
         let last = knots.len() - 1;
         for (k, &(c, p)) in knots.iter().enumerate() {
@@ -129,7 +130,7 @@ pub(super) fn patch(
     thinning: Thinning,
 ) -> Swept {
     let Recorder { mut lives, knots, .. } = record;
-    lives.par_sort_unstable_by(by_triangle);
+    lives.par_sort_unstable_by(compare_by_triangle);
     merge_sorted(&mut lives, 0);
     lives.shrink_to_fit();
     let n_tracked = lives.partition_point(is_tracked);
@@ -137,7 +138,7 @@ pub(super) fn patch(
     let number = |t: Track| tracks.binary_search(&t).expect("a trajectory in use") as u32;
     let ends = unique(&lives, |l, ends| ends.extend([l.low, l.high]), f64::total_cmp);
     let end = |c: f64| ends.partition_point(|&x| x < c) as u32;
-    // Lifetimes among these ends at first.
+    // Lifetimes are indices into `ends` at first.
     let mut triangles = replaced(lives, |l: &Life| Triangle {
         vertices: l.vertices.map(number),
         birth: end(l.low),
@@ -160,9 +161,9 @@ pub(super) fn patch(
             spans[v] = (spans[v].0.min(low), spans[v].1.max(high));
         }
     }
-    let ways = Ways { field, range, tracks, spans, first_own, own, inner };
-    tell(&ways);
-    let mut patch = with_knots(&ways, &ends);
+    let trajectories = Trajectories { field, range, tracks, spans, first_own, own, inner };
+    log_sizes(&trajectories);
+    let mut patch = with_knots(&trajectories, &ends);
     let rank = |c: &f64| patch.isovalues.partition_point(|x| x < c) as u32;
     let ranks: Vec<u32> = ends.par_iter().map(rank).collect();
     triangles.par_iter_mut().for_each(|t| {
@@ -170,7 +171,7 @@ pub(super) fn patch(
     });
     patch.triangles = triangles;
     let shared = Shared::of(field);
-    let edges = ways.tracks.iter().zip(0..).filter_map(|(t, v)| match t {
+    let edges = trajectories.tracks.iter().zip(0..).filter_map(|(t, v)| match t {
         Track::Edge(e) => Some((v, shared.whole_edge(*e)?)),
         _ => None,
     });
@@ -178,31 +179,31 @@ pub(super) fn patch(
 }
 
 /// The table of isovalues, the ends of lifetimes among them, and the knots of all trajectories.
-fn with_knots(ways: &Ways, ends: &[f64]) -> Patch {
-    let all: Vec<u32> = (0..ways.tracks.len() as u32).collect();
+fn with_knots(trajectories: &Trajectories, ends: &[f64]) -> Patch {
+    let all: Vec<u32> = (0..trajectories.tracks.len() as u32).collect();
     let mut isovalues = unique(
         &all,
-        |&i, isovalues: &mut Vec<f64>| ways.each(i as usize, &mut |c, _| isovalues.push(c)),
+        |&i, isovalues: &mut Vec<f64>| trajectories.each(i as usize, &mut |c, _| isovalues.push(c)),
         f64::total_cmp,
     );
     isovalues.extend(ends);
-    let isovalues = once(isovalues, f64::total_cmp);
+    let isovalues = sorted_unique(isovalues, f64::total_cmp);
     let rank = |c: f64| isovalues.partition_point(|&x| x < c) as u32;
-    let told = all.par_chunks(TASK_ITEMS).map(|some| {
-        let mut told = (Vec::new(), Vec::with_capacity(some.len()));
-        for &i in some {
-            ways.each(i as usize, &mut |c, p| {
-                told.0.push(Knot { rank: rank(c), position: p.to_array() });
+    let chunks = all.par_chunks(TASK_ITEMS).map(|chunk| {
+        let (mut knots, mut ends) = (Vec::new(), Vec::with_capacity(chunk.len()));
+        for &i in chunk {
+            trajectories.each(i as usize, &mut |c, p| {
+                knots.push(Knot { rank: rank(c), position: p.to_array() });
             });
-            told.1.push(told.0.len() as u32);
+            ends.push(knots.len() as u32);
         }
-        told
+        (knots, ends)
     });
-    let told: Vec<(Vec<Knot>, Vec<u32>)> = told.collect();
+    let chunks: Vec<(Vec<Knot>, Vec<u32>)> = chunks.collect();
     let mut patch = Patch::default();
     patch.first_knot.push(0);
-    patch.knots.reserve_exact(told.iter().map(|t| t.0.len()).sum());
-    for (knots, ends) in told {
+    patch.knots.reserve_exact(chunks.iter().map(|c| c.0.len()).sum());
+    for (knots, ends) in chunks {
         let first = patch.knots.len() as u32;
         patch.first_knot.extend(ends.into_iter().map(|end| first + end));
         patch.knots.extend(knots);
@@ -211,21 +212,21 @@ fn with_knots(ways: &Ways, ends: &[f64]) -> Patch {
     patch
 }
 
-/// How many vertices there are of each kind, for those who look on.
-fn tell(ways: &Ways) {
-    let n_own = ways.own.len();
-    let n_inner = ways.tracks.len() - ways.first_own - n_own;
-    let n_knots: usize = ways.own.iter().map(Vec::len).sum();
+/// Logs the number of vertices of each kind.
+fn log_sizes(trajectories: &Trajectories) {
+    let n_own = trajectories.own.len();
+    let n_inner = trajectories.tracks.len() - trajectories.first_own - n_own;
+    let n_knots: usize = trajectories.own.iter().map(Vec::len).sum();
     log::debug!(
         "{} vertices on lattice edges, {n_own} tracked with {n_knots} knots, {n_inner} inside cells",
-        ways.first_own
+        trajectories.first_own
     );
 }
 
-/// Something in place of each of many, whose memory goes while this takes its own.
+/// Maps a vector, freeing its memory while the result grows.
 fn replaced<X: Sync, Y: Send>(mut all: Vec<X>, by: impl Fn(&X) -> Y + Sync) -> Vec<Y> {
     let mut made = Vec::with_capacity(all.len());
-    // Only behind its end a vector can be cut; in few parts, as an allocator may have to copy what is left.
+    // A vector can be truncated only at its end; in few parts, as shrinking may copy the rest.
     let part = all.len().div_ceil(16);
     while !all.is_empty() {
         let at = all.len().saturating_sub(part);
@@ -237,29 +238,32 @@ fn replaced<X: Sync, Y: Send>(mut all: Vec<X>, by: impl Fn(&X) -> Y + Sync) -> V
     made
 }
 
-/// What some things tell, ascending and once: repeated values take no memory for long.
+/// The values that `collect` appends for all items, sorted and without duplicates; duplicates are removed early to save memory.
 fn unique<X: Sync, T: Clone + Send + Sync>(
     of: &[X],
-    tell: impl Fn(&X, &mut Vec<T>) + Sync,
+    collect: impl Fn(&X, &mut Vec<T>) + Sync,
     order: impl Fn(&T, &T) -> Ordering + Copy + Sync,
 ) -> Vec<T> {
-    let told = of.par_chunks(TASK_ITEMS).map(|some| {
-        let mut told = Vec::new();
-        some.iter().for_each(|x| tell(x, &mut told));
-        once(told, order)
+    let chunks = of.par_chunks(TASK_ITEMS).map(|chunk| {
+        let mut values = Vec::new();
+        chunk.iter().for_each(|x| collect(x, &mut values));
+        sorted_unique(values, order)
     });
-    once(told.collect::<Vec<Vec<T>>>().concat(), order)
+    sorted_unique(chunks.collect::<Vec<Vec<T>>>().concat(), order)
 }
 
-/// Values ascending and once.
-fn once<T: Send>(mut all: Vec<T>, order: impl Fn(&T, &T) -> Ordering + Copy + Sync) -> Vec<T> {
+/// Values sorted and without duplicates.
+fn sorted_unique<T: Send>(
+    mut all: Vec<T>,
+    order: impl Fn(&T, &T) -> Ordering + Copy + Sync,
+) -> Vec<T> {
     all.par_sort_unstable_by(order);
     all.dedup_by(|a, b| order(a, b).is_eq());
     all.shrink_to_fit();
     all
 }
 
-/// The knots of one trajectory that stay, by isovalue.
+/// The knots of one trajectory that thinning keeps, by isovalue.
 fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f64, Vec3)> {
     let mut knots = knots.to_vec();
     knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
@@ -275,9 +279,9 @@ fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f6
     stay.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
 }
 
-/// The knots that stay of a way inside a cell.
+/// The knots of a trajectory inside a cell that thinning keeps.
 fn thinned_inside(way: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
-    // Any normal will do: the bound is the same in all directions.
+    // The normal does not matter: the bound is the same in all directions.
     let place = |&(isovalue, position): &(f64, Vec3)| Place {
         isovalue,
         position,

@@ -27,7 +27,7 @@ pub(super) fn polyline(
         _ => {
             let saddle = field.face_saddle(s.corner, s.axis as usize);
             let saddle_above = saddle.is_some_and(|s| s.is_above(key));
-            // What is on the other side than the saddle is cut off.
+            // The corners on the other side than the saddle are cut off.
             let cut = (0..4).filter(|&i| above[i] != saddle_above);
             cut.map(|i| [sides[(i + 3) % 4], sides[i]]).collect()
         }

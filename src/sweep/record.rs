@@ -1,9 +1,9 @@
-//! Writes down what happens to the tracked mesh: where its vertices are, and when its triangles live.
+//! Records the tracked mesh: knots of its vertices and lifetimes of its triangles.
 //!
 //! # Invariants
 //!
-//! 1. A vertex bound to a lattice edge has that edge's trajectory, which is the exact extraction's own: so triangles on
-//!    both sides of the seam share it. Every other vertex has a trajectory of its own.
+//! 1. A vertex bound to a lattice edge has that edge's trajectory, which exact triangles use too: triangles on
+//!    both sides of the seam share it. Every other vertex has its own trajectory.
 //! 2. A triangle lives as long as its three trajectories stay the same.
 
 use std::collections::HashMap;
@@ -15,7 +15,7 @@ use super::life::{Life, Track};
 use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
 
-/// A knot, with what thinning needs.
+/// A knot, with the normal that thinning needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OwnKnot {
     pub(super) isovalue: f64,
@@ -26,16 +26,16 @@ pub(super) struct OwnKnot {
 /// See the module.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recorder {
-    /// Knots by own trajectory, in the order in which they were written.
+    /// Knots by own trajectory, in the order in which they were recorded.
     pub(super) knots: Vec<Vec<OwnKnot>>,
     pub(super) lives: Vec<Life>,
     /// By vertex slot.
     tracks: Vec<Option<Track>>,
-    /// By face slot: the trajectories, and since when.
+    /// By face slot: the trajectories, and the isovalue since which they are those.
     alive: Vec<Option<([Track; 3], f64)>>,
 }
 
-/// A place in what is written, and what was alive then.
+/// A state of the recorder to roll back to.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
     tracks: Vec<Option<Track>>,
@@ -45,7 +45,7 @@ pub(super) struct Mark {
 }
 
 impl Recorder {
-    /// Where writing is, to go back there.
+    /// The present state, to roll back to.
     pub(super) fn mark(&self) -> Mark {
         Mark {
             tracks: self.tracks.clone(),
@@ -55,14 +55,14 @@ impl Recorder {
         }
     }
 
-    /// Forgets what was written since; but for knots of trajectories that were there, which must be none.
+    /// Discards everything recorded since. Trajectories that existed then must not have new knots.
     pub(super) fn roll_back(&mut self, mark: Mark) {
         self.lives.truncate(mark.n_lives);
         self.knots.truncate(mark.n_knots);
         (self.tracks, self.alive) = (mark.tracks, mark.alive);
     }
 
-    /// Adds what another recorder has written that was a copy of this one.
+    /// Appends the records of another recorder that was a copy of this one; `n_common` trajectories are common to both.
     pub(super) fn join(&mut self, mut other: Recorder, n_common: usize) {
         let n = self.knots.len() - n_common;
         let mut knots = std::mem::take(&mut other.knots).into_iter();
@@ -86,7 +86,7 @@ impl Recorder {
         }
     }
 
-    /// Whether a vertex's own trajectory begins at an isovalue, where it has only one knot.
+    /// Whether a vertex's own trajectory has only one knot, at an isovalue.
     pub(super) fn begins(&self, v: Vertex, isovalue: f64) -> bool {
         match self.tracks.get(v.0 as usize) {
             Some(Some(Track::Own(n))) => {
@@ -96,14 +96,14 @@ impl Recorder {
         }
     }
 
-    /// Writes down that a vertex whose trajectory begins at the present isovalue begins elsewhere.
+    /// Replaces the only knot of a trajectory that begins at the present isovalue.
     pub(super) fn begins_at(&mut self, v: Vertex, position: Vec3, normal: Vec3) {
         if let Some([knot]) = self.own(v).map(|k| &mut k[..]) {
             (knot.position, knot.normal) = (position, normal);
         }
     }
 
-    /// Gives a vertex the trajectory that it should have; a new one begins at the isovalue where the mesh has it.
+    /// Assigns a vertex its trajectory; a new one begins at the isovalue, at the vertex's position.
     pub(super) fn trace(&mut self, tracked: &Tracked, v: Vertex, isovalue: f64) {
         let slot = v.0 as usize;
         if self.tracks.len() <= slot {
@@ -120,7 +120,7 @@ impl Recorder {
         }
     }
 
-    /// Writes down where a vertex with a trajectory of its own is.
+    /// Records a knot of a vertex with its own trajectory.
     pub(super) fn knot(&mut self, v: Vertex, isovalue: f64, position: Vec3, normal: Vec3) {
         if let Some(knots) = self.own(v)
             && knots.last().is_none_or(|k| k.isovalue != isovalue)
@@ -129,7 +129,7 @@ impl Recorder {
         }
     }
 
-    /// Writes down that faces have changed at an isovalue; their vertices are traced.
+    /// Records that faces have changed at an isovalue, and assigns trajectories to their vertices.
     pub(super) fn changed(
         &mut self,
         tracked: &Tracked,
@@ -155,13 +155,13 @@ impl Recorder {
         }
     }
 
-    /// Writes down that all of the mesh may have changed at an isovalue.
+    /// Records that any face may have changed at an isovalue.
     pub(super) fn changed_all(&mut self, tracked: &Tracked, isovalue: f64) {
         self.forget(tracked);
         self.changed(tracked, (0..tracked.mesh.face_slots() as u32).map(Face), isovalue);
     }
 
-    /// Writes down an exchange at an isovalue.
+    /// Records an exchange at an isovalue.
     pub(super) fn exchanged(&mut self, joined: &Joined, isovalue: f64) {
         let mut before: HashMap<Face, ([Track; 3], f64)> = HashMap::new();
         for f in &joined.removed {
@@ -188,7 +188,7 @@ impl Recorder {
         self.changed(&joined.tracked, joined.faces.iter().map(|f| f.0), isovalue);
     }
 
-    /// Vertex slots that are empty have no trajectory: another vertex may take them.
+    /// Removes the trajectories of empty vertex slots, as other vertices may reuse them.
     fn forget(&mut self, tracked: &Tracked) {
         for (v, track) in self.tracks.iter_mut().enumerate() {
             if v >= tracked.mesh.vertex_slots() || !tracked.mesh.has_vertex(Vertex(v as u32)) {
@@ -210,13 +210,13 @@ impl Recorder {
         }
     }
 
-    /// Ends everything: nothing is tracked any more.
+    /// Ends all lifetimes and trajectories: nothing is tracked any more.
     pub(super) fn clear(&mut self, isovalue: f64) {
         self.finish(isovalue);
         self.tracks.clear();
     }
 
-    /// Ends everything: the march is over.
+    /// Ends all lifetimes at the end of the march.
     pub(super) fn finish(&mut self, isovalue: f64) {
         for slot in 0..self.alive.len() {
             self.end(slot, isovalue);

@@ -24,14 +24,14 @@ pub(super) const BLOCK: usize = 2;
 /// A direction along the lattice: twice the axis, and one more for the positive sense.
 pub(super) type Direction = u8;
 
-/// How the seam runs around a sample.
+/// The seam around a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Link {
-    /// It does not.
+    /// The sample is not on the seam.
     Away,
     /// The directions of the seam's lattice edges, in cyclic order, and how many there are.
     Cycle([Direction; 6], u8),
-    /// Not as one cycle.
+    /// The squares do not form one cycle.
     Pinched,
 }
 
@@ -77,15 +77,15 @@ impl Grid {
         (0..3).all(|a| p[a] >= 1 && p[a] + 2 < self.dims[a])
     }
 
-    /// The vertex beside another.
-    pub(super) fn beside(&self, v: u32, direction: Direction) -> u32 {
+    /// The neighbour of a vertex in a direction.
+    pub(super) fn neighbour(&self, v: u32, direction: Direction) -> u32 {
         let stride = self.strides[direction as usize / 2];
         if direction % 2 == 1 { v + stride } else { v - stride }
     }
 
     /// The lattice edge that leaves a vertex in a direction.
     pub(super) fn edge(&self, v: u32, direction: Direction) -> LatticeEdge {
-        let from = if direction % 2 == 1 { v } else { self.beside(v, direction) };
+        let from = if direction % 2 == 1 { v } else { self.neighbour(v, direction) };
         LatticeEdge { from, axis: direction / 2 }
     }
 
@@ -107,7 +107,7 @@ impl Grid {
         v - back
     }
 
-    /// The cells that a critical point is in or beside, none for the layer's.
+    /// The cells that contain or touch a critical point; none for one in the layer.
     pub(super) fn cells_at(&self, place: Place) -> Vec<u32> {
         match place {
             Place::Vertex(v) => (0..8).map(|o| self.octant(v, o)).collect(),
@@ -141,8 +141,8 @@ impl Grid {
         })
     }
 
-    /// The two cells beside a square, the lower one first.
-    pub(super) fn cells_beside(&self, s: Square) -> [u32; 2] {
+    /// The two cells that share a square, the lower one first.
+    pub(super) fn adjacent_cells(&self, s: Square) -> [u32; 2] {
         [s.corner - self.strides[s.axis as usize], s.corner]
     }
 
@@ -242,7 +242,7 @@ impl Grid {
         self.blocks_within(block, 1)
     }
 
-    /// The blocks at most so many away from one along every axis, itself among them.
+    /// The blocks at most `away` blocks away along every axis, including the block itself.
     pub(super) fn blocks_within(
         &self,
         block: u32,
@@ -266,16 +266,16 @@ pub(super) struct Region {
     pub(super) grid: Grid,
     /// By cell, a bit each, the lowest first: regions are copied in every step.
     exact: Vec<u64>,
-    /// The exact blocks; where everything is exact, those that matter.
+    /// The exact blocks; if everything is exact, those that the isosurface meets.
     blocks: BTreeSet<u32>,
-    is_closed: bool,
+    is_all_exact: bool,
 }
 
 impl Region {
     /// Only the layer is exact.
-    pub(super) fn open(grid: Grid) -> Region {
-        let mut region = Region::closed(grid, BTreeSet::new());
-        region.is_closed = false;
+    pub(super) fn layer_exact(grid: Grid) -> Region {
+        let mut region = Region::all_exact(grid, BTreeSet::new());
+        region.is_all_exact = false;
         for k in 1..grid.dims[2] - 2 {
             for j in 1..grid.dims[1] - 2 {
                 let first = grid.vertex([1, j, k]);
@@ -287,14 +287,14 @@ impl Region {
     }
 
     /// Everything is exact; `blocks` are those that the isosurface meets while it is.
-    pub(super) fn closed(grid: Grid, blocks: BTreeSet<u32>) -> Region {
+    pub(super) fn all_exact(grid: Grid, blocks: BTreeSet<u32>) -> Region {
         let n_words = grid.dims.iter().product::<usize>().div_ceil(64);
-        Region { grid, exact: vec![u64::MAX; n_words], blocks, is_closed: true }
+        Region { grid, exact: vec![u64::MAX; n_words], blocks, is_all_exact: true }
     }
 
     /// Whether everything is exact.
-    pub(super) fn is_closed(&self) -> bool {
-        self.is_closed
+    pub(super) fn is_all_exact(&self) -> bool {
+        self.is_all_exact
     }
 
     #[inline]
@@ -320,7 +320,7 @@ impl Region {
         self.blocks.contains(&block)
     }
 
-    /// Makes blocks exact or not, as another region has them.
+    /// Copies the state of blocks from another region.
     pub(super) fn follow(&mut self, other: &Region, blocks: &[u32]) {
         for &b in blocks {
             if other.holds(b) {
@@ -331,7 +331,7 @@ impl Region {
         }
     }
 
-    /// Makes a block exact; whether it was not.
+    /// Makes a block exact. Returns whether it was not.
     pub(super) fn add(&mut self, block: u32) -> bool {
         let is_new = self.blocks.insert(block);
         if is_new {
@@ -340,9 +340,9 @@ impl Region {
         is_new
     }
 
-    /// Makes the fewest blocks around a sample exact by which its octants are no longer bad; returns those. With all of them
-    /// exact they must not be.
-    pub(super) fn mend(&mut self, v: u32, is_bad: impl Fn(u8) -> bool) -> Vec<u32> {
+    /// Makes the fewest blocks around a sample exact such that `is_bad` is false for its octants; returns these blocks. `is_bad` must be
+    /// false if all octants are exact.
+    pub(super) fn add_fewest(&mut self, v: u32, is_bad: impl Fn(u8) -> bool) -> Vec<u32> {
         let octants = self.octants(v);
         if !is_bad(octants) {
             return Vec::new();
@@ -372,9 +372,9 @@ impl Region {
         chosen
     }
 
-    /// Whether a square lies between an exact cell and one that is not.
+    /// Whether a square is between an exact cell and one that is not.
     pub(super) fn is_seam(&self, s: Square) -> bool {
-        let [a, b] = self.grid.cells_beside(s);
+        let [a, b] = self.grid.adjacent_cells(s);
         self.is_exact(a) != self.is_exact(b)
     }
 
@@ -492,9 +492,9 @@ mod tests {
         let v = grid.vertex([1 + 2 * BLOCK, 1 + 2 * BLOCK, 1 + 2 * BLOCK]);
         let block = |o: u8| grid.block_of_cell(grid.octant(v, o)).expect("a cell of the volume");
         for (octants, n_added) in [([0, 7], 2), ([0, 3], 1), ([0, 1], 0)] {
-            let mut region = Region::open(grid);
+            let mut region = Region::layer_exact(grid);
             octants.iter().for_each(|&o| assert!(region.add(block(o))));
-            let added = region.mend(v, |bits| link(bits) == Link::Pinched);
+            let added = region.add_fewest(v, |bits| link(bits) == Link::Pinched);
             assert_eq!(added.len(), n_added, "{octants:?}");
             assert_ne!(region.link(v), Link::Pinched);
             assert_eq!(region.blocks().len(), 2 + n_added);

@@ -1,17 +1,17 @@
-//! The planes of samples that a block shares with the blocks beside it.
+//! The planes of samples that a block shares with neighbouring blocks.
 //!
 //! # Theory
 //!
 //! The layer around a block is exact, so on a shared plane the surface ends at the polyline of the exact extraction, which
-//! depends on the samples of the plane alone. Without the cells of the layer beyond it, two blocks fit there: they have the same
+//! depends on the samples of the plane only. Without the cells of the layer beyond the plane, two blocks match: they have the same
 //! vertices, one for each lattice edge, and the same edges between them at every isovalue.
 //!
 //! # Invariants
 //!
-//! 1. What lies on a shared plane changes where the samples and saddles of the plane say ([`Shared::breaks`]), and
-//!    nothing of what is around the plane moves that, not by rounding either.
-//! 2. An edge of the polyline is the only one that both blocks have between two vertices of the plane: others, *chords* over
-//!    cells that neither block has exact, are split in the lower one (`chords`).
+//! 1. The polyline on a shared plane changes only at samples and saddles of the plane; nothing outside the plane affects that,
+//!    not even by rounding.
+//! 2. Between two vertices of the plane both blocks have the same edge only if it is one of the polyline: other edges, *chords* over
+//!    cells that neither block has exact, are split in the lower block (`chords`).
 
 use super::region::{Grid, LatticeEdge};
 use crate::topology::exact::ExactField;
@@ -20,7 +20,7 @@ use crate::topology::exact::ExactField;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shared {
     grid: Grid,
-    /// Where the planes lie along each axis in the padded grid, the lower and the upper one.
+    /// Per axis, the indices of the lower and the upper shared plane in the padded grid.
     planes: [[Option<usize>; 2]; 3],
     first: [usize; 3],
     whole: [usize; 3],
@@ -41,12 +41,12 @@ impl Shared {
         Shared { grid, planes, first: within.first, whole: within.whole }
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     pub(super) fn is_empty(&self) -> bool {
         self.planes.as_flattened().iter().all(Option::is_none)
     }
 
-    /// Whether a cell of the layer lies beyond a shared plane: it is one of another block.
+    /// Whether a cell of the layer is beyond a shared plane, and so belongs to another block.
     pub(super) fn is_beyond(&self, cell: u32) -> bool {
         let p = self.grid.position(cell);
         (0..3).any(|a| {
@@ -59,7 +59,7 @@ impl Shared {
         self.planes[axis].contains(&Some(at))
     }
 
-    /// Whether a sample lies on a shared plane. It is passed at its own value, whatever is critical there on either side.
+    /// Whether a sample is on a shared plane. Then its own value counts, not an event on either side.
     pub(super) fn holds_sample(&self, v: u32) -> bool {
         let p = self.grid.position(v);
         (0..3).any(|a| self.is_plane(a, p[a]))

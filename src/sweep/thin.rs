@@ -1,27 +1,27 @@
-//! Thinning: trajectories with no more knots than their motion needs.
+//! Thinning: removes knots of trajectories within a tolerance.
 
 use glam::Vec3;
 
-/// How far the trajectory that is left may be off across the surface, as a share of the tolerance; and along it, where a
-/// vertex may lie anywhere as far as the surface goes.
-const ACROSS: f32 = 0.25;
-const ALONG: f32 = 2.0;
+/// Largest error of a thinned trajectory across the surface and along it, as shares of the tolerance. Along the surface an error
+/// does not change the shape.
+const ACROSS_SHARE: f32 = 0.25;
+const ALONG_SHARE: f32 = 2.0;
 
-/// At most so far, voxels, whatever the tolerance: edges are about a voxel long.
-const MOST: f32 = 0.3;
+/// Largest error for any tolerance, voxels: edges are about a voxel long.
+const MAX_BOUND: f32 = 0.3;
 
-/// Where a vertex is at an isovalue, and its unit normal.
+/// Position and unit normal of a vertex at an isovalue.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
     pub(crate) isovalue: f64,
     /// Voxel frame.
     pub(crate) position: Vec3,
     pub(crate) normal: Vec3,
-    /// Whether the knot there stays in any case.
+    /// Whether the knot there must be kept.
     pub(crate) stays: bool,
 }
 
-/// How far the trajectory that is left may be off, voxels.
+/// Largest error of a thinned trajectory, voxels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bound {
     across: f32,
@@ -29,19 +29,20 @@ pub(crate) struct Bound {
 }
 
 impl Bound {
-    /// That of a tolerance, voxels.
+    /// The bound for a tolerance, voxels.
     pub(crate) fn new(tolerance: f32) -> Bound {
-        let [across, along] = [ACROSS, ALONG].map(|share| MOST.min(share * tolerance));
+        let [across, along] =
+            [ACROSS_SHARE, ALONG_SHARE].map(|share| MAX_BOUND.min(share * tolerance));
         Bound { across, along }
     }
 
-    /// That of a vertex inside a cell, whose triangles are small: as near in all directions.
+    /// The bound for a vertex inside a cell, whose triangles are small: the same in all directions.
     pub(crate) fn inside(tolerance: f32) -> Bound {
         let Bound { across, .. } = Bound::new(tolerance);
         Bound { across, along: across }
     }
 
-    /// Whether an interpolated place may stand for one.
+    /// Whether an interpolated position is near enough to a place.
     fn holds(&self, place: &Place, position: Vec3) -> bool {
         let off = position - place.position;
         let across = off.dot(place.normal);
@@ -49,8 +50,8 @@ impl Bound {
     }
 }
 
-/// Which knots of one trajectory stay: the first, the last, those that must, and between them, from each
-/// that stays, the farthest one such that the interpolation is near enough to all between.
+/// The knots of one trajectory to keep: the first, the last, those that must be kept, and from each kept one
+/// the farthest such that the interpolation is near enough to all between.
 pub(crate) fn thin(places: &[Place], bound: Bound) -> Vec<usize> {
     let mut stay = vec![0];
     let mut from = 0;
@@ -65,7 +66,7 @@ pub(crate) fn thin(places: &[Place], bound: Bound) -> Vec<usize> {
     stay
 }
 
-/// Whether the straight way from the first place to the last may stand for all of them.
+/// Whether the straight line from the first place to the last is near enough to all between.
 fn is_near(places: &[Place], bound: Bound) -> bool {
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return true };
     let length = last.isovalue - first.isovalue;
@@ -92,9 +93,9 @@ mod tests {
     fn a_straight_way_keeps_its_ends_only() {
         let straight = places(|c| Vec3::new(c as f32, 2.0 * c as f32, 0.0), 50);
         assert_eq!(thin(&straight, Bound::new(1e-3)), [0, 49]);
-        let mut told = straight.clone();
-        told[20].stays = true;
-        assert_eq!(thin(&told, Bound::new(1e-3)), [0, 20, 49]);
+        let mut kept = straight.clone();
+        kept[20].stays = true;
+        assert_eq!(thin(&kept, Bound::new(1e-3)), [0, 20, 49]);
         assert_eq!(thin(&straight[..1], Bound::new(1e-3)), [0]);
     }
 
@@ -113,9 +114,9 @@ mod tests {
                 for p in &curved[w[0]..=w[1]] {
                     let t = (p.isovalue - first.isovalue) / (last.isovalue - first.isovalue);
                     let off = first.position.lerp(last.position, t as f32) - p.position;
-                    assert!(off.z.abs() <= ACROSS * tolerance + 1e-6, "{off} across");
+                    assert!(off.z.abs() <= ACROSS_SHARE * tolerance + 1e-6, "{off} across");
                     assert!(
-                        off.truncate().length() <= MOST.min(ALONG * tolerance) + 1e-6,
+                        off.truncate().length() <= MAX_BOUND.min(ALONG_SHARE * tolerance) + 1e-6,
                         "{off} along"
                     );
                 }

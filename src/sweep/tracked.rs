@@ -2,8 +2,8 @@
 //!
 //! # Invariants
 //!
-//! 1. The mesh is closed: every loop of its boundary is filled by a fan of caps around a vertex of its own, the *hub*.
-//!    So all edits of a closed mesh serve; caps and hubs are never recorded.
+//! 1. The mesh is closed: every loop of its boundary is filled by a fan of caps around an extra vertex, the *hub*,
+//!    so that the edits of a closed mesh apply. Caps and hubs are never recorded.
 //! 2. Every vertex of the boundary is bound to a lattice edge of the seam, the one of the exact extraction's polyline;
 //!    it is fixed. Hubs are fixed, and bound to none. No other vertex is fixed.
 //! 3. No two bound vertices whose lattice edges share an exact cell are joined by an edge inside the mesh: the exact
@@ -17,7 +17,7 @@ use super::region::{Grid, LatticeEdge, Link, Region};
 use crate::mesh::{Edge, Face, HalfEdge, HalfEdgeMesh, Vertex};
 use crate::topology::exact::ExactField;
 
-/// A place where the seam cannot do what it should: a sample.
+/// The sample that the seam cannot cross.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Stuck(pub(super) u32);
 
@@ -30,10 +30,10 @@ pub(super) struct Tracked {
     at: HashMap<LatticeEdge, Vertex>,
 }
 
-/// What edits at one isovalue have changed.
+/// The changes of edits at one isovalue.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Changes {
-    /// Faces that are gone, new, or have other vertices.
+    /// Faces that are removed, new, or have other vertices.
     pub(super) faces: BTreeSet<Face>,
     /// New vertices inside the mesh, and the ends of the edges that they have split.
     pub(super) born: Vec<(Vertex, [Vertex; 2])>,
@@ -117,7 +117,7 @@ impl Tracked {
             fixed[v as usize] = true;
         }
         let mesh = HalfEdgeMesh::from_triangles(&positions, &fixed, &triangles, &caps);
-        // Its own checks name no place; what is on the boundary is as good as any.
+        // The error has no position; a vertex of the boundary serves.
         let somewhere = |_| seen.first().map_or(Vec3::ZERO, |&v| positions[v as usize].into());
         let mesh = mesh.map_err(somewhere)?;
         let mut tracked = Tracked { mesh, ..Tracked::default() };
@@ -146,11 +146,11 @@ impl Tracked {
         !self.mesh.is_cap(self.mesh.face(h)) && !self.mesh.is_cap(self.mesh.face(h.twin()))
     }
 
-    /// The seam goes over a sample: what was bound to its lattice edges on the seam is bound to the others.
+    /// Moves the seam across a sample: vertices bound to the sample's lattice edges on one side become bound to those on the other.
     ///
-    /// `place` is the sample's, and `at` tells where other vertices are. Every new vertex lies in `place`, so that the
+    /// `place` is the position of the sample, `at` gives those of vertices. New vertices are put at `place`, so that the
     /// surface does not change.
-    pub(super) fn pass(
+    pub(super) fn cross_sample(
         &mut self,
         region: &Region,
         sample: u32,
@@ -213,12 +213,12 @@ impl Tracked {
                 changes.faces.extend(self.faces_around(v));
             }
         }
-        self.cure_chords(region, &run, at, changes);
+        self.split_bound_chords(region, &run, at, changes);
         Ok(())
     }
 
-    /// Whether the vertices of a run follow each other forwards on the boundary, and go on into the square that two
-    /// directions of a sample span; `None` if neither so nor backwards.
+    /// Whether the vertices of a run follow each other forwards on the boundary and continue into the square that two
+    /// directions of a sample span (true), or backwards (false); `None` if neither.
     fn runs_forward(
         &self,
         run: &[Vertex],
@@ -226,7 +226,7 @@ impl Tracked {
         sample: u32,
         [last, beyond]: [u8; 2],
     ) -> Option<bool> {
-        let corner = grid.beside(grid.beside(sample, last), beyond);
+        let corner = grid.neighbour(grid.neighbour(sample, last), beyond);
         let sides = [grid.edge(corner, last ^ 1), grid.edge(corner, beyond ^ 1)];
         [true, false].into_iter().find(|&forward| {
             let follow = run.windows(2).all(|w| self.along(w[0], forward) == Some(w[1]));
@@ -239,7 +239,7 @@ impl Tracked {
         self.mesh.spokes(v).map(|h| self.mesh.face(h)).collect()
     }
 
-    /// Merges a vertex of the boundary into the next one, edges first split that are in the way.
+    /// Merges a vertex of the boundary into the next one, after splitting edges that prevent it.
     pub(super) fn contract(
         &mut self,
         a: Vertex,
@@ -293,7 +293,7 @@ impl Tracked {
 
     /// Splits the edges inside the mesh between bound vertices, one of them among those given, whose lattice edges
     /// share an exact cell.
-    pub(super) fn cure_chords(
+    pub(super) fn split_bound_chords(
         &mut self,
         region: &Region,
         vertices: &[Vertex],
@@ -315,7 +315,7 @@ impl Tracked {
     }
 
     /// Samples of squares of the seam on which the boundary is not the exact extraction's polyline at an isovalue.
-    pub(super) fn other_polylines(
+    pub(super) fn polyline_mismatches(
         &self,
         region: &Region,
         field: &ExactField,
@@ -347,9 +347,9 @@ pub(super) fn share_exact_cell(region: &Region, a: LatticeEdge, b: LatticeEdge) 
 /// A corner of a triangle: the vertex, the triangle, and which of its corners.
 type Corner = (u32, u32, u32);
 
-/// Where triangles are joined in a vertex only, gives all parts but one a vertex of their own: numbers from `n_vertices` on.
-/// Returns the vertex that each of them was.
-pub(super) fn parted(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> {
+/// Where fans of triangles meet in a vertex without a common edge, gives all fans but one a copy of the vertex, numbered from
+/// `n_vertices`. Returns the original of each copy.
+pub(super) fn split_fans(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> {
     let mut corners: Vec<Corner> = Vec::with_capacity(3 * triangles.len());
     for (t, vertices) in triangles.iter().enumerate() {
         corners.extend((0..3).map(|i| (vertices[i], t as u32, i as u32)));
@@ -397,7 +397,11 @@ pub(super) fn parted(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u32> 
     copies.into_iter().map(|c| c.0).collect()
 }
 
-/// The boundary of some triangles: per vertex on it the next one; a vertex at which they are no manifold, if there is one.
+/// The boundary of some triangles: per vertex on it the next one.
+///
+/// # Errors
+///
+/// A vertex at which the triangles are not a manifold.
 pub(super) fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u32, u32>, u32> {
     let mut sides: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
     for t in triangles {
@@ -423,7 +427,7 @@ pub(super) fn boundary(triangles: &[[u32; 3]]) -> std::result::Result<BTreeMap<u
     Ok(next)
 }
 
-/// Where a vertex on a lattice edge is at an isovalue, voxel frame.
+/// Position of the exact extraction's vertex on a lattice edge, voxel frame.
 pub(super) fn place_on(field: &ExactField, e: LatticeEdge, isovalue: f64) -> Vec3 {
     let to = e.from + field.strides()[e.axis as usize];
     let (fa, fb) = (field.sample(e.from), field.sample(to));
@@ -435,10 +439,10 @@ pub(super) fn place_on(field: &ExactField, e: LatticeEdge, isovalue: f64) -> Vec
     Vec3::from(std::array::from_fn(|a| (p[a] * size[a]) as f32))
 }
 
-/// How near to a sample, as a share of the lattice edge, a vertex comes.
+/// Least distance of a vertex from a sample, as a share of the lattice edge.
 pub(super) const EDGE_MARGIN: f64 = 1e-4;
 
-/// Where a sample is, voxel frame.
+/// Position of a sample, voxel frame.
 pub(super) fn place_of(field: &ExactField, v: u32) -> Vec3 {
     let size = field.volume().voxel_size();
     let p = field.position(v);
@@ -454,13 +458,13 @@ mod tests {
         // Two fans around vertex 0, and one that closes around vertex 9.
         let mut triangles =
             [[0, 1, 2], [0, 2, 3], [0, 4, 5], [9, 10, 11], [9, 11, 12], [9, 12, 10]];
-        assert_eq!(parted(&mut triangles, 13), [0]);
+        assert_eq!(split_fans(&mut triangles, 13), [0]);
         let around = |n: u32, t: &[[u32; 3]]| t.iter().filter(|t| t.contains(&n)).count();
         let mut sizes = [around(0, &triangles), around(13, &triangles)];
         sizes.sort_unstable();
         assert_eq!(sizes, [1, 2]);
         assert_eq!(around(9, &triangles), 3);
-        assert!(parted(&mut triangles, 14).is_empty());
+        assert!(split_fans(&mut triangles, 14).is_empty());
         assert!(boundary(&triangles).is_ok());
     }
 }

@@ -1,4 +1,4 @@
-//! Every free vertex to the next isovalue, and what of that cannot be: places, never a verdict on the mesh.
+//! Moves every free vertex to the next isovalue, and collects the places where that fails.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -16,25 +16,25 @@ use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 use crate::topology::exact::ExactField;
 
-/// How far most vertices move in one projection, voxels.
+/// Distance that most vertices move in one projection at most, voxels.
 const SUB_STEP_LENGTH: f32 = 0.4;
 
-/// A vertex that moves farther in one projection, or in one step, is no longer followed, voxels.
-const MOST_MOTION: f32 = 2.5;
+/// A vertex that moves farther in one projection, or in one step, is a failure, voxels.
+const MAX_MOTION: f32 = 2.5;
 
-/// How far a vertex may be outside the volume, voxels.
-const OUTSIDE: f32 = 0.05;
+/// A vertex farther outside the volume is a failure, voxels.
+const MAX_OUTSIDE: f32 = 0.05;
 
-/// A face of a smaller area, in square voxels, has no direction.
-pub(super) const LEAST_AREA: f32 = 1e-3;
+/// A smaller face has no reliable normal and is not checked, square voxels.
+pub(super) const MIN_FACE_AREA: f32 = 1e-3;
 
-/// So many tolerances a face may be off; half-way and at the end of a step, before it is refined, twice as many.
-pub(super) const MOST_OFF: f32 = 2.0;
+/// Largest deviation of a face from the isosurface, in tolerances; twice as large at the end of a step, before refinement.
+pub(super) const MAX_DEVIATION_FACTOR: f32 = 2.0;
 
-/// Where the vertices are after a step.
+/// The vertices at the end of a step, and the failures.
 #[derive(Default)]
 pub(super) struct Moved {
-    /// The vertices that move, ascending, and those beside them.
+    /// The vertices that move and their neighbours, ascending.
     pub(super) vertices: Vec<Vertex>,
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
@@ -42,8 +42,9 @@ pub(super) struct Moved {
     pub(super) places: Vec<Vec3>,
     /// Faces that are turned over or cross others.
     pub(super) folded: Vec<Face>,
-    /// How often each check named one.
-    pub(super) named: [usize; 5],
+    /// Number of failures by check: 0 vertex not reached or moved too far, 1 face turned over, 2 off the isosurface at the end,
+    /// 3 off half-way, 4 face that crosses another.
+    pub(super) n_failures: [usize; 5],
 }
 
 impl Moved {
@@ -51,18 +52,18 @@ impl Moved {
         self.vertices.binary_search(&v).ok().map(|i| self.positions[i])
     }
 
-    fn name(&mut self, check: usize, place: Vec3) {
-        self.named[check] += 1;
+    fn fail(&mut self, check: usize, place: Vec3) {
+        self.n_failures[check] += 1;
         self.places.push(place);
     }
 
-    /// The vertices, where they are, and their normals.
+    /// The vertices, with positions and normals.
     pub(super) fn all(&self) -> impl Iterator<Item = (Vertex, [f32; 3], [f32; 3])> {
         let ends = self.positions.iter().zip(&self.normals);
         self.vertices.iter().zip(ends).map(|(v, (p, n))| (*v, *p, *n))
     }
 
-    /// Takes over where vertices are that have not been moved again.
+    /// Adds the vertices of an earlier attempt that were not moved again.
     fn keep(&mut self, before: &Moved, tracked: &Tracked) {
         let is_kept = |v: Vertex| tracked.mesh.has_vertex(v) && self.end(v).is_none();
         let mut all: Vec<_> = before.all().filter(|v| is_kept(v.0)).collect();
@@ -74,14 +75,14 @@ impl Moved {
     }
 }
 
-/// A step that is taken again after the mesh has changed in some places.
-pub(super) struct Again {
+/// A retry of a step after the mesh has changed in some places.
+pub(super) struct Retry {
     pub(super) before: Moved,
-    /// Vertices that have come or gone since.
+    /// Vertices that are new or removed since.
     pub(super) fresh: BTreeSet<Vertex>,
-    /// By block: whether something has changed in it or beside it.
+    /// By block: whether it or a neighbour has changed.
     pub(super) near: Vec<bool>,
-    /// By block: whether it is one of those or beside one.
+    /// By block: whether it is within two blocks of a change.
     pub(super) wide: Vec<bool>,
 }
 
@@ -92,7 +93,7 @@ pub(super) struct Step {
     pub(super) next: f64,
 }
 
-/// What moves, and in what.
+/// The motion of a mesh in one step.
 pub(super) struct Transport<'a> {
     pub(super) tracked: &'a Tracked,
     pub(super) region: &'a Region,
@@ -100,17 +101,17 @@ pub(super) struct Transport<'a> {
     pub(super) field: &'a Field,
     pub(super) parameters: &'a Parameters,
     pub(super) step: Step,
-    /// None if all of the mesh is to move.
-    pub(super) again: Option<&'a Again>,
+    /// `None` if all of the mesh moves.
+    pub(super) retry: Option<&'a Retry>,
 }
 
 impl Transport<'_> {
-    /// Moves free vertices to the next isovalue, relaxes them there, and looks where that went wrong.
+    /// Moves free vertices to the next isovalue, relaxes them there, and checks the result.
     pub(super) fn moved(&self, kernels: &mut dyn Kernels) -> Result<Moved> {
         let mesh = &self.tracked.mesh;
         // By vertex slot, whether it was moved before.
         let mut known = vec![false; mesh.vertex_slots()];
-        for v in self.again.iter().flat_map(|a| &a.before.vertices) {
+        for v in self.retry.iter().flat_map(|a| &a.before.vertices) {
             if let Some(known) = known.get_mut(v.0 as usize) {
                 *known = true;
             }
@@ -119,26 +120,26 @@ impl Transport<'_> {
             .into_par_iter()
             .map(Vertex)
             .map(|v| {
-                let again = |a: &Again| {
+                let retry = |a: &Retry| {
                     self.is_in(&a.near, mesh.position(v))
                         || !known[v.0 as usize]
                         || a.fresh.contains(&v)
                 };
-                mesh.has_vertex(v) && !mesh.is_pinned(v) && self.again.is_none_or(again)
+                mesh.has_vertex(v) && !mesh.is_pinned(v) && self.retry.is_none_or(retry)
             })
             .collect();
         let moves = |v: Vertex| moves.get(v.0 as usize).copied().unwrap_or(false);
         let compacted = mesh.compacted_where(moves);
         let mut moved = Moved::default();
         if !compacted.positions.is_empty() {
-            self.go(kernels, &compacted, &moves, &mut moved)?;
+            self.project_and_relax(kernels, &compacted, &moves, &mut moved)?;
             self.check_faces(&compacted, &mut moved);
             self.check_crossings(&compacted, &mut moved);
             moved.folded.sort_unstable();
             moved.folded.dedup();
         }
-        if let Some(again) = self.again {
-            moved.keep(&again.before, self.tracked);
+        if let Some(retry) = self.retry {
+            moved.keep(&retry.before, self.tracked);
         }
         Ok(moved)
     }
@@ -148,17 +149,16 @@ impl Transport<'_> {
         blocks[self.region.grid.block_at(p * self.field.inverse_cell_size()) as usize]
     }
 
-    /// Where a vertex that does not move freely is at the end of the step: the seam where it will be, the rest of the mesh
-    /// where it has gone before.
+    /// The end of a vertex that does not move freely: on its lattice edge if it is bound, else where an earlier attempt moved it.
     fn held_end(&self, v: Vertex) -> Option<[f32; 3]> {
         match self.tracked.key(v) {
             Some(e) => Some(place_on(self.exact, e, self.step.next).to_array()),
-            None => self.again.and_then(|a| a.before.end(v)),
+            None => self.retry.and_then(|a| a.before.end(v)),
         }
     }
 
     /// Projects and relaxes.
-    fn go(
+    fn project_and_relax(
         &self,
         kernels: &mut dyn Kernels,
         compacted: &Compacted,
@@ -178,7 +178,7 @@ impl Transport<'_> {
         let ends: Vec<[f32; 3]> = compacted.vertices.iter().zip(before).map(held).collect();
         let Advanced { positions, normals, status } = kernels.advance(&Advance {
             isovalues: &isovalues,
-            reach: MOST_MOTION,
+            reach: MAX_MOTION,
             ends: &ends,
             relaxation: Relaxation {
                 isovalue: next,
@@ -192,16 +192,15 @@ impl Transport<'_> {
         let top = self.field.top();
         for i in (0..before.len()).filter(|&i| moves(compacted.vertices[i])) {
             let [p, q] = [before[i], moved.positions[i]].map(Vec3::from);
-            let far = p.distance(q) > MOST_MOTION || self.is_outside(q, top);
+            let far = p.distance(q) > MAX_MOTION || self.is_outside(q, top);
             if status[i] == Status::Failed || far {
-                moved.name(0, p);
+                moved.fail(0, p);
             }
         }
         Ok(())
     }
 
-    /// Whether a place at the end of the step has left the volume: the layer around it, in which the isosurface is closed, is
-    /// not for the mesh.
+    /// Whether a position at the end of the step is outside the volume: the tracked mesh must not enter the layer around it.
     fn is_outside(&self, p: Vec3, top: Vec3) -> bool {
         let beyond = (-p).max(p - top).max_element();
         if beyond <= 0.0 {
@@ -210,11 +209,11 @@ impl Transport<'_> {
         let inside = p.clamp(Vec3::ZERO, top);
         let value = self.field.value(inside) - self.field.isovalue(self.step.next);
         let most = self.parameters.error as f32;
-        beyond > OUTSIDE || value.abs() > most * self.field.inner_slope(inside)
+        beyond > MAX_OUTSIDE || value.abs() > most * self.field.inner_slope(inside)
     }
 
-    /// Whether all of a face is there at the end of the step. Where the seam goes over a sample on the way, faces change
-    /// before.
+    /// True if none of the face's vertices is removed during the step. Where the seam crosses a sample, faces change before the
+    /// end.
     fn stays(&self, f: Face) -> bool {
         let key = self.exact.isovalue_key(self.step.next);
         self.tracked.mesh.face_vertices(f).into_iter().all(|v| {
@@ -226,26 +225,26 @@ impl Transport<'_> {
         })
     }
 
-    /// The middle of a face where it comes from, which lies in cells of the mesh; where it goes, it may be in others.
+    /// The middle of a face before the step, which is in a tracked cell; after the step it may be in another.
     fn middle(&self, f: Face) -> Vec3 {
         self.tracked.mesh.corners(f).iter().sum::<Vec3>() / 3.0
     }
 
-    /// The middle of a face where it goes, unless that is in exact cells.
+    /// The middle of a face after the step, unless that is in an exact cell.
     fn end_place(&self, corners: [Vec3; 3]) -> Option<Vec3> {
         let p = corners.iter().sum::<Vec3>() / 3.0;
         let block = self.region.grid.block_at(p * self.field.inverse_cell_size());
         (!self.region.holds(block)).then_some(p)
     }
 
-    /// Names faces that are turned over or off.
+    /// Collects faces that are turned over or off the isosurface.
     fn check_faces(&self, compacted: &Compacted, moved: &mut Moved) {
         let Step { at, next } = self.step;
         let ends = Criteria::new(self.field, next, self.parameters);
         let midway = Criteria::new(self.field, 0.5 * (at + next), self.parameters);
-        // At the end of the step they are refined; half-way they stay as they are.
-        let [most, most_midway] =
-            [2.0 * MOST_OFF, MOST_OFF].map(|x| x * self.parameters.error as f32);
+        // At the end of the step faces are refined, so they may deviate more than half-way.
+        let [most, most_midway] = [2.0 * MAX_DEVIATION_FACTOR, MAX_DEVIATION_FACTOR]
+            .map(|x| x * self.parameters.error as f32);
         let end = |v: u32| Vec3::from(moved.positions[v as usize]);
         let middle = |v: u32| 0.5 * (end(v) + Vec3::from(compacted.positions[v as usize]));
         let faces = compacted.faces.par_iter().zip(&compacted.connectivity.faces);
@@ -253,7 +252,7 @@ impl Transport<'_> {
             .with_min_len(256)
             .filter_map(|(&slot, t)| {
                 let [a, m] = [t.map(end), t.map(middle)];
-                if !self.stays(slot) || area(a) < LEAST_AREA {
+                if !self.stays(slot) || area(a) < MIN_FACE_AREA {
                     return None;
                 }
                 let is_off = || is_off(&midway, m, most_midway).then_some(3);
@@ -265,12 +264,12 @@ impl Transport<'_> {
             if check == 1 {
                 moved.folded.push(slot);
             }
-            moved.name(check, self.middle(slot));
+            moved.fail(check, self.middle(slot));
             moved.places.extend(self.end_place(corners));
         }
     }
 
-    /// Names faces that cross others, or the exact triangles beside the seam.
+    /// Collects faces that cross others, or exact triangles at the seam.
     fn check_crossings(&self, compacted: &Compacted, moved: &mut Moved) {
         let mesh = &self.tracked.mesh;
         let mut numbers: HashMap<Vertex, u32> = HashMap::new();
@@ -279,11 +278,11 @@ impl Transport<'_> {
         let (slots, mut faces): (Vec<Face>, Vec<[u32; 3]>) =
             all.filter(|f| self.stays(*f.0)).map(|(f, t)| (*f, *t)).unzip();
         let own = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
-        if let Some(again) = self.again {
+        if let Some(retry) = self.retry {
             let is_beside = |f: &Face| {
                 mesh.has_face(*f)
                     && !mesh.is_cap(*f)
-                    && mesh.corners(*f).into_iter().any(|p| self.is_in(&again.wide, p))
+                    && mesh.corners(*f).into_iter().any(|p| self.is_in(&retry.wide, p))
                     && compacted.faces.binary_search(f).is_err()
                     && self.stays(*f)
             };
@@ -305,18 +304,18 @@ impl Transport<'_> {
             let v = self.tracked.vertex_at(e)?;
             own(v).or_else(|| numbers.get(&v).copied())
         };
-        self.add_exact_beside(&bound, &mut positions, &mut faces);
+        self.add_exact_neighbours(&bound, &mut positions, &mut faces);
         let crossing = intersecting(&positions, &faces);
         for f in crossing.into_iter().map(|f| f as usize).filter(|&f| f < slots.len()) {
             moved.folded.push(slots[f]);
             let corners = faces[f].map(|v| Vec3::from(positions[v as usize]));
-            moved.name(4, self.middle(slots[f]));
+            moved.fail(4, self.middle(slots[f]));
             moved.places.extend(self.end_place(corners));
         }
     }
 
-    /// Adds the exact extraction's triangles in the exact cells beside the seam, which share the seam's vertices.
-    fn add_exact_beside(
+    /// Adds the exact triangles in exact cells at the seam, which share the seam's vertices.
+    fn add_exact_neighbours(
         &self,
         bound: &dyn Fn(LatticeEdge) -> Option<u32>,
         positions: &mut Vec<[f32; 3]>,
@@ -325,7 +324,7 @@ impl Transport<'_> {
         let (region, exact) = (self.region, self.exact);
         let grid = region.grid;
         let strides = exact.strides();
-        let is_near = |b: u32| self.again.is_none_or(|a| a.wide[b as usize]);
+        let is_near = |b: u32| self.retry.is_none_or(|a| a.wide[b as usize]);
         let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
         let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
         for cell in blocks.flat_map(|b| grid.cells_of(b)) {
@@ -352,10 +351,10 @@ impl Transport<'_> {
     }
 }
 
-/// Which check a face fails, if it does: 1 if it is turned over, 2 if it is off.
+/// The check that a face fails, if any: 1 if it is turned over, 2 if it is off the isosurface.
 pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usize> {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
-    if area(t) < LEAST_AREA {
+    if area(t) < MIN_FACE_AREA {
         return None;
     }
     if normal(t).dot(criteria.field.gradient(barycentre)) > 0.0 {
@@ -364,10 +363,10 @@ pub(super) fn fault(criteria: &Criteria, t: [Vec3; 3], most: f32) -> Option<usiz
     is_off(criteria, t, most).then_some(2)
 }
 
-/// The faces that cannot stay as they are.
+/// The faces that fail a check.
 pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parameters) -> Vec<Face> {
     let mesh = &tracked.mesh;
-    let most = MOST_OFF * parameters.error as f32;
+    let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
     let faces: Vec<Face> = mesh.faces().filter(|&f| !mesh.is_cap(f)).collect();
     faces
         .par_iter()
@@ -376,27 +375,27 @@ pub(super) fn faults(tracked: &Tracked, criteria: &Criteria, parameters: &Parame
         .collect()
 }
 
-/// Whether a face's barycentre is farther than that from the isosurface, both by the field's slope there and along its
-/// normal: that of a sliver may lead anywhere.
+/// Whether a face's barycentre is farther than `most` from the isosurface, both by the field's slope there and along its
+/// normal, as the normal of a sliver is arbitrary.
 fn is_off(criteria: &Criteria, t: [Vec3; 3], most: f32) -> bool {
     distance_by_slope(criteria, t) > most && criteria.deviation(t) > most
 }
 
-/// How far a face's barycentre is from the isosurface by the field's slope there, voxels.
+/// Distance of a face's barycentre from the isosurface by the field's slope there, voxels.
 pub(super) fn distance_by_slope(criteria: &Criteria, t: [Vec3; 3]) -> f32 {
     let barycentre = t.iter().sum::<Vec3>() / 3.0;
     let slope = criteria.field.gradient(barycentre).length();
     (criteria.field.value(barycentre) - criteria.isovalue).abs() / slope.max(1e-12)
 }
 
-/// How far most vertices will move, from the field's gradient, voxels.
+/// Expected distance that nine of ten vertices move at most, from the field's gradient, voxels.
 pub(super) fn expected_motion(field: &Field, positions: &[[f32; 3]], at: f64, next: f64) -> f32 {
     let change = (field.isovalue(next) - field.isovalue(at)).abs();
     let slope = typical_slope(field, positions.iter().map(|&p| p.into()));
     slope.map_or(0.0, |s| change / s.max(1e-12))
 }
 
-/// The slope that nine of ten places reach.
+/// The slope that nine of ten positions reach.
 pub(super) fn typical_slope(field: &Field, places: impl Iterator<Item = Vec3>) -> Option<f32> {
     let mut slopes: Vec<f32> = places.map(|p| field.inner_slope(p)).collect();
     if slopes.is_empty() {

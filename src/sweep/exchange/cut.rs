@@ -13,11 +13,11 @@ use super::refused::Refused;
 use crate::mesh::{Edge, HalfEdgeMesh, Vertex, bounds};
 use crate::topology::exact::ExactField;
 
-/// How near to a square, as a share of the lattice's edges, an edge of the mesh may pass by it and is split all the same.
-const NEAR: f32 = 1e-3;
+/// An edge of the mesh that misses a square by this share of a lattice edge is split all the same.
+const CUT_MARGIN: f32 = 1e-3;
 
-/// Samples that the mesh has on the wrong side lie together in groups of at most so many.
-const MOST_WRONG: usize = 8;
+/// Largest number of connected samples that the mesh may have on the wrong side.
+const MAX_WRONG_GROUP: usize = 8;
 
 /// The squares that the mesh is cut along.
 pub(super) struct Cut<'a> {
@@ -73,7 +73,7 @@ impl<'a> Cut<'a> {
     /// Whether a box meets a cut square in a lattice plane across an axis, or nearly.
     pub(super) fn meets(&self, axis: usize, index: i64, [low, high]: [Vec3; 2]) -> bool {
         let [b, c] = [1, 2].map(|n| (axis + n) % 3);
-        let (x, y) = (low / self.size - NEAR, high / self.size + NEAR);
+        let (x, y) = (low / self.size - CUT_MARGIN, high / self.size + CUT_MARGIN);
         let along = |a: usize| {
             let most = self.grid.dims[a] as i64 - 4;
             (x[a].floor() as i64).max(0)..=(y[a].floor() as i64).min(most)
@@ -94,8 +94,8 @@ impl<'a> Cut<'a> {
     /// Splits edges until no face near a cut square passes through its plane, and then no edge in a cut square
     /// through a plane across its sides.
     ///
-    /// Each stage looks at one family of parallel planes, and what a stage has done no later one undoes, as every face
-    /// comes out of one that was there: so it ends.
+    /// Each stage works on one family of parallel planes. Later stages only subdivide faces, so they undo nothing, and the process
+    /// ends.
     pub(super) fn split(&self, mesh: &mut HalfEdgeMesh) {
         if self.squares.is_empty() {
             return;
@@ -136,7 +136,7 @@ impl<'a> Cut<'a> {
             let last = (high / self.size[axis]).ceil() as i64;
             (first..=last).filter(move |&i| low < self.plane(axis, i) && self.plane(axis, i) < high)
         };
-        // One plane after the other: what is split at one does not pass through it again.
+        // Plane by plane: edges that result from a split do not cross the same plane again.
         let mut edges: Vec<Vec<Edge>> = Vec::new();
         let least = mesh.vertices().map(|v| mesh.position(v)[axis]).fold(f32::INFINITY, f32::min);
         let first = (least / self.size[axis]).floor() as i64;
@@ -181,8 +181,8 @@ impl<'a> Cut<'a> {
         inside.then(|| self.grid.vertex(index.map(|i| i as usize + 1)))
     }
 
-    /// Per face slot, whether it goes: it does in cells that become exact. What strays into cells that were exact already
-    /// goes with what it is joined to, for the most part.
+    /// Per face slot, whether it is removed: if its cell becomes exact. Connected faces that extend into cells that were exact before
+    /// are removed if that is so for most of their boundary with other faces.
     pub(super) fn removed(&self, tracked: &Tracked, is_rim: &[bool]) -> Vec<bool> {
         let mesh = &tracked.mesh;
         let mut removed = vec![false; mesh.face_slots()];
@@ -225,8 +225,8 @@ impl<'a> Cut<'a> {
         removed
     }
 
-    /// The vertices in which a boundary crosses lattice edges. Where it crosses one to and fro, only what is left of
-    /// that when crossings have cancelled in pairs; the others are no more than bends of the polyline.
+    /// The vertices in which a boundary crosses lattice edges. If it crosses one several times, back and forth, crossings cancel in
+    /// pairs, and one or none is left; the others are only bends of the polyline.
     pub(super) fn nodes(
         &self,
         pieces: &Pieces,
@@ -299,7 +299,7 @@ impl<'a> Cut<'a> {
             let mut corner = v;
             for x in [d, e] {
                 if x % 2 == 0 {
-                    corner = self.grid.beside(corner, x);
+                    corner = self.grid.neighbour(corner, x);
                 }
             }
             if self.is_cut(Square { corner, axis: 3 - d / 2 - e / 2 }) {
@@ -311,8 +311,8 @@ impl<'a> Cut<'a> {
         (edges.into_iter().collect(), all)
     }
 
-    /// The samples that the mesh has on the wrong side, in the order of how far the isovalue is from them; and samples at
-    /// which that cannot be told.
+    /// The samples that the mesh has on the wrong side, ordered by the distance of their value from the isovalue; and samples at
+    /// which the side is undecided.
     pub(super) fn wrong(
         &self,
         nodes: &BTreeMap<LatticeEdge, u32>,
@@ -328,7 +328,7 @@ impl<'a> Cut<'a> {
         for s in &self.squares {
             different.extend(sides(self.grid, *s).into_iter().filter(|&e| differs(e)));
         }
-        // Samples joined by edges that agree lie on the same side of the mesh, or all on the wrong one.
+        // Samples joined by edges that agree with the mesh are all on the right side or all on the wrong one.
         let mut wrong: BTreeSet<u32> = BTreeSet::new();
         let mut right: BTreeSet<u32> = BTreeSet::new();
         for &e in &different {
@@ -337,7 +337,7 @@ impl<'a> Cut<'a> {
                     continue;
                 }
                 let (mut group, mut anchored, mut i) = (vec![v], false, 0);
-                while i < group.len() && group.len() <= MOST_WRONG {
+                while i < group.len() && group.len() <= MAX_WRONG_GROUP {
                     let (edges, is_all_cut) = self.cut_edges(group[i]);
                     anchored |= !is_all_cut;
                     for e in edges.into_iter().filter(|e| !different.contains(e)) {
@@ -360,14 +360,13 @@ impl<'a> Cut<'a> {
             .flatten()
             .collect();
         let mut wrong: Vec<u32> = wrong.into_iter().collect();
-        // From the mesh outwards would need its distances; the values tell as much.
-        let away = |v: &u32| (self.field.sample(*v) - isovalue).abs();
-        wrong.sort_by(|a, b| away(a).total_cmp(&away(b)).then(a.cmp(b)));
+        // Ordering by distance from the mesh would need distances; the values serve as well.
+        let distance = |v: &u32| (self.field.sample(*v) - isovalue).abs();
+        wrong.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
         (wrong, failed)
     }
 
-    /// Merges the vertices that the boundary has inside squares into those on lattice edges. Returns the cells where it
-    /// cannot.
+    /// Merges the boundary's vertices inside squares into those on lattice edges. Returns the cells in which that is impossible.
     pub(super) fn straighten(
         &self,
         made: &mut Tracked,

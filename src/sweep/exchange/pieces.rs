@@ -1,36 +1,36 @@
-//! Triangles out of which a part of the mesh is made anew: what is left of it, and what exact cells release.
+//! The triangles of which a part of the mesh is rebuilt: its remaining faces, and those of released cells.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
 use super::super::region::{Grid, LatticeEdge};
-use super::super::tracked::{Tracked, boundary, parted, place_on};
+use super::super::tracked::{Tracked, boundary, place_on, split_fans};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::extract_cell;
 use crate::mesh::{Face, Vertex, area};
 use crate::topology::exact::ExactField;
 
-/// A part of the mesh of a smaller area, in square voxels, that crosses no lattice edge is none of the isosurface.
-const SMALL_PART: f32 = 3.0;
+/// A component that crosses no lattice edge and has a smaller area is not part of the isosurface, square voxels.
+const MIN_PART_AREA: f32 = 3.0;
 
-/// Triangles to make a mesh of.
+/// Triangles to build a mesh of.
 #[derive(Default)]
 pub(super) struct Pieces {
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) triangles: Vec<[u32; 3]>,
     /// The vertices bound to lattice edges.
     pub(super) bound: HashMap<u32, LatticeEdge>,
-    /// By vertex, as far as it goes: that of the whole mesh.
+    /// By vertex (missing at the end): its vertex of the whole mesh.
     pub(super) origin: Vec<Option<Vertex>>,
-    /// By vertex, as far as it goes: whether it is on the part's rim.
+    /// By vertex (missing at the end): whether it is on the part's rim.
     pub(super) rim: Vec<bool>,
 }
 
 impl Pieces {
-    /// Where triangles are joined in a vertex only, they become several parts with a vertex each.
-    pub(super) fn part_pinched(&mut self) {
-        for v in parted(&mut self.triangles, self.positions.len()) {
+    /// Duplicates vertices at which fans of triangles meet without a common edge, so that each fan has its own.
+    pub(super) fn split_pinched(&mut self) {
+        for v in split_fans(&mut self.triangles, self.positions.len()) {
             let copy = self.positions.len() as u32;
             self.positions.push(self.positions[v as usize]);
             if let Some(&e) = self.bound.get(&v) {
@@ -55,8 +55,7 @@ impl Pieces {
 }
 
 impl Pieces {
-    /// Loops of the boundary that cross no lattice edge: what they bound is filled, or taken away where it is small. Returns
-    /// whether there was one.
+    /// Fills boundary loops that cross no lattice edge, or removes their component if it is small. Returns whether there was one.
     pub(super) fn close_loops(
         &mut self,
         nodes: &BTreeMap<LatticeEdge, u32>,
@@ -99,7 +98,7 @@ impl Pieces {
         let mut filled: Vec<(Vec3, Vec<u32>)> = Vec::new();
         for around in loops {
             let set = sets.find(around[0]);
-            if areas[&set] < SMALL_PART && !at_rim.contains(&set) {
+            if areas[&set] < MIN_PART_AREA && !at_rim.contains(&set) {
                 gone.insert(set);
             } else {
                 let middle = around.iter().map(|&v| place(v)).sum::<Vec3>() / around.len() as f32;

@@ -1,4 +1,4 @@
-//! The vertices of an extraction by lattice cell, to find the nearest to a point of the isosurface.
+//! The vertices of an extraction by lattice cell, to find the nearest one to a point.
 
 use glam::{IVec3, Vec3};
 

@@ -1,5 +1,4 @@
-//! The mesh of one region of exact cells becomes that of another: which exchanges are tried, and what is asked for where one is
-//! refused.
+//! Changes the mesh to fit another region of exact cells, cluster by cluster, and widens the region where an exchange is refused.
 
 use std::collections::BTreeSet;
 
@@ -18,21 +17,22 @@ use crate::sweep::region::Region;
 use crate::sweep::remesh::improve::Improvement;
 use crate::sweep::tracked::Tracked;
 
-/// An exchange is tried so often before blocks that should be released there stay exact; three times as often before whole
-/// components of the mesh become exact; and nine times before everything does.
-const MOST_ATTEMPTS: usize = 3;
+/// Number of attempts of an exchange before the blocks that it would release stay exact. After three times as many, whole
+/// components of the mesh become exact; after nine times as many, everything does.
+const STAGE_ATTEMPTS: usize = 3;
 
-/// More samples than these are no place: what was refused is too large to tell.
-const MOST_NAMED: usize = 64;
+/// A refusal with more failing samples is not local: the blocks that it would release stay exact at once.
+const MAX_LOCAL_SAMPLES: usize = 64;
 
-/// An exchange changes faces this near to its blocks at most, voxels; as much farther in every further attempt.
-const NEAR: f32 = 1.0;
-const MOST_WIDER: usize = 4;
+/// Distance from a cluster's blocks within which an exchange may change faces, voxels; multiplied by the number of the attempt,
+/// at most [`MAX_WIDENINGS`].
+const FACE_REACH: f32 = 1.0;
+const MAX_WIDENINGS: usize = 4;
 
 impl March<'_, '_> {
-    /// Makes the mesh that of another region, or of a larger one. Returns the vertices that have come or gone.
+    /// Changes the mesh to fit another region, or a larger one. Returns the vertices that are new or removed.
     ///
-    /// Cells become exact first, and others tracked then: what is refused of the one is nothing to the other.
+    /// Cells become exact first, then others are released, so that a refusal of one does not affect the other.
     pub(super) fn exchange(
         &mut self,
         state: &mut State,
@@ -40,35 +40,35 @@ impl March<'_, '_> {
         passage: Passage,
         kernels: &mut dyn Kernels,
     ) -> Result<BTreeSet<Vertex>> {
-        if state.region.is_closed() {
+        if state.region.is_all_exact() {
             let blocks = state.region.blocks().clone();
             debug_assert!(
                 self.calendar
                     .blocks(self.grid, Passage::between(self.exact(), state.at, state.at))
                     .is_subset(&blocks),
-                "blocks at {} that nobody has",
+                "blocks at {} that the region lacks",
                 state.at
             );
-            state.region = Region::open(self.grid);
+            state.region = Region::layer_exact(self.grid);
             for b in blocks {
                 state.region.add(b);
             }
         }
         let mut new: BTreeSet<Vertex> = BTreeSet::new();
-        if !target.is_closed() {
+        if !target.is_all_exact() {
             let mut both = target.clone();
             let added: Vec<u32> =
                 state.region.blocks().iter().copied().filter(|&b| both.add(b)).collect();
             let now = Passage::between(self.exact(), state.at, state.at);
-            self.calendar.close_around(&mut both, now, &added);
+            self.calendar.grow_around(&mut both, now, &added);
             self.follow(state, both, now, &mut new);
-            if state.region.is_closed() {
-                // For the whole step, which goes to blocks that the isosurface does not meet yet.
+            if state.region.is_all_exact() {
+                // The blocks of the whole step: the isosurface enters some of them only later.
                 let blocks = self.calendar.blocks(self.grid, passage);
-                self.drop_all(state, Region::closed(self.grid, blocks));
+                self.make_all_exact(state, Region::all_exact(self.grid, blocks));
             }
         }
-        if !state.region.is_closed() {
+        if !state.region.is_all_exact() {
             self.follow(state, target, passage, &mut new);
         }
         let improved = self.improve(state, &new, kernels)?;
@@ -76,7 +76,7 @@ impl March<'_, '_> {
         Ok(new)
     }
 
-    /// Makes the mesh that of another region, or of a larger one: cluster by cluster, each as soon as it can be.
+    /// Changes the mesh to fit another region, or a larger one, cluster by cluster.
     fn follow(
         &mut self,
         state: &mut State,
@@ -85,13 +85,13 @@ impl March<'_, '_> {
         new: &mut BTreeSet<Vertex>,
     ) {
         for attempt in 0usize.. {
-            if target.is_closed() {
-                self.drop_all(state, target);
+            if target.is_all_exact() {
+                self.make_all_exact(state, target);
                 new.clear();
                 break;
             }
             let regions = [&state.region, &target];
-            let near = NEAR * (1 + attempt).min(MOST_WIDER) as f32;
+            let near = FACE_REACH * (1 + attempt).min(MAX_WIDENINGS) as f32;
             let clusters = clusters(&state.tracked, regions, self.exact(), near);
             if clusters.is_empty() {
                 break;
@@ -127,10 +127,10 @@ impl March<'_, '_> {
     }
 
     /// Makes everything exact.
-    fn drop_all(&mut self, state: &mut State, closed: Region) {
+    fn make_all_exact(&mut self, state: &mut State, closed: Region) {
         self.record.clear(state.at);
         state.tracked = Tracked::default();
-        // Those that the isosurface has left are exact no more: should they become so again, it is since then.
+        // The intervals of blocks that the isosurface has left end here.
         let has_left = |b: &u32| !closed.holds(*b);
         let mut left: Vec<u32> = state.since.keys().copied().filter(has_left).collect();
         left.sort_unstable();
@@ -141,14 +141,14 @@ impl March<'_, '_> {
         state.region = closed;
     }
 
-    /// A block was exact until now, if it was.
+    /// Ends the interval in which a block was exact, if it was.
     fn no_longer_exact(&mut self, state: &mut State, block: u32) {
         if let Some(since) = state.since.remove(&block) {
             self.show(block, since, state.at);
         }
     }
 
-    /// Puts what was made of clusters into the mesh; returns which were refused.
+    /// Joins the exchanged parts to the mesh; returns the refused clusters.
     fn commit(
         &mut self,
         state: &mut State,
@@ -201,7 +201,7 @@ impl March<'_, '_> {
         refused
     }
 
-    /// Changes what is asked for where that was refused.
+    /// Makes more blocks of the target exact where exchanges were refused.
     fn widen(
         &mut self,
         target: &mut Region,
@@ -216,22 +216,22 @@ impl March<'_, '_> {
         for (i, Refused { samples, .. }) in refused {
             let blocks = &clusters[i].blocks;
             let is_released = |b: &u32| region.holds(*b) && !target.holds(*b);
-            let is_stubborn = attempt >= MOST_ATTEMPTS || samples.len() > MOST_NAMED;
+            let is_stubborn = attempt >= STAGE_ATTEMPTS || samples.len() > MAX_LOCAL_SAMPLES;
             if is_stubborn && blocks.iter().any(is_released) {
                 added.extend(blocks.iter().copied().filter(is_released));
-            } else if attempt >= 3 * MOST_ATTEMPTS {
+            } else if attempt >= 3 * STAGE_ATTEMPTS {
                 let whole = components(tracked, &clusters[i].faces);
                 added.extend(self.blocks_of(tracked, &whole));
             } else if !samples.is_empty() {
                 around.push(samples);
-            } else if attempt > MOST_WIDER {
-                // What names no sample asks for more of the mesh, of which there is no more after a while.
+            } else if attempt > MAX_WIDENINGS {
+                // A refusal without failing samples widens the cluster, up to MAX_WIDENINGS.
                 around.push(blocks.iter().flat_map(|&b| self.grid.samples_around(b)).collect());
             }
         }
         added.retain(|&b| target.add(b));
-        self.calendar.close_around(target, passage, &added);
-        if !around.is_empty() || attempt >= 9 * MOST_ATTEMPTS {
+        self.calendar.grow_around(target, passage, &added);
+        if !around.is_empty() || attempt >= 9 * STAGE_ATTEMPTS {
             self.grow(target, &around, passage, attempt);
         }
     }
@@ -249,16 +249,16 @@ impl March<'_, '_> {
             self.add_ring(target, self.blocks_at_samples(samples.iter().copied()));
         }
         let added: Vec<u32> = target.blocks().difference(&before).copied().collect();
-        if added.is_empty() || attempt >= 9 * MOST_ATTEMPTS {
+        if added.is_empty() || attempt >= 9 * STAGE_ATTEMPTS {
             log::debug!("given up");
             self.counts.given_up += 1;
-            *target = Region::closed(self.grid, self.calendar.blocks(self.grid, passage));
+            *target = Region::all_exact(self.grid, self.calendar.blocks(self.grid, passage));
         } else {
-            self.calendar.close_around(target, passage, &added);
+            self.calendar.grow_around(target, passage, &added);
         }
     }
 
-    /// Better triangles where the mesh is new. Returns the vertices that have come or gone.
+    /// Remeshes the new parts of the mesh. Returns the vertices that are new or removed.
     fn improve(
         &mut self,
         state: &mut State,
@@ -287,7 +287,7 @@ impl March<'_, '_> {
         Ok(joined.vertices)
     }
 
-    /// Makes blocks exact, or those around them, farther and farther away until one was not.
+    /// Makes blocks exact; if all of them are already, their neighbours, ring by ring until one was not exact.
     fn add_ring(&self, region: &mut Region, mut seen: BTreeSet<u32>) {
         let mut ring: Vec<u32> = seen.iter().copied().collect();
         while !ring.is_empty() && !ring.iter().fold(false, |any, &b| region.add(b) | any) {
@@ -297,7 +297,7 @@ impl March<'_, '_> {
     }
 }
 
-/// The faces of the components of the mesh to which some faces belong.
+/// The faces of the connected components that contain some faces.
 fn components(tracked: &Tracked, faces: &[Face]) -> BTreeSet<Face> {
     let mesh = &tracked.mesh;
     let mut found: BTreeSet<Face> = faces.iter().copied().collect();
@@ -319,33 +319,33 @@ mod tests {
     use crate::progress::Silent;
     use crate::sweep::calendar::Calendar;
     use crate::sweep::context::Sweep;
-    use crate::sweep::march::state::Done;
+    use crate::sweep::march::state::WorkDone;
     use crate::sweep::parameters::Parameters;
     use crate::volume::phantom;
 
     #[test]
-    fn where_everything_becomes_exact_what_was_exact_before_is_shown_until_then() {
+    fn blocks_that_were_exact_are_shown_until_everything_becomes_exact() {
         let volume = Arc::new(phantom("sphere:16").expect("a phantom"));
         let parameters = Parameters::default();
         let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
         let field = Arc::new(Field::new(volume.clone()));
-        let sweep = Sweep::new(&volume, field, &parameters, (&backend, &Silent)).expect("a sweep");
+        let sweep = Sweep::new(&volume, field, &parameters, &backend, &Silent).expect("a sweep");
         let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
-        let done = Done { share: Mutex::new(0.0), progress: &Silent };
+        let done = WorkDone { share: Mutex::new(0.0), progress: &Silent };
         let (low, high) = sweep.range;
         let [start, end] = [0.4, 0.7].map(|share| low + share * (high - low));
-        let begun = March::begun(&sweep, &calendar, &done, (start, None)).expect("begun");
+        let begun = March::new(&sweep, &calendar, &done, start, None).expect("begun");
         let (mut march, mut state) = begun;
         let before = state.region.blocks().clone();
         state.at = end;
         let now = Passage::between(&sweep.exact, end, end);
         let after = calendar.blocks(march.grid, now);
-        march.drop_all(&mut state, Region::closed(march.grid, after.clone()));
+        march.make_all_exact(&mut state, Region::all_exact(march.grid, after.clone()));
         let left: BTreeSet<u32> = before.difference(&after).copied().collect();
         assert!(!left.is_empty() && !after.is_empty(), "a sphere shrinks");
         let cells: BTreeSet<u32> = left.iter().flat_map(|&b| march.grid.cells_of(b)).collect();
-        assert_eq!(march.shown.iter().map(|s| s.0).collect::<BTreeSet<u32>>(), cells);
-        assert!(march.shown.iter().all(|s| (s.1, s.2) == (start, end)));
+        assert_eq!(march.shown.iter().map(|s| s.cell).collect::<BTreeSet<u32>>(), cells);
+        assert!(march.shown.iter().all(|s| (s.low, s.high) == (start, end)));
         let since = |b: &u32| if before.contains(b) { start } else { end };
         assert_eq!(state.since.len(), after.len());
         assert!(after.iter().all(|b| state.since[b] == since(b)));

@@ -1,4 +1,4 @@
-//! How long a step is.
+//! The length of a step.
 
 use super::state::{March, State};
 use crate::sweep::calendar::{Calendar, Passage};
@@ -7,37 +7,36 @@ use crate::sweep::parameters::Parameters;
 use crate::sweep::region::Region;
 use crate::sweep::transport::{Moved, Step, typical_slope};
 
-/// How far all but one in ten places move in a step, voxels.
+/// How far nine of ten vertices move in a step at most, voxels.
 const STEP_LENGTH: f32 = 0.25;
 
-/// Where no more blocks are exact than this share of those that hold some of the mesh, a step may be so many times longer.
-const CALM: f64 = 0.02;
-pub(super) const LONGER: f64 = 2.0;
+/// If the exact blocks are no more than [`CALM_SHARE`] of the blocks with tracked mesh, a step is [`CALM_FACTOR`] times as long.
+const CALM_SHARE: f64 = 0.02;
+pub(super) const CALM_FACTOR: f64 = 2.0;
 
-/// Where samples are integers, steps become longer by this factor at most, each time, after one that was too long: by a grey
-/// level, else, which would be tried every time.
-pub(super) const REGROWTH: f64 = 1.2;
+/// For integer samples, how much a step may be longer than the one before, after one that was too long. Without it every second
+/// step would be tried too long.
+pub(super) const REGROWTH_FACTOR: f64 = 1.2;
 
-/// A step is taken shorter where what is critical in it is in or near more than this share of the blocks that hold some of
-/// the mesh, and less than this share of that in its first half.
-const FAR: f64 = 0.25;
+/// A step is shortened if its critical points are near more than this share of the blocks with tracked mesh, and less than this
+/// share of these blocks are critical in its first half.
+const MAJOR_SHARE: f64 = 0.25;
 
-/// A step is taken shorter where more than this share of the faces cannot follow it.
+/// A step is shortened if more failures occur than this share of the number of faces.
 const TOO_LONG_SHARE: f64 = 0.03;
 
-/// The shortest step, as a share of the range; and of a grey level.
-const SHORTEST: f64 = 1e-4;
-const SHORTEST_OF_LEVEL: f64 = 0.125;
+/// Length of the shortest step, as a share of the range, and in grey levels for integer samples.
+const MIN_STEP_SHARE: f64 = 1e-4;
+const MIN_STEP_LEVELS: f64 = 0.125;
 
-/// The isovalue that a sweep starts from: with half of the work on either side of it; between two samples' values where
-/// samples are integers.
+/// The isovalue that a sweep starts from: half of the work is on either side. For integer samples it is between two integers.
 pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
     let (low, high) = sweep.range;
     let (mut below, mut above) = (low, high);
     // Halves do not overflow.
-    while 0.5 * above - 0.5 * below > SHORTEST * (0.5 * high - 0.5 * low) {
+    while 0.5 * above - 0.5 * below > MIN_STEP_SHARE * (0.5 * high - 0.5 * low) {
         let middle = 0.5 * below + 0.5 * above;
-        // Where numbers are farther apart than that.
+        // Neighbouring floating point numbers may be farther apart.
         if middle <= below || middle >= above {
             break;
         }
@@ -53,19 +52,19 @@ pub(super) fn start(sweep: &Sweep, calendar: &Calendar) -> f64 {
 }
 
 impl March<'_, '_> {
-    /// From one isovalue at which samples may be passed to the next: a grey level, or nothing.
+    /// Distance between two sample values: 1 for integers, 0 for others.
     pub(super) fn level(&self) -> f64 {
         if self.exact().volume().samples().is_integer() { 1.0 } else { 0.0 }
     }
 
-    /// The distance between sampling isovalues that is asked for.
+    /// The distance between sampling isovalues, if the parameters fix it.
     pub(super) fn fixed(&self) -> Option<f64> {
         let (low, high) = self.sweep.range;
         let &Parameters { step, samples, .. } = self.parameters();
         step.or_else(|| samples.map(|n| (high - low) / n.max(1) as f64))
     }
 
-    /// A first guess of the step's length, from the exact extraction.
+    /// Length of the first step, from the slopes at the exact extraction.
     pub(super) fn first_step(&self, start: f64) -> f64 {
         if let Some(fixed) = self.fixed() {
             return fixed;
@@ -79,7 +78,7 @@ impl March<'_, '_> {
     pub(super) fn length_for(&self, slope: f32) -> f64 {
         let (low, high) = self.sweep.range;
         let length = f64::from(STEP_LENGTH * slope) / self.field().scale();
-        let shortest = (SHORTEST * (high - low)).max(SHORTEST_OF_LEVEL * self.level());
+        let shortest = (MIN_STEP_SHARE * (high - low)).max(MIN_STEP_LEVELS * self.level());
         length.clamp(shortest, (high - low) / 4.0)
     }
 
@@ -87,17 +86,17 @@ impl March<'_, '_> {
     pub(super) fn next(&self, at: f64, last: f64, length: f64) -> f64 {
         let left = (last - at).abs();
         let sign = (last - at).signum();
-        // So near to the last one, the step goes there.
+        // A step that would end nearly at the last isovalue ends there.
         let (next, near) = match self.fixed() {
             Some(fixed) => (self.next_multiple(at, sign, fixed, length), 1.0),
             None => (self.next_free(at, sign, length), 0.8),
         };
-        // Where numbers are farther apart than steps are long.
+        // Neighbouring floating point numbers may be farther apart than the step is long.
         let next = if next == at { neighbour(at, last) } else { next };
         if (next - at).abs() >= near * left { last } else { next }
     }
 
-    /// The next multiple of a distance from the low end of the range, unless that is too far.
+    /// The next isovalue that is a multiple of a distance from the low end of the range, unless it is too far.
     fn next_multiple(&self, at: f64, sign: f64, fixed: f64, length: f64) -> f64 {
         let low = self.sweep.range.0;
         let multiple = sign * ((sign * (at - low) / fixed + 1e-6).floor() + 1.0);
@@ -105,7 +104,8 @@ impl March<'_, '_> {
         if (whole - at).abs() <= 1.001 * length { whole } else { at + sign * length }
     }
 
-    /// As far as a step is long; where samples are integers, between two of them if the step is as long as that, and never at one.
+    /// The isovalue one step length ahead. For integer samples it is half-way between two integers if the step is long enough, and
+    /// never an integer.
     fn next_free(&self, at: f64, sign: f64, length: f64) -> f64 {
         let next = at + sign * length;
         if !self.exact().volume().samples().is_integer() {
@@ -122,40 +122,40 @@ impl March<'_, '_> {
         }
     }
 
-    /// Whether nearly all of the surface is tracked with a region.
+    /// Whether nearly all of the surface is tracked if a region is exact.
     pub(super) fn is_calm(&self, state: &State, region: &Region) -> bool {
         let n_tracked = self.tracked_blocks(state).len() as f64;
-        region.blocks().len() as f64 <= CALM * n_tracked
+        region.blocks().len() as f64 <= CALM_SHARE * n_tracked
     }
 
-    /// Whether most of the mesh would become exact for what comes at the end of a step.
+    /// Whether much of the mesh would become exact for critical points in the second half of a step.
     pub(super) fn is_before_events(&self, state: &State, step: Step) -> bool {
         if self.is_short(step) || self.fixed().is_some() {
             return false;
         }
         let n_busy = |to: f64| self.busy(Passage::between(self.exact(), step.at, to)).len() as f64;
         let n_all = n_busy(step.next);
-        // Blocks are counted last: that looks at the whole mesh.
-        n_busy(0.5 * (step.at + step.next)) < FAR * n_all
-            && n_all > FAR * self.tracked_blocks(state).len() as f64
+        // Blocks are counted last, as that visits the whole mesh.
+        n_busy(0.5 * (step.at + step.next)) < MAJOR_SHARE * n_all
+            && n_all > MAJOR_SHARE * self.tracked_blocks(state).len() as f64
     }
 
-    /// Whether a step is as short as may be.
+    /// Whether a step must not be shortened.
     pub(super) fn is_short(&self, step: Step) -> bool {
         let (low, high) = self.sweep.range;
-        // Between two grey levels nothing is passed, but the surface comes near the samples of either.
-        (step.next - step.at).abs() <= self.level().max(SHORTEST * (high - low))
+        // Within a grey level no sample is crossed, but the surface comes near samples of both levels.
+        (step.next - step.at).abs() <= self.level().max(MIN_STEP_SHARE * (high - low))
             || step.next == neighbour(step.at, step.next)
     }
 
-    /// Whether too much of the mesh cannot follow a step.
+    /// Whether a step fails for too much of the mesh.
     pub(super) fn is_too_long(&self, state: &State, step: Step, moved: &Moved) -> bool {
         let most = TOO_LONG_SHARE * state.tracked.mesh.n_faces() as f64;
         !self.is_short(step) && moved.places.len() as f64 > most.max(20.0)
     }
 }
 
-/// The number beside one, on the way to another.
+/// The next floating point number towards another.
 fn neighbour(at: f64, to: f64) -> f64 {
     if to > at { at.next_up() } else { at.next_down() }
 }

@@ -1,38 +1,37 @@
-//! Which blocks are exact in a step.
+//! Plans which blocks are exact in a step.
 
 use rayon::prelude::*;
 
-use super::state::{HOLD, March, State, sorted};
+use super::state::{MIN_EXACT_STEPS, March, State, sorted};
 use crate::mesh::Vertex;
 use crate::sweep::calendar::Passage;
 use crate::sweep::region::Region;
 
-/// Boxes of so many blocks along a side are exact as a whole where more than this share of the blocks in them is that the
-/// surface is in.
-const BOX: usize = 8;
-const CROWDED: f64 = 0.6;
+/// A box of this many blocks along each side becomes exact as a whole if more than [`CROWDED_SHARE`] of its blocks with surface
+/// are exact.
+const BOX_BLOCKS: usize = 8;
+const CROWDED_SHARE: f64 = 0.6;
 
-/// Blocks that are exact stay so where something critical comes within so many steps; and where the sample value that
-/// comes next does within twice as many, and they have flat squares of it: there the isosurface jumps.
-const LOOK_AHEAD: f64 = 2.0;
+/// An exact block stays exact if a critical point follows within this many step lengths, or if the next sample value follows within
+/// twice as many and the block has flat squares of it, over which the isosurface jumps.
+const LOOK_AHEAD_STEPS: f64 = 2.0;
 
 impl March<'_, '_> {
-    /// Which blocks are exact in a step: those with something critical in or near it, those for which there was a reason
-    /// shortly before, and what the seam asks for.
+    /// The region of a step: blocks near critical points, blocks that must stay exact, and those that the seam needs.
     pub(super) fn plan(&mut self, state: &mut State, [from, to]: [f64; 2]) -> Region {
         let margin = to - from;
         let passage = Passage::between(self.exact(), from - 0.1 * margin, to + 0.1 * margin);
         let busy = self.busy(passage);
         let ahead = |steps: f64| Passage::between(self.exact(), from, to + steps * margin);
         let now = Passage::between(self.exact(), from, to);
-        let mut soon = self.busy(ahead(LOOK_AHEAD));
-        let next_value = self.calendar.up_to_next_value(now, ahead(2.0 * LOOK_AHEAD));
+        let mut soon = self.busy(ahead(LOOK_AHEAD_STEPS));
+        let next_value = self.calendar.up_to_next_value(now, ahead(2.0 * LOOK_AHEAD_STEPS));
         soon.extend(self.calendar.flats(next_value));
         for &b in &busy {
             let reason = state.reasons.entry(b).or_default();
-            reason.until = reason.until.max(self.step + HOLD);
+            reason.until = reason.until.max(self.step + MIN_EXACT_STEPS);
         }
-        let mut region = Region::open(self.grid);
+        let mut region = Region::layer_exact(self.grid);
         for &b in soon.iter().filter(|b| state.region.holds(**b)) {
             region.add(b);
         }
@@ -40,12 +39,12 @@ impl March<'_, '_> {
             region.add(b);
         }
         let n_reasons = region.blocks().len();
-        self.calendar.close(&mut region, now);
+        self.calendar.grow(&mut region, now);
         let crowded = self.crowded(state, &region);
         for &b in &crowded {
             region.add(b);
         }
-        self.calendar.close_around(&mut region, now, &crowded);
+        self.calendar.grow_around(&mut region, now, &crowded);
         log::debug!(
             "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} crowded, {} exact; {} faces tracked",
             busy.len(),
@@ -56,18 +55,18 @@ impl March<'_, '_> {
         region
     }
 
-    /// The blocks that are to be exact because most around them are: what is tracked there would be seam all over, which
-    /// costs most and gains least.
+    /// Blocks that become exact because most blocks around them are: tracked mesh there would be mostly seam, which costs much and
+    /// saves few triangles.
     pub(super) fn crowded(&self, state: &State, region: &Region) -> Vec<u32> {
-        // What is exact now may be tracked next: its blocks hold no vertices but those of the seam.
+        // Blocks that are exact now may be released: they contain surface, but only vertices of the seam.
         let mut others = self.tracked_blocks(state);
         others.extend(state.region.blocks());
         others.sort_unstable();
         others.dedup();
         others.retain(|&b| !region.holds(b));
-        let sides = self.grid.blocks().map(|n| n.div_ceil(BOX));
+        let sides = self.grid.blocks().map(|n| n.div_ceil(BOX_BLOCKS));
         let box_of = |b: u32| {
-            let [x, y, z] = self.grid.block_position(b).map(|x| x / BOX);
+            let [x, y, z] = self.grid.block_position(b).map(|x| x / BOX_BLOCKS);
             x + sides[0] * (y + sides[1] * z)
         };
         // By box: how many blocks are exact, and in how many others the surface is, or was.
@@ -76,13 +75,13 @@ impl March<'_, '_> {
         others.iter().for_each(|&b| boxes[box_of(b)][1] += 1);
         let is_crowded = |b: &u32| {
             let [exact, other] = boxes[box_of(*b)].map(f64::from);
-            exact > CROWDED * (exact + other)
+            exact > CROWDED_SHARE * (exact + other)
         };
         others.retain(is_crowded);
         others
     }
 
-    /// The blocks that hold vertices of the mesh, ascending.
+    /// The blocks with vertices of the mesh, ascending.
     pub(super) fn tracked_blocks(&self, state: &State) -> Vec<u32> {
         let mesh = &state.tracked.mesh;
         let vertices = (0..mesh.vertex_slots() as u32).into_par_iter().map(Vertex);
@@ -95,7 +94,7 @@ impl March<'_, '_> {
         blocks
     }
 
-    /// The blocks near something critical in a passage, ascending.
+    /// The blocks near critical points of a passage, ascending.
     pub(super) fn busy(&self, passage: Passage) -> Vec<u32> {
         let places = self.calendar.critical(passage);
         let cells = places.par_iter().flat_map_iter(|&(_, place)| self.grid.cells_at(place));

@@ -1,4 +1,4 @@
-//! The seam and the mesh go to the end of a step, and are checked there.
+//! Moves the seam across grid samples to the end of a step, repairs inverted faces, and checks the mesh there.
 
 use std::collections::BTreeSet;
 
@@ -7,15 +7,17 @@ use glam::Vec3;
 use super::state::{March, State};
 use crate::mesh::{Face, HalfEdgeMesh, Vertex, area};
 use crate::sweep::calendar::Passage;
-use crate::sweep::check::{open_seam, unlike_parts};
-use crate::sweep::mend::{Shape, mend};
+use crate::sweep::check::{mismatched_parts, open_seam};
 use crate::sweep::region::{LatticeEdge, Link};
 use crate::sweep::remesh::criteria::Criteria;
+use crate::sweep::repair::{Shape, repair};
 use crate::sweep::tracked::{Changes, Tracked, place_of, place_on};
-use crate::sweep::transport::{LEAST_AREA, MOST_OFF, Moved, Step, distance_by_slope, fault};
+use crate::sweep::transport::{
+    MAX_DEVIATION_FACTOR, MIN_FACE_AREA, Moved, Step, distance_by_slope, fault,
+};
 use crate::topology::exact::ExactField;
 
-/// By vertex slot, where a vertex that is free is at the end of a step, and its normal there.
+/// By vertex slot: the position and normal of a free vertex at the end of a step.
 struct Ends(Vec<Option<[Vec3; 2]>>);
 
 impl Ends {
@@ -31,20 +33,14 @@ impl Ends {
         Some(self.0.get(v.0 as usize)?.as_ref()?[0])
     }
 
-    /// Where a vertex that is free is after a share of the step.
+    /// The position of a free vertex after a share of the step.
     fn on_the_way(&self, mesh: &HalfEdgeMesh, v: Vertex, share: f32) -> Vec3 {
         let p = mesh.position(v);
         self.get(v).map_or(p, |end| p.lerp(end, share))
     }
 
-    /// Where a vertex is at an isovalue of a step: the seam where the exact extraction has it.
-    fn place(
-        &self,
-        exact: &ExactField,
-        tracked: &Tracked,
-        v: Vertex,
-        (step, c): (Step, f64),
-    ) -> Vec3 {
+    /// The position of a vertex at an isovalue of a step; a bound vertex is where the exact extraction has it.
+    fn place(&self, exact: &ExactField, tracked: &Tracked, v: Vertex, step: Step, c: f64) -> Vec3 {
         let share = ((c - step.at) / (step.next - step.at)) as f32;
         let free = || self.on_the_way(&tracked.mesh, v, share);
         tracked.key(v).map_or_else(free, |e| place_on(exact, e, c))
@@ -63,8 +59,12 @@ impl Ends {
 }
 
 impl March<'_, '_> {
-    /// Blocks in which the mesh is not watertight with the exact cells, or not like the isosurface.
-    fn unlike(&self, State { tracked, region, .. }: &State, isovalue: f64) -> BTreeSet<u32> {
+    /// Blocks in which the mesh is not watertight with the exact cells, or its topology is not that of the isosurface.
+    fn topology_mismatches(
+        &self,
+        State { tracked, region, .. }: &State,
+        isovalue: f64,
+    ) -> BTreeSet<u32> {
         let open = open_seam(tracked, region, self.exact(), isovalue);
         if !open.is_empty() {
             log::debug!(
@@ -74,15 +74,15 @@ impl March<'_, '_> {
             );
             return self.blocks_at_samples(open);
         }
-        let places = unlike_parts(tracked, region, self.exact(), isovalue);
+        let places = mismatched_parts(tracked, region, self.exact(), isovalue);
         if !places.is_empty() {
-            log::debug!("{isovalue}: unlike at {} places: {:?}", places.len(), places[0]);
+            log::debug!("{isovalue}: other topology at {} places: {:?}", places.len(), places[0]);
         }
         self.blocks_at_samples(places.into_iter().map(|p| self.sample_at(p)))
     }
 
-    /// Blocks of faces that are far from the isosurface where the seam has gone over a sample: it may be fast.
-    fn strained(
+    /// Blocks of faces near crossed samples that are far from the isosurface: the seam may have moved far.
+    fn blocks_off_surface(
         &self,
         State { tracked, region, .. }: &State,
         faces: &BTreeSet<Face>,
@@ -91,30 +91,30 @@ impl March<'_, '_> {
         isovalue: f64,
     ) -> BTreeSet<u32> {
         let mesh = &tracked.mesh;
-        let place = |v: Vertex| ends.place(self.exact(), tracked, v, (step, isovalue));
+        let place = |v: Vertex| ends.place(self.exact(), tracked, v, step, isovalue);
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        let most = MOST_OFF * self.parameters().error as f32;
+        let most = MAX_DEVIATION_FACTOR * self.parameters().error as f32;
         let alive = faces.iter().filter(|&&f| mesh.has_face(f) && !mesh.is_cap(f));
         let corners = alive.map(|&f| mesh.face_vertices(f).map(place));
         let off =
-            corners.filter(|&t| area(t) >= LEAST_AREA && distance_by_slope(&criteria, t) > most);
+            corners.filter(|&t| area(t) >= MIN_FACE_AREA && distance_by_slope(&criteria, t) > most);
         let is_free = |b: &u32| !region.holds(*b);
         off.flat_map(|t| {
             let middle = self.blocks_at(&[t.iter().sum::<Vec3>() / 3.0]);
             if middle.iter().all(is_free) {
                 return middle;
             }
-            // It reaches into exact cells.
+            // The face extends into exact cells.
             let corners: BTreeSet<u32> = self.blocks_at(&t).into_iter().filter(is_free).collect();
             if corners.is_empty() { middle } else { corners }
         })
         .collect()
     }
 
-    /// Mends faces that are turned over half-way from samples that the seam has passed to those that it passes next: it runs over
-    /// vertices of the mesh where it is oblique to the motion. Adds the faces that this changes. Returns the vertices that are
-    /// gone, when, and where they were.
-    fn mend_passed(
+    /// Repairs faces that are turned over half-way between the value of the samples just crossed and the next one: where the seam
+    /// is oblique to the motion, it runs over vertices of the mesh. Adds the changed faces to `faces`. Returns the removed
+    /// vertices, each with the isovalue and its last position.
+    fn repair_crossed(
         &mut self,
         state: &mut State,
         faces: &mut BTreeSet<Face>,
@@ -123,15 +123,19 @@ impl March<'_, '_> {
         [isovalue, next]: [f64; 2],
     ) -> Vec<(Vertex, f64, Vec3)> {
         let (exact, error) = (self.exact(), self.parameters().error as f32);
-        let place = |tracked: &Tracked, v: Vertex, c: f64| ends.place(exact, tracked, v, (step, c));
+        let place = |tracked: &Tracked, v: Vertex, c: f64| ends.place(exact, tracked, v, step, c);
         let middle = 0.5 * (isovalue + next);
         let places = [middle, step.next].map(|c| move |t: &Tracked, v: Vertex| place(t, v, c));
         let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
         let shapes = [
-            Shape { criteria: criteria(middle), most: MOST_OFF * error, place: &places[0] },
+            Shape {
+                criteria: criteria(middle),
+                most: MAX_DEVIATION_FACTOR * error,
+                place: &places[0],
+            },
             Shape {
                 criteria: criteria(step.next),
-                most: 2.0 * MOST_OFF * error,
+                most: 2.0 * MAX_DEVIATION_FACTOR * error,
                 place: &places[1],
             },
         ];
@@ -146,22 +150,27 @@ impl March<'_, '_> {
         if turned.is_empty() {
             return Vec::new();
         }
-        let mended = mend(tracked, region, &shapes, &turned);
-        self.record.changed(tracked, mended.faces.iter().copied(), isovalue);
-        faces.extend(mended.faces);
-        mended.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
+        let repaired = repair(tracked, region, &shapes, &turned);
+        self.record.changed(tracked, repaired.faces.iter().copied(), isovalue);
+        faces.extend(repaired.faces);
+        repaired.gone.into_iter().map(|v| (v, isovalue, place(tracked, v, isovalue))).collect()
     }
 
-    /// The seam goes over all samples that are passed, and every vertex to where it is at the end of the step; unless blocks are
-    /// named, or others are to be, for which the seam is not asked in the end.
+    /// Moves the seam across all samples of the passage, and every vertex to the end of the step.
+    ///
+    /// # Errors
+    ///
+    /// The blocks that failed; the mesh and the record are as before. `failed` are blocks that have failed before: while
+    /// `may_retry`, they and faces off the isosurface are errors, and topology is checked only without them. Later only topology
+    /// is checked.
     pub(super) fn slide(
         &mut self,
         state: &mut State,
         step: Step,
         passage: Passage,
         moved: &Moved,
-        named: BTreeSet<u32>,
-        asks: bool,
+        failed: BTreeSet<u32>,
+        may_retry: bool,
     ) -> std::result::Result<(), BTreeSet<u32>> {
         let exact = self.exact();
         let before = state.tracked.clone();
@@ -172,9 +181,9 @@ impl March<'_, '_> {
             samples.reverse();
         }
         let criteria = Criteria::new(self.field(), step.next, self.parameters());
-        let mut strained = named;
-        let mut passed_faces: BTreeSet<Face> = BTreeSet::new();
-        // Vertices that are gone before the end, when, and where they were.
+        let mut failed = failed;
+        let mut crossed_faces: BTreeSet<Face> = BTreeSet::new();
+        // Vertices removed before the end, each with the isovalue and its last position.
         let mut left: Vec<(Vertex, f64, Vec3)> = Vec::new();
         let mut last = step.at;
         for sample in samples {
@@ -183,24 +192,31 @@ impl March<'_, '_> {
             }
             let value = exact.sample(sample).clamp(step.at.min(step.next), step.at.max(step.next));
             if value != last {
-                left.extend(self.mend_passed(state, &mut passed_faces, &ends, step, [last, value]));
-                strained.extend(self.strained(state, &passed_faces, &ends, step, last));
-                passed_faces.clear();
+                left.extend(self.repair_crossed(
+                    state,
+                    &mut crossed_faces,
+                    &ends,
+                    step,
+                    [last, value],
+                ));
+                failed.extend(self.blocks_off_surface(state, &crossed_faces, &ends, step, last));
+                crossed_faces.clear();
                 last = value;
             }
             let share = ((value - step.at) / (step.next - step.at)) as f32;
             let at = |mesh: &HalfEdgeMesh, v: Vertex| ends.on_the_way(mesh, v, share);
             let mut changes = Changes::default();
             let place = place_of(exact, sample);
-            let passed = state.tracked.pass(&state.region, sample, place, &at, &mut changes);
+            let passed =
+                state.tracked.cross_sample(&state.region, sample, place, &at, &mut changes);
             if let Err(stuck) = passed {
                 state.tracked = before;
                 self.record.roll_back(mark);
-                strained.extend(self.blocks_at_samples([stuck.0]));
-                return Err(strained);
+                failed.extend(self.blocks_at_samples([stuck.0]));
+                return Err(failed);
             }
             self.counts.passed += 1;
-            passed_faces.extend(&changes.faces);
+            crossed_faces.extend(&changes.faces);
             self.record.changed(&state.tracked, changes.faces.iter().copied(), value);
             for (v, between) in changes.born {
                 let [p, q] =
@@ -210,8 +226,8 @@ impl March<'_, '_> {
                 let reach = 0.5 * p.distance(q) + 0.1;
                 let end =
                     crate::field::project_point(self.field(), middle, n, criteria.isovalue, reach);
-                // Its way so far is that of the edge's middle; so that it is there at the sample's value, its place
-                // at the start of the step is as if it had always moved evenly.
+                // `on_the_way` interpolates between the position at the start of the step and the end. The vertex exists only
+                // since the sample's value, so its start is extrapolated from its present position.
                 let now = state.tracked.mesh.position(v);
                 let end = end.unwrap_or(middle);
                 if share < 1.0 {
@@ -220,11 +236,11 @@ impl March<'_, '_> {
                 ends.set(v, [end, Vec3::ZERO]);
             }
         }
-        left.extend(self.mend_passed(state, &mut passed_faces, &ends, step, [last, step.next]));
-        strained.extend(self.strained(state, &passed_faces, &ends, step, last));
-        let bad = match asks {
-            true if !strained.is_empty() => strained,
-            _ => self.unlike(state, step.next),
+        left.extend(self.repair_crossed(state, &mut crossed_faces, &ends, step, [last, step.next]));
+        failed.extend(self.blocks_off_surface(state, &crossed_faces, &ends, step, last));
+        let bad = match may_retry {
+            true if !failed.is_empty() => failed,
+            _ => self.topology_mismatches(state, step.next),
         };
         if !bad.is_empty() {
             state.tracked = before;

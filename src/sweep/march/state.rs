@@ -11,7 +11,7 @@ use crate::progress::Progress;
 use crate::sweep::calendar::{Calendar, Passage};
 use crate::sweep::context::Sweep;
 use crate::sweep::counts::Counts;
-use crate::sweep::exact::Shown;
+use crate::sweep::exact::ExactInterval;
 use crate::sweep::initial::InitialMesh;
 use crate::sweep::parameters::Parameters;
 use crate::sweep::record::Recorder;
@@ -19,40 +19,40 @@ use crate::sweep::region::{Grid, Region};
 use crate::sweep::tracked::Tracked;
 use crate::topology::exact::ExactField;
 
-/// Steps for which a block stays exact after the last reason for it.
-pub(super) const HOLD: u32 = 1;
+/// Number of steps for which a block stays exact after a critical point.
+pub(super) const MIN_EXACT_STEPS: u32 = 1;
 
-/// The longest that a block stays exact that cannot be tracked, steps.
-pub(super) const LONGEST_HOLD: u32 = 32;
+/// Longest back-off of a block whose tracking failed, steps.
+pub(super) const MAX_BACK_OFF: u32 = 32;
 
-/// Why a block is exact: until which step, and for how long it was held the last time that it could not be tracked.
+/// How long a block stays exact: until which step, and the length in steps of its last back-off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reason {
     pub(super) until: u32,
     pub(super) held: u32,
 }
 
-/// What a march goes on with.
+/// The state of a march in one direction.
 #[derive(Clone)]
 pub(super) struct State {
     pub(super) tracked: Tracked,
     pub(super) region: Region,
-    /// Since when blocks are exact.
+    /// By block, the isovalue since which it is exact.
     pub(super) since: HashMap<u32, f64>,
-    /// By block, the last reason to be exact.
+    /// By block, how long it stays exact.
     pub(super) reasons: HashMap<u32, Reason>,
     pub(super) at: f64,
 }
 
-/// How much of the work is done.
-pub(super) struct Done<'s> {
+/// Progress of both directions.
+pub(super) struct WorkDone<'s> {
     pub(super) share: Mutex<f64>,
     pub(super) progress: &'s dyn Progress,
 }
 
-impl Done<'_> {
-    /// Tells that more of it is.
-    pub(super) fn tell(&self, share: f64) {
+impl WorkDone<'_> {
+    /// Adds a share of the work and reports the sum.
+    pub(super) fn add(&self, share: f64) {
         let mut done = self.share.lock().unwrap_or_else(PoisonError::into_inner);
         *done += share;
         self.progress.report(done.min(1.0), "tracking");
@@ -65,40 +65,41 @@ pub(super) struct March<'s, 'a> {
     pub(super) calendar: &'s Calendar<'s>,
     pub(super) grid: Grid,
     pub(super) record: Recorder,
-    pub(super) shown: Vec<Shown>,
+    pub(super) shown: Vec<ExactInterval>,
     pub(super) counts: Counts,
     pub(super) step: u32,
-    pub(super) done: &'s Done<'s>,
+    pub(super) done: &'s WorkDone<'s>,
 }
 
 impl<'s, 'a> March<'s, 'a> {
-    /// Begins: everything is exact; or, with a mesh from outside, nothing is.
-    pub(super) fn begun(
+    /// A march at its start: everything is exact; with an initial mesh, only the layer around the volume.
+    pub(super) fn new(
         sweep: &'s Sweep<'a>,
         calendar: &'s Calendar<'s>,
-        done: &'s Done<'s>,
-        (start, initial): (f64, Option<InitialMesh>),
+        done: &'s WorkDone<'s>,
+        start: f64,
+        initial: Option<InitialMesh>,
     ) -> Result<(March<'s, 'a>, State)> {
         let grid = Grid::of(&sweep.exact);
         let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
-            // A closed mesh has no boundary that could be bound.
+            // A closed mesh has no boundary vertices to bind.
             let tracked = Tracked::of(positions, triangles, |_| None);
             let tracked = tracked.map_err(|at| Error::internal(format!("initial mesh at {at}")))?;
-            (Region::open(grid), tracked)
+            (Region::layer_exact(grid), tracked)
         } else {
             let passage = Passage::between(&sweep.exact, start, start);
-            (Region::closed(grid, calendar.blocks(grid, passage)), Tracked::default())
+            (Region::all_exact(grid, calendar.blocks(grid, passage)), Tracked::default())
         };
         let mut record = Recorder::default();
         record.changed_all(&tracked, start);
-        let (shown, counts, step) = (Vec::new(), Counts::default(), HOLD + 1);
+        let (shown, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
         let march = March { sweep, calendar, grid, record, shown, counts, step, done };
         let since = region.blocks().iter().map(|&b| (b, start)).collect();
         Ok((march, State { tracked, region, since, reasons: HashMap::new(), at: start }))
     }
 
-    /// The same march, to go on otherwise from where it is: with nothing counted and shown.
-    pub(super) fn other(&self) -> Self {
+    /// A march in the other direction from the same record, with empty counts and intervals.
+    pub(super) fn fork(&self) -> Self {
         let March { sweep, calendar, grid, step, done, .. } = *self;
         let (shown, counts) = (Vec::new(), Counts::default());
         March { sweep, calendar, grid, record: self.record.clone(), shown, counts, step, done }
@@ -116,11 +117,15 @@ impl<'s, 'a> March<'s, 'a> {
         self.sweep.parameters
     }
 
-    /// Writes down that a block was exact between two isovalues.
+    /// Records that a block was exact between two isovalues.
     pub(super) fn show(&mut self, block: u32, a: f64, b: f64) {
         if a != b {
             let cells = self.grid.cells_of(block);
-            self.shown.extend(cells.map(|cell| (cell, a.min(b), a.max(b))));
+            self.shown.extend(cells.map(|cell| ExactInterval {
+                cell,
+                low: a.min(b),
+                high: a.max(b),
+            }));
         }
     }
 

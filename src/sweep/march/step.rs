@@ -1,28 +1,28 @@
-//! One step: the mesh goes to the next isovalue, and what of it cannot becomes exact cells.
+//! One step: moves the mesh to the next isovalue, and makes blocks exact where that fails.
 
 use std::collections::BTreeSet;
 
 use glam::Vec3;
 
-use super::state::{HOLD, LONGEST_HOLD, March, State};
+use super::state::{MAX_BACK_OFF, MIN_EXACT_STEPS, March, State};
 use crate::error::Result;
 use crate::extract::count::count_parts;
 use crate::kernels::Kernels;
 use crate::mesh::{Face, Vertex};
 use crate::sweep::calendar::Passage;
-use crate::sweep::mend::{Shape, mend, mend_faults};
 use crate::sweep::remesh::criteria::Criteria;
 use crate::sweep::remesh::remesh;
+use crate::sweep::repair::{Shape, repair, repair_faults};
 use crate::sweep::tracked::{Tracked, place_on};
-use crate::sweep::transport::{Again, MOST_OFF, Moved, Step, Transport, faults};
+use crate::sweep::transport::{MAX_DEVIATION_FACTOR, Moved, Retry, Step, Transport, faults};
 
-/// A step is tried so often with more cells exact before it is taken as it is, but for its seam, which may ask as often once
-/// more.
-const MOST_ROUNDS: usize = 6;
+/// Number of attempts of a step in which every failure makes more blocks exact. In as many further attempts failures count
+/// while the set of exact blocks grows; after that only failures of seam and topology do.
+const MAX_ROUNDS: usize = 6;
 
 impl March<'_, '_> {
-    /// Takes one step; does not where it is too long for too much of the mesh.
-    pub(super) fn take(
+    /// Takes one step. Returns false if the step is too long.
+    pub(super) fn take_step(
         &mut self,
         state: &mut State,
         step: Step,
@@ -31,18 +31,19 @@ impl March<'_, '_> {
     ) -> Result<bool> {
         self.step += 1;
         let is_taken =
-            !self.is_before_events(state, step) && self.pass(state, step, is_long, kernels)?;
+            !self.is_before_events(state, step) && self.try_step(state, step, is_long, kernels)?;
         if is_taken {
             self.counts.steps += 1;
-            self.arrive(state, step.next);
+            self.finish_step(state, step.next);
         } else {
             self.counts.too_long += 1;
         }
         Ok(is_taken)
     }
 
-    /// Takes the mesh to the end of a step; again and again, with more cells exact where places could not be tracked.
-    fn pass(
+    /// Moves the mesh to the end of a step; repeats that with more cells exact where it fails. Returns false if the step is too
+    /// long.
+    fn try_step(
         &mut self,
         state: &mut State,
         step: Step,
@@ -55,51 +56,51 @@ impl March<'_, '_> {
         }
         let passage = Passage::between(self.exact(), step.at, step.next);
         self.exchange(state, region, passage, kernels)?;
-        let mut again: Option<Again> = None;
-        let (mut is_mended, mut round, mut n_exact) = (false, 0, 0);
+        let mut retry: Option<Retry> = None;
+        let (mut is_repaired, mut round, mut n_exact) = (false, 0, 0);
         loop {
-            self.counts.repeated += u64::from(again.is_some());
-            let moved = self.moved(state, step, again.as_ref(), kernels)?;
-            if again.is_none() && self.is_too_long(state, step, &moved) {
+            self.counts.repeated += u64::from(retry.is_some());
+            let moved = self.moved(state, step, retry.as_ref(), kernels)?;
+            if retry.is_none() && self.is_too_long(state, step, &moved) {
                 return Ok(false);
             }
-            // What folds is mended before its cells become exact; and again after that, as cuts leave slivers.
-            if !is_mended {
-                is_mended = true;
-                if let Some(near) = self.mend_folded(state, step, &moved) {
-                    again = Some(self.again(moved, BTreeSet::new(), near));
+            // Folded faces are repaired before their cells become exact, and once more after each exchange, as cuts leave slivers.
+            if !is_repaired {
+                is_repaired = true;
+                if let Some(near) = self.repair_folded(state, step, &moved) {
+                    retry = Some(self.retry(moved, BTreeSet::new(), near));
                     continue;
                 }
             }
-            let mut named = BTreeSet::new();
-            if round < MOST_ROUNDS {
-                named = self.blocks_at(&moved.places);
+            let mut failed = BTreeSet::new();
+            if round < MAX_ROUNDS {
+                failed = self.blocks_at(&moved.places);
             }
-            // What asks in vain is not heard again.
+            // Retry only while the set of exact blocks grows.
             let n_before = std::mem::replace(&mut n_exact, state.region.blocks().len());
-            let asks = round < MOST_ROUNDS || round < 2 * MOST_ROUNDS && n_exact != n_before;
-            let named = match self.slide(state, step, passage, &moved, named, asks) {
+            let may_retry = round < MAX_ROUNDS || round < 2 * MAX_ROUNDS && n_exact != n_before;
+            let failed = match self.slide(state, step, passage, &moved, failed, may_retry) {
                 Ok(()) => return Ok(true),
-                Err(named) => named,
+                Err(failed) => failed,
             };
             log::debug!(
-                "{} to {}: {:?} named, {} faces, {} exact blocks",
+                "{} to {}: {:?} failed, {} faces, {} exact blocks",
                 step.at,
                 step.next,
-                moved.named,
+                moved.n_failures,
                 state.tracked.mesh.n_faces(),
                 state.region.blocks().len()
             );
-            again = Some(self.give_way(state, named, passage, moved, kernels)?);
-            (is_mended, round) = (false, round + 1);
+            retry = Some(self.make_exact(state, failed, passage, moved, kernels)?);
+            (is_repaired, round) = (false, round + 1);
         }
     }
 
-    /// What is done at the end of a step: better triangles, and exact cells in the next one where some are not good enough.
-    fn arrive(&mut self, state: &mut State, isovalue: f64) {
+    /// Finishes a step: remeshes, records, and starts the back-off of blocks with faces that are still off.
+    fn finish_step(&mut self, state: &mut State, isovalue: f64) {
         state.at = isovalue;
         let criteria = Criteria::new(self.field(), isovalue, self.parameters());
-        self.mend_and_remesh(state, &criteria);
+        self.repair_and_remesh(state, &criteria);
         let faults = faults(&state.tracked, &criteria, self.parameters());
         self.record.changed_all(&state.tracked, isovalue);
         self.counts.faults += faults.len() as u64;
@@ -109,23 +110,23 @@ impl March<'_, '_> {
             self.back_off(state, b);
         }
         if log::log_enabled!(log::Level::Debug) {
-            self.tell_share(state);
+            self.log_tracked_share(state);
         }
     }
 
-    /// Tells which share of the isosurface is tracked, for those who look on.
-    fn tell_share(&self, State { tracked, region, at, .. }: &State) {
+    /// Logs the share of the isosurface that is tracked.
+    fn log_tracked_share(&self, State { tracked, region, at, .. }: &State) {
         let n = |is_in: &dyn Fn(u32) -> bool| count_parts(self.exact(), *at, is_in).crossings.len();
         let (own, all) = (n(&|cell| !region.is_exact(cell)), n(&|_| true));
         log::debug!("at {at} {own} of {all} crossings tracked; {} faces", tracked.mesh.n_faces());
     }
 
-    /// Where the mesh is at the end of a step.
+    /// The mesh at the end of a step.
     fn moved(
         &self,
         state: &State,
         step: Step,
-        again: Option<&Again>,
+        retry: Option<&Retry>,
         kernels: &mut dyn Kernels,
     ) -> Result<Moved> {
         let transport = Transport {
@@ -135,22 +136,22 @@ impl March<'_, '_> {
             field: self.field(),
             parameters: self.parameters(),
             step,
-            again,
+            retry,
         };
         transport.moved(kernels)
     }
 
-    /// Blocks become exact for a while, where they are that already, those around them; the step is to be taken again.
-    fn give_way(
+    /// Makes blocks whose tracking failed exact, and their neighbours if they are exact already. Returns the state for a retry.
+    fn make_exact(
         &mut self,
         state: &mut State,
-        named: BTreeSet<u32>,
+        failed: BTreeSet<u32>,
         passage: Passage,
         before: Moved,
         kernels: &mut dyn Kernels,
-    ) -> Result<Again> {
+    ) -> Result<Retry> {
         let mut region = state.region.clone();
-        for b in named {
+        for b in failed {
             self.back_off(state, b);
             if !region.add(b) {
                 for near in self.grid.blocks_around(b) {
@@ -161,15 +162,15 @@ impl March<'_, '_> {
         }
         let old = state.region.blocks().clone();
         let added: Vec<u32> = region.blocks().difference(&old).copied().collect();
-        self.calendar.close_around(&mut region, passage, &added);
+        self.calendar.grow_around(&mut region, passage, &added);
         let fresh = self.exchange(state, region, passage, kernels)?;
         let near = old.symmetric_difference(state.region.blocks()).copied().collect();
-        Ok(self.again(before, fresh, near))
+        Ok(self.retry(before, fresh, near))
     }
 
-    /// Mends faces that fold on the way, most of them where the seam runs into the mesh. Returns the blocks of what changes,
-    /// if anything does.
-    fn mend_folded(
+    /// Repairs faces that fold during the step, mostly where the seam runs into the mesh. Returns the blocks of the changed
+    /// faces; `None` if nothing changed.
+    fn repair_folded(
         &mut self,
         state: &mut State,
         step: Step,
@@ -183,44 +184,52 @@ impl March<'_, '_> {
         };
         let criteria = |c: f64| Criteria::new(self.field(), c, self.parameters());
         let shapes = [
-            Shape { criteria: criteria(step.at), most: MOST_OFF * error, place: &start },
-            Shape { criteria: criteria(step.next), most: 2.0 * MOST_OFF * error, place: &end },
+            Shape {
+                criteria: criteria(step.at),
+                most: MAX_DEVIATION_FACTOR * error,
+                place: &start,
+            },
+            Shape {
+                criteria: criteria(step.next),
+                most: 2.0 * MAX_DEVIATION_FACTOR * error,
+                place: &end,
+            },
         ];
         let corners = moved.folded.iter().flat_map(|f| state.tracked.mesh.corners(*f));
         let places: Vec<Vec3> = corners.collect();
-        let mended = mend(&mut state.tracked, &state.region, &shapes, &moved.folded);
-        log::debug!("{} edits for {} folded faces", mended.corners.len(), moved.folded.len());
-        if mended.corners.is_empty() {
+        let repaired = repair(&mut state.tracked, &state.region, &shapes, &moved.folded);
+        log::debug!("{} edits for {} folded faces", repaired.corners.len(), moved.folded.len());
+        if repaired.corners.is_empty() {
             return None;
         }
         self.record.changed_all(&state.tracked, state.at);
         Some(self.blocks_at(&places))
     }
 
-    /// Better triangles at the end of a step: what fails is mended before remeshing, which would not, and after it.
-    fn mend_and_remesh(&self, State { tracked, region, .. }: &mut State, criteria: &Criteria) {
-        mend_faults(tracked, region, criteria, self.parameters());
+    /// Remeshes at the end of a step; repairs failing faces before, as remeshing does not, and after.
+    fn repair_and_remesh(&self, State { tracked, region, .. }: &mut State, criteria: &Criteria) {
+        repair_faults(tracked, region, criteria, self.parameters());
         remesh(&mut tracked.mesh, criteria);
-        mend_faults(tracked, region, criteria, self.parameters());
+        repair_faults(tracked, region, criteria, self.parameters());
     }
 
-    /// A block could not be tracked: it stays exact for a while, which doubles where it was tracked again in vain.
+    /// Starts the back-off of a block whose tracking failed: it stays exact for some steps, twice as many if it fails again soon.
     fn back_off(&self, state: &mut State, block: u32) {
         let reason = state.reasons.entry(block).or_default();
         if reason.until > self.step {
             return;
         }
-        let again = reason.held > 0 && reason.until + reason.held + HOLD >= self.step;
-        reason.held = if again { (2 * reason.held).min(LONGEST_HOLD) } else { HOLD + 1 };
+        let again = reason.held > 0 && reason.until + reason.held + MIN_EXACT_STEPS >= self.step;
+        reason.held = if again { (2 * reason.held).min(MAX_BACK_OFF) } else { MIN_EXACT_STEPS + 1 };
         reason.until = self.step + reason.held;
     }
 
-    /// To take a step again after some blocks have changed.
-    fn again(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: BTreeSet<u32>) -> Again {
+    /// The state for a retry after some blocks have changed.
+    fn retry(&self, before: Moved, fresh: BTreeSet<Vertex>, changed: BTreeSet<u32>) -> Retry {
         let grid = self.grid;
         let marked =
             |rings| grid.marked(changed.iter().flat_map(|&b| grid.blocks_within(b, rings)));
         let [near, wide] = [1, 2].map(marked);
-        Again { before, fresh, near, wide }
+        Retry { before, fresh, near, wide }
     }
 }

@@ -1,4 +1,4 @@
-//! When a triangle is good: the criteria that simplification, refinement and flips share.
+//! Quality criteria of triangles, shared by simplification, refinement and flips.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -10,27 +10,27 @@ use crate::field::ray::{Slab, Walk, walk};
 use crate::mesh::{Face, HalfEdgeMesh, Vertex, normal, radius_ratio};
 use crate::sweep::parameters::Parameters;
 
-/// Share of the tolerance a triangle may use at a sampling isovalue. The rest is for the way
+/// Share of the tolerance that a triangle may use at a sampling isovalue. The rest is for isovalues
 /// between two sampling isovalues, where trajectories are straight and surfaces are not.
 const SAMPLE_SHARE: f32 = 0.72;
 
 /// Shortest edge that refinement aims at, voxels.
 const MIN_EDGE: f32 = 0.35;
 
-/// Where the search for another sheet starts, voxels off the vertex.
+/// Distance from the vertex at which the search for another sheet starts, voxels.
 const GAP_START: f32 = 0.02;
 
-/// Within this distance, in voxels, another sheet limits the edges.
+/// Distance within which another sheet limits the edge length, voxels.
 const GAP_REACH: f32 = 1.0;
 
-/// Longest edge over the distance to another sheet: straight triangles on both must not meet.
+/// Longest edge, as a multiple of the distance to another sheet: flat triangles on both sheets must not intersect.
 const EDGES_PER_GAP: f32 = 1.5;
 
-/// Edges are not made shorter than this because of another sheet, voxels.
+/// Shortest edge that another sheet can require, voxels.
 const MIN_GAP_EDGE: f32 = 0.1;
 
-/// Largest angle, as its cosine, that an edit may turn a face by.
-const MAX_TURN: f32 = 0.4;
+/// Cosine of the largest angle by which an edit may turn a face.
+const MIN_TURN_COSINE: f32 = 0.4;
 
 /// The isosurface a mesh should follow, and how closely.
 #[derive(Clone, Copy)]
@@ -79,11 +79,11 @@ impl<'a> Criteria<'a> {
     pub(crate) fn may_change(&self, before: [Vec3; 3], after: [Vec3; 3], most: f32) -> bool {
         let (n, m) = (normal(before), normal(after));
         let turn = n.dot(m);
-        turn > MAX_TURN * n.length() * m.length() && self.deviation(after) <= most
+        turn > MIN_TURN_COSINE * n.length() * m.length() && self.deviation(after) <= most
     }
 
-    /// Where the middle of an edge belongs on the isosurface; the middle itself if the isosurface
-    /// cannot be reached from it within half the edge.
+    /// The middle of an edge, projected onto the isosurface; the middle itself if the isosurface
+    /// is not within half the edge length.
     pub(crate) fn edge_point(
         &self,
         mesh: &HalfEdgeMesh,
@@ -139,10 +139,10 @@ impl<'a> Criteria<'a> {
     }
 }
 
-/// The longest wanted edge at the seam between tracked mesh and exact cells, voxels: the side of a cell.
+/// Longest target edge length at the seam, voxels: the side of a cell.
 const MAX_SEAM_EDGE: f32 = 1.0;
 
-/// Wanted edge length at every vertex slot, voxels.
+/// Target edge length at every vertex slot, voxels.
 ///
 /// A triangle with edges of length l on a surface of curvature k deviates by about k l^2 / 6, so
 /// the length at which it would deviate by `goal` is l * sqrt(goal / deviation).
@@ -152,7 +152,7 @@ pub(crate) fn sizing(
     deviations: &[f32],
     goal: f32,
 ) -> Vec<f32> {
-    // The longest edge is what was asked for, and may be shorter than the shortest.
+    // The requested longest edge may be shorter than the default shortest one.
     let max_edge = criteria.max_edge;
     let min_edge = criteria.min_edge.min(max_edge);
     let mut inverse_square = vec![0.0f32; mesh.vertex_slots()];
@@ -181,7 +181,7 @@ pub(crate) fn sizing(
             *l = l.min((EDGES_PER_GAP * criteria.gap(mesh, v)).max(MIN_GAP_EDGE));
         }
     });
-    // Beside exact cells, whose hull turns at every cell, longer triangles would reach across its corners.
+    // The hull of the exact cells has corners at every cell; longer triangles would extend across them.
     for v in mesh.vertices().filter(|&v| mesh.is_fixed(v)) {
         let l = &mut length[v.0 as usize];
         *l = l.min(MAX_SEAM_EDGE);
@@ -201,7 +201,7 @@ pub(crate) fn sizing(
     length
 }
 
-/// Gives the vertices that were added since `length` was computed the mean of their neighbours'.
+/// Sets the target length of vertices added since `length` was computed to the mean of their neighbours.
 pub(crate) fn extend_sizing(mesh: &HalfEdgeMesh, length: &mut Vec<f32>) {
     let known = length.len();
     for slot in known..mesh.vertex_slots() {

@@ -1,4 +1,4 @@
-//! Edge flips towards better triangles, and towards ones that follow the isosurface.
+//! Edge flips that improve the shape of triangles or reduce their deviation from the isosurface.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,21 +16,21 @@ pub(crate) struct Flips {
 }
 
 impl Flips {
-    /// Whatever makes triangles better.
+    /// Every flip that improves triangles.
     pub(crate) const ALL: Flips = Flips { gain: 0.02, poor: 1.0 };
 }
 
-/// Triangles that deviate by more than this share of the tolerance are off: no flip makes any.
-const OFF_SHARE: f32 = 0.7;
+/// Triangles that deviate by more than this share of the tolerance are off the isosurface: no flip may create one.
+const MAX_FLIP_SHARE: f32 = 0.7;
 
-/// A flip that brings triangles nearer that are off lowers their deviation to this share, and leaves no
-/// radius ratio below the second.
-const NEARER: f32 = 0.75;
-const NEARER_QUALITY: f32 = 0.5;
+/// A flip for the deviation of triangles that are off must reduce it to this share, and leave no
+/// radius ratio below the second value.
+const NEARER_FACTOR: f32 = 0.75;
+const MIN_NEARER_QUALITY: f32 = 0.5;
 
-/// Flips every edge whose flip makes the worse of its two triangles better, while the mesh stays as
-/// close to the isosurface, and every edge whose flip brings triangles nearer to it that are off, while they
-/// stay good, as `flips` allows. At most `passes` times over all edges. Returns the number of flips.
+/// Flips every edge whose flip improves the worse of its two triangles without increasing the deviation,
+/// and every edge whose flip reduces the deviation of triangles that are off while their shape stays good.
+/// At most `passes` passes over all edges. Returns the number of flips.
 pub(crate) fn flip_edges(
     mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,
@@ -42,7 +42,7 @@ pub(crate) fn flip_edges(
     for _ in 0..passes {
         let mut touched: Vec<Edge> = Vec::new();
         let mut n = 0;
-        // Few are; those are asked again, as the flips before them change what is around.
+        // Candidates are few; they are tested again, as earlier flips change their surroundings.
         let is_better = |e: &Edge| flip_is_better(mesh, criteria, *e, flips);
         edges = edges.into_par_iter().with_min_len(256).filter(is_better).collect();
         for &e in &edges {
@@ -64,8 +64,8 @@ pub(crate) fn flip_edges(
     total
 }
 
-/// Whether the triangles after the flip are better and follow the isosurface as well, or follow it better and
-/// are good.
+/// Whether the triangles after the flip have a better shape and no larger deviation, or a smaller deviation and a good
+/// shape.
 fn flip_is_better(mesh: &HalfEdgeMesh, criteria: &Criteria, e: Edge, flips: Flips) -> bool {
     let h = e.halfedge();
     if mesh.is_pinned(mesh.from(h)) && mesh.is_pinned(mesh.to(h)) {
@@ -76,7 +76,7 @@ fn flip_is_better(mesh: &HalfEdgeMesh, criteria: &Criteria, e: Edge, flips: Flip
     let (c, d) = (at(mesh.to(mesh.next(h))), at(mesh.to(mesh.next(h.twin()))));
     let before: [[Vec3; 3]; 2] = [[a, b, c], [b, a, d]];
     let after: [[Vec3; 3]; 2] = [[a, d, c], [d, b, c]];
-    // Both new triangles face the side that both old ones face.
+    // Both new triangles must face the same side as both old ones.
     let n = (normal(before[0]).normalize_or_zero() + normal(before[1]).normalize_or_zero())
         .normalize_or_zero();
     if after.iter().any(|&t| normal(t).normalize_or_zero().dot(n) < 0.7) {
@@ -87,13 +87,13 @@ fn flip_is_better(mesh: &HalfEdgeMesh, criteria: &Criteria, e: Edge, flips: Flip
     let (worst_before, worst_after) = (worst(before), worst(after));
     if worst_before < flips.poor && worst_after >= worst_before + flips.gain {
         let after = deviation(after);
-        return after <= OFF_SHARE * criteria.error || after <= deviation(before);
+        return after <= MAX_FLIP_SHARE * criteria.error || after <= deviation(before);
     }
-    if worst_after < NEARER_QUALITY {
+    if worst_after < MIN_NEARER_QUALITY {
         return false;
     }
     let far = deviation(before);
-    far > OFF_SHARE * criteria.error && deviation(after) < NEARER * far
+    far > MAX_FLIP_SHARE * criteria.error && deviation(after) < NEARER_FACTOR * far
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! Better triangles where the mesh has come out of exact cells, at the isovalue of the exchange.
+//! Remeshing of triangles that come from released cells, at the isovalue of the exchange.
 //!
 //! # Theory
 //!
-//! The exact extraction's triangles are small and thin. They are remeshed as the tracked mesh is; what was tracked before
-//! does not move. What that leaves turned over or off is mended; where it cannot be, cells become exact on the next step.
+//! The exact extraction's triangles are small and thin. They are remeshed like the tracked mesh; vertices tracked before
+//! do not move. Faces that are turned over or off after that are repaired; where that fails, cells become exact in the next step.
 
 use std::collections::BTreeMap;
 
@@ -20,10 +20,10 @@ use crate::field::Field;
 use crate::kernels::{Advance, Kernels, Relaxation};
 use crate::mesh::{Compacted, Connectivity, Face, HalfEdgeMesh, Vertex};
 use crate::sweep::exchanged::Exchanged;
-use crate::sweep::mend::mend_faults;
 use crate::sweep::parameters::Parameters;
 use crate::sweep::part::Part;
 use crate::sweep::region::Region;
+use crate::sweep::repair::repair_faults;
 use crate::sweep::tracked::Tracked;
 
 /// Rounds of split, collapse, flip and relaxation.
@@ -32,10 +32,10 @@ const ROUNDS: usize = 3;
 /// Iterations of relaxation in each.
 const RELAXATIONS: u32 = 4;
 
-/// Share of the tolerance within which collapses stay, so that refinement does not undo them.
+/// Largest deviation after a collapse, as a share of the tolerance, so that refinement does not undo it.
 const COLLAPSE_SHARE: f32 = 0.5;
 
-/// What improvement knows of the sweep.
+/// The parameters of the remeshing.
 pub(in crate::sweep) struct Improvement<'a> {
     pub(in crate::sweep) field: &'a Field,
     pub(in crate::sweep) region: &'a Region,
@@ -43,7 +43,7 @@ pub(in crate::sweep) struct Improvement<'a> {
     pub(in crate::sweep) isovalue: f64,
 }
 
-/// A part of the mesh that is new, or beside what is.
+/// A part of the mesh that is new, or next to new faces.
 struct Fresh {
     part: Part,
     made: Tracked,
@@ -66,7 +66,7 @@ impl Improvement<'_> {
         Ok(all.into_iter().map(Fresh::exchanged).collect())
     }
 
-    /// Remeshes what is not held.
+    /// Remeshes everything that is not held.
     fn remesh(&self, all: &mut [Fresh], kernels: &mut dyn Kernels) -> Result<()> {
         let criteria = Criteria::new(self.field, self.isovalue, self.parameters);
         all.iter_mut().for_each(|fresh| fresh.pin(true));
@@ -79,7 +79,7 @@ impl Improvement<'_> {
             let deviations = criteria.deviations(mesh);
             refine(mesh, &criteria, &deviations);
             flip_edges(mesh, &criteria, 2, Flips::ALL);
-            mend_faults(&mut fresh.made, self.region, &criteria, self.parameters);
+            repair_faults(&mut fresh.made, self.region, &criteria, self.parameters);
             fresh.pin(false);
         });
         Ok(())
@@ -161,7 +161,7 @@ impl Fresh {
     }
 }
 
-/// The faces at new vertices and beside those, ascending, in sets that have no vertex in common.
+/// The faces at new vertices and their neighbours, ascending, in sets that have no vertex in common.
 fn parts(whole: &Tracked, is_new: &(dyn Fn(Vertex) -> bool + Sync)) -> Vec<Vec<Face>> {
     let mesh = &whole.mesh;
     let mut is_near = vec![false; mesh.vertex_slots()];
@@ -184,7 +184,7 @@ fn parts(whole: &Tracked, is_new: &(dyn Fn(Vertex) -> bool + Sync)) -> Vec<Vec<F
     parts.into_values().collect()
 }
 
-/// One round of splits, collapses and flips of what is not pinned.
+/// One round of splits, collapses and flips of everything that is not pinned.
 fn edit(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
     let deviations = criteria.deviations(mesh);
     let mut length = sizing(mesh, criteria, &deviations, SIZING_GOAL * criteria.error);

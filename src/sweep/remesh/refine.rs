@@ -24,7 +24,7 @@ pub(crate) fn refine(mesh: &mut HalfEdgeMesh, criteria: &Criteria, deviations: &
         marked[n_far..].iter().map(|&f| (f, mesh.face_vertices(f))).collect();
     quadrisect(mesh, criteria, &marked[..n_far]);
     for (f, vertices) in near {
-        // A face that a neighbour's refinement has changed waits for the next round.
+        // A face that a neighbour's refinement has changed is left to the next round.
         if mesh.face_vertices(f) == vertices {
             let sides = mesh.face_halfedges(f).map(|h| h.edge());
             let free = sides.iter().filter(|e| !is_fixed(mesh, **e));
@@ -37,15 +37,15 @@ pub(crate) fn refine(mesh: &mut HalfEdgeMesh, criteria: &Criteria, deviations: &
     marked.len()
 }
 
-/// Whether both ends of an edge are fixed: it stays whole.
+/// Whether both ends of an edge are fixed, so that it must not be split.
 fn is_fixed(mesh: &HalfEdgeMesh, e: Edge) -> bool {
     let h = e.halfedge();
     mesh.is_fixed(mesh.from(h)) && mesh.is_fixed(mesh.to(h))
 }
 
 /// Quadrisects the given faces, and bisects or quadrisects their neighbours so that no vertex ends
-/// up inside an edge: a face with two or three split edges is split in four, with one in two.
-/// New vertices are put onto the isosurface. Returns them.
+/// up inside an edge: a face with two or three split edges becomes four, one with one split edge two.
+/// Returns the new vertices, which are on the isosurface.
 pub(crate) fn quadrisect(
     mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,

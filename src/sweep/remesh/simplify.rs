@@ -8,14 +8,14 @@ use crate::mesh::{HalfEdge, HalfEdgeMesh, Vertex, radius_ratio};
 /// Which collapses are made.
 #[derive(Clone, Copy)]
 pub(crate) struct Bounds {
-    /// Edges shorter than so many times the wanted length at both ends collapse.
+    /// Edges shorter than this multiple of the target length at both ends collapse.
     pub(crate) short: f32,
-    /// Share of the tolerance within which the faces around must come out.
+    /// Largest deviation of the faces around after a collapse, as a share of the tolerance.
     pub(crate) share: f32,
 }
 
-/// Collapses the short edges, and the shortest edges of triangles that are too small or too thin, as far
-/// as the criteria allow. Returns the vertices removed and those in their place.
+/// Collapses short edges, and the shortest edges of triangles that are too small or too thin, as far
+/// as the criteria allow. Returns pairs of removed vertex and remaining vertex.
 pub(crate) fn simplify(
     mesh: &mut HalfEdgeMesh,
     criteria: &Criteria,
@@ -45,7 +45,7 @@ pub(crate) fn simplify(
             continue;
         }
         let directions =
-            [h, h.twin()].map(|h| (h, collapse_quality(mesh, criteria, length, (h, bounds))));
+            [h, h.twin()].map(|h| (h, collapse_quality(mesh, criteria, length, h, bounds)));
         let best = directions.iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("two directions");
         if best.1 > 0.0 {
             let c = mesh.collapse(best.0);
@@ -55,7 +55,7 @@ pub(crate) fn simplify(
     collapsed
 }
 
-/// Whether `h` is the shortest side of a face that should go.
+/// Whether `h` is the shortest side of a face that should be removed.
 fn is_shortest_of_bad_face(mesh: &HalfEdgeMesh, criteria: &Criteria, h: HalfEdge) -> bool {
     let f = mesh.face(h);
     criteria.is_bad(mesh, f) && {
@@ -71,7 +71,8 @@ fn collapse_quality(
     mesh: &HalfEdgeMesh,
     criteria: &Criteria,
     length: &[f32],
-    (h, bounds): (HalfEdge, Bounds),
+    h: HalfEdge,
+    bounds: Bounds,
 ) -> f32 {
     if !mesh.can_collapse(h) {
         return 0.0;

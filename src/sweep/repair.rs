@@ -1,11 +1,11 @@
-//! Faces that are turned over or off are mended by local edits, before their cells become exact for them.
+//! Repairs faces that are turned over or off the isosurface by local edits, before their cells become exact.
 //!
 //! # Theory
 //!
-//! The seam keeps to the lattice's squares, so it runs over vertices of the mesh beside it where the isosurface is oblique to
-//! them, and what it has overrun lies turned over in exact cells. Such vertices are merged into the seam, or
-//! edges beside them flipped. Edits that make triangles better do not do so, as they turn no triangle far. What
-//! counts here is how many triangles fail, in every shape that the mesh has on a step, then how thin they are.
+//! The seam stays on the lattice's squares, so where the isosurface is oblique to them it runs over nearby vertices of the mesh,
+//! and their faces are turned over in exact cells. Such vertices are merged into the seam, or
+//! edges near them flipped. Remeshing does not do that, as its edits must not turn a triangle far. The criterion
+//! here is how many triangles fail, in every position that the mesh has during a step, then how thin they are.
 
 use std::collections::BTreeSet;
 
@@ -13,12 +13,12 @@ use glam::Vec3;
 
 use super::region::Region;
 use super::tracked::{Tracked, share_exact_cell};
-use super::transport::{MOST_OFF, fault, faults};
+use super::transport::{MAX_DEVIATION_FACTOR, fault, faults};
 use crate::mesh::{Edge, Face, HalfEdge, Vertex, radius_ratio};
 use crate::sweep::parameters::Parameters;
 use crate::sweep::remesh::criteria::Criteria;
 
-/// How a mesh lies at an isovalue.
+/// The positions of the vertices at an isovalue, and the criteria there.
 pub(super) struct Shape<'a> {
     pub(super) criteria: Criteria<'a>,
     /// The largest deviation of a barycentre, voxels.
@@ -26,7 +26,7 @@ pub(super) struct Shape<'a> {
     pub(super) place: &'a dyn Fn(&Tracked, Vertex) -> Vec3,
 }
 
-/// How bad some triangles are: how many fail, over all shapes, and the smallest radius ratio with its sign changed.
+/// How bad some triangles are: the number of failures over all shapes, and the negative of the smallest radius ratio.
 type Badness = (usize, f32);
 
 #[derive(Clone, Copy)]
@@ -35,45 +35,45 @@ enum Edit {
     Flip(Edge),
 }
 
-/// What mending has changed.
+/// The changes of a repair.
 #[derive(Debug, Default)]
-pub(super) struct Mended {
-    /// Where the corners of the faces were that are mended.
+pub(super) struct Repaired {
+    /// The corners that the repaired faces had.
     pub(super) corners: Vec<[Vec3; 3]>,
-    /// Faces that are gone, or have other vertices.
+    /// Faces that were removed or have other vertices.
     pub(super) faces: BTreeSet<Face>,
-    /// Vertices that are gone.
+    /// Removed vertices.
     pub(super) gone: Vec<Vertex>,
 }
 
-/// Mends faces, in their order, where an edit leaves fewer that fail.
-pub(super) fn mend(
+/// Repairs faces in order, each by the edit that leaves the fewest failures, if that are fewer than before.
+pub(super) fn repair(
     tracked: &mut Tracked,
     region: &Region,
     shapes: &[Shape],
     faces: &[Face],
-) -> Mended {
-    let mut mended = Mended::default();
+) -> Repaired {
+    let mut repaired = Repaired::default();
     for &f in faces {
         if !tracked.mesh.has_face(f) || tracked.mesh.is_cap(f) {
             continue;
         }
         if let Some(edit) = best_edit(tracked, region, shapes, f) {
-            mended.corners.push(tracked.mesh.corners(f));
+            repaired.corners.push(tracked.mesh.corners(f));
             match edit {
                 Edit::Collapse(h) => {
-                    mended.faces.extend(tracked.faces_around(tracked.mesh.from(h)));
-                    mended.gone.push(tracked.mesh.collapse(h).removed);
+                    repaired.faces.extend(tracked.faces_around(tracked.mesh.from(h)));
+                    repaired.gone.push(tracked.mesh.collapse(h).removed);
                 }
-                Edit::Flip(e) => mended.faces.extend(tracked.mesh.flip(e).faces),
+                Edit::Flip(e) => repaired.faces.extend(tracked.mesh.flip(e).faces),
             }
         }
     }
-    mended
+    repaired
 }
 
-/// Mends the faces that cannot stay as they are, where the mesh is.
-pub(super) fn mend_faults(
+/// Repairs failing faces at the present positions.
+pub(super) fn repair_faults(
     tracked: &mut Tracked,
     region: &Region,
     criteria: &Criteria,
@@ -81,11 +81,11 @@ pub(super) fn mend_faults(
 ) {
     let bad = faults(tracked, criteria, parameters);
     let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-    let most = MOST_OFF * parameters.error as f32;
-    mend(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
+    let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
+    repair(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
 }
 
-/// The edit that leaves the fewest triangles that fail.
+/// The edit that leaves the fewest failing triangles.
 fn best_edit(tracked: &Tracked, region: &Region, shapes: &[Shape], f: Face) -> Option<Edit> {
     let mesh = &tracked.mesh;
     let mut best: Option<(Badness, Edit)> = None;
