@@ -39,7 +39,8 @@ pub fn intersecting(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> 
     (0..triangles.len() as u32).filter(|&f| hit[f as usize]).collect()
 }
 
-/// The pairs of a bin's triangles whose bounding boxes overlap; of the bins that both boxes overlap, only the lowest has the pair.
+/// The pairs of a bin's triangles whose bounding boxes overlap; of the bins that both boxes overlap, only the lowest has
+/// the pair.
 fn pairs_of<'a>(
     bins: &'a Bins,
     boxes: &'a [(Vec3, Vec3)],

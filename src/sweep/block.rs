@@ -18,8 +18,8 @@ use crate::volume::Volume;
 /// The result of the sweep of a block.
 #[derive(Clone, Debug)]
 pub struct Block {
-    /// The block's spectrum in the frame of the whole volume. It is open where the block is cut from the whole, and has no events, as
-    /// events of a block are not events of the whole.
+    /// The block's spectrum in the frame of the whole volume. It is open where the block is cut from the whole, and has
+    /// no events, as events of a block are not events of the whole.
     pub spectrum: Spectrum,
     /// The vertices on planes that the block shares with others, ascending, each with the number of its lattice edge in the
     /// whole. Blocks have the same vertices there, with the same trajectories.
@@ -34,8 +34,9 @@ pub struct Block {
 ///
 /// # Errors
 ///
-/// [`Error::Usage`](crate::Error::Usage) for parameters that contradict the volume, or that name an initial mesh; [`Error::Gpu`](crate::Error::Gpu),
-/// [`Error::Interrupted`](crate::Error::Interrupted), [`Error::Internal`](crate::Error::Internal) as of [`compute`](super::compute).
+/// [`Error::Usage`](crate::Error::Usage) for parameters that contradict the volume, or that name an initial mesh;
+/// [`Error::Gpu`](crate::Error::Gpu), [`Error::Interrupted`](crate::Error::Interrupted),
+/// [`Error::Internal`](crate::Error::Internal) as of [`compute`](super::compute).
 pub fn compute_block(
     volume: &Shared<Volume>,
     parameters: &Parameters,

@@ -2,10 +2,10 @@
 //!
 //! # Theory
 //!
-//! The mesh's boundary must be the seam's polyline edge by edge. Then every component of the mesh has the boundary of a component
-//! of the isosurface in the same cells, and the two are homeomorphic if their Euler characteristics are equal: boundary and Euler
-//! characteristic classify orientable surfaces. Between two isovalues at which this holds the topology does not change, as the cells
-//! of the mesh contain no critical point.
+//! The mesh's boundary must be the seam's polyline edge by edge. Then every component of the mesh has the boundary of a
+//! component of the isosurface in the same cells, and the two are homeomorphic if their Euler characteristics are equal:
+//! boundary and Euler characteristic classify orientable surfaces. Between two isovalues at which this holds the topology
+//! does not change, as the cells of the mesh contain no critical point.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 

@@ -41,8 +41,8 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// The end of the sweep for a range that ends at `high`. Lifetimes are half-open, so triangles that end at `high` are not shown there:
-/// if there is an isosurface at `high`, the sweep ends at the next floating point number.
+/// The end of the sweep for a range that ends at `high`. Lifetimes are half-open, so triangles that end at `high` are not
+/// shown there: if there is an isosurface at `high`, the sweep ends at the next floating point number.
 fn swept_end(exact: &ExactField, high: f64) -> f64 {
     if exact.has_surface(high) { high.next_up() } else { high }
 }

@@ -58,8 +58,8 @@ struct Part {
     inner: Vec<Vec<(f64, Vec3)>>,
 }
 
-/// Adds the triangles of cells in the intervals in which they are exact; returns the trajectories of vertices inside cells. `shown` is
-/// sorted.
+/// Adds the triangles of cells in the intervals in which they are exact; returns the trajectories of vertices inside
+/// cells. `shown` is sorted.
 pub(super) fn extend(
     record: &mut Recorder,
     field: &ExactField,

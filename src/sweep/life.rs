@@ -29,8 +29,8 @@ pub(super) fn compare_by_triangle(a: &Life, b: &Life) -> std::cmp::Ordering {
     key(a).cmp(&key(b)).then(a.low.total_cmp(&b.low)).then(a.high.total_cmp(&b.high))
 }
 
-/// Whether a triangle is one of the tracked mesh: whether it has a tracked vertex. Tracked triangles with three vertices on the seam are
-/// very rare.
+/// Whether a triangle is one of the tracked mesh: whether it has a tracked vertex. Tracked triangles with three vertices
+/// on the seam are very rare.
 pub(super) fn is_tracked(l: &Life) -> bool {
     l.vertices.iter().any(|t| matches!(t, Track::Own(_)))
 }

@@ -16,25 +16,25 @@
 //!    which step it must stay exact (back-off).
 //! 4. **Seam** (`tracked.rs`, `polyline.rs`). The lattice squares between exact cells and others. The vertices of the mesh's
 //!    boundary are bound to lattice edges of the seam and are where the exact extraction has them, at every isovalue.
-//! 5. **Step length** (`march/length.rs`). So long that a vertex moves a quarter of a voxel at the slope that nine of ten vertices
-//!    reach. Twice as long if hardly any block is exact; half as long after a step that failed, or if the events of the step concern
-//!    much of the mesh and most of them are in its second half.
+//! 5. **Step length** (`march/length.rs`). So long that a vertex moves a quarter of a voxel at the slope that nine of ten
+//!    vertices reach. Twice as long if hardly any block is exact; half as long after a step that failed, or if the events
+//!    of the step concern much of the mesh and most of them are in its second half.
 //! 6. **Plan** (`march/plan.rs`). Blocks near critical points of the step become exact. Exact blocks stay exact if a critical
 //!    point follows within two step lengths, if they have flat squares of the next sample value, or while their back-off lasts.
 //!    A box of 8^3 blocks most of which are exact becomes exact as a whole.
 //! 7. **Closure** (`calendar.rs`, `region.rs`). The region grows until the seam is a manifold, every sample that the seam will
 //!    cross is regular for the field on it, and no saddle of a seam square is passed.
-//! 8. **Exchange** (`march/exchanges.rs`, `clusters.rs`, `part.rs`, `exchange.rs`, `exchange/`, `join.rs`). The mesh is changed to
-//!    fit the region, first where cells become exact, then where they are released, in clusters of blocks that are independent of
-//!    each other. To become exact: the mesh is cut along lattice squares, the inside is removed, the rim moves onto the exact
-//!    polyline. To be released: the exact triangles become part of the mesh.
-//! 9. **Refusals** (`exchange/refused.rs`, `check.rs`). A cluster's exchange is refused unless its boundary is the exact polyline
-//!    and the Euler characteristic is unchanged. A refusal makes more blocks exact: around the failing samples; after some attempts
-//!    also those that were to be released, then whole components of the mesh, in the end everything.
+//! 8. **Exchange** (`march/exchanges.rs`, `clusters.rs`, `part.rs`, `exchange.rs`, `exchange/`, `join.rs`). The mesh is
+//!    changed to fit the region, first where cells become exact, then where they are released, in clusters of blocks that
+//!    are independent of each other. To become exact: the mesh is cut along lattice squares, the inside is removed, the
+//!    rim moves onto the exact polyline. To be released: the exact triangles become part of the mesh.
+//! 9. **Refusals** (`exchange/refused.rs`, `check.rs`). A cluster's exchange is refused unless its boundary is the exact
+//!    polyline and the Euler characteristic is unchanged. A refusal makes more blocks exact: around the failing samples;
+//!    after some attempts also those that were to be released, then whole components of the mesh, in the end everything.
 //! 10. **New triangles** (`remesh/improve.rs`). Triangles that come from exact cells are split, collapsed, flipped and relaxed.
-//! 11. **Motion** (`transport.rs`). Free vertices are projected along their normals, in several parts if they move far, and
-//!     relaxed on the last isosurface. Failures are: vertices that do not reach the isosurface or move too far, faces turned over, faces off the
-//!     isosurface at the end or half-way, faces that cross others.
+//! 11. **Motion** (`transport.rs`). Free vertices are projected along their normals, in several parts if they move far,
+//!     and relaxed on the last isosurface. Failures are: vertices that do not reach the isosurface or move too far, faces
+//!     turned over, faces off the isosurface at the end or half-way, faces that cross others.
 //! 12. **Too long** (`march/length.rs`). If too much of the mesh fails, the step is abandoned and a shorter one is tried.
 //! 13. **Repair** (`repair.rs`, `march/step.rs`). Faces that are turned over or cross others are repaired once by flips and
 //!     collapses, and the motion is repeated near them.
@@ -49,8 +49,8 @@
 //! 17. **Finish** (`march/step.rs`, `remesh.rs`, `record.rs`). Failing faces are repaired; the mesh is remeshed: flip, refine,
 //!     split, collapse, flip; knots of vertices and lifetimes of triangles are recorded. Blocks of faces that still fail become
 //!     exact in the next step.
-//! 18. **Spectrum** (`compute.rs`, `exact.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact extraction are added for
-//!     every interval in which a block was exact, and trajectories are thinned to the tolerance.
+//! 18. **Spectrum** (`compute.rs`, `exact.rs`, `chords.rs`, `thin.rs`, `patch.rs`). Triangles of the exact extraction are
+//!     added for every interval in which a block was exact, and trajectories are thinned to the tolerance.
 
 mod exchanges;
 mod length;

@@ -34,8 +34,8 @@ pub struct Parameters {
     pub refine_area: f64,
     /// Share of the tangential force applied in one relaxation (thesis: 0.6).
     pub relax_strength: f64,
-    /// Relaxation ends when the largest tangential force is smaller, voxels; tested after every eighth iteration (thesis: 1e-4 for
-    /// its table 1).
+    /// Relaxation ends when the largest tangential force is smaller, voxels; tested after every eighth iteration (thesis:
+    /// 1e-4 for its table 1).
     pub relax_force: f64,
     /// Number of relaxations in one sampling step at most.
     pub relax_iterations: u32,
@@ -48,8 +48,8 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The parameters with [`Parameters::range`] cut to the range of a volume, with a warning if that changes it: the range may have
-    /// been chosen for the original volume, and removing noise may have narrowed that of the samples.
+    /// The parameters with [`Parameters::range`] cut to the range of a volume, with a warning if that changes it: the
+    /// range may have been chosen for the original volume, and removing noise may have narrowed that of the samples.
     ///
     /// # Errors
     ///

@@ -340,8 +340,8 @@ impl Region {
         is_new
     }
 
-    /// Makes the fewest blocks around a sample exact such that `is_bad` is false for its octants; returns these blocks. `is_bad` must be
-    /// false if all octants are exact.
+    /// Makes the fewest blocks around a sample exact such that `is_bad` is false for its octants; returns these blocks.
+    /// `is_bad` must be false if all octants are exact.
     pub(super) fn add_fewest(&mut self, v: u32, is_bad: impl Fn(u8) -> bool) -> Vec<u32> {
         let octants = self.octants(v);
         if !is_bad(octants) {

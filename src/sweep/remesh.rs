@@ -2,9 +2,9 @@
 //!
 //! # Theory
 //!
-//! Every edit ends lifetimes of triangles, and the size of a spectrum is proportional to the number of its triangles. So remeshing has
-//! hysteresis: the result of a collapse must be well within the tolerance, and a flip must improve a poor triangle clearly. The
-//! boundary's vertices are fixed.
+//! Every edit ends lifetimes of triangles, and the size of a spectrum is proportional to the number of its triangles. So
+//! remeshing has hysteresis: the result of a collapse must be well within the tolerance, and a flip must improve a poor
+//! triangle clearly. The boundary's vertices are fixed.
 
 pub(super) mod criteria;
 mod flips;

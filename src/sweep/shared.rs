@@ -2,16 +2,16 @@
 //!
 //! # Theory
 //!
-//! The layer around a block is exact, so on a shared plane the surface ends at the polyline of the exact extraction, which
-//! depends on the samples of the plane only. Without the cells of the layer beyond the plane, two blocks match: they have the same
-//! vertices, one for each lattice edge, and the same edges between them at every isovalue.
+//! The layer around a block is exact, so on a shared plane the surface ends at the polyline of the exact extraction,
+//! which depends on the samples of the plane only. Without the cells of the layer beyond the plane, two blocks match:
+//! they have the same vertices, one for each lattice edge, and the same edges between them at every isovalue.
 //!
 //! # Invariants
 //!
 //! 1. The polyline on a shared plane changes only at samples and saddles of the plane; nothing outside the plane affects that,
 //!    not even by rounding.
-//! 2. Between two vertices of the plane both blocks have the same edge only if it is one of the polyline: other edges, *chords* over
-//!    cells that neither block has exact, are split in the lower block (`chords`).
+//! 2. Between two vertices of the plane both blocks have the same edge only if it is one of the polyline: other edges,
+//!    *chords* over cells that neither block has exact, are split in the lower block (`chords`).
 
 use super::region::{Grid, LatticeEdge};
 use crate::topology::exact::ExactField;

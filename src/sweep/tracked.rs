@@ -146,7 +146,8 @@ impl Tracked {
         !self.mesh.is_cap(self.mesh.face(h)) && !self.mesh.is_cap(self.mesh.face(h.twin()))
     }
 
-    /// Moves the seam across a sample: vertices bound to the sample's lattice edges on one side become bound to those on the other.
+    /// Moves the seam across a sample: vertices bound to the sample's lattice edges on one side become bound to those on
+    /// the other.
     ///
     /// `place` is the position of the sample, `at` gives those of vertices. New vertices are put at `place`, so that the
     /// surface does not change.

@@ -94,8 +94,8 @@ impl<'a> Cut<'a> {
     /// Splits edges until no face near a cut square passes through its plane, and then no edge in a cut square
     /// through a plane across its sides.
     ///
-    /// Each stage works on one family of parallel planes. Later stages only subdivide faces, so they undo nothing, and the process
-    /// ends.
+    /// Each stage works on one family of parallel planes. Later stages only subdivide faces, so they undo nothing, and
+    /// the process ends.
     pub(super) fn split(&self, mesh: &mut HalfEdgeMesh) {
         if self.squares.is_empty() {
             return;
@@ -181,8 +181,8 @@ impl<'a> Cut<'a> {
         inside.then(|| self.grid.vertex(index.map(|i| i as usize + 1)))
     }
 
-    /// Per face slot, whether it is removed: if its cell becomes exact. Connected faces that extend into cells that were exact before
-    /// are removed if that is so for most of their boundary with other faces.
+    /// Per face slot, whether it is removed: if its cell becomes exact. Connected faces that extend into cells that were
+    /// exact before are removed if that is so for most of their boundary with other faces.
     pub(super) fn removed(&self, tracked: &Tracked, is_rim: &[bool]) -> Vec<bool> {
         let mesh = &tracked.mesh;
         let mut removed = vec![false; mesh.face_slots()];
@@ -225,8 +225,8 @@ impl<'a> Cut<'a> {
         removed
     }
 
-    /// The vertices in which a boundary crosses lattice edges. If it crosses one several times, back and forth, crossings cancel in
-    /// pairs, and one or none is left; the others are only bends of the polyline.
+    /// The vertices in which a boundary crosses lattice edges. If it crosses one several times, back and forth, crossings
+    /// cancel in pairs, and one or none is left; the others are only bends of the polyline.
     pub(super) fn nodes(
         &self,
         pieces: &Pieces,

@@ -1,6 +1,7 @@
 //! Why an exchange is refused.
 
-/// Why an exchange was refused, and the samples around which cells must become exact; none if the exchange needs more of the mesh.
+/// Why an exchange was refused, and the samples around which cells must become exact; none if the exchange needs more of
+/// the mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::sweep) struct Refused {
     pub(in crate::sweep) why: &'static str,

@@ -104,8 +104,8 @@ impl March<'_, '_> {
         if (whole - at).abs() <= 1.001 * length { whole } else { at + sign * length }
     }
 
-    /// The isovalue one step length ahead. For integer samples it is half-way between two integers if the step is long enough, and
-    /// never an integer.
+    /// The isovalue one step length ahead. For integer samples it is half-way between two integers if the step is long
+    /// enough, and never an integer.
     fn next_free(&self, at: f64, sign: f64, length: f64) -> f64 {
         let next = at + sign * length;
         if !self.exact().volume().samples().is_integer() {

@@ -12,8 +12,8 @@ use crate::sweep::region::Region;
 const BOX_BLOCKS: usize = 8;
 const CROWDED_SHARE: f64 = 0.6;
 
-/// An exact block stays exact if a critical point follows within this many step lengths, or if the next sample value follows within
-/// twice as many and the block has flat squares of it, over which the isosurface jumps.
+/// An exact block stays exact if a critical point follows within this many step lengths, or if the next sample value
+/// follows within twice as many and the block has flat squares of it, over which the isosurface jumps.
 const LOOK_AHEAD_STEPS: f64 = 2.0;
 
 impl March<'_, '_> {
@@ -55,8 +55,8 @@ impl March<'_, '_> {
         region
     }
 
-    /// Blocks that become exact because most blocks around them are: tracked mesh there would be mostly seam, which costs much and
-    /// saves few triangles.
+    /// Blocks that become exact because most blocks around them are: tracked mesh there would be mostly seam, which costs
+    /// much and saves few triangles.
     pub(super) fn crowded(&self, state: &State, region: &Region) -> Vec<u32> {
         // Blocks that are exact now may be released: they contain surface, but only vertices of the seam.
         let mut others = self.tracked_blocks(state);

@@ -64,7 +64,8 @@ impl March<'_, '_> {
             if retry.is_none() && self.is_too_long(state, step, &moved) {
                 return Ok(false);
             }
-            // Folded faces are repaired before their cells become exact, and once more after each exchange, as cuts leave slivers.
+            // Folded faces are repaired before their cells become exact, and once more after each exchange, as cuts leave
+            // slivers.
             if !is_repaired {
                 is_repaired = true;
                 if let Some(near) = self.repair_folded(state, step, &moved) {
