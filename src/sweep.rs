@@ -45,4 +45,3 @@ pub use compute::compute;
 pub(crate) use compute::metadata;
 pub use counts::Counts;
 pub use parameters::Parameters;
-pub(crate) use shared::WholeEdge;

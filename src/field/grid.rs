@@ -20,11 +20,11 @@ use std::sync::Arc;
 /// How far a value along a step may leave the slab between start and isovalue, as a share of the range of the
 /// volume: well above the rounding of one interpolation (about 4e-7), well below the value
 /// difference of any step of a mesh.
-pub const SLAB_TOLERANCE: f32 = 1e-5;
+const SLAB_TOLERANCE: f32 = 1e-5;
 
 /// Values this near to the isovalue, as a share of the range of the volume, count as equal to it: four
 /// roundings of a value as large as the range.
-pub const VALUE_NOISE: f32 = 4.0 * f32::EPSILON;
+const VALUE_NOISE: f32 = 4.0 * f32::EPSILON;
 
 /// Distance from a border plane of the volume at which slopes there are measured, voxels.
 const BORDER_MARGIN: f32 = 1e-5;
@@ -245,13 +245,13 @@ fn corner_offset(corner: usize) -> IVec3 {
 
 /// Linear interpolation, exact at both ends.
 #[inline]
-pub(crate) fn mix(a: f32, b: f32, t: f32) -> f32 {
+pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t
 }
 
 /// The trilinear value inside a cell.
 #[inline]
-pub fn interpolate(corners: &[f32; 8], local: Vec3) -> f32 {
+pub(super) fn interpolate(corners: &[f32; 8], local: Vec3) -> f32 {
     let low =
         mix(mix(corners[0], corners[1], local.x), mix(corners[2], corners[3], local.x), local.y);
     let high =
@@ -261,7 +261,7 @@ pub fn interpolate(corners: &[f32; 8], local: Vec3) -> f32 {
 
 /// The trilinear gradient inside a cell, per cell.
 #[inline]
-pub fn slope(corners: &[f32; 8], local: Vec3) -> Vec3 {
+pub(super) fn slope(corners: &[f32; 8], local: Vec3) -> Vec3 {
     let v = corners;
     let x = mix(
         mix(v[1] - v[0], v[3] - v[2], local.y),
