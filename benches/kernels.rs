@@ -3,10 +3,11 @@
 //! `cargo bench --bench kernels`; the ids are `<kernel>/<backend>/<vertices>`. The group `small` measures load and advance
 //! by the number of vertices, from which `kernels::backend::MIN_GPU_VERTICES` is chosen.
 
-#[path = "../tests/random/mod.rs"]
+#[path = "../tests/common/random.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
 mod random;
-#[path = "../tests/kernels/shapes.rs"]
-#[allow(dead_code, reason = "the tests use more of the shapes than the benches do")]
+#[path = "../tests/common/shapes.rs"]
+#[allow(dead_code, reason = "the tests use more of them")]
 mod shapes;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -14,7 +14,8 @@ use isospectrum::{Backend, Choice};
 use isospectrum::{Cleaned, Noise, Prepared};
 use isospectrum::{Parameters, Silent};
 
-#[path = "../tests/synthetic/mod.rs"]
+#[path = "../tests/common/synthetic.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
 mod synthetic;
 
 use synthetic::{Growth, growing_sphere, isovalue};

@@ -9,7 +9,8 @@ use isospectrum::render::Gpu;
 use isospectrum::render::{Painter, View};
 use isospectrum::spectrum::{About, Knot, Patch, Spectrum, Triangle};
 
-#[path = "../tests/synthetic/mod.rs"]
+#[path = "../tests/common/synthetic.rs"]
+#[allow(dead_code, reason = "the tests use more of it")]
 mod synthetic;
 
 use synthetic::{Numbers, volume_info};

@@ -3,13 +3,15 @@
 //! The browser test needs node, Chromium and playwright-core, and an adapter for the native
 //! pictures; it fails where one of them is missing and says what to install.
 
-mod data;
-mod program;
+#[path = "common/mod.rs"]
+mod common;
 
+use common::data;
 use std::path::Path;
 use std::process::Command;
 use std::sync::OnceLock;
 
+use common::program::{self, Folder};
 use isospectrum::Error;
 use isospectrum::color::{Color, Ends};
 use isospectrum::export::read_ply;
@@ -20,7 +22,6 @@ use isospectrum::render::{Camera, Renderer, View};
 use isospectrum::spectrum::{Keep, Query, Spectrum};
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Histogram, Samples, Statistics, phantom};
-use program::Folder;
 
 /// Most bytes of scripts in a page.
 const LARGEST_SCRIPT: usize = 135_000;

@@ -1,6 +1,6 @@
 """Meshes that the program writes as programs of others read them: VTK, trimesh and USD.
 
-What glTF's validator and three.js read is tested beside the program (tests/readers.rs).
+What glTF's validator and three.js read is tested beside the program (tests/program/readers.rs).
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     python3 -m venv venv && venv/bin/pip install numpy nibabel SimpleITK vtk mrcfile gemmi ase tifffile imagecodecs pillow scipy pydicom
     venv/bin/python tests/oracle/make.py [FOLDER_OF_REAL_VOLUMES]
 
-Everything goes into this folder: the files, and `values.json`, which `tests/oracle/main.rs` compares with what isospectrum
+Everything goes into this folder: the files, and `values.json`, which `tests/library/oracle.rs` compares with what isospectrum
 reads: dimensions, a checksum of all samples (CRC-32 of them as 64-bit floats, x fastest), a few samples, and the world
 positions of the eight corners. With a folder of real volumes, `real.json` as well.
 """

@@ -4,9 +4,9 @@ use std::io::Read as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::program::{self, Folder};
 use super::server::{Server, wait_for};
 use super::window::Window;
+use crate::common::program::{self, Folder};
 
 /// Where the button that closes one of several spectra is, from the top left of the window.
 const CLOSE: (i32, i32) = (668, 564);

@@ -2,9 +2,9 @@
 
 use isospectrum::file::SpectrumFolder;
 
-use super::program::{Folder, json};
 use super::server::{Server, wait_for};
 use super::window::{Picture, TIES, Window};
+use crate::common::program::{Folder, json};
 
 /// The window reads this much of the range ahead, up and down.
 const AHEAD: f64 = 1.0 / 16.0;

@@ -2,9 +2,9 @@
 
 use std::thread::sleep;
 
-use super::program::Folder;
 use super::server::{BREATH, Server};
 use super::window::Window;
+use crate::common::program::Folder;
 
 #[test]
 fn the_hand_moves_the_surface() {

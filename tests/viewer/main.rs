@@ -3,8 +3,8 @@
 //! `scripts/test-viewer` runs it. It needs Xvfb and xdotool and fails, never skips, without them.
 //! What the window shows is read from the server's frame buffer and from its title.
 
-#[path = "../program/mod.rs"]
-mod program;
+#[path = "../common/mod.rs"]
+mod common;
 
 mod files;
 mod folder;

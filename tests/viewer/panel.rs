@@ -1,8 +1,8 @@
 //! What the panel beside the picture offers.
 
-use super::program::Folder;
 use super::server::{Server, wait_for};
 use super::window::{Picture, TIES, Window};
+use crate::common::program::Folder;
 
 /// Rows of the panel, from the top of the window; how far they are apart.
 const OPACITY: i32 = 106;

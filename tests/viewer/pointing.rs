@@ -1,8 +1,8 @@
 //! What the pointer finds: components that are kept and hidden, distances, places; the cube.
 
-use super::program::Folder;
 use super::server::{Server, wait_for};
 use super::window::Window;
+use crate::common::program::Folder;
 
 /// Two balls of 5 and 3 samples, apart: `s.isp`, where isovalues are minus the distance from the surface at 0.
 fn two_balls() -> Folder {

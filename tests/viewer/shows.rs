@@ -1,8 +1,8 @@
 //! The window shows what `render` draws.
 
-use super::program::Folder;
 use super::server::Server;
 use super::window::{Picture, TIES, Window};
+use crate::common::program::Folder;
 
 #[test]
 fn the_window_shows_what_render_draws() {

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::process::{Child, Command};
 use std::thread::sleep;
 
-use super::program::{self, Folder};
 use super::server::{BREATH, Server, wait_for};
+use crate::common::program::{self, Folder};
 
 /// Channels of a pixel may differ by this much between two ways to the same picture: rounding once.
 const SAME: u8 = 1;

@@ -6,8 +6,8 @@ use super::*;
 use crate::volume::{Outside, Placement};
 use random::Random;
 
-#[allow(clippy::duplicate_mod, reason = "as in tests/: each module that draws has its own")]
-#[path = "../../../tests/random/mod.rs"]
+#[allow(dead_code, reason = "the tests in tests/ use more of it")]
+#[path = "../../../tests/common/random.rs"]
 mod random;
 
 fn volume(dims: [usize; 3], samples: Samples) -> Volume {

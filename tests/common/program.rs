@@ -1,0 +1,110 @@
+//! Runs the program in a folder of its own.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use std::sync::OnceLock;
+
+/// The program.
+pub(crate) fn path() -> PathBuf {
+    assert_cmd::cargo::cargo_bin!("isospectrum").to_path_buf()
+}
+
+/// A temporary folder to run in.
+pub(crate) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Folder(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    /// A folder with the spectrum of a small sphere, `s.isp`; computed once for all tests.
+    pub(crate) fn with_spectrum() -> Self {
+        static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+        let bytes = BYTES.get_or_init(|| {
+            let folder = Folder::new();
+            folder.run(&["compute", "--phantom", "sphere:12", "--backend", "cpu", "-o", "s.isp"]);
+            folder.read("s.isp")
+        });
+        let folder = Folder::new();
+        folder.write("s.isp", bytes);
+        folder
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path().join(name), bytes).expect("written");
+    }
+
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    /// The names of everything in the folder, hidden files too, sorted.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path()).expect("readable");
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// Runs the program and expects success.
+    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
+        self.run_for(arguments, 0)
+    }
+
+    /// Runs the program and expects an exit code.
+    pub(crate) fn run_for(&self, arguments: &[&str], code: i32) -> Output {
+        let output = std::process::Command::new(path())
+            .args(arguments)
+            .current_dir(self.path())
+            .output()
+            .expect("the program runs");
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert!(!said.contains("panicked") && !said.contains("internal error"), "{said}");
+        output
+    }
+
+    /// What a script of `sh` does in the folder, where `"$0"` is the program.
+    pub(crate) fn shell(&self, script: &str) -> Output {
+        std::process::Command::new("sh")
+            .args(["-c", script])
+            .arg(path())
+            .current_dir(self.path())
+            .output()
+            .expect("sh runs")
+    }
+
+    /// Runs the program and expects an exit code, no output, one line that explains, and no file
+    /// that was not there before. The line, without the name of the program.
+    pub(crate) fn fails(&self, arguments: &[&str], code: i32) -> String {
+        let before = self.names();
+        let output = self.run_for(arguments, code);
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        assert_eq!(self.names(), before, "{arguments:?}");
+        one_line(&stderr(&output))
+    }
+}
+
+/// What the program said on stderr.
+pub(crate) fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The one line of an error.
+pub(crate) fn one_line(said: &str) -> String {
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), 1, "{said}");
+    let line = lines[0].strip_prefix("isospectrum: ");
+    line.unwrap_or_else(|| panic!("no name in front: {said}")).to_owned()
+}
+
+/// The JSON on stdout.
+pub(crate) fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).expect("stdout is JSON")
+}

@@ -1,0 +1,121 @@
+//! Pictures are shaded with the normals of the mesh that they show.
+
+use std::sync::Arc;
+
+use isospectrum::render::{Renderer, View};
+use isospectrum::spectrum::{Spectrum, SurfaceMesh};
+use isospectrum::volume::phantom::phantom;
+use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
+
+use crate::common::random::Random;
+use crate::render::drawing::{dot, gpu, unit};
+
+/// Most of the area, as a share, that may be shaded wrong: slivers, whose own normals are rounding.
+const LARGEST_SHARE: f64 = 0.001;
+
+/// A small smooth field in a few levels: where events crowd the exact extraction shows, whose vertices have their
+/// knots at samples, far from where their triangles live.
+fn levels(seed: u64) -> Spectrum {
+    let smooth = phantom(&format!("noise:10:{seed}")).expect("a phantom");
+    let (low, high) = smooth.range();
+    let level = |x: f64| (24.0 * (x - low) / (high - low)).round() as u8;
+    let samples = smooth.samples();
+    let samples = (0..samples.len()).map(|i| level(samples.get(i))).collect();
+    let volume = Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
+    computed(volume.expect("a valid volume"))
+}
+
+fn computed(volume: Volume) -> Spectrum {
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU serves");
+    compute(&Arc::new(volume), &Parameters::default(), &backend, &Silent).expect("a spectrum")
+}
+
+/// Area-weighted normals of a mesh, caps only where there is nothing else; zero where nothing has an area.
+fn area_weighted(mesh: &SurfaceMesh) -> Vec<[f64; 3]> {
+    let mut sums = vec![[[0.0; 3]; 2]; mesh.positions.len()];
+    for (corners, &is_cap) in mesh.triangles.iter().zip(&mesh.caps) {
+        let (area, _) = area_of(mesh, corners);
+        for &v in corners {
+            let sum = &mut sums[v as usize][usize::from(is_cap)];
+            *sum = std::array::from_fn(|i| sum[i] + area[i]);
+        }
+    }
+    let of = |[mesh, caps]: [[f64; 3]; 2]| if dot(mesh, mesh) > 0.0 { mesh } else { caps };
+    sums.into_iter().map(of).collect()
+}
+
+/// A triangle's normal as long as twice its area, and the area.
+fn area_of(mesh: &SurfaceMesh, corners: &[u32; 3]) -> ([f64; 3], f64) {
+    let [p, q, r] = corners.map(|v| mesh.positions[v as usize].map(f64::from));
+    let [a, b] = [q, r].map(|x| [x[0] - p[0], x[1] - p[1], x[2] - p[2]]);
+    let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    (n, 0.5 * dot(n, n).sqrt())
+}
+
+/// The area of a picture's triangles, and of those corners (a third of a triangle each) that are shaded with a normal
+/// more than 30 degrees off that of the mesh at the isovalue.
+fn areas(renderer: &mut Renderer<'_>, spectrum: &Spectrum, isovalue: f64) -> [f64; 2] {
+    let view = View { width: 32, height: 32, ..View::default() };
+    renderer.draw(isovalue, &view).expect("a picture");
+    let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
+    let wanted = area_weighted(&mesh);
+    let shaded: Vec<_> = renderer.shaded().collect();
+    assert_eq!(shaded.len(), mesh.triangles.len());
+    let mut areas = [0.0; 2];
+    for (corners, (_, normals)) in mesh.triangles.iter().zip(shaded) {
+        let (_, area) = area_of(&mesh, corners);
+        areas[0] += area;
+        for (&v, found) in corners.iter().zip(normals) {
+            let wanted = wanted[v as usize];
+            if dot(wanted, wanted) == 0.0 {
+                continue;
+            }
+            let cosine = dot(unit(wanted), unit(found.map(f64::from)));
+            areas[1] += if cosine < 30f64.to_radians().cos() { area / 3.0 } else { 0.0 };
+        }
+    }
+    areas
+}
+
+#[test]
+fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
+    for seed in [3, 4] {
+        let spectrum = levels(seed);
+        let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+        let (low, high) = spectrum.range();
+        let n = 40;
+        // Golden steps: nowhere near whole isovalues, and spread over the range.
+        let shares = (1..=n).map(|i| (f64::from(i) * 0.618_033_988_749).fract());
+        let isovalues = shares.map(|share| low + share * (high - low));
+        let [mut all, mut wrong] = [0.0; 2];
+        for isovalue in isovalues {
+            let [area, off] = areas(&mut renderer, &spectrum, isovalue);
+            (all, wrong) = (all + area, wrong + off);
+        }
+        assert!(all > 100.0 * f64::from(n), "hardly anything was drawn: {all} square voxels");
+        assert!(wrong <= LARGEST_SHARE * all, "{wrong} of {all} square voxels are shaded wrong");
+    }
+}
+
+#[test]
+fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
+    // Two that are computed within seconds; what is special about others is exact cells among tracked ones, which these have.
+    for name in ["nucleon_41x41x41_uint8.raw", "fuel_64x64x64_uint8.raw"] {
+        let Some(path) = crate::common::data::file("shading of real volumes", name) else {
+            continue;
+        };
+        let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
+        let spectrum = computed(volume);
+        let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+        let (low, high) = spectrum.range();
+        let mut random = Random(25);
+        for _ in 0..20 {
+            let isovalue = low + random.unit() * (high - low);
+            let [area, wrong] = areas(&mut renderer, &spectrum, isovalue);
+            assert!(area > 0.0, "{name}: nothing is drawn at {isovalue}");
+            assert!(wrong <= LARGEST_SHARE * area, "{name}: {wrong} of {area} at {isovalue}");
+        }
+    }
+}

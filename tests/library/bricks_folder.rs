@@ -1,0 +1,306 @@
+//! A spectrum as a folder of parts is the spectrum of one file, of which less is read.
+
+use std::sync::Arc;
+
+use crate::common::program::{Folder, json};
+use crate::common::random::Random;
+use isospectrum::bricks::{Limits, Opened};
+use isospectrum::bricks::{Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder};
+use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
+use isospectrum::spectrum::{Components, Query, Spectrum, SurfaceMesh};
+use isospectrum::volume::{Preparation, Volume, phantom};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Cleaned, Noise, Prepared};
+use isospectrum::{Parameters, Silent};
+
+/// A volume's spectrum in one file, and the folder `s.ispt` of its parts.
+struct Both {
+    folder: Folder,
+    file: Arc<Spectrum>,
+    split: SpectrumFolder,
+}
+
+fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
+    let folder = Folder::new();
+    let (made, split) = (folder.path().join("parts"), folder.path().join("s.ispt"));
+    for path in [&made, &split] {
+        std::fs::create_dir(path).expect("a folder");
+    }
+    let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
+    let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
+    let survey = Survey::of(prepared);
+    let parameters = Parameters { range, ..Parameters::default() };
+    let plan = Plan::new(source, &survey, Noise::default(), &parameters, side).expect("a plan");
+    let parts = Parts::new(&plan, &made);
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    let limits = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
+    let volume: &Opened = survey.opened();
+    compute_parts(&parts, volume, &backend, limits, &Silent).expect("parts");
+    let merged = merge(&parts, volume, &Silent).expect("parts that fit");
+    let file = from_bytes(&to_bytes(&merged).expect("a spectrum")).expect("as it was written");
+    merge_to_folder(&parts, volume, &split, None, &Silent).expect("parts that fit");
+    let split = SpectrumFolder::open(&split).expect("as it was written");
+    Both { folder, file: Arc::new(file), split }
+}
+
+/// The triangles of a mesh by the bits of their corners, each from where its corners are the lowest, in order.
+fn triangles(mesh: &SurfaceMesh) -> Vec<([[u32; 3]; 3], bool)> {
+    let one = |(corners, &cap): (&[u32; 3], &bool)| {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
+        // At a sample's value corners may coincide: then the lowest one alone does not tell.
+        let turned = [[a, b, c], [b, c, a], [c, a, b]];
+        (turned.into_iter().min().unwrap_or([a, b, c]), cap)
+    };
+    let mut all: Vec<_> = mesh.triangles.iter().zip(&mesh.caps).map(one).collect();
+    all.sort_unstable();
+    all
+}
+
+/// Checks that two meshes have the same triangles, and shows no more than one that differs.
+fn assert_same(mesh: &SurfaceMesh, expected: &SurfaceMesh, what: &str) {
+    let (mesh, expected) = (triangles(mesh), triangles(expected));
+    assert_eq!(mesh.len(), expected.len(), "{what}");
+    let differs = mesh.iter().zip(&expected).find(|(a, b)| a != b);
+    assert_eq!(differs.map(|d| d.0), differs.map(|d| d.1), "{what}");
+}
+
+#[test]
+fn meshes_of_the_folder_are_those_of_the_file() {
+    for (name, side, range) in
+        [("noise:17:6", 8, None), ("blobs:25", 8, Some((0.2, 0.6))), ("gyroid:17", 4, None)]
+    {
+        let Both { file, split, folder: _folder } =
+            both(phantom(name).expect("a phantom"), side, range);
+        let mut query = Query::new(file.clone());
+        let mut of_folder = FolderQuery::new(split.clone()).expect("a folder");
+        let all = split.read().expect("all parts");
+        assert_eq!(all.events(), file.events(), "{name}");
+        assert_eq!(all.parameters(), file.parameters(), "{name}");
+        let size = [file.n_vertices(), file.knots().len(), file.triangles().len()];
+        assert_eq!(split.index().size, size.map(|n| n as u64), "{name}");
+        assert_eq!(
+            split.index().parts.iter().map(|p| p.events).sum::<usize>(),
+            file.events().len()
+        );
+        let mut of_all = Query::new(&all);
+        let (low, high) = file.range();
+        let mut random = Random(3);
+        let at = (0..24).map(|_| low + random.unit() * (high - low));
+        // At events and both ends, too.
+        let events = file.events().iter().step_by(1 + file.events().len() / 12).map(|e| e.isovalue);
+        let (mut n, mut most) = (0, 0);
+        for c in at.chain(events).chain([low, high]) {
+            let expected = query.mesh_at(c).expect("inside");
+            let one = split.read_between((c, c)).expect("parts that live");
+            let wider = (c, high.min(c + 0.1 * (high - low)));
+            let wide = split.read_between(wider).expect("parts that live");
+            for mesh in [
+                of_folder.mesh_at(c).expect("inside"),
+                of_all.mesh_at(c).expect("inside"),
+                Query::new(&one).mesh_at(c).expect("inside"),
+                Query::new(&wide).mesh_at(c).expect("inside"),
+            ] {
+                assert_eq!(mesh.positions.len(), expected.positions.len(), "{name} at {c}");
+                assert_same(&mesh, &expected, &format!("{name} at {c}"));
+            }
+            // Nothing that does not live there is kept.
+            assert_eq!(one.triangles().len(), expected.triangles.len(), "{name} at {c}");
+            n += expected.triangles.len();
+            most = most.max(expected.triangles.len());
+        }
+        assert!(most > 300 && n > 3000, "{name}: {n} triangles");
+        assert!(split.read_between((low, high + 1.0)).is_err());
+        assert!(of_folder.mesh_at(low - 1.0).is_err());
+    }
+}
+
+#[test]
+fn parts_are_cut_by_isovalue_and_dropped_again() {
+    let Both { file, split, folder: _folder } =
+        both(phantom("noise:41:6").expect("a phantom"), 20, None);
+    let index = split.index();
+    let n: usize = index.parts.iter().map(|part| part.chunks.len()).sum();
+    assert!(n > 2 * index.parts.len(), "{n} chunks of {} parts", index.parts.len());
+    let triangles = file.triangles().len();
+    // Those that live across a cut stand in two chunks.
+    let stored: u64 = index.parts.iter().flat_map(|part| &part.chunks).map(|c| c.triangles).sum();
+    assert!(stored as usize > triangles && (stored as f64) < 1.2 * triangles as f64);
+    let all = split.read().expect("all chunks");
+    assert_eq!(all.triangles().len(), triangles);
+    assert_eq!(all.knots().len(), file.knots().len());
+    let most = triangles as u64 / 4;
+    let mut few = FolderQuery::within(split.clone(), most).expect("a folder");
+    let mut many = FolderQuery::new(split.clone()).expect("a folder");
+    let mut query = Query::new(file.clone());
+    let (low, high) = file.range();
+    let mut random = Random(5);
+    let (mut dropped, mut before) = (0, 0);
+    for i in 0..60 {
+        // Small moves, and far ones.
+        let t = if i % 3 == 0 { random.unit() } else { i as f64 / 60.0 };
+        let c = low + t * (high - low);
+        let expected = query.mesh_at(c).expect("inside");
+        assert_same(&few.mesh_at(c).expect("inside"), &expected, &format!("few at {c}"));
+        assert_same(&many.mesh_at(c).expect("inside"), &expected, &format!("many at {c}"));
+        let need: u64 = split.chunks_between((c, c)).map(|(_, chunk)| chunk.triangles).sum();
+        assert!(few.n_triangles() as u64 <= most.max(need), "{} triangles", few.n_triangles());
+        dropped += usize::from(few.n_read() < before);
+        before = few.n_read();
+    }
+    assert!(dropped > 3, "{dropped}");
+    assert_eq!(many.n_triangles(), triangles);
+    let need: u64 = split.chunks_between((0.5, 0.5)).map(|(_, chunk)| chunk.bytes).sum();
+    assert!(2 * need < split.n_bytes(), "{need} of {} bytes", split.n_bytes());
+}
+
+#[test]
+fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
+    let prepared = Prepared::of(
+        phantom("noise:25:6").expect("a phantom"),
+        Preparation::default(),
+        Cleaned::default(),
+    );
+    let survey = Survey::of(prepared);
+    let source = Source::Phantom { name: "-".to_owned(), outside: Default::default() };
+    let parameters = Parameters::default();
+    let plan = Plan::new(source, &survey, Noise::default(), &parameters, 8).expect("a plan");
+    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+    let refused = |limits: Limits| {
+        let folder = Folder::new();
+        let parts = Parts::new(&plan, folder.path());
+        let refused = compute_parts(&parts, survey.opened(), &backend, limits, &Silent);
+        (refused.expect_err("beyond a limit").to_string(), folder.names().len())
+    };
+    let none = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
+    let (said, n) = refused(Limits { memory: 1e5, ..none });
+    assert!(said.contains("of 9x9x9 samples: about ") && said.contains("1 MB are left"), "{said}");
+    assert_eq!(n, 0);
+    let (said, n) = refused(Limits { memory: 12e6, ..none });
+    assert!(said.contains("to merge them, 12 MB are left for it, expected -o NAME.ispt"), "{said}");
+    assert!((1..27).contains(&n), "{n} parts");
+}
+
+#[test]
+fn only_parts_that_live_at_an_isovalue_are_read() {
+    let Both { folder, file, split } = both(phantom("blobs:33").expect("a phantom"), 8, None);
+    let (low, high) = file.range();
+    let c = low + 0.9 * (high - low);
+    let living: Vec<usize> = split.parts_between((c, c)).collect();
+    let n = split.index().parts.len();
+    assert!(!living.is_empty() && 2 * living.len() < n, "{} of {n}", living.len());
+    // Nor are others of the chunks.
+    let needed: Vec<(usize, usize)> =
+        split.chunks_between((c, c)).map(|(place, _)| place).collect();
+    assert_eq!(needed.len(), living.len());
+    let parts = split.index().parts.iter().enumerate();
+    let all = parts.flat_map(|(i, part)| (0..part.chunks.len()).map(move |k| (i, k)));
+    for (number, chunk) in all.filter(|place| !needed.contains(place)) {
+        for kind in ["isp", "seam"] {
+            let name = format!("{number:06}-{chunk:03}.{kind}");
+            std::fs::remove_file(split.path().join(name)).expect("there");
+        }
+    }
+    let expected = Query::new(file.clone()).mesh_at(c).expect("inside");
+    let read = split.read_between((c, c)).expect("no other part is needed");
+    assert_same(&read.mesh_at(c).expect("inside"), &expected, "blobs");
+    let text = c.to_string();
+    folder.run(&["extract", "s.ispt", "-c", &text, "-o", "m.ply"]);
+    let components = ["components", "s.ispt", "-c", &text];
+    let here = [&components[..], &["--no-lineage"]].concat();
+    let told = json(&folder.run(&[&here[..], &["--json"]].concat()));
+    let n = Components::of(&expected).list.len();
+    assert_eq!(told["n_components"], n);
+    let rows = told["components"].as_array().expect("rows");
+    assert!(n > 0 && rows.iter().all(|row| row.get("birth").is_none() && row["area"].is_f64()));
+    let table = String::from_utf8_lossy(&folder.run(&here).stdout).into_owned();
+    assert!(table.contains("Euler  triangles  box\n"), "{table}");
+    // Where they are born and die is told by all parts.
+    let line = folder.fails(&components, 3);
+    assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
+    let line = folder.fails(&["extract", "s.ispt", "-c", "50%", "-o", "n.ply"], 3);
+    assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
+}
+
+/// The program's own: of a phantom a file and a folder.
+fn computed() -> Folder {
+    let folder = Folder::new();
+    let plan = ["plan", "--phantom", "noise:17:4", "--brick", "8", "-o", "p.json"];
+    folder.run(&plan);
+    folder.run(&["compute", "--backend", "cpu", "-q", "--plan", "p.json"]);
+    folder.run(&["merge", "p.json", "-o", "s.isp", "-q"]);
+    folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
+    folder
+}
+
+#[test]
+fn the_program_takes_a_folder_wherever_it_takes_a_file() {
+    let folder = computed();
+    let compute = ["compute", "--phantom", "noise:17:4", "--backend", "cpu", "--brick", "8"];
+    folder.run(&[&compute[..], &["-q", "-o", "c.ispt"]].concat());
+    let info = |name: &str| json(&folder.run(&["info", name, "--json"]));
+    let (file, split) = (info("s.isp"), info("s.ispt"));
+    for key in ["n_vertices", "n_knots", "n_triangles", "n_events", "events", "parameters"] {
+        assert_eq!(file[key], split[key], "{key}");
+    }
+    assert_eq!(split["n_parts"], 8);
+    folder.run(&["verify", "s.ispt", "--phantom", "noise:17:4", "--n", "8"]);
+    for name in ["s.isp", "s.ispt", "c.ispt"] {
+        let mesh = ["extract", name, "-c", "40%", "-c", "45%", "-o", "m%d.ply", "--json"];
+        let found = json(&folder.run(&mesh));
+        let expected = json(
+            &folder.run(&["extract", "s.isp", "-c", "40%", "-c", "45%", "-o", "e%d.ply", "--json"]),
+        );
+        for i in 0..2 {
+            for key in ["isovalue", "n_vertices", "n_triangles"] {
+                assert_eq!(found["meshes"][i][key], expected["meshes"][i][key], "{name}: {key}");
+            }
+        }
+    }
+    folder.run(&["html", "s.ispt", "--range", "40%:60%", "-o", "s.html", "-q"]);
+    folder.run(&["convert", "s.ispt", "again.isp"]);
+    folder.run(&["verify", "again.isp", "--phantom", "noise:17:4", "--n", "4"]);
+    // One takes the place of another.
+    folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
+    let names = folder.names();
+    assert!(!names.iter().any(|name| name.starts_with('.')), "{names:?}");
+}
+
+#[test]
+fn what_is_wrong_with_a_folder_is_one_line() {
+    let folder = computed();
+    // All chunks are read.
+    let extract = ["extract", "s.ispt", "-c", "0%", "-c", "100%", "-o", "m%d.ply"];
+    let change = |name: &str, change: &dyn Fn(&mut Vec<u8>)| {
+        let path = folder.path().join("s.ispt").join(name);
+        let before = std::fs::read(&path).expect("there");
+        let mut bytes = before.clone();
+        change(&mut bytes);
+        std::fs::write(&path, bytes).expect("written");
+        let line = folder.fails(&extract, 3);
+        std::fs::write(&path, before).expect("written");
+        line
+    };
+    let flip = |bytes: &mut Vec<u8>| {
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 4;
+    };
+    for name in ["whole.isp", "000003-000.isp", "000003-000.seam"] {
+        assert!(change(name, &flip).contains(name));
+        let line = change(name, &|bytes| bytes.truncate(bytes.len() / 2));
+        assert!(line.contains(name), "{line}");
+    }
+    let other = folder.read("s.ispt/000002-000.isp");
+    let line = change("000003-000.isp", &|bytes| bytes.clone_from(&other));
+    assert!(line.contains("expected chunk 0 of part 3 of plan"), "{line}");
+    let other = folder.read("s.ispt/000002-000.seam");
+    let line = change("000003-000.seam", &|bytes| bytes.clone_from(&other));
+    assert!(line.contains("000003"), "{line}");
+    let line = change("index.json", &|bytes| *bytes = b"{}".to_vec());
+    assert!(line.contains("index.json: no index of this version"), "{line}");
+    std::fs::remove_file(folder.path().join("s.ispt/000003-000.seam")).expect("there");
+    assert!(folder.fails(&extract, 3).contains("000003-000.seam"));
+    // What is there and no folder of parts is nobody's to replace.
+    std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
+    let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);
+    assert!(line.contains("t.ispt: is there, expected a name that is free"), "{line}");
+}

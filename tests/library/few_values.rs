@@ -1,0 +1,83 @@
+//! Floating point volumes with few different values: the topology says at every isovalue what is counted on the grid,
+//! and sweeps come to their end with meshes of that topology.
+
+mod volumes;
+
+use std::sync::Arc;
+
+use crate::common::random::Random;
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::topology::Topology;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::spectrum::Query;
+use isospectrum::verify::mesh_topology;
+use isospectrum::volume::Volume;
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Silent, compute};
+
+/// How many volumes the topology is asked of, and how many are swept.
+const N_COUNTED: u64 = 900;
+const N_SWEPT: u64 = 30;
+
+/// Random isovalues in each of them, and samples and events looked at.
+const N_ISOVALUES: usize = 6;
+
+/// Isovalues anywhere in the range, at samples, at events and just below them.
+fn isovalues(volume: &Volume, topology: &Topology, random: &mut Random) -> Vec<f64> {
+    let (low, high) = volume.range();
+    let mut isovalues = Vec::new();
+    for _ in 0..N_ISOVALUES {
+        isovalues.push(low + random.unit() * (high - low));
+        let sample = random.below(volume.samples().len() as u64) as usize;
+        isovalues.push(volume.samples().get(sample));
+        let event = random.below(topology.events.len() as u64) as usize;
+        let event = topology.events[event].isovalue;
+        isovalues.extend([event, event.next_down()]);
+    }
+    isovalues
+}
+
+#[test]
+fn the_topology_of_few_values_is_that_counted_on_the_grid() {
+    for seed in 0..N_COUNTED {
+        let mut random = Random(seed);
+        let volume = volumes::volume(seed % volumes::N_KINDS, 9, &mut random);
+        let field = ExactField::new(&volume).expect("a field");
+        let topology = Topology::compute(&field).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        for isovalue in isovalues(&volume, &topology, &mut random) {
+            let counted = count(&field, isovalue);
+            let euler: i64 = counted.iter().map(|c| c.euler).sum();
+            let found = (topology.n_components_at(isovalue) as usize, topology.euler_at(isovalue));
+            assert_eq!(found, (counted.len(), euler), "seed {seed} at {isovalue}");
+            let mut arcs: Vec<usize> = counted
+                .iter()
+                .map(|c| topology.arc_of(c.low, c.high, isovalue).expect("an arc"))
+                .collect();
+            arcs.sort_unstable();
+            assert_eq!(topology.arcs_at(isovalue), arcs, "seed {seed} at {isovalue}");
+        }
+    }
+}
+
+#[test]
+fn sweeps_of_few_values_have_the_counted_topology() {
+    let backend = Backend::choose(Choice::Cpu, None).expect("the processor");
+    for seed in 0..N_SWEPT {
+        let mut random = Random(seed);
+        let volume = Arc::new(volumes::volume(seed % volumes::N_KINDS, 7, &mut random));
+        let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)
+            .unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        let field = ExactField::new(&volume).expect("a field");
+        let mut query = Query::new(&spectrum);
+        let (low, high) = volume.range();
+        for _ in 0..N_ISOVALUES {
+            let isovalue = low + random.unit() * (high - low);
+            let mesh = query.mesh_at(isovalue).expect("inside the range");
+            let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+            let counted = count(&field, isovalue);
+            let euler: i64 = counted.iter().map(|c| c.euler).sum();
+            assert!(found.is_closed_manifold(), "seed {seed} at {isovalue}: {found:?}");
+            assert_eq!((found.components, found.euler), (counted.len(), euler), "seed {seed}");
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! The spectrum file and the layout of the thesis: what is written comes back.
+
+use std::path::Path;
+
+use crate::common::synthetic::{Growth, any_spectrum, growing_sphere, on_lattice, small};
+use isospectrum::Error;
+use isospectrum::file::{self, arranged, from_bytes, thesis, to_bytes, write_beside};
+use isospectrum::spectrum::{Patch, Spectrum, Told, quantum};
+use isospectrum::volume::{Placement, Space, Unit};
+use proptest::prelude::*;
+
+/// What a file keeps of a spectrum.
+fn kept(spectrum: &Spectrum) -> Spectrum {
+    arranged(&spectrum.clone().quantised()).expect("valid")
+}
+
+fn assert_comes_back(spectrum: &Spectrum) {
+    let bytes = to_bytes(spectrum).expect("valid");
+    let read = from_bytes(&bytes).expect("just written");
+    assert!(read == kept(spectrum), "what is read is not what was written");
+    assert!(to_bytes(&read).expect("valid") == bytes, "writing again gives another file");
+    assert!(kept(&read) == read, "a file's spectrum changes when it is arranged or quantised");
+}
+
+proptest! {
+    #[test]
+    fn any_spectrum_comes_back(spectrum in any_spectrum()) {
+        assert_comes_back(&spectrum);
+    }
+}
+
+#[test]
+fn a_growing_sphere_comes_back() {
+    assert_comes_back(&small());
+    let growth = Growth { subdivisions: 4, n_steps: 40, splits: 40, flips: 90, knot_distance: 9 };
+    assert_comes_back(&growing_sphere(&growth));
+}
+
+#[test]
+fn vertices_on_lattice_edges_come_back_and_are_told_shortly() {
+    let [on, off] = [0.0, 0.25].map(|off| on_lattice(20, off));
+    assert_comes_back(&on);
+    assert_comes_back(&off);
+    let [on, off] = [on, off].map(|s| to_bytes(&s).expect("valid").len());
+    assert!(4 * on < 3 * off, "{on} bytes on the lattice, {off} beside it");
+    // Where the volume has no such samples, the vertices are as any others.
+    let elsewhere = on_lattice(20, 0.0).changed(|about, _| about.volume.dims = [11, 128, 128]);
+    assert_comes_back(&elsewhere.expect("valid"));
+}
+
+#[test]
+fn an_empty_spectrum_comes_back() {
+    let spectrum = small().changed(|_, patch| {
+        let isovalues = std::mem::take(&mut patch.isovalues);
+        *patch = Patch { isovalues, first_knot: vec![0], ..Patch::default() };
+    });
+    let spectrum = spectrum.expect("valid");
+    assert_comes_back(&spectrum);
+    let spectrum = spectrum.changed(|about, patch| {
+        patch.isovalues.clear();
+        about.events.clear();
+    });
+    assert_comes_back(&spectrum.expect("valid"));
+}
+
+#[test]
+fn numbers_of_the_description_come_back_exactly() {
+    let told = serde_json::json!({ "step": 2.0 / 3.0, "adapter": "naïve \"GPU\"" });
+    let spectrum = small().changed(|about, patch| {
+        about.tolerance = 0.1 + 0.2;
+        about.volume.placement.origin = [1e-300, -5.0 / 3.0, 123_456_789.123_456_78];
+        about.parameters = Told::of_json(&told.to_string()).expect("JSON");
+        patch.isovalues[0] = -0.1 - 0.2;
+        about.range.0 = patch.isovalues[0];
+    });
+    assert_comes_back(&spectrum.expect("valid"));
+}
+
+#[test]
+fn positions_are_rounded_to_the_quantum_and_meshes_stay_the_same_surface() {
+    let spectrum = small();
+    let read = from_bytes(&to_bytes(&spectrum).expect("valid")).expect("just written");
+    for i in 0..100 {
+        let c =
+            spectrum.range().0 + (spectrum.range().1 - spectrum.range().0) * f64::from(i) / 100.0;
+        let (before, after) =
+            (spectrum.mesh_at(c).expect("inside"), read.mesh_at(c).expect("inside"));
+        let corners = |mesh: &isospectrum::spectrum::SurfaceMesh| {
+            let corner = |&v: &u32| mesh.positions[v as usize].map(f64::from);
+            let mut all: Vec<[f64; 3]> = mesh.triangles.as_flattened().iter().map(corner).collect();
+            all.sort_by(|a, b| a.partial_cmp(b).expect("finite"));
+            all
+        };
+        let (before, after) = (corners(&before), corners(&after));
+        assert_eq!(before.len(), after.len());
+        let sum = |corners: &[[f64; 3]], a: usize| corners.iter().map(|p| p[a]).sum::<f64>();
+        for a in 0..3 {
+            // Each corner moves by half a quantum at most, and f32 rounds below that.
+            let moved = (sum(&before, a) - sum(&after, a)).abs() / before.len() as f64;
+            assert!(moved <= 0.5 * quantum(spectrum.tolerance()) + 1e-5, "{moved} at {c}");
+        }
+    }
+}
+
+#[test]
+fn a_triangle_takes_less_than_two_bytes_and_a_knot_less_than_eight() {
+    // The bound that keeps a spectrum of a million triangles below 18 MB, on a mesh a tenth as large.
+    let growth =
+        Growth { subdivisions: 5, n_steps: 80, splits: 100, flips: 250, knot_distance: 25 };
+    let spectrum = growing_sphere(&growth);
+    let bytes = to_bytes(&spectrum).expect("valid").len();
+    let bound = 2 * spectrum.triangles().len() + 8 * spectrum.knots().len();
+    println!(
+        "{} triangles, {} vertices, {} knots: {bytes} bytes",
+        spectrum.triangles().len(),
+        spectrum.n_vertices(),
+        spectrum.knots().len()
+    );
+    assert!(bytes < bound, "{bytes} bytes, expected fewer than {bound}");
+}
+
+/// A file of an earlier time, or of now if it is to be written anew.
+fn golden(version: u32) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/version_{version}.isp"))
+}
+
+#[test]
+fn the_file_of_version_1_is_still_read() {
+    assert_golden(&file::read(golden(1)).expect("the file is checked in"), &small());
+}
+
+#[test]
+fn the_file_of_version_2_is_still_read() {
+    assert_golden(&file::read(golden(2)).expect("the file is checked in"), &on_lattice(5, 0.0));
+}
+
+#[test]
+fn the_file_of_version_3_is_still_read() {
+    assert_golden(&file::read(golden(3)).expect("the file is checked in"), &on_lattice(5, 0.0));
+}
+
+/// A spectrum of a sheared volume, far from the origin of a patient's space.
+fn in_a_sheared_world() -> Spectrum {
+    let steps = [[0.1, 0.0, 0.0], [0.05, 0.05 * 3f64.sqrt(), 0.0], [0.0, 0.06, 0.3]];
+    let placement = Placement::from_steps([1e7 + 0.015625, -3.5, 1e-7], steps);
+    let placed = on_lattice(5, 0.0)
+        .changed(|about, _| about.volume.placement = placement.of_patient(Space::Lps));
+    placed.expect("valid")
+}
+
+#[test]
+fn the_file_of_version_4_is_still_read_and_keeps_the_world() {
+    let read = file::read(golden(4)).expect("the file is checked in");
+    assert_golden(&read, &in_a_sheared_world());
+    assert!(read.volume().placement.is_sheared());
+    assert_eq!(read.volume().placement.unit, Unit::Mm);
+}
+
+#[test]
+fn the_file_of_version_5_is_still_read() {
+    assert_golden(&file::read(golden(5)).expect("the file is checked in"), &small());
+}
+
+#[test]
+fn the_file_of_version_6_is_still_read() {
+    let path = golden(6);
+    let written = small();
+    if std::env::var_os("ISOSPECTRUM_BLESS").is_some() {
+        file::write(&written, &path).expect("the folder is writable");
+    }
+    assert_golden(&file::read(&path).expect("the file is checked in"), &written);
+}
+
+#[test]
+fn placements_of_earlier_files_have_no_unit_and_no_space() {
+    for version in 1..=3 {
+        let placement = file::read(golden(version)).expect("checked in").volume().placement;
+        assert_eq!((placement.unit, placement.space), (Unit::Unknown, Space::Unknown));
+    }
+}
+
+/// What was read is what once was written.
+fn assert_golden(read: &Spectrum, written: &Spectrum) {
+    // Sines may differ in the last digit between systems, and by a quantum after rounding.
+    let expected = kept(written);
+    // Files of other versions have them in another order.
+    let read = &arranged(read).expect("valid");
+    assert_eq!(read.triangles(), expected.triangles());
+    assert_eq!(read.isovalues(), expected.isovalues());
+    assert_eq!(read.first_knot(), expected.first_knot());
+    assert_eq!(read.events(), expected.events());
+    assert_eq!(read.collapses(), expected.collapses());
+    assert_eq!(read.volume(), expected.volume());
+    let step = quantum(written.tolerance());
+    for (a, b) in read.knots().iter().zip(expected.knots()) {
+        assert_eq!(a.rank, b.rank);
+        for i in 0..3 {
+            assert!(f64::from((a.position[i] - b.position[i]).abs()) <= step);
+        }
+    }
+}
+
+#[test]
+fn another_version_is_named() {
+    let mut bytes = to_bytes(&small()).expect("valid");
+    bytes[8] = 7;
+    let crc = crc32fast::hash(&bytes[..12]);
+    bytes[12..16].copy_from_slice(&crc.to_le_bytes());
+    let error = from_bytes(&bytes).expect_err("a later version").to_string();
+    assert_eq!(error, "format version 7, expected 1 to 6; a newer isospectrum may read it");
+}
+
+#[test]
+fn a_file_is_written_beside_and_renamed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("s.isp");
+    file::write(&small(), &path).expect("writable");
+    assert_eq!(file::read(&path).expect("just written"), kept(&small()));
+    let result = write_beside(&path, |writer| {
+        writer.write_all(b"half")?;
+        Err(std::io::ErrorKind::StorageFull.into())
+    });
+    assert!(matches!(result, Err(Error::Io { .. })));
+    assert_eq!(file::read(&path).expect("left alone"), kept(&small()));
+    let names: Vec<_> = std::fs::read_dir(folder.path()).expect("readable").collect();
+    assert_eq!(names.len(), 1, "something was left behind: {names:?}");
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for path in [folder.path().join("missing/s.isp"), folder.path().to_path_buf()] {
+        let error = file::write(&small(), &path).expect_err("not writable").to_string();
+        assert!(error.starts_with(&path.display().to_string()) && !error.contains('\n'), "{error}");
+    }
+    let error = file::read(folder.path().join("missing.isp")).expect_err("no such file");
+    assert_eq!(error.exit_code(), 3);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_devices_are_written_to() {
+    use std::os::unix::fs::{PermissionsExt as _, symlink};
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, link) = (folder.path().join("s.isp"), folder.path().join("link.isp"));
+    file::write(&small(), &path).expect("writable");
+    let plain = folder.path().join("plain");
+    std::fs::write(&plain, b"").expect("writable");
+    let mode = |path: &Path| std::fs::metadata(path).expect("there").permissions().mode();
+    assert_eq!(mode(&path), mode(&plain), "permissions differ from those of any new file");
+    std::fs::write(&path, b"old").expect("writable");
+    symlink(&path, &link).expect("links exist here");
+    file::write(&small(), &link).expect("writable");
+    assert!(link.is_symlink());
+    assert_eq!(file::read(&path).expect("just written"), kept(&small()));
+    file::write(&small(), "/dev/null").expect("takes everything");
+    #[cfg(target_os = "linux")]
+    assert!(matches!(file::write(&small(), "/dev/full"), Err(Error::Io { .. })));
+}
+
+/// The spectrum with isovalues that f32 holds and without caps, as the thesis's layout has them.
+fn with_short_isovalues(spectrum: Spectrum) -> Spectrum {
+    let short = spectrum.changed(|about, patch| {
+        patch.isovalues.iter_mut().for_each(|c| *c = f64::from(*c as f32));
+        patch.triangles.iter_mut().for_each(|t| t.cap = false);
+        about.range.0 = f64::from(about.range.0 as f32);
+        about.range.1 = f64::from(about.range.1 as f32);
+    });
+    short.expect("valid")
+}
+
+#[test]
+fn the_layout_of_the_thesis_comes_back() {
+    let spectrum = with_short_isovalues(small());
+    let bytes = thesis::to_bytes(&spectrum).expect("valid");
+    let read = thesis::from_bytes(&bytes).expect("just written");
+    assert_eq!(read.isovalues(), spectrum.isovalues());
+    assert_eq!(read.first_knot(), spectrum.first_knot());
+    assert_eq!(read.knots(), spectrum.knots());
+    assert_eq!(read.range(), spectrum.range());
+    let without_caps = spectrum.triangles().iter().map(|t| (t.vertices, t.birth, t.death));
+    assert!(without_caps.eq(read.triangles().iter().map(|t| (t.vertices, t.birth, t.death))));
+    let pairs =
+        |s: &Spectrum| s.collapses().iter().map(|c| (c.vertex, c.target)).collect::<Vec<_>>();
+    assert_eq!(pairs(&read), pairs(&spectrum));
+    assert_eq!(thesis::to_bytes(&read).expect("valid"), bytes);
+}
+
+/// A file of the thesis, number by number.
+struct Words(Vec<u8>);
+
+impl Words {
+    fn integers(mut self, numbers: &[u32]) -> Self {
+        numbers.iter().for_each(|n| self.0.extend(n.to_le_bytes()));
+        self
+    }
+
+    fn floats(mut self, numbers: &[f32]) -> Self {
+        numbers.iter().for_each(|x| self.0.extend(x.to_le_bytes()));
+        self
+    }
+
+    fn vertex(self, x: f32, isovalues: &[f32]) -> Self {
+        let rows = self.integers(&[isovalues.len() as u32]);
+        isovalues.iter().fold(rows, |words, &c| words.floats(&[x, x * x, c, 0.0, 0.0, 1.0, c]))
+    }
+}
+
+#[test]
+fn the_layout_of_the_thesis_is_that_of_section_4_4() {
+    let words = Words(vec![]).integers(&[3]);
+    let words =
+        words.vertex(0.0, &[1.0, 4.0]).vertex(1.0, &[1.0, 4.0]).vertex(2.0, &[1.0, 2.0, 4.0]);
+    let words = words.integers(&[1]).floats(&[1.0, 4.0]).integers(&[0, 1, 2]);
+    let bytes = words.integers(&[1, 2, 1]).0;
+    assert_eq!(bytes.len(), 4 + 3 * 4 + 7 * 28 + 4 + 20 + 4 + 8);
+    let spectrum = thesis::from_bytes(&bytes).expect("valid");
+    assert_eq!(spectrum.isovalues(), [1.0, 2.0, 4.0]);
+    assert_eq!(spectrum.mesh_at(2.5).expect("inside").positions[2], [2.0, 4.0, 2.5]);
+    assert_eq!(thesis::to_bytes(&spectrum).expect("valid"), bytes);
+}
+
+#[test]
+fn a_triangle_of_the_thesis_goes_on_with_the_vertex_of_a_collapse() {
+    // Vertex 2 ends at 3 and is replaced by 3, which ends at 5 and is replaced by 4.
+    let words = Words(vec![]).integers(&[5]).vertex(0.0, &[1.0, 9.0]).vertex(1.0, &[1.0, 9.0]);
+    let words = words.vertex(2.0, &[1.0, 3.0]).vertex(3.0, &[1.0, 5.0]).vertex(4.0, &[1.0, 9.0]);
+    let words = words.integers(&[1]).floats(&[1.0, 9.0]).integers(&[0, 1, 2]);
+    let spectrum = thesis::from_bytes(&words.integers(&[2, 2, 3, 3, 4]).0).expect("valid");
+    for (c, x) in [(1.0, 2.0), (2.9, 2.0), (3.0, 3.0), (4.9, 3.0), (5.0, 4.0), (8.9, 4.0)] {
+        let mesh = spectrum.mesh_at(c).expect("inside");
+        assert_eq!(mesh.triangles, [[0, 1, 2]], "at {c}");
+        assert_eq!(mesh.positions[2][0], x, "at {c}");
+    }
+    let ranks: Vec<_> =
+        spectrum.collapses().iter().map(|c| spectrum.isovalues()[c.rank as usize]).collect();
+    assert_eq!(ranks, [3.0, 5.0]);
+    assert!(spectrum.collapses().iter().all(|c| c.upward));
+}
+
+#[test]
+fn collapses_in_a_circle_are_an_error() {
+    let words = Words(vec![]).integers(&[4]).vertex(0.0, &[1.0, 9.0]).vertex(1.0, &[1.0, 9.0]);
+    let words = words.vertex(2.0, &[1.0, 3.0]).vertex(3.0, &[1.0, 3.0]);
+    let words = words.integers(&[1]).floats(&[1.0, 9.0]).integers(&[0, 1, 2]);
+    let error = thesis::from_bytes(&words.integers(&[2, 2, 3, 3, 2]).0).expect_err("a circle");
+    assert_eq!(error.to_string(), "collapses replace vertices without end, expected chains");
+}

@@ -1,0 +1,26 @@
+//! The library, through its public items and those of `inside`, on the processor.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod border;
+mod bricks;
+mod bricks_folder;
+mod components;
+mod exports;
+mod extraction;
+mod few_values;
+mod file_corruption;
+mod file_format;
+mod file_summary;
+mod front;
+mod masks;
+mod oracle;
+mod ranges;
+mod scenes;
+mod simplify;
+mod spectrum;
+mod sweep;
+mod topology;
+mod verify;
+mod volumes;

@@ -1,0 +1,210 @@
+//! Masks and dust as users meet them: what is left of a surface, what is told of it, and that it can be verified.
+
+use crate::common::program::{Folder, json, stderr};
+use isospectrum::export::parse_ply;
+
+const N: usize = 16;
+
+/// The raw file of a function of 16^3 samples.
+fn write(folder: &Folder, name: &str, f: impl Fn([f64; 3]) -> f64) {
+    let at = |i: usize| [i % N, i / N % N, i / (N * N)].map(|p| p as f64);
+    let samples: Vec<u8> = (0..N * N * N).map(|i| f(at(i)).round() as u8).collect();
+    folder.write(&format!("{name}_16x16x16_uint8.raw"), &samples);
+}
+
+fn distance(p: [f64; 3], q: [f64; 3]) -> f64 {
+    (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>().sqrt()
+}
+
+const MIDDLE: [f64; 3] = [8.0, 7.0, 8.0];
+const RADIUS: f64 = 5.0;
+
+fn is_inside(p: [f64; 3]) -> bool {
+    distance(p, MIDDLE) < RADIUS
+}
+
+/// A slope, whose isosurfaces are planes, a mask that is a ball, and the spectrum of both.
+fn masked() -> Folder {
+    let folder = Folder::new();
+    write(&folder, "slope", |[x, y, z]| 9.0 * x + 5.0 * y + z);
+    write(&folder, "ball", |p| if is_inside(p) { 7.0 } else { 0.0 });
+    let said = folder.run(&[
+        "compute",
+        "slope_16x16x16_uint8.raw",
+        "-o",
+        "m.isp",
+        "--mask",
+        "ball_16x16x16_uint8.raw",
+        "--backend",
+        "cpu",
+    ]);
+    assert!(
+        stderr(&said).contains("mask ball_16x16x16_uint8.raw, 11.841 % of"),
+        "{}",
+        stderr(&said)
+    );
+    folder
+}
+
+/// The corners of all triangles of a mesh of the spectrum at 115, which passes the middle of the ball.
+fn triangles(folder: &Folder, flags: &[&str]) -> Vec<[[f64; 3]; 3]> {
+    folder.run(&[&["extract", "m.isp", "-c", "115", "-o", "m.ply"], flags].concat());
+    let mesh = parse_ply(&folder.read("m.ply")).expect("a mesh");
+    let corner = |v: u32| mesh.positions[v as usize].map(f64::from);
+    mesh.triangles.iter().map(|t| t.map(corner)).collect()
+}
+
+/// How many sides of triangles have none on the other side.
+fn n_open_sides(triangles: &[[[f64; 3]; 3]]) -> usize {
+    let bits = |p: [f64; 3]| p.map(f64::to_bits);
+    let sides = |t: &[[f64; 3]; 3]| [0, 1, 2].map(|i| (bits(t[i]), bits(t[(i + 1) % 3])));
+    let all: std::collections::BTreeSet<_> = triangles.iter().flat_map(sides).collect();
+    all.iter().filter(|(a, b)| !all.contains(&(*b, *a))).count()
+}
+
+fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    0.5 * distance(cross, [0.0; 3])
+}
+
+/// A triangle counts or does not over a piece of its life in which its middle goes a quarter of a voxel, by where it is in the
+/// middle of that.
+const FAR: f64 = 0.125;
+
+/// How far the area may be from that of the disc in the ball: the end of a mask is one of voxels, and that of a mesh one of
+/// triangles, of up to a voxel each; half a voxel all around would be 2 * 0.5 / 5.
+const ROUGH: f64 = 0.2;
+
+#[test]
+fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
+    let folder = masked();
+    let open = triangles(&folder, &[]);
+    for t in &open {
+        let middle = [0, 1, 2].map(|a| (t[0][a] + t[1][a] + t[2][a]) / 3.0);
+        let near = [-FAR, 0.0, FAR].map(|d| [d, 0.0, 0.0]);
+        let turned = |d: [f64; 3]| (0..3).map(move |n| [0, 1, 2].map(|a| d[(a + n) % 3]));
+        let mut near = near.into_iter().flat_map(turned);
+        let is_near = |d: [f64; 3]| is_inside([0, 1, 2].map(|a| (middle[a] + d[a]).round()));
+        assert!(near.any(is_near), "{middle:?}");
+        // On the plane: a wall would stand across it.
+        let off = (9.0 * middle[0] + 5.0 * middle[1] + middle[2] - 115.0).abs() / 107f64.sqrt();
+        assert!(off < 0.3, "{middle:?} is {off} voxels from the plane");
+    }
+    let found: f64 = open.iter().map(|&t| area(t)).sum();
+    let disc = std::f64::consts::PI * RADIUS * RADIUS;
+    assert!((found / disc - 1.0).abs() < ROUGH, "area {found}, of a disc {disc}");
+    assert!(n_open_sides(&open) > 0);
+    assert_eq!(open.len(), triangles(&folder, &["--open"]).len());
+    let closed = triangles(&folder, &["--closed"]);
+    assert_eq!(n_open_sides(&closed), 0);
+    assert!(closed.len() > open.len());
+}
+
+#[test]
+fn the_mask_is_in_the_spectrum_told_by_info_and_applied_by_verify() {
+    let folder = masked();
+    let told = folder.run(&["info", "m.isp"]);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(told.contains("mask ball_16x16x16_uint8.raw"), "{told}");
+    std::fs::remove_file(folder.path().join("ball_16x16x16_uint8.raw")).expect("not needed");
+    folder.run(&["verify", "m.isp", "slope_16x16x16_uint8.raw", "--n", "12", "--events", "2"]);
+    // Isovalues are written by the samples inside.
+    let facts = json(&folder.run(&["info", "m.isp", "--json"]));
+    let samples = &facts["parameters"]["samples"];
+    let mean = samples["mean"].as_f64().expect("a mean");
+    assert!((mean - (9.0 * 8.0 + 5.0 * 7.0 + 8.0)).abs() < 0.5, "mean {mean}");
+}
+
+#[test]
+fn analyze_counts_areas_inside_the_mask() {
+    let folder = masked();
+    let slope = "slope_16x16x16_uint8.raw";
+    let range = ["--range", "110:120", "--samples", "3", "--json"];
+    let with = ["analyze", slope, "--mask", "ball_16x16x16_uint8.raw"];
+    let with = json(&folder.run(&[&with[..], &range].concat()));
+    let without = json(&folder.run(&[&["analyze", slope][..], &range].concat()));
+    let area = |found: &serde_json::Value| found["curves"][1]["area"].as_f64().expect("an area");
+    let disc = std::f64::consts::PI * RADIUS * RADIUS;
+    assert!((area(&with) / disc - 1.0).abs() < ROUGH, "{}", area(&with));
+    assert!(area(&without) > 2.0 * disc, "{}", area(&without));
+}
+
+#[test]
+fn a_mask_that_does_not_fit_is_an_error_of_one_line() {
+    let folder = masked();
+    let slope = "slope_16x16x16_uint8.raw";
+    let compute = |mask: &str, flags: &[&str], code| {
+        let arguments = ["compute", slope, "-o", "o.isp", "--backend", "cpu", "--mask", mask];
+        folder.fails(&[&arguments[..], flags].concat(), code)
+    };
+    folder.write("small_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
+    let said = compute("small_2x2x2_uint8.raw", &[], 3);
+    assert!(said.contains("a mask of 2x2x2 samples, expected 16x16x16"), "{said}");
+    let said = compute("ball_16x16x16_uint8.raw", &["--crop", "0:3,:,:"], 3);
+    assert!(said.contains("no sample of slope_16x16x16_uint8.raw is inside the mask"), "{said}");
+    compute("none.nrrd", &[], 3);
+    let mask = "ball_16x16x16_uint8.raw";
+    folder.fails(&["analyze", slope, "--mask", mask, "--plot", mask], 2);
+    assert_eq!(folder.read("ball_16x16x16_uint8.raw").len(), N * N * N, "it is an input");
+}
+
+#[test]
+fn dust_is_left_out_told_and_left_out_again_by_verify() {
+    let folder = Folder::new();
+    let specks = [[2.0, 2.0, 2.0], [13.0, 3.0, 12.0], [12.0, 13.0, 2.0]];
+    write(&folder, "dusty", |p| {
+        let ball = 180.0 - 20.0 * distance(p, MIDDLE);
+        if specks.contains(&p) { 250.0 } else { ball.max(1.0) }
+    });
+    let dusty = "dusty_16x16x16_uint8.raw";
+    let compute = ["compute", dusty, "-o", "d.isp", "--backend", "cpu", "--error", "0.3"];
+    let said = folder.run(&[&compute[..], &["--min-component", "8"]].concat());
+    let expected = "3 parts and 0 cavities below 8 voxels left out: 3 samples changed";
+    assert!(stderr(&said).contains(expected), "{}", stderr(&said));
+    let told = folder.run(&["info", "d.isp"]);
+    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(told.contains(expected), "{told}");
+    folder.run(&["verify", "d.isp", dusty, "--n", "12", "--events", "2"]);
+    let found = json(&folder.run(&["components", "d.isp", "-c", "100", "--json"]));
+    assert_eq!(found["components"].as_array().map(Vec::len), Some(1));
+    let analysis = json(&folder.run(&["analyze", dusty, "--min-component", "8", "--json"]));
+    assert_eq!(analysis["dust"]["parts"], 3);
+    folder.run(&[&compute[..], &["--range", "90:110"]].concat());
+    let found = json(&folder.run(&["components", "d.isp", "-c", "100", "--json"]));
+    assert_eq!(found["components"].as_array().map(Vec::len), Some(4), "with the dust");
+}
+
+#[test]
+fn a_masked_volume_may_be_a_folder_of_parts() {
+    let folder = masked();
+    let volumes = ["slope_16x16x16_uint8.raw", "--mask", "ball_16x16x16_uint8.raw"];
+    for name in ["b.isp", "b.ispt"] {
+        let flags = ["--backend", "cpu", "--brick", "8", "-q", "-o", name];
+        folder.run(&[&["compute"], &volumes[..], &flags].concat());
+    }
+    let sorted = |name: &str, flags: &[&str]| {
+        folder.run(&[&["extract", name, "-c", "115", "-o", "b.ply"], flags].concat());
+        let mesh = parse_ply(&folder.read("b.ply")).expect("a mesh");
+        let corner = |v: u32| mesh.positions[v as usize].map(f64::to_bits);
+        let mut all: Vec<_> = mesh
+            .triangles
+            .iter()
+            .map(|t| {
+                let mut corners = t.map(corner);
+                corners.sort_unstable();
+                corners
+            })
+            .collect();
+        all.sort_unstable();
+        all
+    };
+    // The closed mesh is the same; where it ends, within pieces of lifetimes.
+    assert_eq!(sorted("b.ispt", &["--closed"]), sorted("b.isp", &["--closed"]));
+    let (split, file) = (sorted("b.ispt", &[]), sorted("b.isp", &[]));
+    let common = split.iter().filter(|t| file.binary_search(t).is_ok()).count();
+    let (n, all) = (split.len().max(file.len()), sorted("b.isp", &["--closed"]).len());
+    assert!(common > 50 && 10 * (n - common) < n && 2 * n < all, "{common} of {n} of {all}");
+    // So small a mesh has one crossing triangle here and there: few isovalues tell no share.
+    folder.run(&["verify", "b.ispt", volumes[0], "--n", "64"]);
+}

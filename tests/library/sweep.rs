@@ -1,0 +1,448 @@
+//! Sweeps of small volumes: the mesh at any isovalue has the topology of that isosurface.
+//!
+//! The oracle is the count of the isosurface on the grid, which shares the samples with the sweep
+//! and knows no mesh; the mesh is counted from its triangle list alone.
+
+use std::sync::{Arc, Mutex};
+
+use crate::common::random::Random;
+use isospectrum::Error;
+use isospectrum::file;
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::extract::extract;
+use isospectrum::inside::kernels::backend::MIN_GPU_VERTICES;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::inside::topology::simplify::simplified;
+use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
+use isospectrum::verify::mesh_topology;
+use isospectrum::volume::phantom::phantom;
+use isospectrum::volume::{Placement, Samples, Volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Counts, Parameters, Progress, Silent, compute};
+
+/// Isovalues looked at in each spectrum.
+const N_ISOVALUES: usize = 24;
+
+fn volume(spec: &str) -> Arc<Volume> {
+    Arc::new(phantom(spec).expect("a phantom"))
+}
+
+/// Four values on 8^3 samples: nearly every sample has an equal neighbour.
+fn grid_with_ties(seed: u64) -> Arc<Volume> {
+    let mut random = Random(seed);
+    let samples = (0..512).map(|_| (random.next() % 4) as u8).collect();
+    let volume = Volume::new("ties", [8; 3], Samples::U8(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+/// A smooth field in few grey levels: meshes are tracked, and many events share an isovalue.
+fn smooth_grid_with_ties(seed: u64) -> Arc<Volume> {
+    let smooth = volume(&format!("noise:12:{seed}"));
+    let (low, high) = smooth.range();
+    let grey = |x: f64| (24.0 * (x - low) / (high - low)).round() as u8;
+    let samples = smooth.samples();
+    let samples = (0..samples.len()).map(|i| grey(samples.get(i))).collect();
+    let volume = Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+fn backend(choice: Choice) -> Backend {
+    Backend::choose(choice, None).expect("a backend")
+}
+
+fn swept(volume: &Arc<Volume>, choice: Choice) -> Spectrum {
+    compute(volume, &Parameters::default(), &backend(choice), &Silent).expect("a spectrum")
+}
+
+/// Mean over the range of the share of the area that is tracked.
+fn tracked_share(spectrum: &Spectrum) -> f64 {
+    spectrum.parameters().number("/tracked_area_share").expect("told")
+}
+
+/// Computes a spectrum and compares its meshes at random isovalues with the count on the grid.
+/// Returns the most vertices any of them has.
+fn check(volume: &Arc<Volume>, choice: Choice) -> usize {
+    let spectrum = swept(volume, choice);
+    assert_eq!(spectrum.range(), volume.range());
+    let field = ExactField::new(volume).expect("a field");
+    let mut query = Query::new(&spectrum);
+    let mut random = Random(7);
+    let (low, high) = spectrum.range();
+    let mut most = 0;
+    for _ in 0..N_ISOVALUES {
+        let isovalue = low + random.unit() * (high - low);
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+        let what = format!("{} at {isovalue}: {found:?}", volume.name());
+        assert!(found.is_closed_manifold(), "{what}");
+        let expected = count(&field, isovalue);
+        let euler: i64 = expected.iter().map(|component| component.euler).sum();
+        assert_eq!((found.components, found.euler), (expected.len(), euler), "{what}");
+        assert_eq!(mesh.normals.len(), mesh.positions.len(), "{what}");
+        let numbers = mesh.positions.iter().chain(&mesh.normals).flatten();
+        assert!(numbers.copied().all(f32::is_finite), "{what}");
+        most = most.max(mesh.positions.len());
+    }
+    most
+}
+
+#[test]
+fn a_sphere_has_the_counted_topology_at_every_isovalue() {
+    check(&volume("sphere:20"), Choice::Cpu);
+}
+
+#[test]
+fn a_sphere_computed_on_the_gpu_has_the_counted_topology() {
+    let most = check(&volume("sphere:48"), Choice::Gpu);
+    assert!(most >= MIN_GPU_VERTICES, "{most} vertices: all of it ran on the CPU");
+}
+
+#[test]
+fn blobs_that_merge_have_the_counted_topology() {
+    check(&volume("blobs:24"), Choice::Cpu);
+}
+
+#[test]
+fn a_torus_that_closes_has_the_counted_topology() {
+    check(&volume("torus:20"), Choice::Cpu);
+}
+
+#[test]
+fn noise_has_the_counted_topology() {
+    check(&volume("noise:10:3"), Choice::Cpu);
+    check(&volume("noise:10:4"), Choice::Cpu);
+}
+
+#[test]
+fn a_grid_full_of_ties_has_the_counted_topology() {
+    check(&grid_with_ties(11), Choice::Cpu);
+}
+
+/// White noise of about 1e-200: products of its samples are zero.
+fn tiny_values(seed: u64) -> Arc<Volume> {
+    let mut random = Random(seed);
+    let samples = (0..7 * 8 * 6).map(|_| (random.unit() - 0.5) * 1e-200).collect();
+    let volume = Volume::new("tiny", [7, 8, 6], Samples::F64(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn samples_far_below_one_have_the_counted_topology() {
+    check(&tiny_values(3), Choice::Cpu);
+}
+
+/// White noise in so few grey levels that many cells have saddles equal but for rounding.
+fn noise_in_few_levels(seed: u64) -> Arc<Volume> {
+    let mut random = Random(seed);
+    let samples = (0..24 * 24 * 24).map(|_| (random.unit() * 12.0) as u8).collect();
+    let volume = Volume::new("few", [24; 3], Samples::U8(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn noise_in_few_grey_levels_has_the_counted_topology() {
+    for seed in 1..4 {
+        check(&noise_in_few_levels(seed), Choice::Cpu);
+    }
+}
+
+#[test]
+fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
+    // Relaxation moves the vertices of large flat faces by a voxel at every step, however short.
+    let plane = |i: usize| (i % 26 + 3 * (i / 26 % 21) + i / (26 * 21)) as f64;
+    let samples = (0..26 * 21 * 9).map(plane).collect();
+    let volume = Volume::new("plane", [26, 21, 9], Samples::F64(samples), Placement::default());
+    let volume = simplified(&volume.expect("a valid volume"), 0.93).expect("a volume");
+    let volume = Arc::new(volume);
+    let spectrum = swept(&volume, Choice::Cpu);
+    let steps = Counts::of(&spectrum).expect("counted").steps;
+    assert!((20..2_000).contains(&steps), "{steps} steps");
+}
+
+#[test]
+fn a_smooth_field_in_few_grey_levels_has_the_counted_topology() {
+    for seed in 1..=3 {
+        check(&smooth_grid_with_ties(seed), Choice::Cpu);
+    }
+}
+
+#[test]
+fn a_sphere_is_tracked_and_not_only_extracted() {
+    let spectrum = swept(&volume("sphere:20"), Choice::Cpu);
+    let counts = Counts::of(&spectrum).expect("counted");
+    assert_eq!(counts.arcs, 1, "{counts:?}");
+    assert!(counts.steps > 0, "{counts:?}");
+    // Where the sphere lies inside the volume most of its triangles live on while it shrinks by a twentieth of its
+    // radius, a third of a voxel; those of an extraction at every isovalue would not.
+    let (low, high) = spectrum.range();
+    let at = |share: f64| high - share * (high - low);
+    let share = survival(&spectrum, &[at(0.4), at(0.38)]);
+    assert!(share > 0.6, "{share} of the triangles live on: {counts:?}");
+}
+
+#[test]
+fn a_range_in_which_the_isosurface_hardly_moves_has_a_tracked_mesh_all_along() {
+    let volume = volume("sphere:20");
+    let (low, high) = volume.range();
+    let at = |share: f64| low + share * (high - low);
+    let parameters = Parameters { range: Some((at(0.6), at(0.601))), ..Parameters::default() };
+    let spectrum =
+        compute(&volume, &parameters, &backend(Choice::Cpu), &Silent).expect("a spectrum");
+    assert!(tracked_share(&spectrum) > 0.999, "{}", tracked_share(&spectrum));
+}
+
+/// Share of the triangles alive just before the first of some isovalues that are alive just after the last.
+fn survival(spectrum: &Spectrum, isovalues: &[f64]) -> f64 {
+    let tiny = 1e-7 * (spectrum.range().1 - spectrum.range().0);
+    let rank = |isovalue: f64| spectrum.rank_at(isovalue).expect("inside the range");
+    let (first, last) = (isovalues[0], isovalues[isovalues.len() - 1]);
+    let (before, after) = (rank(first - tiny), rank(last + tiny));
+    let alive = |rank: u32| move |t: &&Triangle| t.birth <= rank && rank < t.death;
+    let n_before = spectrum.triangles().iter().filter(alive(before)).count();
+    let n_both = spectrum.triangles().iter().filter(alive(before)).filter(alive(after)).count();
+    n_both as f64 / n_before as f64
+}
+
+#[test]
+fn a_sphere_is_tracked_along_the_border_of_the_volume() {
+    // Its isosurface meets the faces of the volume, then their edges, and closes in the corners.
+    let volume = volume("sphere:32");
+    let spectrum = swept(&volume, Choice::Cpu);
+    assert!(tracked_share(&spectrum) > 0.9, "{}", tracked_share(&spectrum));
+    let (low, high) = spectrum.range();
+    let mut query = Query::new(&spectrum);
+    let field = ExactField::new(&volume).expect("a field");
+    let dims = volume.dims().map(|d| (d - 1) as f32);
+    for share in [0.03, 0.1, 0.2, 0.3, 0.4] {
+        let isovalue = low + share * (high - low);
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let outside = |p: &[f32; 3]| (0..3).any(|a| p[a] < 0.0 || p[a] > dims[a]);
+        let off = |t: &[u32; 3]| t.iter().all(|&v| !outside(&mesh.positions[v as usize]));
+        assert!(mesh.triangles.iter().any(|t| !off(t)), "no cap at {share} of the range");
+        // Inside the volume: caps are those of the exact extraction.
+        let inside = |positions: &[[f32; 3]], triangles: &[[u32; 3]]| {
+            let is_inside = |t: &&[u32; 3]| t.iter().all(|&v| !outside(&positions[v as usize]));
+            triangles.iter().filter(is_inside).count()
+        };
+        let exact = extract(&field, isovalue);
+        let n = inside(&mesh.positions, &mesh.triangles);
+        let exact = inside(&exact.positions, &exact.faces);
+        // Where only corners are left and what is around them, the seam is most of it.
+        let is_fewer = 5 * n < 3 * exact || share < 0.25;
+        assert!(is_fewer, "{n} triangles at {isovalue}, extracted {exact}");
+        // A cap's own vertices lie beyond the border, but hardly.
+        for p in &mesh.positions {
+            let beyond = (0..3).map(|a| (-p[a]).max(p[a] - dims[a])).fold(f32::MIN, f32::max);
+            assert!(beyond < 1.0, "{p:?}");
+        }
+    }
+}
+
+#[test]
+fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
+    let volume = volume("sphere:32");
+    let spectrum = swept(&volume, Choice::Cpu);
+    let (low, _) = spectrum.range();
+    let mut query = Query::new(&spectrum);
+    let last = volume.dims().map(|d| (d - 1) as f32);
+    let is_inside = |p: [f32; 3]| (0..3).all(|a| (0.0..=last[a]).contains(&p[a]));
+    let mut n_measured = 0;
+    for i in 1..100 {
+        // The phantom is 1 less the distance from its centre, along axes from -1 to 1: near 0 it touches the
+        // border.
+        let isovalue = 0.1 + (low - 0.1) * f64::from(i) / 100.0;
+        let radius = (1.0 - isovalue) * f64::from(last[0]) / 2.0;
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]));
+        let inside = corners.filter(|t| t.iter().all(|&p| is_inside(p)));
+        let mut off: Vec<f64> = inside
+            .map(|t| {
+                let middle = |a: usize| t.iter().map(|p| f64::from(p[a])).sum::<f64>() / 3.0;
+                let centre = [0.020_710_7, 0.029_282, 0.015_737_9];
+                let from_centre =
+                    |a: usize| middle(a) - f64::from(last[a]) / 2.0 * (1.0 + centre[a]);
+                let distance = (0..3).map(|a| from_centre(a).powi(2)).sum::<f64>().sqrt();
+                (distance - radius).abs()
+            })
+            .collect();
+        off.sort_by(f64::total_cmp);
+        if let (Some(p99), Some(most)) = (off.get(off.len() * 99 / 100), off.last()) {
+            assert!(*p99 < 0.12 && *most < 0.5, "{p99}, at most {most} voxels off at {isovalue}");
+            n_measured += 1;
+        }
+    }
+    // Only where nothing but the last of a corner is left has the isosurface no triangle inside the volume.
+    assert!(n_measured >= 90, "triangles inside the volume at {n_measured} of 99 isovalues");
+}
+
+#[test]
+fn most_triangles_live_through_a_merge() {
+    let volume = volume("blobs:32");
+    let spectrum = swept(&volume, Choice::Cpu);
+    // Seen from low values, the one part of the isosurface splits in two.
+    let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let share = survival(&spectrum, &[split.isovalue]);
+    assert!(share > 0.95, "{share} of the triangles live through {split:?}");
+}
+
+/// Three blobs in a row; the necks between them are the same, but for a trace.
+fn two_necks_a_trace_apart() -> Arc<Volume> {
+    let dims = [56usize, 22, 22];
+    let blob = |p: [f64; 3], x: f64| {
+        let r2 = (p[0] - x).powi(2) + (p[1] - 10.5).powi(2) + (p[2] - 10.5).powi(2);
+        (-r2 / 40.0).exp()
+    };
+    let sample = |i: usize| {
+        let p = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]].map(|x| x as f64);
+        (blob(p, 12.5) + blob(p, 27.5) + (1.0 + 5e-5) * blob(p, 42.5)) as f32
+    };
+    let samples = (0..dims.iter().product()).map(sample).collect();
+    let volume = Volume::new("necks", dims, Samples::F32(samples), Placement::default());
+    Arc::new(volume.expect("a valid volume"))
+}
+
+#[test]
+fn most_triangles_live_through_two_events_next_to_each_other() {
+    let parameters = Parameters { range: Some((0.4, 0.6)), ..Parameters::default() };
+    let backend = backend(Choice::Cpu);
+    let spectrum = compute(&two_necks_a_trace_apart(), &parameters, &backend, &Silent);
+    let spectrum = spectrum.expect("a spectrum");
+    let counts = Counts::of(&spectrum);
+    let splits = spectrum.events().iter().filter(|e| e.kind == EventKind::Split);
+    let splits: Vec<f64> = splits.map(|e| e.isovalue).collect();
+    let [first, second] = splits[..] else { panic!("two splits: {splits:?}") };
+    assert!((1e-6..5e-5).contains(&(second - first)), "{splits:?}");
+    let share = survival(&spectrum, &splits);
+    assert!(share > 0.6, "{share} of the triangles live from {first} to {second}: {counts:?}");
+}
+
+/// Distance of a point from the isosurface, to first order, voxels.
+fn off(volume: &Volume, isovalue: f64, p: [f32; 3]) -> f64 {
+    let at = |a: usize, d: f64| {
+        let mut q = p.map(f64::from);
+        q[a] += d;
+        volume.value_at(q)
+    };
+    let slope = (0..3).map(|a| (at(a, 0.05) - at(a, -0.05)) / 0.1).map(|g| g * g).sum::<f64>();
+    (at(0, 0.0) - isovalue).abs() / slope.sqrt()
+}
+
+#[test]
+fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
+    let volume = volume("blobs:48");
+    let spectrum = swept(&volume, Choice::Cpu);
+    let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let range = spectrum.range().1 - spectrum.range().0;
+    let mut query = Query::new(&spectrum);
+    for side in [-1.0, 1.0] {
+        let isovalue = split.isovalue + side * 1e-4 * range;
+        let mesh = query.mesh_at(isovalue).expect("inside the range");
+        let mut off: Vec<f64> = mesh.positions.iter().map(|&p| off(&volume, isovalue, p)).collect();
+        off.sort_by(f64::total_cmp);
+        // The others are those around the neck, which faces as large as these cannot follow to a point.
+        let p98 = off[off.len() * 98 / 100];
+        assert!(p98 < 0.03, "98 % are within {p98} voxels at {isovalue}");
+    }
+}
+
+#[test]
+fn one_thread_and_two_give_the_same_bytes() {
+    same_bytes(&volume("noise:8:5"));
+    same_bytes(&volume("blobs:24"));
+}
+
+fn same_bytes(volume: &Arc<Volume>) {
+    let bytes = |n_threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build();
+        let spectrum = pool.expect("threads").install(|| swept(volume, Choice::Cpu));
+        file::to_bytes(&spectrum).expect("a spectrum that can be written")
+    };
+    assert_eq!(bytes(1), bytes(2));
+}
+
+#[test]
+fn a_part_of_the_range_is_swept_alone() {
+    // Two blobs: the isosurface splits, then one part vanishes after the other.
+    let volume = volume("blobs:16");
+    let all = swept(&volume, Choice::Cpu).events().to_vec();
+    let split = all.iter().find(|e| e.kind == EventKind::Split).expect("a split").isovalue;
+    let (low, high) = volume.range();
+    let range = (0.5 * (low + split), 0.5 * (split + high));
+    let inside = |isovalue: f64| range.0 <= isovalue && isovalue <= range.1;
+    assert!(all.iter().any(|e| !inside(e.isovalue)), "no event outside {range:?}: {all:?}");
+    let parameters = Parameters { range: Some(range), ..Parameters::default() };
+    let spectrum = compute(&volume, &parameters, &backend(Choice::Cpu), &Silent).expect("computes");
+    assert_eq!(spectrum.range(), range);
+    let expected: Vec<_> = all.iter().filter(|e| inside(e.isovalue)).copied().collect();
+    assert_eq!(spectrum.events(), expected);
+    for (isovalue, components) in [(split.next_down(), 1), (split, 2)] {
+        let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
+        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+        assert_eq!((found.components, found.euler), (components, 2 * components as i64));
+    }
+    assert!(matches!(spectrum.mesh_at(low), Err(Error::Range { .. })));
+}
+
+/// Stops the sweep after so many reports, and keeps what was reported.
+struct StopAfter {
+    n_reports: usize,
+    reports: Mutex<Vec<f64>>,
+}
+
+impl Progress for StopAfter {
+    fn report(&self, done: f64, _message: &str) {
+        self.reports.lock().expect("no thread panicked").push(done);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.reports.lock().expect("no thread panicked").len() >= self.n_reports
+    }
+}
+
+#[test]
+fn a_cancelled_sweep_is_interrupted() {
+    let volume = volume("noise:8:5");
+    for n_reports in [0, 2] {
+        let progress = StopAfter { n_reports, reports: Mutex::default() };
+        let result = compute(&volume, &Parameters::default(), &backend(Choice::Cpu), &progress);
+        assert!(matches!(result, Err(Error::Interrupted)), "after {n_reports} reports");
+    }
+}
+
+#[test]
+fn progress_rises_to_one() {
+    let progress = StopAfter { n_reports: usize::MAX, reports: Mutex::default() };
+    let parameters = Parameters::default();
+    compute(&volume("sphere:8"), &parameters, &backend(Choice::Cpu), &progress).expect("computes");
+    let reports = progress.reports.into_inner().expect("no thread panicked");
+    assert!(reports.is_sorted() && reports.len() >= 2, "{reports:?}");
+    // The shares of the pieces are sums of rounded numbers.
+    assert!(reports.last().is_some_and(|last| (last - 1.0).abs() < 1e-9), "{reports:?}");
+}
+
+#[test]
+fn a_range_is_cut_to_the_volume_and_one_outside_it_is_a_usage_error() {
+    let volume = volume("sphere:8");
+    let (low, high) = volume.range();
+    let middle = 0.5 * (low + high);
+    let swept = |range| {
+        let parameters = Parameters { range: Some(range), ..Parameters::default() };
+        compute(&volume, &parameters, &backend(Choice::Cpu), &Silent)
+    };
+    let whole = swept((low, high)).expect("a spectrum");
+    for range in [(low - 1.0, high), (low, high + 1.0), (f64::NEG_INFINITY, f64::INFINITY)] {
+        let cut = swept(range).expect("a spectrum");
+        assert_eq!(cut.range(), (low, high), "{range:?}");
+        assert_eq!(cut.triangles(), whole.triangles(), "{range:?}");
+    }
+    for range in [
+        (low - 1.0, low),
+        (high, high + 1.0),
+        (high, low),
+        (middle, middle),
+        (f64::NAN, high),
+        (low, f64::NAN),
+    ] {
+        assert!(matches!(swept(range), Err(Error::Usage(_))), "{range:?}");
+    }
+}

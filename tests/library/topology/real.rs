@@ -1,0 +1,49 @@
+//! Volumes that are not in the repository, where they are at hand.
+
+use super::*;
+
+/// A volume of the data folder, or a loud line that it is not there.
+fn real_volume(file: &str, dims: [usize; 3]) -> Option<Volume> {
+    let path = crate::common::data::file("topology", file)?;
+    volume(dims, Samples::U8(std::fs::read(path).expect("readable")))
+}
+
+#[test]
+fn real_volumes_agree_with_the_count_from_the_grid() {
+    for (file, n) in [("nucleon_41x41x41_uint8.raw", 41), ("fuel_64x64x64_uint8.raw", 64)] {
+        let Some(volume) = real_volume(file, [n; 3]) else { continue };
+        let field = ExactField::new(&volume).expect("a field");
+        let topology = Topology::compute(&field).expect("a topology");
+        for isovalue in [0.0, 17.5, 191.0] {
+            check(&field, &topology, isovalue, file);
+        }
+    }
+}
+
+#[test]
+fn real_volumes_agree_with_the_count_of_the_extraction() {
+    for (file, dims) in [
+        ("nucleon_41x41x41_uint8.raw", [41; 3]),
+        ("fuel_64x64x64_uint8.raw", [64; 3]),
+        ("hydrogen_atom_128x128x128_uint8.raw", [128; 3]),
+        ("tooth_103x94x161_uint8.raw", [103, 94, 161]),
+    ] {
+        let Some(volume) = real_volume(file, dims) else { continue };
+        let field = ExactField::new(&volume).expect("a field");
+        let topology = Topology::compute(&field).expect("a topology");
+        let nets: Vec<f64> = topology.net_events().iter().map(|e| e.isovalue).collect();
+        let middle = nets[nets.len() / 2];
+        for c in [0.0, 1.0, 10.5, middle, middle.next_down(), 130.25, 200.0] {
+            let counted = count(&field, c);
+            let mut arcs = Vec::new();
+            for component in &counted {
+                let arc = topology.arc_of(component.low, component.high, c).expect("an arc");
+                assert_eq!(topology.arcs[arc].euler, component.euler, "{file} at {c}: arc {arc}");
+                arcs.push(arc);
+            }
+            arcs.sort_unstable();
+            assert_eq!(topology.arcs_at(c), arcs, "{file} at {c}: one component per arc");
+            assert_eq!(topology.n_components_at(c) as usize, counted.len(), "{file} at {c}");
+        }
+    }
+}

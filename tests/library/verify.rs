@@ -1,0 +1,307 @@
+//! Verification finds what is wrong with a spectrum, and nothing with a right one.
+
+use crate::common::data;
+use std::sync::Arc;
+
+use isospectrum::inside::extract::extract;
+use isospectrum::inside::sweep::TRACKED_AREA_SHARE;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::spectrum::{About, Event, EventKind, Knot, Patch, Spectrum, Triangle};
+use isospectrum::verify::{Limits, Report, Sampling, verify};
+use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, phantom, read_volume};
+use isospectrum::{Backend, Choice};
+use isospectrum::{Parameters, Progress, Silent, compute};
+
+/// The isosurface c of the phantom `sphere:16` is the sphere of radius 7.5 (1 - c) voxels.
+const ISOVALUE: f64 = 0.4;
+
+/// Half of a range so narrow that an unmoving mesh is right all over it: 7.5e-3 voxel.
+const HALF_RANGE: f64 = 1e-3;
+
+fn sphere() -> Volume {
+    phantom("sphere:16").expect("a phantom")
+}
+
+/// A spectrum with one unmoving mesh: the isosurface in the middle of its range.
+fn unmoving(volume: &Volume) -> Spectrum {
+    let field = ExactField::new(volume).expect("a small volume");
+    let mesh = extract(&field, ISOVALUE);
+    let knots =
+        mesh.positions.iter().flat_map(|&position| [0, 1].map(|rank| Knot { rank, position }));
+    let range = (ISOVALUE - HALF_RANGE, ISOVALUE + HALF_RANGE);
+    let patch = Patch {
+        isovalues: vec![range.0, range.1],
+        first_knot: (0..=mesh.positions.len() as u32).map(|v| 2 * v).collect(),
+        knots: knots.collect(),
+        triangles: mesh
+            .faces
+            .iter()
+            .zip(&mesh.caps)
+            .map(|(&vertices, &cap)| Triangle { vertices, birth: 0, death: 1, cap })
+            .collect(),
+        collapses: Vec::new(),
+    };
+    Spectrum::new(About::new(volume.info(), range, 0.1), patch).expect("valid")
+}
+
+/// The same with something of it changed.
+fn unmoving_but(change: impl FnOnce(&mut Patch)) -> Spectrum {
+    unmoving(&sphere()).changed(|_, patch| change(patch)).expect("still a spectrum")
+}
+
+fn report(spectrum: &Spectrum) -> Report {
+    let sampling = Sampling { n_random: 3, n_events: 0, seed: 1 };
+    verify(spectrum, &sphere(), sampling, Limits::default(), &Silent).expect("verifiable")
+}
+
+fn failures(spectrum: &Spectrum) -> String {
+    let report = report(spectrum);
+    assert!(!report.passed);
+    report.failures.join("; ")
+}
+
+#[test]
+fn a_right_spectrum_passes() {
+    let report = report(&unmoving(&sphere()));
+    assert!(report.passed, "{:?}", report.failures);
+    let totals = &report.totals;
+    assert_eq!((totals.isovalues, totals.topology_right, totals.manifold), (3, 3, 3));
+    assert_eq!((totals.self_intersecting_share, totals.inverted_share), (0.0, 0.0));
+    // Vertices on lattice edges are exact to f32 and to how far the surface moves over the range;
+    // those inside cells are not on the isosurface, but nearer than a flat triangle's middle.
+    assert!(totals.vertex_deviation.p99.is_some_and(|d| d < 0.1));
+    assert_eq!(totals.tracked_share, Some(1.0));
+}
+
+#[test]
+fn a_missing_triangle_is_found() {
+    let spectrum = unmoving_but(|patch| patch.triangles.truncate(patch.triangles.len() - 1));
+    let said = failures(&spectrum);
+    assert!(said.contains("isovalues with wrong topology: 3, expected 0"), "{said}");
+    assert!(said.contains("no closed oriented manifold: 3, expected 0"), "{said}");
+}
+
+#[test]
+fn a_turned_triangle_is_found() {
+    let spectrum = unmoving_but(|patch| patch.triangles[0].vertices.swap(0, 1));
+    let said = failures(&spectrum);
+    assert!(
+        said.contains("no closed oriented manifold: 3") && !said.contains("topology"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_mesh_that_faces_the_wrong_side_is_told() {
+    let spectrum =
+        unmoving_but(|patch| patch.triangles.iter_mut().for_each(|t| t.vertices.swap(0, 1)));
+    let report = report(&spectrum);
+    assert_eq!(report.totals.inverted_share, 1.0);
+    assert_eq!(report.failures, ["triangles that face the wrong side: 100 %, expected 5 %"]);
+}
+
+#[test]
+fn a_mesh_beside_the_isosurface_is_found() {
+    // A third of a voxel along x is more than the tolerance nearly everywhere.
+    let spectrum =
+        unmoving_but(|patch| patch.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33));
+    let said = failures(&spectrum);
+    assert!(said.contains("vertices from isosurface, 99 % within"), "{said}");
+    assert!(said.contains("barycentres from isosurface, 50 % within"), "{said}");
+    assert!(!said.contains("topology"), "{said}");
+}
+
+#[test]
+fn a_vertex_pulled_through_the_sphere_crosses_triangles() {
+    let middle = [7.5f32; 3];
+    let spectrum = unmoving_but(|patch| {
+        for knot in &mut patch.knots[..2] {
+            let opposite = |a: usize| middle[a] - 1.3 * (knot.position[a] - middle[a]);
+            knot.position = std::array::from_fn(opposite);
+        }
+    });
+    assert!(report(&spectrum).totals.self_intersecting_share > 0.0);
+    let said = failures(&spectrum);
+    assert!(said.contains("triangles that cross others") && !said.contains("jumps"), "{said}");
+}
+
+#[test]
+fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
+    // The lower half of the sphere is folded onto the upper one: every vertex lies on the isosurface, and the mesh is
+    // as closed as before.
+    let middle = 7.5 * 1.015_738;
+    let spectrum = unmoving_but(|patch| {
+        for knot in &mut patch.knots {
+            knot.position[2] = middle + (knot.position[2] - middle).abs();
+        }
+    });
+    let said = failures(&spectrum);
+    assert!(said.contains("isosurface from mesh, 99 % within"), "{said}");
+    assert!(!said.contains("vertices from isosurface") && !said.contains("isovalues"), "{said}");
+}
+
+#[test]
+fn a_vertex_that_is_nowhere_is_found() {
+    // What is no number is no spectrum; what is one may be far from the volume.
+    let nowhere =
+        |y: f32| move |patch: &mut Patch| (0..2).for_each(|i| patch.knots[i].position[1] = y);
+    let none = unmoving(&sphere()).changed(|_, patch| nowhere(f32::NAN)(patch));
+    assert!(none.is_err_and(|e| e.to_string().contains("vertex 0")));
+    let spectrum = unmoving_but(nowhere(1e4));
+    assert!(
+        failures(&spectrum).contains("positions not finite or not in the volume: 3, expected 0")
+    );
+}
+
+#[test]
+fn stopping_is_an_interruption() {
+    let spectrum = unmoving(&sphere());
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&self, _done: f64, _message: &str) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let stopped = verify(&spectrum, &sphere(), Sampling::default(), Limits::default(), &Stop);
+    assert!(matches!(stopped, Err(isospectrum::Error::Interrupted)));
+}
+
+/// The sphere, and from the middle of the range on in its place another one, moved along x.
+fn jumping(by: f32) -> Spectrum {
+    let spectrum = unmoving(&sphere());
+    let (low, high) = spectrum.range();
+    let n = spectrum.n_vertices() as u32;
+    let moved: Vec<Knot> = (spectrum.knots().iter().enumerate())
+        .map(|(i, knot)| {
+            let [x, y, z] = knot.position;
+            Knot { rank: 1 + i as u32 % 2, position: [x + by, y, z] }
+        })
+        .collect();
+    let jumping = spectrum.changed(|_, patch| {
+        patch.isovalues = vec![low, 0.5 * (low + high), high];
+        // The first one could go on to the end.
+        patch.knots.iter_mut().for_each(|knot| knot.rank *= 2);
+        patch.knots.extend(moved);
+        patch.first_knot = (0..=2 * n).map(|v| 2 * v).collect();
+        let replaced = patch.triangles.clone();
+        patch.triangles.iter_mut().for_each(|t| t.death = 1);
+        patch.triangles.extend(replaced.into_iter().map(|t| Triangle {
+            vertices: t.vertices.map(|v| v + n),
+            birth: 1,
+            death: 2,
+            ..t
+        }));
+    });
+    jumping.expect("valid")
+}
+
+#[test]
+fn a_jump_away_from_events_is_measured_and_limited() {
+    let spectrum = jumping(0.25);
+    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
+    let limits = Limits { jump: Some(0.1), deviation: Some(1.0), ..Limits::default() };
+    let report = verify(&spectrum, &sphere(), sampling, limits, &Silent).expect("verifiable");
+    let totals = &report.totals;
+    assert_eq!((totals.largest_jump, totals.survived_share), (None, None));
+    // Where the sphere faces x it moves by all of 0.25, elsewhere by less.
+    let largest = totals.largest_jump_elsewhere.expect("measured");
+    assert!((0.2..=0.25 + 1e-6).contains(&largest), "{largest}");
+    let p99 = totals.largest_jump_elsewhere_p99.expect("measured");
+    assert!(0.1 < p99 && p99 <= largest, "{p99}");
+    let [failure] = &report.failures[..] else { panic!("{:?}", report.failures) };
+    assert!(failure.starts_with("jumps away from events, 99 % within: 0.2"), "{failure}");
+}
+
+#[test]
+fn a_jump_that_the_isosurface_does_not_make_is_no_promise_kept() {
+    let sampling = Sampling { n_random: 0, n_events: 4, seed: 1 };
+    let found = |by: f32| {
+        let limits = Limits::default();
+        verify(&jumping(by), &sphere(), sampling, limits, &Silent).expect("verifiable")
+    };
+    assert!(found(0.0).passed, "{:?}", found(0.0).failures);
+    let failures = found(0.6).failures;
+    assert!(
+        failures.len() == 1 && failures[0].starts_with("jumps away from events"),
+        "{failures:?}"
+    );
+}
+
+/// Two halves of different values with a thick plateau between them: the isosurface jumps across it.
+fn plateau() -> Volume {
+    let samples = (0..12 * 8 * 8).map(|i| [0, 1, 2, 5, 5, 5, 5, 5, 8, 9, 10, 0][i % 12]).collect();
+    let volume = Volume::new("p", [12, 8, 8], Samples::U8(samples), Placement::default());
+    volume.expect("a valid volume")
+}
+
+#[test]
+fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
+    let volume = Arc::new(plateau());
+    let range = Some((3.0, 7.0));
+    let spectrum = computed(&volume, Parameters { range, ..Parameters::default() });
+    let sampling = Sampling { n_random: 4, n_events: 8, seed: 1 };
+    let limits = Limits::default();
+    let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
+    let jumps = report.continuity.at_events.iter().chain(&report.continuity.elsewhere);
+    let across: Vec<_> = jumps.filter(|j| j.isovalue == 5.0).collect();
+    assert!(!across.is_empty(), "{:?}", report.continuity);
+    // From one side of the plateau to the other it is four voxels.
+    assert!(across.iter().all(|j| j.largest > 3.0 && j.beyond_p99 < 0.25), "{across:?}");
+    assert!(report.passed, "{:?}", report.failures);
+}
+
+fn computed(volume: &Arc<Volume>, parameters: Parameters) -> Spectrum {
+    let backend = Backend::choose(Choice::Cpu, None).expect("a backend");
+    compute(volume, &parameters, &backend, &Silent).expect("a spectrum")
+}
+
+/// Checks that a default spectrum keeps what is promised.
+fn keeps_its_promises(volume: Volume) {
+    let volume = Arc::new(volume);
+    let spectrum = computed(&volume, Parameters::default());
+    let sampling = Sampling { n_random: 32, n_events: 8, seed: 5 };
+    let limits = Limits::default();
+    let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
+    assert!(report.passed, "{}: {:?}", volume.name(), report.failures);
+    // Nothing is kept for want of anything to measure.
+    let unmeasured = report.promises.iter().find(|promise| promise.found.is_none());
+    assert_eq!(unmeasured, None, "{}", volume.name());
+    assert!(
+        spectrum.parameters().number(&format!("/{TRACKED_AREA_SHARE}")).is_some_and(|s| s > 0.3)
+    );
+}
+
+#[test]
+fn default_spectra_of_phantoms_keep_what_is_promised() {
+    for spec in ["torus:24", "blobs:24", "noise:10:1", "noise:10:4"] {
+        keeps_its_promises(phantom(spec).expect("a phantom"));
+    }
+}
+
+#[test]
+fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
+    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
+    keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
+}
+
+#[test]
+fn triangles_replaced_at_an_event_do_not_survive_it() {
+    let spectrum = jumping(0.0);
+    let kept = spectrum.triangles().len() / 4;
+    let isovalue = spectrum.isovalues()[1];
+    let kind = EventKind::HandleOpen;
+    // A quarter of the triangles of the first sphere live on, the rest is replaced.
+    let spectrum = spectrum.changed(|about, patch| {
+        patch.triangles[..kept].iter_mut().for_each(|triangle| triangle.death = 2);
+        about.events = vec![Event { isovalue, position: [8.0; 3], kind }];
+    });
+    let spectrum = spectrum.expect("valid");
+    let report = report(&spectrum);
+    let [event] = report.continuity.coherence.events[..] else { panic!("{report:?}") };
+    assert_eq!(
+        (event.survived, event.before),
+        (kept as u64, spectrum.triangles().len() as u64 / 2)
+    );
+    assert_eq!(report.totals.survived_share, Some(event.survived as f64 / event.before as f64));
+}

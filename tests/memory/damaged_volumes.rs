@@ -1,0 +1,123 @@
+//! Every reader of volumes on files that are damaged: each byte of the small files of `tests/oracle` changed, and each
+//! of their beginnings. They are refused with one line or read; no panic, and no memory that the file has not earned.
+
+use std::fs::OpenOptions;
+use std::io::{Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+
+use isospectrum::Error;
+use isospectrum::volume::{ReadOptions, is_volume_name, read_volume};
+
+use crate::{peak, turn};
+
+/// What a reader may take of memory for any of the files, which are of at most 4 KiB: they stand for up to a
+/// thousand times that where they are packed.
+const MOST_MEMORY: usize = 8 << 20;
+
+/// Reads a file; whether it could be.
+fn read(path: &Path, what: &dyn Fn() -> String) -> bool {
+    // The part that an undamaged file would need to be told.
+    let options = [
+        ReadOptions::default(),
+        ReadOptions { frame: Some(1), ..ReadOptions::default() },
+        ReadOptions { channel: Some(1), ..ReadOptions::default() },
+        ReadOptions { channel: Some(1), frame: Some(1), ..ReadOptions::default() },
+        ReadOptions { array: Some("density".into()), ..ReadOptions::default() },
+    ];
+    let attempt = |options| match read_volume(path, options) {
+        Ok(volume) => {
+            let [x, y, z] = volume.dims();
+            assert_eq!(volume.samples().len(), x * y * z, "{}", what());
+            true
+        }
+        Err(Error::Input(_) | Error::Io { .. } | Error::Usage(_)) => false,
+        Err(e) => panic!("{}: {e:?}", what()),
+    };
+    let (read, peak) = peak(|| options.iter().any(attempt));
+    assert!(peak < MOST_MEMORY, "{}: {peak} bytes of memory", what());
+    if let Err(e) = read_volume(path, &options[0]) {
+        let line = e.to_string();
+        assert!(!line.contains('\n') && line.len() < 600, "{}: {line}", what());
+    }
+    read
+}
+
+/// One file of each series of DICOM files.
+fn series() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle");
+    let entries = std::fs::read_dir(folder).expect("checked in");
+    let folders = entries.map(|entry| entry.expect("readable").path());
+    let folders =
+        folders.filter(|path| path.is_dir() && path.to_string_lossy().contains("oracle/dicom_"));
+    let first = |folder: PathBuf| {
+        let files = std::fs::read_dir(folder).expect("readable");
+        files.map(|entry| entry.expect("readable").path()).min().expect("slices")
+    };
+    let files: Vec<PathBuf> = folders.map(first).collect();
+    assert!(files.len() >= 8, "{} series", files.len());
+    files
+}
+
+fn files() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle");
+    let entries = std::fs::read_dir(folder).expect("checked in");
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("readable").path()).collect();
+    files.retain(|path| path.is_file() && is_volume_name(path));
+    files.retain(|path| path.extension().is_some_and(|e| e != "raw"));
+    files.extend(series());
+    files.sort();
+    files
+}
+
+#[test]
+fn damaged_volumes_are_refused_with_a_line_or_read() {
+    let _turn = turn();
+    let files = files();
+    assert!(files.len() >= 40, "{} files", files.len());
+    for file in &files {
+        // Each in a folder of its own: a series takes all files of a folder.
+        let folder = tempfile::tempdir().expect("a folder");
+        let bytes = std::fs::read(file).expect("checked in");
+        assert!(bytes.len() <= 4096, "{}: {} bytes", file.display(), bytes.len());
+        // Samples of their own beside a header stay as they are.
+        for other in isospectrum::volume::files_of(file).into_iter().skip(1) {
+            let name = other.file_name().expect("a name");
+            std::fs::copy(&other, folder.path().join(name)).expect("room");
+        }
+        let name = file.file_name().expect("a name");
+        let path = folder.path().join(name);
+        let shown = name.to_string_lossy().into_owned();
+        std::fs::write(&path, &bytes).expect("room");
+        assert!(read(&path, &|| shown.clone()), "{shown} as it is");
+        let mut open = OpenOptions::new().write(true).open(&path).expect("writable");
+        let mut put = |at: usize, byte: u8| {
+            open.seek(SeekFrom::Start(at as u64)).expect("a place");
+            open.write_all(&[byte]).expect("room");
+        };
+        for (at, &kept) in bytes.iter().enumerate() {
+            for byte in [b'9', kept ^ 1, 0xff] {
+                put(at, byte);
+                read(&path, &|| format!("byte {at} of {shown} as {byte}"));
+            }
+            put(at, kept);
+        }
+        // What may be missing: tags and checksums behind the samples, and a part of the last number of a text.
+        let has_end = ["nii", "mrc", "map"].iter().any(|e| shown.ends_with(e));
+        // An earlier frame or array is there where a later one is not.
+        let is_series = ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif"]
+            .iter()
+            .any(|what| shown.contains(what));
+        let n_spare = if is_series {
+            bytes.len()
+        } else if has_end {
+            0
+        } else {
+            64
+        };
+        for at in (0..bytes.len()).rev() {
+            open.set_len(at as u64).expect("shorter");
+            let is_read = read(&path, &|| format!("{at} bytes of {shown}"));
+            assert!(!is_read || at + n_spare > bytes.len(), "{at} bytes of {shown} are read");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Bricks as users compute them: plans, parts, merges, and `compute` within limits.
+
+use crate::common::program::{Folder, json, one_line, stderr};
+
+const PLAN: [&str; 7] = ["plan", "--phantom", "noise:17:4", "--brick", "8", "-o", "p.json"];
+const PARTS: [&str; 7] = ["compute", "--backend", "cpu", "-q", "--plan", "p.json", "--parts"];
+
+#[test]
+fn the_bytes_are_the_same_whoever_computes_which_part_when() {
+    let folder = Folder::new();
+    folder.run(&PLAN);
+    folder.run(&[&PARTS[..], &["0:7"]].concat());
+    folder.run(&["merge", "p.json", "-o", "one.isp", "-q"]);
+    // Two processes at once, the later half first, some parts by both.
+    let script = r#""$0" compute --backend cpu -q --plan p.json --parts 3:7 -o two & "$0" compute --backend cpu --threads 1 -q --plan p.json --parts 0:4 -o two; wait"#;
+    assert!(folder.shell(script).status.success());
+    folder.run(&["merge", "p.json", "--parts", "two", "-o", "two.isp", "-q"]);
+    assert_eq!(folder.read("one.isp"), folder.read("two.isp"));
+    // Nothing is done twice.
+    let said = stderr(&folder.run(&["compute", "--backend", "cpu", "--plan", "p.json"]));
+    assert_eq!(said.matches("is there").count(), 8, "{said}");
+    let verify = ["verify", "one.isp", "--phantom", "noise:17:4", "--n", "8"];
+    folder.run(&verify);
+}
+
+#[test]
+fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
+    let folder = Folder::new();
+    folder.run(&PLAN);
+    folder.run(&[&PARTS[..], &["0:7"]].concat());
+    folder.run(&["merge", "p.json", "-o", "whole.isp", "-q"]);
+    // Killed as soon as the first part is there.
+    let script = r#""$0" compute --backend cpu -q --plan p.json -o parts & worker=$!
+        while [ ! -e parts/000000.part ]; do sleep 0.01; done; kill -9 $worker; wait $worker; true"#;
+    assert!(folder.shell(script).status.success());
+    let merge = ["merge", "p.json", "--parts", "parts", "-o", "m.isp"];
+    let told = folder.fails(&merge, 3);
+    assert!(told.contains("of 8 parts are missing") && told.contains("expected them in"), "{told}");
+    folder.run(&[&PARTS[..], &["0:7", "-o", "parts"]].concat());
+    let part = folder.path().join("parts/000005.part");
+    let mut bytes = std::fs::read(&part).expect("a part");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 16;
+    std::fs::write(&part, bytes).expect("damaged");
+    let told = folder.fails(&merge, 3);
+    assert!(told.contains("000005.part") && told.contains("damaged"), "{told}");
+    let anew = ["compute", "--backend", "cpu", "--plan", "p.json", "--parts", "5", "-o", "parts"];
+    let said = stderr(&folder.run(&anew));
+    assert!(said.contains("made anew"), "{said}");
+    folder.run(&merge);
+    assert_eq!(folder.read("m.isp"), folder.read("whole.isp"));
+}
+
+#[test]
+fn what_is_wrong_with_a_plan_is_one_line() {
+    let folder = Folder::new();
+    folder.run(&PLAN);
+    let told = folder.fails(&[&PARTS[..], &["3:8"]].concat(), 2);
+    assert!(told.contains("part 8, expected 0 to 7"), "{told}");
+    let told = folder.fails(&["plan", "--phantom", "blobs:9", "--brick", "3", "-o", "q.json"], 2);
+    assert!(told.contains("bricks of 3 cells, expected 4 or more"), "{told}");
+    let start = ["--start", "0.4", "--initial-mesh", "m.ply", "-o", "q.json"];
+    let initial = [&["plan", "--phantom", "blobs:9"][..], &start].concat();
+    assert!(folder.fails(&initial, 2).contains("an initial mesh is one of the whole volume"));
+    let changed = String::from_utf8(folder.read("p.json")).expect("text");
+    folder.write("p.json", changed.replace("\"error\": 0.1", "\"error\": 0.2").as_bytes());
+    assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("the plan was changed"));
+    folder.write("p.json", b"{}");
+    let told = folder.fails(&["merge", "p.json", "-o", "m.isp"], 3);
+    assert!(told.contains("p.json: no plan of this version"), "{told}");
+}
+
+const BRICKS: [&str; 8] =
+    ["compute", "--phantom", "noise:17:4", "--backend", "cpu", "--brick", "8", "-q"];
+
+#[test]
+fn compute_in_bricks_is_what_plan_parts_and_merge_make() {
+    let folder = Folder::new();
+    folder.run(&PLAN);
+    folder.run(&[&PARTS[..], &["0:7"]].concat());
+    folder.run(&["merge", "p.json", "-o", "m.isp", "-q"]);
+    folder.run(&[&BRICKS[..], &["-o", "a.isp"]].concat());
+    folder.run(&[&BRICKS[..], &["-o", "b.isp", "--threads", "1"]].concat());
+    let piped = folder.run(&[&BRICKS[..], &["-o", "-", "--threads", "3"]].concat());
+    let expected = folder.read("m.isp");
+    assert!(folder.read("a.isp") == expected && folder.read("b.isp") == expected);
+    assert!(piped.stdout == expected);
+    assert_eq!(folder.names(), ["a.isp", "b.isp", "m.isp", "p.json", "p.parts"]);
+    let more = [&BRICKS[..7], &["-o", "c.isp", "--max-triangles", "100"]].concat();
+    let line = folder.run_for(&more, 2);
+    assert!(stderr(&line).contains("triangles in 1 of 8 bricks, expected 100 at most in all"));
+    assert!(!folder.path().join("c.isp").exists());
+}
+
+/// Small balls in a row, as a long volume of plain samples, whose whole would take 77 MB at the least.
+fn row_of_balls(folder: &Folder) {
+    let [x, y, z] = [1200usize, 40, 40];
+    let off = |i: usize, middle: f64| (i as f64 - middle).powi(2);
+    let ball =
+        |i: usize, j: usize, k: usize| (off(i % 100, 47.3) + off(j, 19.4) + off(k, 20.2)).sqrt();
+    let sample = |i, j, k| (200.0 - 12.0 * ball(i, j, k)).max(0.0) as u8;
+    let all = (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| (i, j, k))));
+    let bytes: Vec<u8> = all.map(|(i, j, k)| sample(i, j, k)).collect();
+    folder.write("balls_1200x40x40_uint8.raw", &bytes);
+}
+
+#[test]
+fn a_limit_of_memory_is_kept_by_bricks() {
+    let folder = Folder::new();
+    row_of_balls(&folder);
+    let compute =
+        ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "150:180"];
+    let within = [&compute[..], &["--max-memory", "70MB"]].concat();
+    let said = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
+    assert!(said.contains("--max-memory leaves 66.76 MiB: in 9 bricks of about 128^3"), "{said}");
+    // The same, whoever asks for it.
+    folder.run(&[&compute[..], &["-q", "--brick", "128", "-o", "b.isp"]].concat());
+    assert!(folder.read("a.isp") == folder.read("b.isp"));
+    // What must be read as a whole is told.
+    let prepared = [&within[..], &["--median", "1", "-o", "c.isp"]].concat();
+    let said = stderr(&folder.run(&prepared));
+    assert!(
+        said.contains("cannot be read or prepared by blocks, so 1.83 MiB of samples stay"),
+        "{said}"
+    );
+    // Nor do bricks help everywhere.
+    let tight = [&compute[..], &["--max-memory", "50MB", "--brick", "128", "-o", "d.isp"]].concat();
+    let output = folder.run_for(&tight, 2);
+    let line = stderr(&output);
+    let line = line.lines().last().expect("a line");
+    assert!(line.contains("MB of memory expected") && line.contains("a smaller --brick"), "{line}");
+    let names = folder.names();
+    assert_eq!(names, ["a.isp", "b.isp", "balls_1200x40x40_uint8.raw", "c.isp"]);
+    let info = json(&folder.run(&["info", "a.isp", "--json"]));
+    assert_eq!(info["parameters"]["bricks"]["n"], 9);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_one_line_and_leaves_nothing_in_part() {
+    let folder = Folder::new();
+    folder.run(&PLAN);
+    folder.run(&[&PARTS[..], &["0:7"]].concat());
+    let before = folder.names();
+    // Files end at 4 kB: a signal unless it is ignored, then an error as of a full disk.
+    let full = |arguments: &str| {
+        let script = format!("trap '' XFSZ; ulimit -f 8; \"$0\" {arguments}");
+        let output = folder.shell(&script);
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{arguments}: {said}");
+        assert_eq!(folder.names(), before, "{arguments}");
+        one_line(&said)
+    };
+    let phantom = "compute --phantom noise:17:4 --backend cpu --brick 8 -q";
+    for name in ["s.isp", "s.ispt"] {
+        assert!(full(&format!("{phantom} -o {name}")).contains(name));
+        assert!(full(&format!("merge p.json -q -o {name}")).contains(name));
+    }
+    assert!(full("merge p.json -q -o /dev/full").contains("/dev/full"));
+    let output = folder
+        .shell("trap '' XFSZ; ulimit -f 8; \"$0\" compute --plan p.json --backend cpu -q -o new");
+    assert_eq!(output.status.code(), Some(3));
+    assert!(one_line(&stderr(&output)).contains("new/000000.part"));
+    let left = std::fs::read_dir(folder.path().join("new")).expect("made").count();
+    assert_eq!(left, 0);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_stopped_computation_in_bricks_leaves_nothing() {
+    let folder = Folder::new();
+    // As soon as a part is there.
+    let script = r#""$0" compute --phantom noise:33:4 --backend cpu --brick 8 -q -o s.isp & worker=$!
+        while ! ls -A | grep -q part || ! ls .isospectrum-*.part | grep -q part; do sleep 0.01; done
+        kill -TERM $worker; wait $worker"#;
+    let output = folder.shell(script);
+    assert_eq!(output.status.code(), Some(143), "{}", stderr(&output));
+    assert_eq!(folder.names(), [] as [&str; 0]);
+}

@@ -1,0 +1,146 @@
+//! Volumes at the ends of what numbers can hold: they work, or are refused in one line.
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::program::{Folder, one_line, path};
+use isospectrum::file;
+use isospectrum::inside::extract::count::count;
+use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::spectrum::Query;
+use isospectrum::verify::mesh_topology;
+use isospectrum::volume::{ReadOptions, read_volume};
+
+/// A program that has not ended by then does not end; what is run here takes seconds.
+const PATIENCE: Duration = Duration::from_secs(300);
+
+/// Runs the program and expects it to end, with an exit code. What it said on stderr.
+fn ends(folder: &Folder, arguments: &[&str], code: i32) -> String {
+    let said = folder.path().join("said");
+    let stderr = std::fs::File::create(&said).expect("a file");
+    let mut command = Command::new(path());
+    command.args(arguments).current_dir(folder.path()).stdout(Stdio::null()).stderr(stderr);
+    let mut child = command.spawn().expect("the program runs");
+    let begin = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child") {
+            break status;
+        }
+        if begin.elapsed() > PATIENCE {
+            child.kill().expect("killed");
+            panic!("{arguments:?} does not end");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    let said = std::fs::read_to_string(said).expect("text");
+    let said: String = said
+        .lines()
+        .filter(|line| !line.contains("XDG_RUNTIME_DIR"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert_eq!(status.code(), Some(code), "{arguments:?}: {said}");
+    assert!(!said.contains("internal"), "{arguments:?}: {said}");
+    said
+}
+
+fn bytes(samples: impl IntoIterator<Item = f64>) -> Vec<u8> {
+    samples.into_iter().flat_map(f64::to_le_bytes).collect()
+}
+
+const COMPUTE: [&str; 6] = ["compute", "-q", "--backend", "cpu", "-o", "s.isp"];
+
+fn compute<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    [&COMPUTE[..], arguments].concat()
+}
+
+#[test]
+fn a_range_that_underflows_is_refused_in_one_line() {
+    let folder = Folder::new();
+    let mut one = [0.0; 8];
+    one[7] = 1e-323;
+    folder.write("a_2x2x2_float64.raw", &bytes(one));
+    folder.write("b_8x8x8_float64.raw", &bytes((0..512).map(|i| f64::from(i * 37 % 101) * 5e-324)));
+    for volume in ["a_2x2x2_float64.raw", "b_8x8x8_float64.raw"] {
+        let all = [vec!["analyze", volume], compute(&[volume])];
+        for arguments in all {
+            let line = one_line(&ends(&folder, &arguments, 3));
+            assert!(line.contains("expected a range from 1e-290"), "{line}");
+        }
+    }
+}
+
+/// Noise of samples that are all different: multiples of a step beside an offset.
+fn beside(offset: f64, step: f64, n: u32) -> Vec<u8> {
+    bytes((0..n).map(|i| offset + f64::from(i.wrapping_mul(2_654_435_761) % n) * step))
+}
+
+#[test]
+fn ranges_that_are_small_beside_their_offset_are_computed() {
+    // With 10^15 and 1/8, and with whole numbers from 5 * 10^15 on, no number lies between two samples.
+    let volumes = [
+        ("a_4x4x4_float64.raw", beside(1e15, 0.125, 64)),
+        ("b_10x10x10_float64.raw", beside(1e13, 1.0 / 128.0, 1000)),
+        ("c_10x10x10_float64.raw", beside(5e15, 1.0, 1000)),
+        ("d_6x6x6_float64.raw", beside(1e12, 0.125, 216)),
+        ("e_6x6x6_float64.raw", beside(-1e14, 0.125, 216)),
+    ];
+    for (name, samples) in volumes {
+        let folder = Folder::new();
+        folder.write(name, &samples);
+        ends(&folder, &compute(&[name]), 0);
+        let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
+        let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
+        let volume = volume.expect("a volume");
+        let field = ExactField::new(&volume).expect("a field");
+        let mut query = Query::new(&spectrum);
+        let (low, high) = volume.range();
+        for i in 0..120 {
+            let isovalue = low + (f64::from(i) + 0.37) / 120.0 * (high - low);
+            let mesh = query.mesh_at(isovalue).expect("inside the range");
+            let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+            let counted = count(&field, isovalue);
+            let euler: i64 = counted.iter().map(|c| c.euler).sum();
+            assert!(found.is_closed_manifold(), "{name} at {isovalue}: {found:?}");
+            assert_eq!((found.components, found.euler), (counted.len(), euler), "{name}");
+        }
+    }
+}
+
+#[test]
+fn spacings_that_no_mesh_can_hold_are_refused_in_one_line() {
+    let folder = Folder::new();
+    let samples: Vec<u8> = (0..216u32).map(|i| (i * 37 % 101) as u8).collect();
+    folder.write("a_6x6x6_uint8.raw", &samples);
+    let header =
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 6 6\nencoding: raw\nspacings: 1 1 1e39\n\n";
+    folder.write("b.nrrd", &[header.as_bytes(), &samples].concat());
+    for (volume, spacing, words) in [
+        (
+            "a_6x6x6_uint8.raw",
+            Some("1e-320,1,1e308"),
+            "expected positive numbers from 1e-15 to 1e15",
+        ),
+        ("a_6x6x6_uint8.raw", Some("1e-10,1,1"), "times the smallest spacing"),
+        ("b.nrrd", None, "expected positive numbers from 1e-15 to 1e15"),
+    ] {
+        let mut arguments = compute(&[volume]);
+        arguments.extend(spacing.iter().flat_map(|s| ["--spacing", s]));
+        let line = one_line(&ends(&folder, &arguments, 3));
+        assert!(line.contains(words), "{line}");
+    }
+    assert!(!folder.names().contains(&"s.isp".to_owned()));
+}
+
+#[test]
+fn long_cells_are_computed() {
+    let folder = Folder::new();
+    let samples: Vec<u8> = (0..216u32).map(|i| (i * 37 % 101) as u8).collect();
+    folder.write("a_6x6x6_uint8.raw", &samples);
+    ends(&folder, &compute(&["a_6x6x6_uint8.raw", "--spacing", "1,1,100"]), 0);
+}
+
+#[test]
+fn edges_shorter_than_the_shortest_that_are_aimed_at_may_be_asked_for() {
+    let folder = Folder::new();
+    ends(&folder, &compute(&["--phantom", "sphere:8", "--max-edge", "0.34"]), 0);
+}

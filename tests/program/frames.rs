@@ -1,0 +1,91 @@
+//! `render --sweep`: one picture per isovalue, each the same as that picture alone.
+
+use crate::common::program::{Folder, stderr};
+
+#[test]
+fn a_sweep_writes_the_pictures_of_its_isovalues() {
+    let folder = Folder::with_spectrum();
+    // Pictures of a sweep fit all of its surfaces, one alone its own.
+    let size = ["--size", "96x64", "--fit", "volume"];
+    let sweep = ["render", "s.isp", "--sweep", "80%:20%:3", "-o", "f%03d.png"];
+    folder.run(&[&sweep[..], &size[..]].concat());
+    assert_eq!(folder.names(), ["f000.png", "f001.png", "f002.png", "s.isp"]);
+    for (frame, isovalue) in [("f000.png", "80%"), ("f001.png", "50%"), ("f002.png", "20%")] {
+        folder
+            .run(&[&["render", "s.isp", "-c", isovalue, "-o", "one.png"][..], &size[..]].concat());
+        assert!(folder.read(frame) == folder.read("one.png"), "{frame} is not that at {isovalue}");
+    }
+    assert!(folder.read("f000.png") != folder.read("f002.png"));
+}
+
+#[test]
+fn what_is_wrong_with_a_sweep_is_said_before_anything_is_written() {
+    let folder = Folder::with_spectrum();
+    for (sweep, output, code, says) in [
+        ("0%:100%:3", "f.png", 2, "%04d"),
+        ("0%:100%:3", "f%d.jpg", 2, ".png"),
+        ("0%:100%:3", "%d%d.png", 2, "%04d"),
+        ("0%:100%:1", "f%d.png", 2, "2 to 100000 frames"),
+        ("0%:100%", "f%d.png", 2, "FROM:TO:N"),
+        ("0%:101%:3", "f%d.png", 4, "outside the range"),
+        ("0%:100%:3", "s.isp/f%d.png", 3, "s.isp"),
+    ] {
+        let line = folder.fails(&["render", "s.isp", "--sweep", sweep, "-o", output], code);
+        assert!(line.contains(says), "{line}");
+    }
+    folder.fails(&["render", "s.isp", "-o", "f.png"], 2);
+    folder.fails(&["render", "s.isp", "-c", "1", "--sweep", "0%:100%:3", "-o", "f%d.png"], 2);
+}
+
+#[test]
+fn the_folder_of_a_sweep_is_made() {
+    let folder = Folder::with_spectrum();
+    let sweep = ["render", "s.isp", "--sweep", "20%:80%:2", "-o", "a/b/%04d.png", "--size", "8x8"];
+    folder.run(&sweep);
+    assert!(folder.read("a/b/0001.png").starts_with(b"\x89PNG"));
+    let other = ["render", "no.isp", "--sweep", "20%:80%:2", "-o", "c/%04d.png"];
+    folder.fails(&other, 3);
+}
+
+#[test]
+fn pictures_of_no_surface_are_told_of() {
+    let folder = Folder::with_spectrum();
+    let size = ["--size", "8x8"];
+    let one = ["render", "s.isp", "-c", "100%", "-o", "a.png"];
+    let said = stderr(&folder.run(&[&one[..], &size].concat()));
+    assert!(said.contains("is empty") && said.contains("try 50%"), "{said}");
+    let quiet = folder.run(&[&one[..], &size, &["-q"]].concat());
+    assert_eq!(stderr(&quiet), "");
+    let sweep = ["render", "s.isp", "--sweep", "50%:100%:2", "-o", "%d.png"];
+    let said = stderr(&folder.run(&[&sweep[..], &size].concat()));
+    assert!(said.contains("1 of 2 pictures show no surface"), "{said}");
+}
+
+#[test]
+fn each_flag_of_a_look_reaches_the_picture() {
+    let folder = Folder::with_spectrum();
+    // A hollow half of a ball, so that it is seen from where one looks, and dark inside.
+    let base = ["render", "s.isp", "-c", "50%", "--clip", "x:50%", "--open", "--camera", "20,10"];
+    let picture = |flags: &[&str]| {
+        folder.run(&[&base[..], &["--size", "96x64", "-o", "p.png"], flags].concat());
+        folder.read("p.png")
+    };
+    let looks: [&[&str]; 6] = [
+        &[],
+        &["--orthographic"],
+        &["--up", "-y"],
+        &["--occlusion"],
+        &["--axes"],
+        &["--axes", "--occlusion", "--orthographic", "--up", "x"],
+    ];
+    let pictures = looks.map(picture);
+    for i in 0..looks.len() {
+        for j in 0..i {
+            assert!(pictures[i] != pictures[j], "{:?} shows what {:?} does", looks[i], looks[j]);
+        }
+    }
+    // The phantom's axes are those of the world.
+    assert!(picture(&["--up", "z"]) == pictures[0], "z is up by itself");
+    let line = folder.fails(&[&base[..], &["--up", "w", "-o", "w.png"]].concat(), 2);
+    assert!(line.contains("expected one of x, y, z, -x, -y, -z"), "{line}");
+}

@@ -1,0 +1,207 @@
+//! What users are told: nothing that a terminal would obey, nothing of other libraries, what is swapped,
+//! what was probably meant, what will not fit.
+
+use crate::common::program;
+use crate::common::program::{Folder, stderr};
+use isospectrum::spectrum::Told;
+
+/// Sets the title of a window, clears the screen, and has a line that looks like one of ours.
+const TRAP: &str = "\u{1b}]0;gone\u{7}\u{1b}[2J\u{9b}2J\nisospectrum: all is well";
+
+/// The bytes of a control sequence in what was printed, if there is one.
+fn control(printed: &[u8]) -> Option<char> {
+    String::from_utf8_lossy(printed).chars().find(|&c| c.is_control() && c != '\n')
+}
+
+fn check_plain(output: &std::process::Output, n_lines: usize) {
+    assert_eq!(control(&output.stdout), None, "{}", String::from_utf8_lossy(&output.stdout));
+    assert_eq!(control(&output.stderr), None, "{}", stderr(output));
+    assert!(stderr(output).lines().count() <= n_lines, "{}", stderr(output));
+    let says_well = |text: &[u8]| {
+        String::from_utf8_lossy(text).lines().any(|line| line.starts_with("isospectrum: all is"))
+    };
+    assert!(!says_well(&output.stdout) && !says_well(&output.stderr));
+}
+
+#[test]
+fn names_and_fields_reach_no_terminal_as_they_are() {
+    let folder = Folder::with_spectrum();
+    let spectrum = folder.read("s.isp");
+    // Names of files, in errors and in what is told of success.
+    let named = |ending: &str| format!("{TRAP}{ending}");
+    folder.write(&named(".isp"), &spectrum);
+    folder.write(&named("_2x2x2_uint8.raw"), &[1, 2, 3, 4, 5, 6, 7]);
+    let isp = named(".isp");
+    for (arguments, code) in [
+        (&["info", &named("")][..], 3),
+        (&["info", &isp], 0),
+        (&["extract", &isp, "-c", "1e9", "-o", "m.ply"], 4),
+        (&["extract", &isp, "-c", "50%", "-o", &named(".ply")], 0),
+        (&["analyze", &named("_2x2x2_uint8.raw")], 3),
+        (&["compute", "--phantom", TRAP, "-o", "t.isp"], 2),
+        (&[TRAP], 2),
+        (&["info", "--", TRAP], 3),
+    ] {
+        check_plain(&folder.run_for(arguments, code), 1);
+    }
+    // Fields of headers.
+    let nrrd = |field: &str| {
+        format!("NRRD0004\n{field}\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n12345678")
+            .into_bytes()
+    };
+    let escape = "\u{1b}[2J\u{7}";
+    for field in
+        [format!("type: {escape}"), format!("type: uint8\nspace: {escape}"), format!("{escape}: 1")]
+    {
+        folder.write("a.nrrd", &nrrd(&field));
+        // Some are wrong, some are only passed over.
+        let analyze = std::process::Command::new(program::path())
+            .args(["analyze", "a.nrrd", "--samples", "2"])
+            .current_dir(folder.path())
+            .output();
+        check_plain(&analyze.expect("the program runs"), 1);
+    }
+    folder.write("a.ply", format!("ply\nformat {escape} 1.0\nend_header\n").as_bytes());
+    let start = ["--phantom", "sphere:8", "--start", "0.4", "--initial-mesh", "a.ply"];
+    let compute = ["compute", "--backend", "cpu", "-o", "t.isp"];
+    check_plain(&folder.run_for(&[&compute[..], &start].concat(), 3), 1);
+}
+
+#[test]
+fn what_a_spectrum_says_of_itself_is_only_shown() {
+    let folder = Folder::with_spectrum();
+    let path = folder.path().join("s.isp");
+    let spectrum = isospectrum::file::read(&path).expect("a spectrum");
+    let mut told = serde_json::json!(spectrum.parameters());
+    told["backend"] = TRAP.into();
+    told["counts"] = serde_json::json!({ TRAP: TRAP });
+    let spectrum = spectrum.changed(|about, _| {
+        about.volume.name = TRAP.repeat(1000);
+        about.volume.sample_type = TRAP.into();
+        about.parameters = Told::of_json(&told.to_string()).expect("JSON");
+    });
+    let spectrum = spectrum.expect("valid");
+    isospectrum::file::write(&spectrum, &path).expect("written");
+    let output = folder.run(&["info", "s.isp"]);
+    check_plain(&output, 0);
+    assert!(output.stdout.len() < 4000, "{} bytes", output.stdout.len());
+    let info = folder.run(&["info", "s.isp", "--json"]);
+    assert_eq!(control(&info.stdout), None);
+    assert_eq!(program::json(&info)["adapter"], TRAP, "JSON has it all, escaped");
+}
+
+#[test]
+fn a_long_name_is_shortened() {
+    let folder = Folder::new();
+    let long = "x".repeat(900_000);
+    let head = format!("NRRD0004\ntype: {long}\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n");
+    folder.write("a.nrrd", head.as_bytes());
+    let line = folder.fails(&["analyze", "a.nrrd"], 3);
+    assert!(line.starts_with("a.nrrd: ") && line.len() < 2000, "{} bytes", line.len());
+    let line = folder.fails(&["analyze", "--phantom", &long[..100_000]], 2);
+    assert!(line.len() < 2000, "{} bytes", line.len());
+}
+
+#[test]
+fn no_library_speaks_for_itself() {
+    let folder = Folder::with_spectrum();
+    for arguments in [
+        &["compute", "--phantom", "sphere:8", "--backend", "gpu", "-o", "t.isp"][..],
+        &["render", "s.isp", "-c", "50%", "-o", "a.png", "--size", "8x8"],
+        &["html", "s.isp", "-o", "a.html"],
+    ] {
+        let mut command = std::process::Command::new(program::path());
+        command.args(arguments).arg("-q").current_dir(folder.path());
+        for unset in ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            command.env_remove(unset);
+        }
+        for relative in [false, true] {
+            if relative {
+                command
+                    .env("XDG_RUNTIME_DIR", "no/absolute/path")
+                    .env("WAYLAND_DISPLAY", "wayland-0");
+            }
+            let output = command.output().expect("the program runs");
+            assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+            assert_eq!(stderr(&output), "", "{arguments:?}");
+        }
+    }
+}
+
+#[test]
+fn what_was_probably_meant_is_suggested() {
+    let folder = Folder::new();
+    for (arguments, meant) in [
+        (&["rendr", "s.isp"][..], "'render'"),
+        (&["compute", "--phantm", "sphere:8"], "'--phantom'"),
+        (&["compute", "--phantom", "sphere:8", "--backend", "cpy", "-o", "s.isp"], "'cpu'"),
+    ] {
+        let line = folder.fails(arguments, 2);
+        assert!(line.contains("did you mean") && line.contains(meant), "{line}");
+    }
+}
+
+#[test]
+fn what_is_swapped_is_said() {
+    let folder = Folder::with_spectrum();
+    folder.write("v_2x2x2_uint8.raw", &[1, 2, 3, 4, 5, 6, 7, 8]);
+    std::fs::copy(folder.path().join("s.isp"), folder.path().join("odd.name")).expect("copied");
+    for (arguments, words) in [
+        (&["verify", "v_2x2x2_uint8.raw", "s.isp"][..], &["verify s.isp v_2x2x2_uint8.raw"][..]),
+        (&["verify", "s.isp", "s.isp"], &["s.isp: a spectrum", "expected a volume"]),
+        (&["extract", "v_2x2x2_uint8.raw", "-c", "1", "-o", "m.ply"], &["a volume", "compute"]),
+        (&["info", "v_2x2x2_uint8.raw"], &["a volume", "expected a spectrum"]),
+        (&["render", "v_2x2x2_uint8.raw", "-c", "1", "-o", "m.png"], &["a volume", "compute"]),
+        (&["html", "v_2x2x2_uint8.raw", "-o", "m.html"], &["a volume", "compute"]),
+        (&["compute", "s.isp", "-o", "t.isp"], &["a spectrum", "expected a volume"]),
+        (&["compute", "odd.name", "-o", "t.isp"], &["a spectrum", "expected a volume"]),
+        (&["analyze", "s.isp"], &["a spectrum", "expected a volume"]),
+    ] {
+        let line = folder.fails(arguments, 2);
+        for word in words {
+            assert!(line.contains(word), "expected '{word}' in: {line}");
+        }
+    }
+    // What is missing is said, too.
+    assert!(folder.fails(&["extract", "v_2x2x2_uint8.raw"], 2).contains("--isovalue"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_will_not_fit_is_said_before_the_work() {
+    let folder = Folder::new();
+    let script =
+        "ulimit -v 250000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
+    let output = folder.shell(script);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    let line = program::one_line(&said);
+    assert!(line.contains("address space") && line.contains("--max-memory"), "{line}");
+    assert_eq!(folder.names(), [] as [&str; 0]);
+}
+
+#[test]
+fn a_page_says_what_it_packs() {
+    let folder = Folder::with_spectrum();
+    let said = stderr(&folder.run(&["html", "s.isp", "-o", "a.html"]));
+    assert!(said.lines().next().is_some_and(|line| line.starts_with("packing ")), "{said}");
+    let said = stderr(&folder.run(&["html", "s.isp", "-o", "b.html", "-c", "100%"]));
+    assert!(said.contains("is empty"), "{said}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn no_time_is_told_that_nobody_knows() {
+    let folder = Folder::new();
+    // `script` gives a terminal.
+    let compute =
+        format!("{} compute --phantom sphere:16 --backend cpu -o s.isp", program::path().display());
+    let output = std::process::Command::new("script")
+        .args(["-qec", &compute, "/dev/null"])
+        .current_dir(folder.path())
+        .output()
+        .expect("script runs");
+    let seen = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && seen.contains(" % "), "{seen}");
+    assert!(!seen.contains("left)"), "{seen}");
+}
