@@ -239,7 +239,7 @@ fn shaded_pages(folder: &Folder) -> serde_json::Value {
     folder.run(&["compute", "noise_9x9x9_uint8.raw", "-o", "noise.isp", "--backend", "cpu"]);
     folder.run(&["html", "noise.isp", "-o", "noise.html"]);
     let mut pages = serde_json::json!({ "page.html": [], "noise.html": [] });
-    if let Some(nucleon) = data::file("shading of nucleon", "nucleon_41x41x41_uint8.raw") {
+    if let Some(nucleon) = data::find("nucleon_41x41x41_uint8.raw") {
         let volume = nucleon.to_str().expect("a name in UTF-8");
         // The trajectories of the extraction at 188.7 reach from 134 to 195.
         let flags = ["--range", "133:196", "--backend", "cpu"];

@@ -1,23 +1,34 @@
-//! Real volumes, where they are: the folder ISOSPECTRUM_DATA, or `../shared/data` beside the repository.
+//! Real volumes, which are not in the repository: in the folder `$ISOSPECTRUM_DATA`, or `../shared/data` next to it.
+//!
+//! Tests that need them are in modules `real_volumes` and ignored by default; `scripts/test` runs them where the folder exists.
+
 use std::path::{Path, PathBuf};
 
-/// The folder of real volumes; `None`, said loudly, where there is none.
-pub(crate) fn folder(test: &str) -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("ISOSPECTRUM_DATA").map_or_else(beside, PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    eprintln!("NOT RUN: {test}: no folder {} (set ISOSPECTRUM_DATA)", folder.display());
-    None
+fn place() -> PathBuf {
+    let neighbour = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    std::env::var_os("ISOSPECTRUM_DATA").map_or_else(neighbour, PathBuf::from)
 }
 
-/// One file of the folder; `None`, said loudly, where there is none.
-pub(crate) fn file(test: &str, name: &str) -> Option<PathBuf> {
-    let path = folder(test)?.join(name);
-    if path.is_file() {
-        return Some(path);
+/// The folder of real volumes.
+pub(crate) fn folder() -> PathBuf {
+    let folder = place();
+    assert!(folder.is_dir(), "no folder {}: set ISOSPECTRUM_DATA", folder.display());
+    folder
+}
+
+/// One file of the folder.
+pub(crate) fn file(name: &str) -> PathBuf {
+    let path = folder().join(name);
+    assert!(path.is_file(), "no {}: set ISOSPECTRUM_DATA", path.display());
+    path
+}
+
+/// One file of the folder, for tests of which it is only a part.
+pub(crate) fn find(name: &str) -> Option<PathBuf> {
+    let path = place().join(name);
+    if !path.is_file() {
+        eprintln!("NOT RUN: the part that needs {}", path.display());
+        return None;
     }
-    eprintln!("NOT RUN: {test}: no {} (ISOSPECTRUM_DATA names the folder)", path.display());
-    None
+    Some(path)
 }

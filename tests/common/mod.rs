@@ -6,4 +6,5 @@ pub(crate) mod data;
 pub(crate) mod program;
 pub(crate) mod random;
 pub(crate) mod shapes;
+pub(crate) mod spectra;
 pub(crate) mod synthetic;

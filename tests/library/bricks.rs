@@ -1,6 +1,5 @@
 //! Bricks: parts swept apart fit each other, whoever computes them when. See `docs/decisions/0004-bricks.md`.
 
-use crate::common::data;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -270,11 +269,16 @@ fn every_damaged_byte_of_a_part_is_found_and_none_is_a_panic() {
     }
 }
 
-#[test]
-fn a_real_volume_in_eight_bricks_is_right_everywhere() {
-    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
-    let volume = read_volume(&path, &Default::default()).expect("nucleon");
-    let bricks = Bricks::of(volume, 20, Some((20.0, 200.0)));
-    assert_eq!(bricks.blocks.len(), 8);
-    check("nucleon", &bricks, 64);
+mod real_volumes {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
+    fn a_real_volume_in_eight_bricks_is_right_everywhere() {
+        let path = data::file("nucleon_41x41x41_uint8.raw");
+        let volume = read_volume(&path, &Default::default()).expect("nucleon");
+        let bricks = Bricks::of(volume, 20, Some((20.0, 200.0)));
+        assert_eq!(bricks.blocks.len(), 8);
+        check("nucleon", &bricks, 64);
+    }
 }

@@ -1,6 +1,5 @@
 //! The front: see `docs/decisions/0001-front.md`.
 
-use crate::common::data;
 use std::sync::Arc;
 
 use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
@@ -36,26 +35,6 @@ fn the_topology_is_exact_at_random_isovalues() {
 }
 
 #[test]
-fn both_cells_of_a_face_change_at_its_saddle_at_once() {
-    // By its own arithmetic, a cell changed some numbers before the isovalue of the event of another: between the two
-    // nucleon was open.
-    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
-    let volume = Arc::new(read_volume(&path, &Default::default()).expect("nucleon"));
-    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
-    let parameters = Parameters { range: Some((189.0, 190.0)), ..Parameters::default() };
-    let spectrum = compute(&volume, &parameters, &backend, &Silent).expect("a spectrum");
-    let close = |c: &f64| (189.4..189.6).contains(c);
-    let near: Vec<f64> = spectrum.isovalues().iter().copied().filter(close).collect();
-    assert!(near.len() > 10, "{near:?}");
-    for pair in near.windows(2) {
-        let isovalue = 0.5 * (pair[0] + pair[1]);
-        let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
-        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
-        assert!(found.is_closed_manifold(), "{isovalue}: {found:?}");
-    }
-}
-
-#[test]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let volume = Arc::new(phantom("blobs:20").expect("a phantom"));
     let [one, three] = [1, 3].map(|n| {
@@ -86,4 +65,29 @@ fn how_much_is_tracked_is_told_by_isovalue() {
         blobs > 0.85 && 0.3 < noise && noise < 0.8,
         "tracked: {blobs} of blobs, {noise} of noise"
     );
+}
+
+mod real_volumes {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
+    fn both_cells_of_a_face_change_at_its_saddle_at_once() {
+        // By its own arithmetic, a cell changed some numbers before the isovalue of the event of another: between the two
+        // nucleon was open.
+        let path = data::file("nucleon_41x41x41_uint8.raw");
+        let volume = Arc::new(read_volume(&path, &Default::default()).expect("nucleon"));
+        let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
+        let parameters = Parameters { range: Some((189.0, 190.0)), ..Parameters::default() };
+        let spectrum = compute(&volume, &parameters, &backend, &Silent).expect("a spectrum");
+        let close = |c: &f64| (189.4..189.6).contains(c);
+        let near: Vec<f64> = spectrum.isovalues().iter().copied().filter(close).collect();
+        assert!(near.len() > 10, "{near:?}");
+        for pair in near.windows(2) {
+            let isovalue = 0.5 * (pair[0] + pair[1]);
+            let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
+            let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
+            assert!(found.is_closed_manifold(), "{isovalue}: {found:?}");
+        }
+    }
 }

@@ -4,7 +4,6 @@
 
 mod filters;
 
-use crate::common::data;
 use std::path::{Path, PathBuf};
 
 use isospectrum::volume::{ReadOptions, Space, Unit, Volume, read_volume};
@@ -123,8 +122,13 @@ fn lossy_jpeg_is_unpacked_to_within_a_grey_level() {
     }
 }
 
-#[test]
-fn real_volumes_have_the_samples_and_the_corners_that_other_programs_read() {
-    let Some(folder) = data::folder("real volumes") else { return };
-    assert_eq!(compare(&folder, &expected("real.json")), 8);
+mod real_volumes {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
+    fn real_volumes_have_the_samples_and_the_corners_that_other_programs_read() {
+        let folder = data::folder();
+        assert_eq!(compare(&folder, &expected("real.json")), 8);
+    }
 }

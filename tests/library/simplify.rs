@@ -1,6 +1,5 @@
 //! Noise taken out of volumes whose critical points are known.
 
-use crate::common::data;
 use crate::common::program::{Folder, json, stderr};
 use isospectrum::inside::topology::Topology;
 use isospectrum::inside::topology::exact::ExactField;
@@ -144,18 +143,6 @@ fn a_spectrum_of_another_way_of_taking_noise_out_is_not_verified_as_if_it_were_o
 }
 
 #[test]
-fn a_scan_keeps_one_of_a_hundred_of_its_critical_points_handles_included() {
-    let Some(path) = data::file("simplify", "tooth_103x94x161_uint8.raw") else { return };
-    let samples = Samples::U8(std::fs::read(path).expect("readable"));
-    let given = volume([103, 94, 161], samples);
-    // Measured: 820,147 and 4,343; 2.28 P.
-    let (_, done) = simplify(&given, 5.1).expect("simplifies");
-    assert!(100 * done.after.critical_points < done.before.critical_points, "{done:?}");
-    assert!(done.largest_change < 2.5 * done.persistence, "{done:?}");
-    assert_eq!((done.after.minima_below, done.after.maxima_below), (0, 0), "{done:?}");
-}
-
-#[test]
 fn half_of_the_range_is_too_much() {
     let given = two_bumps();
     let (low, high) = given.range();
@@ -295,5 +282,22 @@ proptest! {
         prop_assert_eq!(volume.outside(), given.outside());
         let again = simplified(&given, persistence).expect("again");
         prop_assert_eq!(again.samples(), volume.samples());
+    }
+}
+
+mod real_volumes {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
+    fn a_scan_keeps_one_of_a_hundred_of_its_critical_points_handles_included() {
+        let path = data::file("tooth_103x94x161_uint8.raw");
+        let samples = Samples::U8(std::fs::read(path).expect("readable"));
+        let given = volume([103, 94, 161], samples);
+        // Measured: 820,147 and 4,343; 2.28 P.
+        let (_, done) = simplify(&given, 5.1).expect("simplifies");
+        assert!(100 * done.after.critical_points < done.before.critical_points, "{done:?}");
+        assert!(done.largest_change < 2.5 * done.persistence, "{done:?}");
+        assert_eq!((done.after.minima_below, done.after.maxima_below), (0, 0), "{done:?}");
     }
 }

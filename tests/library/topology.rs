@@ -7,7 +7,7 @@
 
 mod curves;
 mod grid_count;
-mod real;
+mod real_volumes;
 
 use crate::common::random::Random;
 use grid_count::Count;

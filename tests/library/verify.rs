@@ -1,6 +1,5 @@
 //! Verification finds what is wrong with a spectrum, and nothing with a right one.
 
-use crate::common::data;
 use std::sync::Arc;
 
 use isospectrum::inside::extract::extract;
@@ -280,12 +279,6 @@ fn default_spectra_of_phantoms_keep_what_is_promised() {
 }
 
 #[test]
-fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
-    let Some(path) = data::file("nucleon", "nucleon_41x41x41_uint8.raw") else { return };
-    keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
-}
-
-#[test]
 fn triangles_replaced_at_an_event_do_not_survive_it() {
     let spectrum = jumping(0.0);
     let kept = spectrum.triangles().len() / 4;
@@ -304,4 +297,15 @@ fn triangles_replaced_at_an_event_do_not_survive_it() {
         (kept as u64, spectrum.triangles().len() as u64 / 2)
     );
     assert_eq!(report.totals.survived_share, Some(event.survived as f64 / event.before as f64));
+}
+
+mod real_volumes {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
+    fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
+        let path = data::file("nucleon_41x41x41_uint8.raw");
+        keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
+    }
 }

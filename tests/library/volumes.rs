@@ -6,7 +6,7 @@ mod damaged;
 mod dicom;
 mod phantoms;
 mod readers;
-mod real;
+mod real_volumes;
 
 use std::fs;
 use std::io::Write;

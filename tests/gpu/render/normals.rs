@@ -99,23 +99,26 @@ fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
     }
 }
 
-#[test]
-fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
-    // Two that are computed within seconds; what is special about others is exact cells among tracked ones, which these have.
-    for name in ["nucleon_41x41x41_uint8.raw", "fuel_64x64x64_uint8.raw"] {
-        let Some(path) = crate::common::data::file("shading of real volumes", name) else {
-            continue;
-        };
-        let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
-        let spectrum = computed(volume);
-        let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
-        let (low, high) = spectrum.range();
-        let mut random = Random(25);
-        for _ in 0..20 {
-            let isovalue = low + random.unit() * (high - low);
-            let [area, wrong] = areas(&mut renderer, &spectrum, isovalue);
-            assert!(area > 0.0, "{name}: nothing is drawn at {isovalue}");
-            assert!(wrong <= LARGEST_SHARE * area, "{name}: {wrong} of {area} at {isovalue}");
+mod real_volumes {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
+    fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
+        // Two that are computed within seconds; what is special about others is exact cells among tracked ones, which these have.
+        for name in ["nucleon_41x41x41_uint8.raw", "fuel_64x64x64_uint8.raw"] {
+            let path = data::file(name);
+            let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
+            let spectrum = computed(volume);
+            let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+            let (low, high) = spectrum.range();
+            let mut random = Random(25);
+            for _ in 0..20 {
+                let isovalue = low + random.unit() * (high - low);
+                let [area, wrong] = areas(&mut renderer, &spectrum, isovalue);
+                assert!(area > 0.0, "{name}: nothing is drawn at {isovalue}");
+                assert!(wrong <= LARGEST_SHARE * area, "{name}: {wrong} of {area} at {isovalue}");
+            }
         }
     }
 }

@@ -1,6 +1,5 @@
-//! Real volumes, where they are.
+//! Real volumes of several formats.
 
-use crate::common::data;
 use isospectrum::volume::Volume;
 
 use crate::common::data;
@@ -12,8 +11,9 @@ fn mean(v: &Volume) -> f64 {
 }
 
 #[test]
+#[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
 fn nucleon_is_the_same_from_its_nrrd_header_and_its_raw_file() {
-    let Some(folder) = data::folder("nucleon") else { return };
+    let folder = data::folder();
     let nrrd = read_ok(&folder.join("nucleon.nrrd"));
     let raw = read_ok(&folder.join("nucleon_41x41x41_uint8.raw"));
     assert_eq!(nrrd.dims(), [41, 41, 41]);
@@ -25,8 +25,9 @@ fn nucleon_is_the_same_from_its_nrrd_header_and_its_raw_file() {
 }
 
 #[test]
+#[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
 fn a_gzip_nrrd_from_medicine_has_the_values_its_source_lists() {
-    let Some(folder) = data::folder("flair") else { return };
+    let folder = data::folder();
     let v = read_ok(&folder.join("flair_124x160x140_uint8.nrrd"));
     assert_eq!(v.dims(), [124, 160, 140]);
     assert_eq!(v.range(), (0.0, 255.0));

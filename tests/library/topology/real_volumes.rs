@@ -1,17 +1,18 @@
-//! Volumes that are not in the repository, where they are at hand.
+//! Real volumes against two independent counts.
 
 use super::*;
+use crate::common::data;
 
-/// A volume of the data folder, or a loud line that it is not there.
-fn real_volume(file: &str, dims: [usize; 3]) -> Option<Volume> {
-    let path = crate::common::data::file("topology", file)?;
-    volume(dims, Samples::U8(std::fs::read(path).expect("readable")))
+fn real_volume(file: &str, dims: [usize; 3]) -> Volume {
+    let samples = std::fs::read(data::file(file)).expect("readable");
+    volume(dims, Samples::U8(samples)).expect("a valid volume")
 }
 
 #[test]
+#[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
 fn real_volumes_agree_with_the_count_from_the_grid() {
     for (file, n) in [("nucleon_41x41x41_uint8.raw", 41), ("fuel_64x64x64_uint8.raw", 64)] {
-        let Some(volume) = real_volume(file, [n; 3]) else { continue };
+        let volume = real_volume(file, [n; 3]);
         let field = ExactField::new(&volume).expect("a field");
         let topology = Topology::compute(&field).expect("a topology");
         for isovalue in [0.0, 17.5, 191.0] {
@@ -21,6 +22,7 @@ fn real_volumes_agree_with_the_count_from_the_grid() {
 }
 
 #[test]
+#[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
 fn real_volumes_agree_with_the_count_of_the_extraction() {
     for (file, dims) in [
         ("nucleon_41x41x41_uint8.raw", [41; 3]),
@@ -28,7 +30,7 @@ fn real_volumes_agree_with_the_count_of_the_extraction() {
         ("hydrogen_atom_128x128x128_uint8.raw", [128; 3]),
         ("tooth_103x94x161_uint8.raw", [103, 94, 161]),
     ] {
-        let Some(volume) = real_volume(file, dims) else { continue };
+        let volume = real_volume(file, dims);
         let field = ExactField::new(&volume).expect("a field");
         let topology = Topology::compute(&field).expect("a topology");
         let nets: Vec<f64> = topology.net_events().iter().map(|e| e.isovalue).collect();
