@@ -7,3 +7,4 @@ mod device_lost;
 mod kernels;
 mod render;
 mod shaders;
+mod sweep;

@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
+use crate::common::spectra::swept_with;
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
-use isospectrum::{Backend, Choice};
-use isospectrum::{Parameters, Silent, compute};
+use isospectrum::{Parameters, Silent};
 
 /// Where the dents open: on a face of the volume, on an edge, in a corner, and between two samples.
 const DENTS: [[f64; 3]; 4] =
@@ -37,8 +37,7 @@ fn dented(outside: Outside) -> Arc<Volume> {
 fn verified(volume: &Arc<Volume>, range: (f64, f64), start: f64) -> (Report, f64) {
     let (start, range) = (Some(start), Some(range));
     let parameters = Parameters { start, range, ..Parameters::default() };
-    let backend = Backend::choose(Choice::Cpu, None).expect("a backend");
-    let spectrum = compute(volume, &parameters, &backend, &Silent).expect("a spectrum");
+    let spectrum = swept_with(volume, &parameters);
     let sampling = Sampling { n_random: 16, n_events: 2, seed: 3 };
     let report = verify(&spectrum, volume, sampling, Limits::default(), &Silent);
     let share = spectrum.parameters().number("/tracked_area_share").expect("told");

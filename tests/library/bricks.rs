@@ -6,24 +6,18 @@ use std::sync::Arc;
 
 use crate::common::program::Folder;
 use crate::common::random::Random;
+use crate::common::spectra::{assert_isosurfaces, cpu, in_grey_levels, random_isovalues};
 use isospectrum::bricks::{Opened, Part, Parts, Plan, Source, Survey, merge, merge_to_folder};
-use isospectrum::inside::extract::count::count;
 use isospectrum::inside::sweep::{Block, compute_block};
 use isospectrum::inside::topology::Topology;
 use isospectrum::inside::topology::blocks::BlockTopology;
 use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::spectrum::{Query, Spectrum};
-use isospectrum::verify::mesh_topology;
+use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{
     Outside, Placement, Preparation, ReadOptions, Samples, Volume, phantom, read_volume,
 };
-use isospectrum::{Backend, Choice};
 use isospectrum::{Cleaned, Noise, Prepared};
 use isospectrum::{Parameters, Silent};
-
-fn cpu() -> Backend {
-    Backend::choose(Choice::Cpu, None).expect("the CPU")
-}
 
 /// A volume in bricks: its plan and what is swept of each.
 struct Bricks {
@@ -83,39 +77,16 @@ fn cropped(name: &str, dims: [usize; 3]) -> Volume {
     preparation.apply(phantom(name).expect("a phantom")).expect("inside")
 }
 
-fn in_grey_levels(volume: &Volume, n: f64) -> Volume {
-    let (low, high) = volume.range();
-    let samples = volume.samples();
-    let grey = |x: f64| (n * (x - low) / (high - low)).round() as u8;
-    let samples = (0..samples.len()).map(|i| grey(samples.get(i))).collect();
-    let levels = Volume::new("levels", volume.dims(), Samples::U8(samples), Placement::default());
-    levels.expect("a valid volume")
-}
-
-/// Random isovalues of a range.
-fn isovalues((low, high): (f64, f64), n: usize, seed: u64) -> Vec<f64> {
-    let mut random = Random(seed);
-    (0..n).map(|_| low + random.unit() * (high - low)).collect()
-}
-
 /// Checks that the mesh is closed at all isovalues and has the counted topology, and that events are those of the whole.
 fn check(name: &str, bricks: &Bricks, n: usize) -> Spectrum {
     let spectrum = bricks.merged();
     let volume = &bricks.volume;
     let field = ExactField::new(volume).expect("a field");
-    let mut query = Query::new(&spectrum);
-    let mut at = isovalues(spectrum.range(), n, 30);
+    let mut at = random_isovalues(spectrum.range(), n, 30);
     // Where samples are passed.
-    let samples = isovalues(spectrum.range(), n / 4, 31);
+    let samples = random_isovalues(spectrum.range(), n / 4, 31);
     at.extend(samples.iter().map(|c| c.round()).filter(|_| volume.samples().is_integer()));
-    for c in at {
-        let mesh = query.mesh_at(c).expect("inside the range");
-        let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
-        assert!(found.is_closed_manifold(), "{name} at {c}: {found:?}");
-        let expected = count(&field, c);
-        let euler: i64 = expected.iter().map(|component| component.euler).sum();
-        assert_eq!((found.components, found.euler), (expected.len(), euler), "{name} at {c}");
-    }
+    assert_isosurfaces(volume, &spectrum, &at, name);
     let topology = Topology::compute(&field).expect("a topology");
     let (low, high) = spectrum.range();
     let inside = topology.net_events().into_iter().filter(|e| (low..=high).contains(&e.isovalue));
@@ -271,6 +242,7 @@ fn every_damaged_byte_of_a_part_is_found_and_none_is_a_panic() {
 
 mod real_volumes {
     use super::*;
+    use crate::common::data;
 
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::common::program::{Folder, json};
 use crate::common::random::Random;
+use crate::common::spectra::cpu;
 use isospectrum::bricks::{Limits, Opened};
 use isospectrum::bricks::{Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder};
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
 use isospectrum::spectrum::{Components, Query, Spectrum, SurfaceMesh};
 use isospectrum::volume::{Preparation, Volume, phantom};
-use isospectrum::{Backend, Choice};
 use isospectrum::{Cleaned, Noise, Prepared};
 use isospectrum::{Parameters, Silent};
 
@@ -32,10 +32,9 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     let parameters = Parameters { range, ..Parameters::default() };
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, side).expect("a plan");
     let parts = Parts::new(&plan, &made);
-    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
     let limits = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
     let volume: &Opened = survey.opened();
-    compute_parts(&parts, volume, &backend, limits, &Silent).expect("parts");
+    compute_parts(&parts, volume, &cpu(), limits, &Silent).expect("parts");
     let merged = merge(&parts, volume, &Silent).expect("parts that fit");
     let file = from_bytes(&to_bytes(&merged).expect("a spectrum")).expect("as it was written");
     merge_to_folder(&parts, volume, &split, None, &Silent).expect("parts that fit");
@@ -164,11 +163,10 @@ fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
     let source = Source::Phantom { name: "-".to_owned(), outside: Default::default() };
     let parameters = Parameters::default();
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, 8).expect("a plan");
-    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
     let refused = |limits: Limits| {
         let folder = Folder::new();
         let parts = Parts::new(&plan, folder.path());
-        let refused = compute_parts(&parts, survey.opened(), &backend, limits, &Silent);
+        let refused = compute_parts(&parts, survey.opened(), &cpu(), limits, &Silent);
         (refused.expect_err("beyond a limit").to_string(), folder.names().len())
     };
     let none = Limits { memory: f64::INFINITY, one_file: true, triangles: None };

@@ -9,21 +9,14 @@ use std::sync::Arc;
 use crate::common::program;
 use crate::common::program::Folder;
 use crate::common::random::Random;
+use crate::common::spectra::{phantom_volume, swept};
 use glam::DVec3;
 use isospectrum::export::read_ply;
 use isospectrum::inside::mesh::nearest_on_triangle;
 use isospectrum::inside::topology::Topology;
 use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{Components, End, Keep, Spectrum, SurfaceMesh, lineages};
-use isospectrum::volume::phantom::phantom;
 use isospectrum::volume::{Placement, Samples, Volume};
-use isospectrum::{Backend, Choice};
-use isospectrum::{Parameters, Silent, compute};
-
-fn swept(volume: &Arc<Volume>) -> Spectrum {
-    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
-    compute(volume, &Parameters::default(), &backend, &Silent).expect("a spectrum")
-}
 
 /// Samples without structure, of so many values; many of them are equal where there are few.
 fn noise(seed: u64, n_values: u64) -> Arc<Volume> {
@@ -198,7 +191,7 @@ fn compare(volume: &Arc<Volume>, is_generic: bool, shares: &[f64]) -> usize {
 
 #[test]
 fn components_end_where_their_branch_of_the_contour_tree_does() {
-    let smooth = Arc::new(phantom("noise:12:3").expect("a phantom"));
+    let smooth = phantom_volume("noise:12:3");
     assert!(compare(&smooth, true, &[0.3, 0.5, 0.7]) > 10);
 }
 

@@ -6,14 +6,11 @@ mod volumes;
 use std::sync::Arc;
 
 use crate::common::random::Random;
+use crate::common::spectra::{assert_isosurfaces, random_isovalues, swept};
 use isospectrum::inside::extract::count::count;
 use isospectrum::inside::topology::Topology;
 use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::spectrum::Query;
-use isospectrum::verify::mesh_topology;
 use isospectrum::volume::Volume;
-use isospectrum::{Backend, Choice};
-use isospectrum::{Parameters, Silent, compute};
 
 /// How many volumes the topology is asked of, and how many are swept.
 const N_COUNTED: u64 = 900;
@@ -61,23 +58,10 @@ fn the_topology_of_few_values_is_that_counted_on_the_grid() {
 
 #[test]
 fn sweeps_of_few_values_have_the_counted_topology() {
-    let backend = Backend::choose(Choice::Cpu, None).expect("the processor");
     for seed in 0..N_SWEPT {
         let mut random = Random(seed);
         let volume = Arc::new(volumes::volume(seed % volumes::N_KINDS, 7, &mut random));
-        let spectrum = compute(&volume, &Parameters::default(), &backend, &Silent)
-            .unwrap_or_else(|e| panic!("seed {seed}: {e}"));
-        let field = ExactField::new(&volume).expect("a field");
-        let mut query = Query::new(&spectrum);
-        let (low, high) = volume.range();
-        for _ in 0..N_ISOVALUES {
-            let isovalue = low + random.unit() * (high - low);
-            let mesh = query.mesh_at(isovalue).expect("inside the range");
-            let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
-            let counted = count(&field, isovalue);
-            let euler: i64 = counted.iter().map(|c| c.euler).sum();
-            assert!(found.is_closed_manifold(), "seed {seed} at {isovalue}: {found:?}");
-            assert_eq!((found.components, found.euler), (counted.len(), euler), "seed {seed}");
-        }
+        let isovalues = random_isovalues(volume.range(), N_ISOVALUES, seed);
+        assert_isosurfaces(&volume, &swept(&volume), &isovalues, &format!("seed {seed}"));
     }
 }

@@ -13,7 +13,6 @@ mod few_values;
 mod file_corruption;
 mod file_format;
 mod file_summary;
-mod front;
 mod masks;
 mod oracle;
 mod ranges;

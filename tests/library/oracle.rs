@@ -124,6 +124,7 @@ fn lossy_jpeg_is_unpacked_to_within_a_grey_level() {
 
 mod real_volumes {
     use super::*;
+    use crate::common::data;
 
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]

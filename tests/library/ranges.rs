@@ -5,37 +5,14 @@
 use std::sync::Arc;
 
 use crate::common::random::Random;
-use isospectrum::Error;
-use isospectrum::inside::extract::count::count;
+use crate::common::spectra::{assert_topology, in_grey_levels, phantom_volume, swept, swept_with};
 use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::Spectrum;
-use isospectrum::verify::mesh_topology;
-use isospectrum::volume::phantom::phantom;
-use isospectrum::volume::{Outside, Placement, ReadOptions, Samples, Volume, read_volume};
-use isospectrum::{Backend, Choice};
-use isospectrum::{Parameters, Silent, compute};
-
-fn volume(spec: &str) -> Arc<Volume> {
-    Arc::new(phantom(spec).expect("a phantom"))
-}
-
-/// A smooth field in a few grey levels: many events, most of them at whole values.
-fn grey_levels(seed: u64, n_levels: f64) -> Arc<Volume> {
-    let smooth = volume(&format!("noise:10:{seed}"));
-    let (low, high) = smooth.range();
-    let grey = |x: f64| (n_levels * (x - low) / (high - low)).round() as u8;
-    let samples = (0..smooth.samples().len()).map(|i| grey(smooth.samples().get(i))).collect();
-    let volume = Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
-    Arc::new(volume.expect("a valid volume"))
-}
-
-fn swept(volume: &Arc<Volume>, parameters: &Parameters) -> Spectrum {
-    let backend = Backend::choose(Choice::Cpu, None).expect("a backend");
-    compute(volume, parameters, &backend, &Silent).expect("a spectrum")
-}
+use isospectrum::volume::{Outside, ReadOptions, Volume, phantom, read_volume};
+use isospectrum::{Error, Parameters};
 
 fn swept_over(volume: &Arc<Volume>, range: (f64, f64)) -> Spectrum {
-    let spectrum = swept(volume, &Parameters { range: Some(range), ..Parameters::default() });
+    let spectrum = swept_with(volume, &Parameters { range: Some(range), ..Parameters::default() });
     assert_eq!(spectrum.range(), range);
     spectrum
 }
@@ -45,18 +22,18 @@ fn swept_over(volume: &Arc<Volume>, range: (f64, f64)) -> Spectrum {
 fn check_at(volume: &Volume, spectrum: &Spectrum, isovalue: f64) -> usize {
     let field = ExactField::new(volume).expect("a field");
     let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
-    let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
-    let what = format!("{} at {isovalue} of {:?}: {found:?}", volume.name(), spectrum.range());
-    assert!(found.is_closed_manifold(), "{what}");
-    let expected = count(&field, isovalue);
-    let euler: i64 = expected.iter().map(|component| component.euler).sum();
-    assert_eq!((found.components, found.euler), (expected.len(), euler), "{what}");
+    assert_topology(
+        &field,
+        isovalue,
+        &mesh,
+        &format!("{} of {:?}", volume.name(), spectrum.range()),
+    );
     mesh.triangles.len()
 }
 
 #[test]
 fn a_range_that_ends_inside_the_volumes_has_its_mesh_at_the_last_isovalue() {
-    let volume = volume("sphere:16");
+    let volume = phantom_volume("sphere:16");
     let (low, high) = volume.range();
     let at = |share: f64| low + share * (high - low);
     let spectrum = swept_over(&volume, (at(0.4), at(0.7)));
@@ -71,7 +48,7 @@ fn a_range_that_ends_inside_the_volumes_has_its_mesh_at_the_last_isovalue() {
 fn the_last_isovalue_may_be_that_of_samples_and_of_events() {
     let mut n_events_there = 0;
     for seed in 1..=2 {
-        let volume = grey_levels(seed, 12.0);
+        let volume = Arc::new(in_grey_levels(&phantom_volume(&format!("noise:10:{seed}")), 12.0));
         for last in [4.0, 6.0, 7.0, 9.0] {
             let spectrum = swept_over(&volume, (last - 2.0, last));
             // What has just appeared there is there, what has just gone is not.
@@ -88,7 +65,7 @@ fn the_last_isovalue_may_be_that_of_samples_and_of_events() {
 fn random_fields_have_the_counted_topology_at_the_end_of_random_ranges() {
     let mut random = Random(25);
     for seed in 0..4 {
-        let volume = volume(&format!("noise:8:{seed}"));
+        let volume = phantom_volume(&format!("noise:8:{seed}"));
         let (low, high) = volume.range();
         let at = |share: f64| low + share * (high - low);
         let first = 0.6 * random.unit();
@@ -101,11 +78,11 @@ fn random_fields_have_the_counted_topology_at_the_end_of_random_ranges() {
 
 #[test]
 fn sampling_isovalues_at_a_distance_that_divides_the_range_end_at_its_end() {
-    let volume = grey_levels(2, 60.0);
+    let volume = Arc::new(in_grey_levels(&phantom_volume("noise:10:2"), 60.0));
     for step in [1.0, 0.1, 0.7] {
         let range = Some((20.0, 27.0));
         let spectrum =
-            swept(&volume, &Parameters { range, step: Some(step), ..Parameters::default() });
+            swept_with(&volume, &Parameters { range, step: Some(step), ..Parameters::default() });
         assert!(check_at(&volume, &spectrum, 27.0) > 0);
     }
 }
@@ -115,7 +92,7 @@ fn at_the_highest_sample_there_is_no_isosurface_but_that_around_the_volume() {
     for outside in [Outside::Low, Outside::High] {
         let volume = phantom("noise:8:3").expect("a phantom").with_outside(outside);
         let volume = Arc::new(volume);
-        let spectrum = swept(&volume, &Parameters::default());
+        let spectrum = swept(&volume);
         let n = check_at(&volume, &spectrum, volume.range().1);
         assert_eq!(n > 0, outside == Outside::High, "{n} triangles");
         check_at(&volume, &spectrum, volume.range().0);
@@ -124,6 +101,7 @@ fn at_the_highest_sample_there_is_no_isosurface_but_that_around_the_volume() {
 
 mod real_volumes {
     use super::*;
+    use crate::common::data;
 
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]

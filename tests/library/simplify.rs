@@ -287,6 +287,7 @@ proptest! {
 
 mod real_volumes {
     use super::*;
+    use crate::common::data;
 
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use crate::common::spectra::{phantom_spectrum, swept, swept_with};
 use isospectrum::inside::extract::extract;
 use isospectrum::inside::sweep::TRACKED_AREA_SHARE;
 use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{About, Event, EventKind, Knot, Patch, Spectrum, Triangle};
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, phantom, read_volume};
-use isospectrum::{Backend, Choice};
-use isospectrum::{Parameters, Progress, Silent, compute};
+use isospectrum::{Parameters, Progress, Silent};
 
 /// The isosurface c of the phantom `sphere:16` is the sphere of radius 7.5 (1 - c) voxels.
 const ISOVALUE: f64 = 0.4;
@@ -238,7 +238,7 @@ fn plateau() -> Volume {
 fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
     let volume = Arc::new(plateau());
     let range = Some((3.0, 7.0));
-    let spectrum = computed(&volume, Parameters { range, ..Parameters::default() });
+    let spectrum = swept_with(&volume, &Parameters { range, ..Parameters::default() });
     let sampling = Sampling { n_random: 4, n_events: 8, seed: 1 };
     let limits = Limits::default();
     let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
@@ -250,18 +250,11 @@ fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
     assert!(report.passed, "{:?}", report.failures);
 }
 
-fn computed(volume: &Arc<Volume>, parameters: Parameters) -> Spectrum {
-    let backend = Backend::choose(Choice::Cpu, None).expect("a backend");
-    compute(volume, &parameters, &backend, &Silent).expect("a spectrum")
-}
-
 /// Checks that a default spectrum keeps what is promised.
-fn keeps_its_promises(volume: Volume) {
-    let volume = Arc::new(volume);
-    let spectrum = computed(&volume, Parameters::default());
+fn keeps_its_promises(volume: &Volume, spectrum: &Spectrum) {
     let sampling = Sampling { n_random: 32, n_events: 8, seed: 5 };
     let limits = Limits::default();
-    let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");
+    let report = verify(spectrum, volume, sampling, limits, &Silent).expect("verifiable");
     assert!(report.passed, "{}: {:?}", volume.name(), report.failures);
     // Nothing is kept for want of anything to measure.
     let unmeasured = report.promises.iter().find(|promise| promise.found.is_none());
@@ -274,7 +267,8 @@ fn keeps_its_promises(volume: Volume) {
 #[test]
 fn default_spectra_of_phantoms_keep_what_is_promised() {
     for spec in ["torus:24", "blobs:24", "noise:10:1", "noise:10:4"] {
-        keeps_its_promises(phantom(spec).expect("a phantom"));
+        let (volume, spectrum) = phantom_spectrum(spec);
+        keeps_its_promises(&volume, &spectrum);
     }
 }
 
@@ -301,11 +295,13 @@ fn triangles_replaced_at_an_event_do_not_survive_it() {
 
 mod real_volumes {
     use super::*;
+    use crate::common::data;
 
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
     fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
         let path = data::file("nucleon_41x41x41_uint8.raw");
-        keeps_its_promises(read_volume(&path, &ReadOptions::default()).expect("a volume"));
+        let volume = Arc::new(read_volume(&path, &ReadOptions::default()).expect("a volume"));
+        keeps_its_promises(&volume, &swept(&volume));
     }
 }

@@ -4,11 +4,8 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::program::{Folder, one_line, path};
+use crate::common::spectra::assert_isosurfaces;
 use isospectrum::file;
-use isospectrum::inside::extract::count::count;
-use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::spectrum::Query;
-use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{ReadOptions, read_volume};
 
 /// A program that has not ended by then does not end; what is run here takes seconds.
@@ -91,18 +88,10 @@ fn ranges_that_are_small_beside_their_offset_are_computed() {
         let spectrum = file::read(folder.path().join("s.isp")).expect("a spectrum");
         let volume = read_volume(&folder.path().join(name), &ReadOptions::default());
         let volume = volume.expect("a volume");
-        let field = ExactField::new(&volume).expect("a field");
-        let mut query = Query::new(&spectrum);
         let (low, high) = volume.range();
-        for i in 0..120 {
-            let isovalue = low + (f64::from(i) + 0.37) / 120.0 * (high - low);
-            let mesh = query.mesh_at(isovalue).expect("inside the range");
-            let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
-            let counted = count(&field, isovalue);
-            let euler: i64 = counted.iter().map(|c| c.euler).sum();
-            assert!(found.is_closed_manifold(), "{name} at {isovalue}: {found:?}");
-            assert_eq!((found.components, found.euler), (counted.len(), euler), "{name}");
-        }
+        let share = |i: u32| (f64::from(i) + 0.37) / 120.0;
+        let isovalues: Vec<f64> = (0..120).map(|i| low + share(i) * (high - low)).collect();
+        assert_isosurfaces(&volume, &spectrum, &isovalues, name);
     }
 }
 

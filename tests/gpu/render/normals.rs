@@ -4,12 +4,10 @@ use std::sync::Arc;
 
 use isospectrum::render::{Renderer, View};
 use isospectrum::spectrum::{Spectrum, SurfaceMesh};
-use isospectrum::volume::phantom::phantom;
-use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, read_volume};
-use isospectrum::{Backend, Choice};
-use isospectrum::{Parameters, Silent, compute};
+use isospectrum::volume::{ReadOptions, read_volume};
 
 use crate::common::random::Random;
+use crate::common::spectra::{in_grey_levels, phantom_volume, swept};
 use crate::render::drawing::{dot, gpu, unit};
 
 /// Most of the area, as a share, that may be shaded wrong: slivers, whose own normals are rounding.
@@ -18,18 +16,8 @@ const LARGEST_SHARE: f64 = 0.001;
 /// A small smooth field in a few levels: where events crowd the exact extraction shows, whose vertices have their
 /// knots at samples, far from where their triangles live.
 fn levels(seed: u64) -> Spectrum {
-    let smooth = phantom(&format!("noise:10:{seed}")).expect("a phantom");
-    let (low, high) = smooth.range();
-    let level = |x: f64| (24.0 * (x - low) / (high - low)).round() as u8;
-    let samples = smooth.samples();
-    let samples = (0..samples.len()).map(|i| level(samples.get(i))).collect();
-    let volume = Volume::new("levels", smooth.dims(), Samples::U8(samples), Placement::default());
-    computed(volume.expect("a valid volume"))
-}
-
-fn computed(volume: Volume) -> Spectrum {
-    let backend = Backend::choose(Choice::Cpu, None).expect("the CPU serves");
-    compute(&Arc::new(volume), &Parameters::default(), &backend, &Silent).expect("a spectrum")
+    let smooth = phantom_volume(&format!("noise:10:{seed}"));
+    swept(&Arc::new(in_grey_levels(&smooth, 24.0)))
 }
 
 /// Area-weighted normals of a mesh, caps only where there is nothing else; zero where nothing has an area.
@@ -101,6 +89,7 @@ fn pictures_are_shaded_with_the_normals_of_the_mesh_at_their_isovalue() {
 
 mod real_volumes {
     use super::*;
+    use crate::common::data;
 
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
@@ -109,7 +98,7 @@ mod real_volumes {
         for name in ["nucleon_41x41x41_uint8.raw", "fuel_64x64x64_uint8.raw"] {
             let path = data::file(name);
             let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
-            let spectrum = computed(volume);
+            let spectrum = swept(&Arc::new(volume));
             let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
             let (low, high) = spectrum.range();
             let mut random = Random(25);
