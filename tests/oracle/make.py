@@ -398,7 +398,12 @@ def archives():
     one, other = pattern("i2").transpose(2, 1, 0), pattern("f4", 3).transpose(2, 1, 0)
     np.savez_compressed(HERE / "npz_packed.npz", density=one, potential=np.asfortranarray(other))
     np.savez(HERE / "npz_one.npz", other.astype("u2"))
+    np.save(HERE / "npy_c.npy", np.ascontiguousarray(one))
+    np.save(HERE / "npy_fortran.npy", np.asfortranarray(other))
     entries = []
+    for file in ["npy_c.npy", "npy_fortran.npy"]:
+        read = np.load(HERE / file)
+        entries.append(entry(file, f"NumPy {np.__version__}", read.transpose(2, 1, 0), lambda i: i, "UNKNOWN", "unknown"))
     for file, name, array in [("npz_packed.npz", "density", "density"), ("npz_packed.npz", "potential", "potential"), ("npz_one.npz", "arr_0", None)]:
         read = np.load(HERE / file)[name]
         options = {"array": array} if array else {}
