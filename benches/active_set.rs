@@ -1,4 +1,4 @@
-//! Two methods to list the triangles alive at an isovalue: `cargo bench --bench active_set`; the ids are
+//! Two methods to list the triangles alive at an isovalue: `cargo bench -p isospectrum-benches --bench active_set`; the ids are
 //! `<spectrum>/<method>/<move>`.
 //!
 //! - `tree`: a query of the interval tree, its result sorted as pictures need it;

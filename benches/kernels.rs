@@ -1,6 +1,6 @@
 //! Each kernel on both backends: a wavy ball of about 50,000 vertices in a 128^3 volume.
 //!
-//! `cargo bench --bench kernels`; the ids are `<kernel>/<backend>/<vertices>`. The group `small` measures load and advance
+//! `cargo bench -p isospectrum-benches --bench kernels`; the ids are `<kernel>/<backend>/<vertices>`. The group `small` measures load and advance
 //! by the number of vertices, from which `kernels::backend::MIN_GPU_VERTICES` is chosen.
 
 #[path = "../tests/common/random.rs"]

@@ -1,5 +1,5 @@
 //! The time from a new isovalue to its picture, by the size of the spectrum: it should depend only on the number of
-//! triangles drawn. `cargo bench --bench paint`; the ids are `paint/<spectrum>/<move>`.
+//! triangles drawn. `cargo bench -p isospectrum-benches --bench paint`; the ids are `paint/<spectrum>/<move>`.
 //!
 //! A spectrum is a sphere of 8,192 triangles, all of which are replaced at each of its ranks:
 //! 1, 100 and 1,200 generations, the last with 10 million triangles.

@@ -1,7 +1,7 @@
 //! The thesis's table 1: time and space of the spectrum of the hydrogen atom for its four pairs of
 //! sampling step and tolerance, its numbers next to ours.
 //!
-//! `cargo bench --bench table1` takes many minutes; `-- --row 3` runs one row, 1 to 4. Each row is
+//! `cargo bench -p isospectrum-benches --bench table1` takes many minutes; `-- --row 3` runs one row, 1 to 4. Each row is
 //! run once: runs of minutes need no statistics. The volume is
 //! `hydrogen_atom_128x128x128_uint8.raw` in the folder `ISOSPECTRUM_DATA`, or in `../shared/data`.
 
@@ -43,7 +43,9 @@ fn main() -> ExitCode {
     let has = |flag: &str| arguments.iter().any(|a| a == flag);
     // `cargo bench` passes `--bench`; `cargo test --benches` does not.
     if has("--test") || !has("--bench") {
-        println!("table1: nothing to test, run it by `cargo bench --bench table1`");
+        println!(
+            "table1: nothing to test, run it by `cargo bench -p isospectrum-benches --bench table1`"
+        );
         return ExitCode::SUCCESS;
     }
     let rows: Vec<&Row> = match arguments.iter().position(|a| a == "--row") {
@@ -79,7 +81,7 @@ fn main() -> ExitCode {
 
 /// The path of the volume; as an error if it is missing.
 fn volume_path() -> std::result::Result<PathBuf, PathBuf> {
-    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let path =
         std::env::var_os("ISOSPECTRUM_DATA").map_or_else(default, PathBuf::from).join(VOLUME);
     if path.is_file() { Ok(path) } else { Err(path) }

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 /// The program.
 pub(crate) fn path() -> PathBuf {
-    assert_cmd::cargo::cargo_bin!("isospectrum").to_path_buf()
+    PathBuf::from(env!("CARGO_BIN_EXE_isospectrum"))
 }
 
 /// A temporary folder to run in.
