@@ -30,6 +30,24 @@ impl Folder {
         folder
     }
 
+    /// A folder with the same files, in folders one deep.
+    pub(crate) fn copy(&self) -> Self {
+        let copy = Folder::new();
+        let copy_files = |from: &Path, to: &Path| {
+            for entry in std::fs::read_dir(from).expect("readable").map(|e| e.expect("readable")) {
+                if entry.path().is_file() {
+                    std::fs::copy(entry.path(), to.join(entry.file_name())).expect("copied");
+                }
+            }
+        };
+        copy_files(self.path(), copy.path());
+        for name in self.names().iter().filter(|name| self.path().join(name).is_dir()) {
+            std::fs::create_dir(copy.path().join(name)).expect("a folder");
+            copy_files(&self.path().join(name), &copy.path().join(name));
+        }
+        copy
+    }
+
     pub(crate) fn path(&self) -> &Path {
         self.0.path()
     }

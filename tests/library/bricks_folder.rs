@@ -1,6 +1,6 @@
 //! A spectrum as a folder of parts is the spectrum of one file, of which less is read.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::common::program::{Folder, json};
 use crate::common::random::Random;
@@ -219,21 +219,24 @@ fn only_parts_that_live_at_an_isovalue_are_read() {
     assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
 }
 
-/// The program's own: of a phantom a file and a folder.
+/// A plan, its parts, and what the program merges of them: a file and a folder. Computed once for all tests.
 fn computed() -> Folder {
-    let folder = Folder::new();
-    let plan = ["plan", "--phantom", "noise:17:4", "--brick", "8", "-o", "p.json"];
-    folder.run(&plan);
-    folder.run(&["compute", "--backend", "cpu", "-q", "--plan", "p.json"]);
-    folder.run(&["merge", "p.json", "-o", "s.isp", "-q"]);
-    folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
-    folder
+    static COMPUTED: OnceLock<Folder> = OnceLock::new();
+    let computed = COMPUTED.get_or_init(|| {
+        let folder = Folder::new();
+        folder.run(&["plan", "--phantom", "noise:9:4", "--brick", "4", "-o", "p.json"]);
+        folder.run(&["compute", "--backend", "cpu", "-q", "--plan", "p.json"]);
+        folder.run(&["merge", "p.json", "-o", "s.isp", "-q"]);
+        folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
+        folder
+    });
+    computed.copy()
 }
 
 #[test]
 fn the_program_takes_a_folder_wherever_it_takes_a_file() {
     let folder = computed();
-    let compute = ["compute", "--phantom", "noise:17:4", "--backend", "cpu", "--brick", "8"];
+    let compute = ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "4"];
     folder.run(&[&compute[..], &["-q", "-o", "c.ispt"]].concat());
     let info = |name: &str| json(&folder.run(&["info", name, "--json"]));
     let (file, split) = (info("s.isp"), info("s.ispt"));
@@ -241,7 +244,7 @@ fn the_program_takes_a_folder_wherever_it_takes_a_file() {
         assert_eq!(file[key], split[key], "{key}");
     }
     assert_eq!(split["n_parts"], 8);
-    folder.run(&["verify", "s.ispt", "--phantom", "noise:17:4", "--n", "8"]);
+    folder.run(&["verify", "s.ispt", "--phantom", "noise:9:4", "--n", "8"]);
     for name in ["s.isp", "s.ispt", "c.ispt"] {
         let mesh = ["extract", name, "-c", "40%", "-c", "45%", "-o", "m%d.ply", "--json"];
         let found = json(&folder.run(&mesh));
@@ -256,7 +259,7 @@ fn the_program_takes_a_folder_wherever_it_takes_a_file() {
     }
     folder.run(&["html", "s.ispt", "--range", "40%:60%", "-o", "s.html", "-q"]);
     folder.run(&["convert", "s.ispt", "again.isp"]);
-    folder.run(&["verify", "again.isp", "--phantom", "noise:17:4", "--n", "4"]);
+    folder.run(&["verify", "again.isp", "--phantom", "noise:9:4", "--n", "4"]);
     // One takes the place of another.
     folder.run(&["merge", "p.json", "-o", "s.ispt", "-q"]);
     let names = folder.names();

@@ -1,39 +1,48 @@
 //! Bricks as users compute them: plans, parts, merges, and `compute` within limits.
 
+use std::sync::OnceLock;
+
 use crate::common::program::{Folder, json, one_line, stderr};
 
-const PLAN: [&str; 7] = ["plan", "--phantom", "noise:17:4", "--brick", "8", "-o", "p.json"];
+const PLAN: [&str; 7] = ["plan", "--phantom", "noise:9:4", "--brick", "4", "-o", "p.json"];
 const PARTS: [&str; 7] = ["compute", "--backend", "cpu", "-q", "--plan", "p.json", "--parts"];
+
+/// The plan, all of its parts and the spectrum that they make, `m.isp`; computed once for all tests.
+fn merged() -> Folder {
+    static MERGED: OnceLock<Folder> = OnceLock::new();
+    let merged = MERGED.get_or_init(|| {
+        let folder = Folder::new();
+        folder.run(&PLAN);
+        folder.run(&[&PARTS[..], &["0:7"]].concat());
+        folder.run(&["merge", "p.json", "-o", "m.isp", "-q"]);
+        folder
+    });
+    merged.copy()
+}
 
 #[test]
 fn the_bytes_are_the_same_whoever_computes_which_part_when() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    folder.run(&[&PARTS[..], &["0:7"]].concat());
-    folder.run(&["merge", "p.json", "-o", "one.isp", "-q"]);
+    let folder = merged();
     // Two processes at once, the later half first, some parts by both.
     let script = r#""$0" compute --backend cpu -q --plan p.json --parts 3:7 -o two & "$0" compute --backend cpu --threads 1 -q --plan p.json --parts 0:4 -o two; wait"#;
     assert!(folder.shell(script).status.success());
     folder.run(&["merge", "p.json", "--parts", "two", "-o", "two.isp", "-q"]);
-    assert_eq!(folder.read("one.isp"), folder.read("two.isp"));
+    assert_eq!(folder.read("m.isp"), folder.read("two.isp"));
     // Nothing is done twice.
     let said = stderr(&folder.run(&["compute", "--backend", "cpu", "--plan", "p.json"]));
     assert_eq!(said.matches("is there").count(), 8, "{said}");
-    let verify = ["verify", "one.isp", "--phantom", "noise:17:4", "--n", "8"];
+    let verify = ["verify", "m.isp", "--phantom", "noise:9:4", "--n", "8"];
     folder.run(&verify);
 }
 
 #[test]
 fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    folder.run(&[&PARTS[..], &["0:7"]].concat());
-    folder.run(&["merge", "p.json", "-o", "whole.isp", "-q"]);
+    let folder = merged();
     // Killed as soon as the first part is there.
-    let script = r#""$0" compute --backend cpu -q --plan p.json -o parts & worker=$!
-        while [ ! -e parts/000000.part ]; do sleep 0.01; done; kill -9 $worker; wait $worker; true"#;
+    let script = r#""$0" compute --backend cpu --threads 1 -q --plan p.json -o parts & worker=$!
+        while [ ! -e parts/000000.part ]; do :; done; kill -9 $worker; wait $worker; true"#;
     assert!(folder.shell(script).status.success());
-    let merge = ["merge", "p.json", "--parts", "parts", "-o", "m.isp"];
+    let merge = ["merge", "p.json", "--parts", "parts", "-o", "again.isp"];
     let told = folder.fails(&merge, 3);
     assert!(told.contains("of 8 parts are missing") && told.contains("expected them in"), "{told}");
     folder.run(&[&PARTS[..], &["0:7", "-o", "parts"]].concat());
@@ -48,7 +57,7 @@ fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
     let said = stderr(&folder.run(&anew));
     assert!(said.contains("made anew"), "{said}");
     folder.run(&merge);
-    assert_eq!(folder.read("m.isp"), folder.read("whole.isp"));
+    assert_eq!(folder.read("again.isp"), folder.read("m.isp"));
 }
 
 #[test]
@@ -71,14 +80,11 @@ fn what_is_wrong_with_a_plan_is_one_line() {
 }
 
 const BRICKS: [&str; 8] =
-    ["compute", "--phantom", "noise:17:4", "--backend", "cpu", "--brick", "8", "-q"];
+    ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "8", "-q"];
 
 #[test]
 fn compute_in_bricks_is_what_plan_parts_and_merge_make() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    folder.run(&[&PARTS[..], &["0:7"]].concat());
-    folder.run(&["merge", "p.json", "-o", "m.isp", "-q"]);
+    let folder = merged();
     folder.run(&[&BRICKS[..], &["-o", "a.isp"]].concat());
     folder.run(&[&BRICKS[..], &["-o", "b.isp", "--threads", "1"]].concat());
     let piped = folder.run(&[&BRICKS[..], &["-o", "-", "--threads", "3"]].concat());
@@ -138,27 +144,25 @@ fn a_limit_of_memory_is_kept_by_bricks() {
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_one_line_and_leaves_nothing_in_part() {
-    let folder = Folder::new();
-    folder.run(&PLAN);
-    folder.run(&[&PARTS[..], &["0:7"]].concat());
+    let folder = merged();
     let before = folder.names();
-    // Files end at 4 kB: a signal unless it is ignored, then an error as of a full disk.
+    // Files end at 512 bytes: a signal unless it is ignored, then an error as of a full disk.
     let full = |arguments: &str| {
-        let script = format!("trap '' XFSZ; ulimit -f 8; \"$0\" {arguments}");
+        let script = format!("trap '' XFSZ; ulimit -f 1; \"$0\" {arguments}");
         let output = folder.shell(&script);
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(3), "{arguments}: {said}");
         assert_eq!(folder.names(), before, "{arguments}");
         one_line(&said)
     };
-    let phantom = "compute --phantom noise:17:4 --backend cpu --brick 8 -q";
+    let phantom = "compute --phantom noise:9:4 --backend cpu --brick 4 -q";
     for name in ["s.isp", "s.ispt"] {
         assert!(full(&format!("{phantom} -o {name}")).contains(name));
         assert!(full(&format!("merge p.json -q -o {name}")).contains(name));
     }
     assert!(full("merge p.json -q -o /dev/full").contains("/dev/full"));
     let output = folder
-        .shell("trap '' XFSZ; ulimit -f 8; \"$0\" compute --plan p.json --backend cpu -q -o new");
+        .shell("trap '' XFSZ; ulimit -f 1; \"$0\" compute --plan p.json --backend cpu -q -o new");
     assert_eq!(output.status.code(), Some(3));
     assert!(one_line(&stderr(&output)).contains("new/000000.part"));
     let left = std::fs::read_dir(folder.path().join("new")).expect("made").count();
@@ -170,7 +174,7 @@ fn a_full_disk_is_one_line_and_leaves_nothing_in_part() {
 fn a_stopped_computation_in_bricks_leaves_nothing() {
     let folder = Folder::new();
     // As soon as a part is there.
-    let script = r#""$0" compute --phantom noise:33:4 --backend cpu --brick 8 -q -o s.isp & worker=$!
+    let script = r#""$0" compute --phantom noise:17:4 --backend cpu --brick 4 -q -o s.isp & worker=$!
         while ! ls -A | grep -q part || ! ls .isospectrum-*.part | grep -q part; do sleep 0.01; done
         kill -TERM $worker; wait $worker"#;
     let output = folder.shell(script);
