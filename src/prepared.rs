@@ -236,8 +236,8 @@ mod tests {
         let prepared = Prepared::new(volume.clone(), preparation, noise).expect("prepared");
         assert_eq!(prepared.volume().dims(), [9, 10, 12]);
         let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
-        let spectrum =
-            prepared.compute(&Parameters::default(), &backend, &Silent).expect("a spectrum");
+        let parameters = Parameters { range: Some((-0.2, 0.2)), ..Parameters::default() };
+        let spectrum = prepared.compute(&parameters, &backend, &Silent).expect("a spectrum");
         assert_eq!(spectrum.statistics().as_ref(), Some(prepared.samples()));
         let again = Prepared::again(volume, &spectrum).expect("as it was");
         assert_eq!(again.samples(), prepared.volume().samples());

@@ -14,6 +14,7 @@ use isospectrum::Error;
 use isospectrum::file;
 use isospectrum::inside::extract::extract;
 use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
+use isospectrum::inside::topology::Topology;
 use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::inside::topology::simplify::simplified;
 use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
@@ -95,8 +96,8 @@ fn samples_far_below_one_have_the_counted_topology() {
 /// White noise in so few grey levels that many cells have saddles equal but for rounding.
 fn noise_in_few_levels(seed: u64) -> Arc<Volume> {
     let mut random = Random(seed);
-    let samples = (0..24 * 24 * 24).map(|_| (random.unit() * 12.0) as u8).collect();
-    let volume = Volume::new("few", [24; 3], Samples::U8(samples), Placement::default());
+    let samples = (0..16 * 16 * 16).map(|_| (random.unit() * 12.0) as u8).collect();
+    let volume = Volume::new("few", [16; 3], Samples::U8(samples), Placement::default());
     Arc::new(volume.expect("a valid volume"))
 }
 
@@ -289,9 +290,14 @@ fn off(volume: &Volume, isovalue: f64, p: [f32; 3]) -> f64 {
 
 #[test]
 fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
-    let (volume, spectrum) = phantom_spectrum("blobs:48");
-    let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
-    let range = spectrum.range().1 - spectrum.range().0;
+    let volume = phantom_volume("blobs:48");
+    let field = ExactField::new(&volume).expect("a field");
+    let topology = Topology::compute(&field).expect("a topology");
+    let split = topology.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
+    let range = volume.range().1 - volume.range().0;
+    let around = (split.isovalue - 0.05 * range, split.isovalue + 0.05 * range);
+    let parameters = Parameters { range: Some(around), ..Parameters::default() };
+    let spectrum = swept_with(&volume, &parameters);
     let mut query = Query::new(&spectrum);
     for side in [-1.0, 1.0] {
         let isovalue = split.isovalue + side * 1e-4 * range;

@@ -101,10 +101,9 @@ fn isovalues(random: &mut Random, volume: &Volume, topology: &Topology) -> Vec<f
     all
 }
 
-#[test]
-fn events_and_arcs_agree_with_the_count_from_the_grid() {
-    let mut random = Random(1);
-    for n in 0..3000 {
+fn check_random_grids(n_grids: u64, seed: u64) {
+    let mut random = Random(seed);
+    for n in 0..n_grids {
         let kind = n % 6;
         let volume = random_volume(&mut random, kind);
         let field = ExactField::new(&volume).expect("a field");
@@ -113,6 +112,19 @@ fn events_and_arcs_agree_with_the_count_from_the_grid() {
         for isovalue in isovalues(&mut random, &volume, &topology) {
             check(&field, &topology, isovalue, &what);
         }
+    }
+}
+
+#[test]
+fn events_and_arcs_agree_with_the_count_from_the_grid() {
+    check_random_grids(600, 1);
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: run by scripts/test --long"]
+    fn events_and_arcs_of_many_grids_agree_with_the_count_from_the_grid() {
+        super::check_random_grids(3000, 8);
     }
 }
 

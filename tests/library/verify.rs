@@ -297,11 +297,15 @@ mod real_volumes {
     use super::*;
     use crate::common::data;
 
-    #[test]
-    #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
-    fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
-        let path = data::file("nucleon_41x41x41_uint8.raw");
-        let volume = Arc::new(read_volume(&path, &ReadOptions::default()).expect("a volume"));
-        keeps_its_promises(&volume, &swept(&volume));
+    mod long {
+        use super::*;
+
+        #[test]
+        #[ignore = "long, needs $ISOSPECTRUM_DATA: run by scripts/test --long"]
+        fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
+            let path = data::file("nucleon_41x41x41_uint8.raw");
+            let volume = Arc::new(read_volume(&path, &ReadOptions::default()).expect("a volume"));
+            keeps_its_promises(&volume, &swept(&volume));
+        }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use isospectrum::Parameters;
 use isospectrum::render::{Renderer, View};
 use isospectrum::spectrum::{Spectrum, SurfaceMesh};
 use isospectrum::volume::{ReadOptions, read_volume};
 
 use crate::common::random::Random;
-use crate::common::spectra::{in_grey_levels, phantom_volume, swept};
+use crate::common::spectra::{in_grey_levels, phantom_volume, swept, swept_with};
 use crate::render::drawing::{dot, gpu, unit};
 
 /// Most of the area, as a share, that may be shaded wrong: slivers, whose own normals are rounding.
@@ -94,11 +95,15 @@ mod real_volumes {
     #[test]
     #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
     fn pictures_of_real_volumes_are_shaded_with_the_normals_of_their_meshes() {
-        // Two that are computed within seconds; what is special about others is exact cells among tracked ones, which these have.
-        for name in ["nucleon_41x41x41_uint8.raw", "fuel_64x64x64_uint8.raw"] {
+        // Ranges that are computed within seconds, with exact cells among tracked ones.
+        for (name, range) in [
+            ("nucleon_41x41x41_uint8.raw", (150.0, 190.0)),
+            ("fuel_64x64x64_uint8.raw", (20.0, 60.0)),
+        ] {
             let path = data::file(name);
             let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
-            let spectrum = swept(&Arc::new(volume));
+            let parameters = Parameters { range: Some(range), ..Parameters::default() };
+            let spectrum = swept_with(&Arc::new(volume), &parameters);
             let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
             let (low, high) = spectrum.range();
             let mut random = Random(25);

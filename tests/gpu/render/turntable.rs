@@ -1,6 +1,6 @@
 //! Pictures all around the direction upwards: each is the first one of an object that is turned the other way.
 
-use isospectrum::render::{Axis, Background, Camera, Image, View};
+use isospectrum::render::{Axis, Background, Camera, Image, Renderer, View};
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::Placement;
 
@@ -44,29 +44,38 @@ fn share_of_far(a: &Image, b: &Image) -> f64 {
 #[test]
 fn each_picture_of_a_turntable_is_the_first_one_of_the_turned_object() {
     const N: u32 = 6;
-    let sides = [(None, 2, 1.0), (Some(Axis::Y), 1, 1.0), (Some(Axis::MinusX), 0, -1.0)];
-    for ((up, axis, sign), orthographic) in
-        sides.into_iter().flat_map(|side| [(side, false), (side, true)])
+    // A box in the middle, so that the turned object is looked at from the same distance.
+    let bounds = [[6.0, 2.0, 1.0], [24.0, 18.0, 11.0]];
+    for (up, axis, sign) in [(None, 2, 1.0), (Some(Axis::Y), 1, 1.0), (Some(Axis::MinusX), 0, -1.0)]
     {
-        let view = small("20,25");
-        let camera = Camera { up, orthographic, ..view.camera };
-        let view = View { camera, background: Background::White, ..view };
         let spectrum = balls(axis, 0.0);
-        // A box in the middle, so that the turned object is looked at from the same distance.
-        let bounds = [[6.0, 2.0, 1.0], [24.0, 18.0, 11.0]];
-        let views = view.turntable(spectrum.volume(), Some(bounds), N);
-        assert_eq!(views.len(), N as usize);
-        assert_eq!(views[0].camera.azimuth, view.camera.azimuth);
-        let first = draw(&spectrum, 0.5, &views[0]);
+        let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
+        let turntables = [false, true].map(|orthographic| {
+            let view = small("20,25");
+            let camera = Camera { up, orthographic, ..view.camera };
+            let view = View { camera, background: Background::White, ..view };
+            let views = view.turntable(spectrum.volume(), Some(bounds), N);
+            assert_eq!(views.len(), N as usize);
+            assert_eq!(views[0].camera.azimuth, view.camera.azimuth);
+            let pictures = views.iter().map(|view| renderer.draw(0.5, view).expect("a picture"));
+            let pictures = pictures.collect::<Vec<_>>();
+            (views[0].clone(), pictures)
+        });
         for k in 1..N {
-            let picture = draw(&spectrum, 0.5, &views[k as usize]);
             // The eye goes counter-clockwise, so the object seems to turn clockwise.
             let degrees = -sign * 360.0 * f64::from(k) / f64::from(N);
-            let turned = draw(&balls(axis, degrees), 0.5, &views[0]);
-            let off = share_of_far(&picture, &turned);
-            assert!(off < MOST_FAR, "{up:?}, picture {k}: {off} of its pixels differ");
-            let off = share_of_far(&picture, &first);
-            assert!(off > 20.0 * MOST_FAR, "{up:?}, picture {k} is the first one: {off}");
+            let turned = balls(axis, degrees);
+            let mut renderer = Renderer::new(gpu(), &turned).expect("a renderer");
+            for (view, pictures) in &turntables {
+                let what =
+                    format!("{up:?}, orthographic {}, picture {k}", view.camera.orthographic);
+                let picture = &pictures[k as usize];
+                let turned = renderer.draw(0.5, view).expect("a picture");
+                let off = share_of_far(picture, &turned);
+                assert!(off < MOST_FAR, "{what}: {off} of its pixels differ");
+                let off = share_of_far(picture, &pictures[0]);
+                assert!(off > 20.0 * MOST_FAR, "{what} is the first one: {off}");
+            }
         }
     }
 }

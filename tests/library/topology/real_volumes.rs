@@ -24,12 +24,25 @@ fn real_volumes_agree_with_the_count_from_the_grid() {
 #[test]
 #[ignore = "needs $ISOSPECTRUM_DATA: run by scripts/test"]
 fn real_volumes_agree_with_the_count_of_the_extraction() {
-    for (file, dims) in [
+    check_extraction(&[
         ("nucleon_41x41x41_uint8.raw", [41; 3]),
         ("fuel_64x64x64_uint8.raw", [64; 3]),
-        ("hydrogen_atom_128x128x128_uint8.raw", [128; 3]),
-        ("tooth_103x94x161_uint8.raw", [103, 94, 161]),
-    ] {
+    ]);
+}
+
+mod long {
+    #[test]
+    #[ignore = "long, needs $ISOSPECTRUM_DATA: run by scripts/test --long"]
+    fn larger_real_volumes_agree_with_the_count_of_the_extraction() {
+        super::check_extraction(&[
+            ("hydrogen_atom_128x128x128_uint8.raw", [128; 3]),
+            ("tooth_103x94x161_uint8.raw", [103, 94, 161]),
+        ]);
+    }
+}
+
+fn check_extraction(volumes: &[(&str, [usize; 3])]) {
+    for &(file, dims) in volumes {
         let volume = real_volume(file, dims);
         let field = ExactField::new(&volume).expect("a field");
         let topology = Topology::compute(&field).expect("a topology");
