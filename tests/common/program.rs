@@ -1,8 +1,9 @@
 //! Runs the program in a folder of its own.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// The program.
 pub(crate) fn path() -> PathBuf {
@@ -17,12 +18,21 @@ impl Folder {
         Folder(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    /// A folder with the spectrum of a small sphere, `s.isp`; computed once for all tests.
+    /// A folder with the spectrum of a small sphere, `s.isp`.
     pub(crate) fn with_spectrum() -> Self {
-        static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
-        let bytes = BYTES.get_or_init(|| {
+        Folder::with_phantom("sphere:12")
+    }
+
+    /// A folder with the spectrum of a phantom, `s.isp`, computed once for all tests of a binary.
+    pub(crate) fn with_phantom(name: &'static str) -> Self {
+        static SPECTRA: Mutex<BTreeMap<&str, Arc<OnceLock<Vec<u8>>>>> = Mutex::new(BTreeMap::new());
+        let spectrum = {
+            let mut spectra = SPECTRA.lock().unwrap_or_else(PoisonError::into_inner);
+            spectra.entry(name).or_default().clone()
+        };
+        let bytes = spectrum.get_or_init(|| {
             let folder = Folder::new();
-            folder.run(&["compute", "--phantom", "sphere:12", "--backend", "cpu", "-o", "s.isp"]);
+            folder.run(&["compute", "--phantom", name, "--backend", "cpu", "-o", "s.isp"]);
             folder.read("s.isp")
         });
         let folder = Folder::new();

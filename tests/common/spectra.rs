@@ -1,7 +1,7 @@
 //! Volumes of phantoms, their spectra, and the one check that all tests share: the mesh at an isovalue is a closed manifold with
 //! the topology of the isosurface.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use isospectrum::inside::extract::count::count;
@@ -35,10 +35,9 @@ pub(crate) fn swept(volume: &Arc<Volume>) -> Spectrum {
 /// A phantom and its spectrum with the default parameters; computed once for all tests of a binary.
 pub(crate) fn phantom_spectrum(name: &str) -> (Arc<Volume>, Arc<Spectrum>) {
     type Entry = Arc<OnceLock<(Arc<Volume>, Arc<Spectrum>)>>;
-    static ENTRIES: OnceLock<Mutex<HashMap<String, Entry>>> = OnceLock::new();
-    let entries = ENTRIES.get_or_init(Mutex::default);
+    static ENTRIES: Mutex<BTreeMap<String, Entry>> = Mutex::new(BTreeMap::new());
     let entry = {
-        let mut entries = entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut entries = ENTRIES.lock().unwrap_or_else(PoisonError::into_inner);
         entries.entry(name.to_owned()).or_default().clone()
     };
     let compute = || {

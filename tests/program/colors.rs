@@ -7,8 +7,7 @@ const SIDE: usize = 16;
 
 /// A folder with the spectrum of a sphere, `s.isp`, and volumes of as many samples: x, and x less the middle.
 fn folder() -> Folder {
-    let folder = Folder::new();
-    folder.run(&["compute", "--phantom", "sphere:16", "--backend", "cpu", "-o", "s.isp"]);
+    let folder = Folder::with_phantom("sphere:16");
     for (name, shift) in [("x", 0.0), ("centered", 7.5)] {
         let x = (0..SIDE.pow(3)).map(|i| (i % SIDE) as f32 - shift);
         let bytes: Vec<u8> = x.flat_map(f32::to_le_bytes).collect();

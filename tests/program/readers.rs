@@ -15,8 +15,7 @@ use isospectrum::spectrum::Spectrum;
 const ROUNDING: f64 = 1e-5;
 
 fn folder_with_spectrum() -> (Folder, Spectrum) {
-    let folder = Folder::new();
-    folder.run(&["compute", "--phantom", "torus:24", "--backend", "cpu", "-o", "s.isp"]);
+    let folder = Folder::with_phantom("torus:24");
     let spectrum = file::from_bytes(&folder.read("s.isp")).expect("just written");
     (folder, spectrum)
 }
