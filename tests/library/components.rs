@@ -15,7 +15,7 @@ use isospectrum::export::read_ply;
 use isospectrum::inside::mesh::nearest_on_triangle;
 use isospectrum::inside::topology::Topology;
 use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::spectrum::{Components, End, Keep, Spectrum, SurfaceMesh, lineages};
+use isospectrum::spectrum::{Components, End, Keep, SurfaceMesh, lineages};
 use isospectrum::volume::{Placement, Samples, Volume};
 
 /// Samples without structure, of so many values; many of them are equal where there are few.

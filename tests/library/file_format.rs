@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::common::synthetic::{Growth, any_spectrum, growing_sphere, on_lattice, small};
+use crate::common::any_spectrum::any_spectrum;
+use crate::common::synthetic::{Growth, growing_sphere, on_lattice, small};
 use isospectrum::Error;
 use isospectrum::file::{self, arranged, from_bytes, thesis, to_bytes, write_beside};
 use isospectrum::spectrum::{Patch, Spectrum, Told, quantum};

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::common::synthetic::{
-    Growth, any_spectrum, growing_sphere, isovalue, small, volume_info,
-};
+use crate::common::any_spectrum::any_spectrum;
+use crate::common::synthetic::{Growth, growing_sphere, isovalue, small, volume_info};
 use isospectrum::Error;
 use isospectrum::inside::spectrum::interval_tree::IntervalTree;
 use isospectrum::spectrum::{

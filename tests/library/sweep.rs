@@ -171,7 +171,7 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
     let (volume, spectrum) = phantom_spectrum("sphere:32");
     assert!(tracked_share(&spectrum) > 0.9, "{}", tracked_share(&spectrum));
     let (low, high) = spectrum.range();
-    let mut query = Query::new(&spectrum);
+    let mut query = Query::new(spectrum.clone());
     let field = ExactField::new(&volume).expect("a field");
     let dims = volume.dims().map(|d| (d - 1) as f32);
     // Where only corners are left and what is around them, the seam is most of the surface.
@@ -207,7 +207,7 @@ fn a_sphere_is_tracked_along_the_border_of_the_volume() {
 fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
     let (volume, spectrum) = phantom_spectrum("sphere:32");
     let (low, _) = spectrum.range();
-    let mut query = Query::new(&spectrum);
+    let mut query = Query::new(spectrum.clone());
     let last = volume.dims().map(|d| (d - 1) as f32);
     let is_inside = |p: [f32; 3]| (0..3).all(|a| (0.0..=last[a]).contains(&p[a]));
     let mut n_measured = 0;
@@ -241,7 +241,7 @@ fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
 
 #[test]
 fn most_triangles_live_through_a_merge() {
-    let (volume, spectrum) = phantom_spectrum("blobs:32");
+    let spectrum = phantom_spectrum("blobs:32").1;
     // Seen from low values, the one part of the isosurface splits in two.
     let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
     let share = survival(&spectrum, &[split.isovalue]);
