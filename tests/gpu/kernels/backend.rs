@@ -1,8 +1,8 @@
 //! The choice of a backend, and its behaviour towards callers.
 
-use crate::kernels::cpu;
 use crate::common::random::Random;
 use crate::common::shapes::{Mesh, noise};
+use crate::kernels::cpu;
 use crate::kernels::suite::project;
 use glam::Vec3;
 use isospectrum::Error;
