@@ -31,7 +31,7 @@ fn a_sheared_scan_keeps_its_world_through_spectrum_and_mesh() {
     assert!(head.contains("comment SPACE=RAS\ncomment unit mm\n"), "{head}");
     // Inside the box of the eight corners, of which the caps stick out by a tenth of a cell.
     let entries: serde_json::Value =
-        serde_json::from_str(include_str!("oracle/values.json")).expect("JSON");
+        serde_json::from_str(include_str!("../oracle/values.json")).expect("JSON");
     let entry = entries.as_array().expect("a list").iter().find(|e| e["file"] == "nifti_f8.nii");
     let corners = entry.expect("there")["corners"].as_array().expect("a list").clone();
     let mesh = parse_ply(&file).expect("valid");
