@@ -1,7 +1,7 @@
-//! What the fuzz targets share: one function per reader, within limits of memory and time.
+//! One function per reader for the fuzz targets, with limits of memory and time.
 //!
-//! A reader may refuse a file with an error of one line, or read it; what it reads must hold what its type promises. A
-//! panic, more memory than the file's length has earned, or more time is a fault.
+//! A reader may return an error of one line, or a value that satisfies the invariants of its type. A panic, or more memory or time
+//! than the length of the file justifies, is a fault.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -19,14 +19,16 @@ use tempfile::TempDir;
 #[global_allocator]
 static BYTES: PeakAlloc = PeakAlloc;
 
-/// What any reader may take of memory.
-const FREE_BYTES: usize = 4 << 20;
+/// Memory that any reader may use, bytes.
+const BASE_BYTES: usize = 4 << 20;
 
-/// The most per byte of a file: an event of a spectrum, deflated as far as the format lets it, takes 580.
+/// Additional memory per byte of a file: an event of a spectrum, compressed as far as the format allows, takes 580.
 const BYTES_PER_BYTE: usize = 600;
 
-/// What any reader may take of time, generous as machines are shared; and per kilobyte.
-const FREE_TIME: Duration = Duration::from_secs(5);
+/// Time that any reader may take; generous, because machines are shared.
+const BASE_TIME: Duration = Duration::from_secs(5);
+
+/// Additional time per kilobyte of a file.
 const TIME_PER_KB: Duration = Duration::from_millis(100);
 
 /// Runs a reader on a file of `n` bytes.
@@ -35,13 +37,13 @@ fn within_limits(n: usize, read: impl FnOnce()) {
     BYTES.reset_peak_usage();
     let start = Instant::now();
     read();
-    let (took, peak) = (start.elapsed(), BYTES.peak_usage().saturating_sub(before));
-    assert!(peak <= FREE_BYTES + BYTES_PER_BYTE * n, "{peak} bytes for a file of {n}");
-    let most = FREE_TIME + TIME_PER_KB * (n / 1024) as u32;
-    assert!(took <= most, "{took:?} for a file of {n} bytes");
+    let (elapsed, peak) = (start.elapsed(), BYTES.peak_usage().saturating_sub(before));
+    assert!(peak <= BASE_BYTES + BYTES_PER_BYTE * n, "{peak} bytes for a file of {n}");
+    let limit = BASE_TIME + TIME_PER_KB * (n / 1024) as u32;
+    assert!(elapsed <= limit, "{elapsed:?} for a file of {n} bytes");
 }
 
-/// An error of one line, or what was read.
+/// The value that was read; `None` for an error, whose message must be one line.
 fn read_or_one_line<T>(result: isospectrum::Result<T>) -> Option<T> {
     match result {
         Ok(read) => Some(read),
@@ -54,26 +56,26 @@ fn read_or_one_line<T>(result: isospectrum::Result<T>) -> Option<T> {
     }
 }
 
-/// A spectrum file: the first byte tells how the rest becomes one.
+/// A spectrum file. The first byte selects how the rest becomes one.
 pub fn spectrum(input: &[u8]) {
     let Some((&kind, rest)) = input.split_first() else { return };
-    let file = if kind & 1 == 0 { of_contents(kind, rest) } else { repaired(rest.to_vec()) };
+    let file = if kind & 1 == 0 { from_contents(kind, rest) } else { repaired(rest.to_vec()) };
     within_limits(file.len(), || {
-        let told = Summary::from_reader(&mut Cursor::new(&file), file.len() as u64);
-        let told = read_or_one_line(told);
+        let summary = Summary::from_reader(&mut Cursor::new(&file), file.len() as u64);
+        let summary = read_or_one_line(summary);
         if let Some(spectrum) = read_or_one_line(from_bytes(&file)) {
-            let told = told.expect("what can be read tells what it is");
-            assert_eq!((told.size, told.told.about()), (Size::of(&spectrum), spectrum.about()));
-            sound(&spectrum);
-            let again = to_bytes(&spectrum).expect("what was read can be written");
-            let read = from_bytes(&again).expect("what was written can be read");
-            assert_eq!(to_bytes(&read).expect("written once more"), again);
+            let summary = summary.expect("a file that can be read has a summary");
+            assert_eq!((summary.size, summary.told.about()), (Size::of(&spectrum), spectrum.about()));
+            check_sound(&spectrum);
+            let again = to_bytes(&spectrum).expect("a spectrum that was read can be written");
+            let read = from_bytes(&again).expect("a file that was written can be read");
+            assert_eq!(to_bytes(&read).expect("written again"), again);
         }
     });
 }
 
-/// A file whose sections have these contents, each a length (u16) and that many bytes; the last takes what is left.
-fn of_contents(kind: u8, mut rest: &[u8]) -> Vec<u8> {
+/// A file whose sections have the given contents, each a length (u16) and that many bytes; the last takes the rest.
+fn from_contents(kind: u8, mut rest: &[u8]) -> Vec<u8> {
     let version = 1 + u32::from(kind >> 1) % 5;
     let mut file = head(version);
     let tags: [&[u8; 4]; 8] =
@@ -108,7 +110,7 @@ fn section(file: &mut Vec<u8>, tag: &[u8; 4], method: u32, stored: &[u8], length
     file.extend(stored);
 }
 
-/// A file with every checksum put right that can be found.
+/// A file with all checksums that can be found repaired.
 fn repaired(mut file: Vec<u8>) -> Vec<u8> {
     if file.len() >= 16 {
         let crc = crc32fast::hash(&file[..12]);
@@ -133,16 +135,16 @@ fn repaired(mut file: Vec<u8>) -> Vec<u8> {
 pub fn thesis_layout(input: &[u8]) {
     within_limits(input.len(), || {
         if let Some(spectrum) = read_or_one_line(thesis::from_bytes(input)) {
-            sound(&spectrum);
-            let again = thesis::to_bytes(&spectrum).expect("what was read can be written");
-            thesis::from_bytes(&again).expect("what was written can be read");
+            check_sound(&spectrum);
+            let again = thesis::to_bytes(&spectrum).expect("a spectrum that was read can be written");
+            thesis::from_bytes(&again).expect("a file that was written can be read");
         }
     });
 }
 
-/// A spectrum passes its check and has a mesh of finite numbers everywhere.
-fn sound(spectrum: &Spectrum) {
-    spectrum.check().expect("what is read passes the check");
+/// Checks that a spectrum passes its own check and has finite meshes with valid indices.
+fn check_sound(spectrum: &Spectrum) {
+    spectrum.check().expect("a spectrum that was read passes the check");
     let (low, high) = spectrum.range();
     for isovalue in [low, 0.5 * low + 0.5 * high, high] {
         let mesh = spectrum.mesh_at(isovalue).expect("the isovalue is in the range");
@@ -173,7 +175,7 @@ pub fn npy(input: &[u8]) {
     volume("fuzz.npy", input);
 }
 
-/// A volume of another program: the first byte tells of which.
+/// A volume in another format, selected by the first byte.
 pub fn volumes(input: &[u8]) {
     const ENDINGS: [&str; 11] =
         ["nii", "nii.gz", "mha", "vti", "vtk", "mrc", "map.gz", "cube", "tif", "dcm", "npz"];
@@ -181,11 +183,11 @@ pub fn volumes(input: &[u8]) {
     volume(&format!("fuzz.{}", ENDINGS[usize::from(kind) % ENDINGS.len()]), rest);
 }
 
-/// A RAW file whose name, up to the first line end, tells what it is.
+/// A RAW file; its name, up to the first line end, describes its layout.
 pub fn raw_name(input: &[u8]) {
     let end = input.iter().position(|&b| b == b'\n').unwrap_or(input.len());
     let (name, samples) = input.split_at(end);
-    // What a file system takes as a name.
+    // A valid file name.
     let name: String = String::from_utf8_lossy(name).replace(['/', '\0'], "_");
     let short: String = name.chars().take(60).collect();
     volume(&format!("{short}.raw"), samples.get(1..).unwrap_or_default());
@@ -193,7 +195,7 @@ pub fn raw_name(input: &[u8]) {
 
 /// Writes a file and reads it as a volume.
 fn volume(name: &str, bytes: &[u8]) {
-    // One folder for all: making one takes longer than most readers. Who runs this sets TMPDIR and removes it.
+    // One folder for all inputs, because creating one takes longer than most readers. The caller sets TMPDIR and removes it.
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| tempfile::tempdir().expect("a temporary folder"));
     let path = folder.path().join(name);
