@@ -7,10 +7,10 @@ use numpy::{Element, IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-/// Vertices that one thread moves at a time: about a tenth of a millisecond.
-const PER_TASK: usize = 1 << 14;
+/// Vertices per parallel task, which takes about 0.1 ms.
+const VERTICES_PER_TASK: usize = 1 << 14;
 
-/// Vertices (n, 3), triangles (m, 3), normals (n, 3), and of each triangle whether it is a cap (m).
+/// Vertices (n, 3), triangles (m, 3), normals (n, 3), and whether each triangle is a cap (m).
 pub(crate) type MeshArrays<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray2<u32>>,
@@ -18,22 +18,22 @@ pub(crate) type MeshArrays<'py> = (
     Bound<'py, PyArray1<bool>>,
 );
 
-/// Moves a mesh to the world, its positions rounded to 32-bit floats there, as files have it.
+/// Moves a mesh to the world frame and rounds its positions to 32-bit floats, as files do.
 pub(crate) fn in_world(mut mesh: Mesh, placement: &Placement) -> Mesh {
     let mut positions = std::mem::take(&mut mesh.positions);
-    // Without its positions: they would be those around the origin.
+    // Without the positions, which `place_in_world` leaves relative to the origin of the volume.
     let mut mesh = place_in_world(mesh, placement);
     let place = |p: &mut [f32; 3]| *p = placement.world_of_voxel(*p).map(|x| x as f32);
-    if positions.len() <= PER_TASK {
+    if positions.len() <= VERTICES_PER_TASK {
         positions.iter_mut().for_each(place);
     } else {
-        positions.par_iter_mut().with_min_len(PER_TASK).for_each(place);
+        positions.par_iter_mut().with_min_len(VERTICES_PER_TASK).for_each(place);
     }
     mesh.positions = positions;
     mesh
 }
 
-/// The arrays of a mesh: its memory goes over to Python.
+/// The arrays of a mesh, whose memory passes to Python.
 pub(crate) fn mesh_arrays(py: Python<'_>, mesh: Mesh) -> MeshArrays<'_> {
     (
         rows(py, mesh.positions),
@@ -43,7 +43,7 @@ pub(crate) fn mesh_arrays(py: Python<'_>, mesh: Mesh) -> MeshArrays<'_> {
     )
 }
 
-/// An array of n rows.
+/// An array (n, N).
 pub(crate) fn rows<T: Element, const N: usize>(
     py: Python<'_>,
     rows: Vec<[T; N]>,

@@ -1,42 +1,40 @@
-//! Spectra in bricks whose parts are made by whoever has their samples: here, or on another machine.
+//! Computations in bricks whose parts are computed wherever their samples are: in this process or on another machine.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use isospectrum::bricks::{
-    self, Held as Samples, Opened, Part, Parts, ReadBlocks, Source, Survey, merge_to_folder,
-    part_of,
+    self, OpenVolume, Part, Parts, ReadBlocks, SampleBox, Survey, VolumeSource, compute_part,
+    merge_to_path,
 };
-use isospectrum::file::{self, PartFolder, is_folder};
+use isospectrum::file;
 use isospectrum::spectrum::VolumeInfo;
 use isospectrum::volume::{Outside, Tally};
 use isospectrum::{Backend, Error, Noise, Result};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use crate::compute::{choice_of, parameters_of, with_ends, with_threads, written_ends};
+use crate::arguments::{choice_of, sweep_settings};
+use crate::compute::{rounded, with_threads};
 use crate::errors::raised;
-use crate::held::Held;
+use crate::handle::Handle;
 use crate::spectrum::Spectrum;
-use crate::volume::{placed, samples_of};
+use crate::volume::{placement, samples_of};
 use crate::watch::watched;
 
-/// The folder of parts in the folder that it is made in.
-const MADE: &str = "made";
-
-/// Where a volume's samples lie: origin, spacing, direction, space and unit, as [`Volume`](crate::volume::Volume) takes them.
+/// The frame of a volume: origin, spacing, direction, space and unit, as [`Volume`](crate::volume::Volume) takes them.
 type Frame = ([f64; 3], [f64; 3], [[f64; 3]; 3], String, String);
 
-/// A box of samples along x, y, z: the first one, and the one behind the last.
+/// A box of samples along x, y, z: the first sample, and the one after the last.
 type Block = ([usize; 3], [usize; 3]);
 
-/// The blocks that a volume is cut into.
+/// The blocks into which a volume is cut.
 #[pyfunction]
 pub(crate) fn cut(dims: [usize; 3], brick: Option<usize>) -> Vec<Block> {
     bricks::cut(dims, brick.unwrap_or(bricks::SIDE))
 }
 
-/// What samples tell of the statistics of a volume of a range, as bytes.
+/// A tally of samples, from which the statistics of a volume with values in `range` are summed up; as bytes.
 #[pyfunction]
 pub(crate) fn tally<'py>(
     py: Python<'py>,
@@ -52,31 +50,31 @@ pub(crate) fn tally<'py>(
     Ok(PyBytes::new(py, &bytes))
 }
 
-/// Samples that Python is asked for: a callable of a box that gives the array there.
+/// Blocks read by a Python callable, which takes a box and returns the array of its samples.
 #[derive(Debug)]
-struct Asked(Py<PyAny>);
+struct PythonBlocks(Py<PyAny>);
 
-impl ReadBlocks for Asked {
+impl ReadBlocks for PythonBlocks {
     fn read(&self, first: [usize; 3], end: [usize; 3]) -> Result<isospectrum::Samples> {
-        let asked = Python::attach(|py| {
+        let read = Python::attach(|py| {
             let array = self.0.call1(py, (first, end))?;
             samples_of(py, array.bind(py)).map(|found| found.1)
         });
-        asked.map_err(|error| Error::input(error.to_string()))
+        read.map_err(|error| Error::input(error.to_string()))
     }
 }
 
-/// A computation in bricks.
+/// The plan of a computation in bricks.
 #[pyclass(frozen, module = "isospectrum._native")]
 pub(crate) struct Plan(Arc<bricks::Plan>);
 
 #[pymethods]
 impl Plan {
-    /// Of a volume that others have looked at, block by block: its range, what its samples tell of statistics, each once, and
-    /// CRC-32 of the samples of each block of [`cut`]. `blocks` gives samples.
+    /// Plans the computation for a volume that the caller has surveyed: `limits` are its smallest and largest sample, `tallies` count
+    /// each sample once, and `checksums` holds the CRC-32 of the samples of each block of [`cut`]. `blocks` reads samples.
     #[new]
     #[pyo3(signature = (name, dims, sample_type, limits, frame, tallies, checksums, brick, parameters, range, start, blocks))]
-    #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
+    #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn new(
         py: Python<'_>,
         name: String,
@@ -93,25 +91,25 @@ impl Plan {
         blocks: Py<PyAny>,
     ) -> PyResult<Self> {
         let (origin, spacing, direction, space, unit) = frame;
-        let placement = placed(origin, spacing, direction, &space, &unit)?;
-        let parameters = parameters_of(parameters)?;
-        let (range, start) = written_ends(range, start)?;
+        let placement = placement(origin, spacing, direction, &space, &unit)?;
+        let sweep = sweep_settings(parameters, range, start)?;
         let plan = py.detach(|| {
             let mut tally = Tally::new(limits);
             tallies.iter().try_for_each(|bytes| tally.add_bytes(bytes))?;
             let samples = tally.statistics();
-            let parameters = with_ends(&parameters, (range, start), (limits, &samples))?;
+            let parameters = sweep.resolve(limits, &samples)?;
             let outside = Outside::default();
-            let source = Source::Given { name: name.clone() };
+            let source = VolumeSource::Given { name: name.clone() };
             let info = VolumeInfo { name, dims, sample_type, range: limits, placement, outside };
-            let survey = Survey::of_blocks(info, samples, checksums, Arc::new(Asked(blocks)))?;
+            let survey =
+                Survey::of_blocks(info, samples, checksums, Arc::new(PythonBlocks(blocks)))?;
             let side = brick.unwrap_or(bricks::SIDE);
             bricks::Plan::new(source, &survey, Noise::default(), &parameters, side)
         });
         plan.map(|plan| Plan(Arc::new(plan))).map_err(raised)
     }
 
-    /// The plan in the bytes of a file.
+    /// Parses the bytes of a plan file.
     #[staticmethod]
     fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
         bricks::Plan::from_bytes(bytes).map(|plan| Plan(Arc::new(plan))).map_err(raised)
@@ -129,18 +127,18 @@ impl Plan {
         Ok((py.get_type::<Plan>().getattr("from_bytes")?, (self.to_bytes(py)?,)))
     }
 
-    /// How many parts there are.
+    /// Number of parts.
     #[getter]
     fn n(&self) -> usize {
         self.0.recipe.bricks.len()
     }
 
-    /// The box of samples that a part is made of.
-    fn needed(&self, number: usize) -> Block {
-        self.0.needed(number)
+    /// The box of samples that a part is computed from.
+    fn required_samples(&self, number: usize) -> Block {
+        self.0.required_samples(number)
     }
 
-    /// Makes a part of the samples that it needs; the bytes of its file.
+    /// Computes a part from the samples that it requires; returns the bytes of its file.
     fn part<'py>(
         &self,
         py: Python<'py>,
@@ -155,31 +153,31 @@ impl Plan {
         let plan = self.0.clone();
         let bytes = watched(py, None, move |watched| {
             let backend = Backend::choose(choice, adapter.as_deref())?;
-            let (first, end) = plan.needed(number);
-            let held = Arc::new(Samples::new(first, end, samples)?);
-            let volume = Opened::Blocks(held, plan.recipe.volume.clone());
-            with_threads(threads, || part_of(&plan, &volume, number, &backend, watched))
+            let (first, end) = plan.required_samples(number);
+            let samples = Arc::new(SampleBox::new(first, end, samples)?);
+            let volume = OpenVolume::Blocks(samples, plan.recipe.volume.clone());
+            with_threads(threads, || compute_part(&plan, &volume, number, &backend, watched))
         })?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Whether the file of a part is in a folder, and whole.
-    fn is_there(&self, py: Python<'_>, folder: PathBuf, number: usize) -> bool {
-        py.detach(|| Parts::new(&self.0, folder).is_there(number).unwrap_or(false))
+    /// True if a folder contains the file of a part, undamaged.
+    fn is_complete(&self, py: Python<'_>, folder: PathBuf, number: usize) -> bool {
+        py.detach(|| Parts::new(&self.0, folder).is_complete(number).unwrap_or(false))
     }
 
-    /// Writes the file of a part into a folder, if its bytes are those of one.
-    fn keep(&self, py: Python<'_>, folder: PathBuf, number: usize, bytes: &[u8]) -> PyResult<()> {
-        let keep = || {
+    /// Writes the file of a part into a folder, after checking its bytes.
+    fn store(&self, py: Python<'_>, folder: PathBuf, number: usize, bytes: &[u8]) -> PyResult<()> {
+        let store = || {
             Part::head(bytes, &self.0, number)?;
             let file = Parts::new(&self.0, folder).file(number);
-            file::write_beside(&file, |writer| writer.write_all(bytes))
+            file::write_atomically(&file, |writer| writer.write_all(bytes))
         };
-        py.detach(keep).map_err(raised)
+        py.detach(store).map_err(raised)
     }
 
-    /// Joins the parts of a folder: to a file (`.isp`), a folder of parts (`.ispt`), or in memory. `blocks` gives samples, few of
-    /// which are read again.
+    /// Merges the parts in a folder to a file (`.isp`), a folder of parts (`.ispt`), or in memory. `blocks` reads samples, a few of
+    /// which are needed.
     #[pyo3(signature = (folder, blocks, to, progress))]
     fn merge(
         &self,
@@ -190,32 +188,21 @@ impl Plan {
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Spectrum> {
         let plan = self.0.clone();
-        let held = watched(py, progress, move |watched| {
-            let volume = Opened::Blocks(Arc::new(Asked(blocks)), plan.recipe.volume.clone());
+        let handle = watched(py, progress, move |watched| {
+            let blocks = Arc::new(PythonBlocks(blocks));
+            let volume = OpenVolume::Blocks(blocks, plan.recipe.volume.clone());
             let parts = Parts::new(&plan, folder);
             let Some(to) = to else {
-                let spectrum = bricks::merge(&parts, &volume, watched)?;
-                return Ok(Held::whole(file::arranged(&spectrum.quantised())?));
+                return rounded(&bricks::merge(&parts, &volume, watched)?).map(Handle::whole);
             };
             if to.extension().is_some_and(|e| e == "ispt") {
-                let work = PartFolder::beside_folder(&to, is_folder)?;
-                let made = work.path().join(MADE);
-                let named = |error| match error {
-                    // Nobody knows the folder to work in.
-                    Error::Io { path, source } if path.starts_with(work.path()) => {
-                        Error::io(&to, source)
-                    }
-                    other => other,
-                };
-                std::fs::create_dir(&made).map_err(|e| named(Error::io(&made, e)))?;
-                merge_to_folder(&parts, &volume, &made, None, watched).map_err(named)?;
-                work.put_folder(MADE, &to)?;
-                return Held::folder(&to);
+                merge_to_path(&parts, &volume, &to, None, None, watched)?;
+                return Handle::folder(&to);
             }
             let written = file::into_bytes(bricks::merge(&parts, &volume, watched)?)?;
-            file::write_beside(&to, |writer| writer.write_all(&written.bytes))?;
-            Ok(Held::whole(written.spectrum.quantised()))
+            file::write_atomically(&to, |writer| writer.write_all(&written.bytes))?;
+            Ok(Handle::whole(written.spectrum.quantised()))
         });
-        held.map(Spectrum::of)
+        handle.map(Spectrum::of)
     }
 }

@@ -1,9 +1,9 @@
-//! The library's errors as exceptions: one family, `isospectrum.Error`, with the messages of the command line.
+//! The library's errors as Python exceptions, all of them subclasses of `isospectrum.Error`.
 
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
-mod family {
+mod exceptions {
     pyo3::import_exception!(isospectrum._errors, FileError);
     pyo3::import_exception!(isospectrum._errors, GpuError);
     pyo3::import_exception!(isospectrum._errors, InputError);
@@ -18,26 +18,26 @@ pub(crate) fn raised(error: isospectrum::Error) -> PyErr {
     use isospectrum::Error;
     let text = error.to_string();
     match error {
-        // As Python has it: errno, what the system says, the file.
+        // The arguments of Python's OSError: errno, message, file name.
         Error::Io { path, source } => match code_of(&source) {
             Some(code) => {
-                let said = source.to_string();
-                let said = said.split(" (os error").next().unwrap_or_default().to_owned();
-                family::FileError::new_err((code, said, path.display().to_string()))
+                let message = source.to_string();
+                let message = message.split(" (os error").next().unwrap_or_default().to_owned();
+                exceptions::FileError::new_err((code, message, path.display().to_string()))
             }
-            None => family::FileError::new_err(text),
+            None => exceptions::FileError::new_err(text),
         },
-        Error::Input(_) => family::InputError::new_err(text),
-        Error::Range { .. } => family::RangeError::new_err(text),
-        Error::Usage(_) => family::UsageError::new_err(text),
-        Error::Gpu(_) => family::GpuError::new_err(text),
+        Error::Input(_) => exceptions::InputError::new_err(text),
+        Error::Range { .. } => exceptions::RangeError::new_err(text),
+        Error::Usage(_) => exceptions::UsageError::new_err(text),
+        Error::Gpu(_) => exceptions::GpuError::new_err(text),
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),
-        Error::Verification(_) => family::VerificationError::new_err(text),
-        _ => family::InternalError::new_err(text),
+        Error::Verification(_) => exceptions::VerificationError::new_err(text),
+        _ => exceptions::InternalError::new_err(text),
     }
 }
 
-/// The system's number for what is wrong with a file; by its kind, where the error has been given a path and lost it.
+/// The errno of an error; derived from its kind if the error has lost it.
 fn code_of(error: &std::io::Error) -> Option<i32> {
     use std::io::ErrorKind;
     error.raw_os_error().or(match error.kind() {
@@ -51,7 +51,7 @@ fn code_of(error: &std::io::Error) -> Option<i32> {
     })
 }
 
-/// The exception for arguments that make no sense.
+/// The exception for invalid arguments.
 pub(crate) fn usage(text: impl Into<String>) -> PyErr {
     raised(isospectrum::Error::Usage(text.into()))
 }

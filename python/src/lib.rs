@@ -1,15 +1,16 @@
-//! `isospectrum._native`: what of the library Python calls. The package around it (`python/isospectrum`) has the names,
-//! defaults and docstrings; here numbers and arrays go over.
+//! `isospectrum._native`: the functions of the library that the Python package calls. Public names, defaults and docstrings are in
+//! `python/package/isospectrum`; this crate converts arguments, numbers and arrays.
 //!
 //! # Invariants
 //!
-//! Nothing of the library runs while the interpreter's lock is held, and no lock of ours is waited for with it.
+//! The library never runs while the interpreter's lock is held, and no other lock is waited for with it.
 
+mod arguments;
 mod arrays;
 mod bricks;
 mod compute;
 mod errors;
-mod held;
+mod handle;
 mod picture;
 mod reports;
 mod sight;

@@ -1,4 +1,4 @@
-//! Pictures, and what is shown in them.
+//! Pictures.
 
 use std::path::PathBuf;
 
@@ -12,13 +12,13 @@ use pyo3::types::PyBytes;
 
 use crate::errors::raised;
 
-/// A picture: red, green, blue, alpha; one byte each.
+/// A picture, RGBA with 8 bits per channel.
 #[pyclass(frozen, module = "isospectrum._native")]
 pub(crate) struct Picture(pub(crate) Image);
 
 #[pymethods]
 impl Picture {
-    /// Rows and columns.
+    /// Numbers of rows and columns.
     #[getter]
     fn shape(&self) -> (u32, u32) {
         (self.0.height, self.0.width)
@@ -29,20 +29,20 @@ impl Picture {
         self.0.pixels.clone().into_pyarray(py)
     }
 
-    /// As PNG.
+    /// The picture as PNG.
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut bytes = Vec::new();
         py.detach(|| self.0.encode_png(&mut bytes)).map_err(|e| raised(Error::io("-", e)))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Writes it as PNG.
+    /// Writes a PNG file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         py.detach(|| self.0.write_png(&path)).map_err(raised)
     }
 }
 
-/// The picture of a page for those who can see no other, if there is an adapter to draw it.
+/// The still picture of a page, for readers whose browser cannot draw it; `None` without a GPU adapter.
 pub(crate) fn still(
     spectrum: &isospectrum::Spectrum,
     page: &Page<'_>,
@@ -55,23 +55,21 @@ pub(crate) fn still(
         Err(error) => return Err(error),
     };
     let look = &page.look;
-    let mut view = View {
-        width: 640,
-        height: 480,
-        open: page.open,
-        keep: page.keep,
-        camera: page.camera,
-        background: Background::Transparent,
-        color: page.color,
-        map: page.map,
-        ends: page.ends,
-        light: look.light,
-        clip: look.clip,
-        occlusion: look.occlusion,
-        wireframe: look.wireframe.then_some(1.0),
-        opacity: look.opacity,
-        ..View::default()
-    };
+    let mut view = View::default()
+        .with_width(640)
+        .with_height(480)
+        .with_open(page.open)
+        .with_keep(page.keep)
+        .with_camera(page.camera)
+        .with_background(Background::Transparent)
+        .with_color(page.color)
+        .with_map(page.map)
+        .with_ends(page.ends)
+        .with_light(look.light)
+        .with_clip(look.clip)
+        .with_occlusion(look.occlusion)
+        .with_wireframe(look.wireframe.then_some(1.0))
+        .with_opacity(look.opacity);
     let mut renderer = Renderer::new(&gpu, spectrum)?;
     renderer.set_sources(sources.clone());
     let surfaces: Vec<Surface> = std::iter::once(first).chain(look.also.iter().copied()).collect();
@@ -82,7 +80,7 @@ pub(crate) fn still(
     renderer.draw_all(&surfaces, &view).map(Some)
 }
 
-/// An isosurface that is shown: isovalue, sRGB colour, opacity.
+/// An isosurface to show: isovalue, sRGB colour, opacity.
 pub(crate) type Shown = (f64, Option<u32>, Option<f32>);
 
 pub(crate) fn surfaces_of(shown: Vec<Shown>) -> Vec<Surface> {

@@ -1,4 +1,4 @@
-//! Tables of a spectrum: columns by name, of which Python makes structured arrays.
+//! Tables of a spectrum as columns by name, from which Python builds structured arrays.
 
 use isospectrum::export::place_in_world;
 use isospectrum::spectrum::{Component, Components, End, Event, EventKind, Lineage};
@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::rows;
 
-/// What the isosurfaces measure at evenly spaced isovalues of the range.
+/// Measures of the isosurfaces at evenly spaced isovalues.
 #[derive(Default)]
 pub(crate) struct Curves {
     isovalue: Vec<f64>,
@@ -21,7 +21,7 @@ pub(crate) struct Curves {
 }
 
 impl Curves {
-    /// Those at `n` isovalues, both ends of the range among them.
+    /// Measures at `n` isovalues, including both ends of the range.
     pub(crate) fn of(
         spectrum: &Spectrum,
         mesh_at: impl Fn(f64) -> Result<Mesh>,
@@ -31,7 +31,7 @@ impl Curves {
         let mut curves = Curves::default();
         for i in 0..n {
             let t = i as f64 / (n - 1).max(1) as f64;
-            // Weighted, so that both ends are met exactly; between them for any rounding.
+            // A weighted mean gives both ends exactly; clamped against rounding.
             let isovalue = (low * (1.0 - t) + high * t).clamp(low, high);
             let mesh = mesh_at(isovalue)?;
             let found = Components::of(&mesh);
@@ -59,7 +59,7 @@ impl Curves {
     }
 }
 
-/// The columns of all events: isovalue, place in the world, kind.
+/// The columns of all events: isovalue, position in the world frame, kind.
 pub(crate) fn events<'py>(py: Python<'py>, spectrum: &Spectrum) -> PyResult<Bound<'py, PyDict>> {
     let placement = &spectrum.volume().placement;
     let of = |axis: usize| {
@@ -81,7 +81,7 @@ pub(crate) fn events<'py>(py: Python<'py>, spectrum: &Spectrum) -> PyResult<Boun
     Ok(columns)
 }
 
-/// As files and reports spell it.
+/// The name of a kind of event, as in files and reports.
 fn kind(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Emerge => "emerge",
@@ -93,8 +93,8 @@ fn kind(kind: EventKind) -> &'static str {
     }
 }
 
-/// The columns of the components of one isosurface: those of `isospectrum components --csv`. What there is not is NaN, and
-/// 0 of a number of a component.
+/// The columns of the components of one isosurface: those of `isospectrum components --csv`. A missing isovalue is NaN, a missing
+/// component number 0.
 pub(crate) fn components<'py>(
     py: Python<'py>,
     rows_: &[(usize, Component, Lineage)],

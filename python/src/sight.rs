@@ -1,4 +1,4 @@
-//! How pictures and pages look: what both are told alike.
+//! The arguments that describe the appearance of both pictures and pages.
 
 use std::str::FromStr as _;
 
@@ -7,10 +7,10 @@ use isospectrum::render::{Axis, Background, Camera, Clip, Light};
 use isospectrum::{Error, Keep, Result, Spectrum};
 use pyo3::prelude::*;
 
-/// Which components are kept: how many, least volume, least area, a point; in the world.
+/// The components to keep: number, least volume, least area, a point; in the world frame.
 pub(crate) type Kept = (Option<usize>, f64, f64, Option<[f64; 3]>);
 
-/// What a dictionary tells; texts are those of the command line.
+/// The appearance, from a Python dictionary; texts are those of the command line.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Sight {
@@ -36,17 +36,17 @@ pub(crate) struct Sight {
 
 impl Sight {
     pub(crate) fn camera(&self) -> Result<Camera> {
-        let told = self.camera.map(|(azimuth, elevation, distance)| Camera {
+        let camera = self.camera.map(|(azimuth, elevation, distance)| Camera {
             azimuth,
             elevation,
             distance,
             ..Camera::default()
         });
         let up = self.up.as_deref().map(Axis::from_str).transpose()?;
-        Ok(Camera { up, orthographic: self.orthographic, ..told.unwrap_or_default() })
+        Ok(Camera { up, orthographic: self.orthographic, ..camera.unwrap_or_default() })
     }
 
-    /// What colours show; that of another volume where there is one.
+    /// The quantity that the colours show; `is_by_volume` if it is another volume.
     pub(crate) fn color(&self, is_by_volume: bool) -> Result<Color> {
         let color = Color::from_str(&self.color)?;
         match color {
@@ -86,7 +86,7 @@ impl Sight {
     }
 }
 
-/// What is kept, in the voxel frame.
+/// The components to keep, in the voxel frame.
 pub(crate) fn kept(keep: Option<Kept>, spectrum: &Spectrum) -> Keep {
     let Some((largest, min_volume, min_area, at)) = keep else { return Keep::default() };
     Keep { largest, min_volume, min_area, at }.in_voxels(&spectrum.volume().placement)

@@ -1,4 +1,4 @@
-//! Spectra: computed, read, written, and asked.
+//! Spectra: files, meshes, tables, pictures and pages.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,38 +14,38 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use crate::arguments;
 use crate::arrays::{MeshArrays, in_world, mesh_arrays, rows};
-use crate::compute::written;
 use crate::errors::raised;
-use crate::held::Held;
+use crate::handle::Handle;
 use crate::picture::{Picture, Shown, still, surfaces_of};
 use crate::reports::{self, Curves};
 use crate::sight::{Kept, Sight, kept};
 use crate::volume::Volume;
 use crate::watch::watched;
 
-/// How the volume of a spectrum is told.
+/// How error messages name the argument for the volume.
 const VOLUME: &str = "volume=";
 
-/// A spectrum, or a folder of the parts of one.
+/// A spectrum, or a folder of its parts.
 #[pyclass(frozen, module = "isospectrum._native")]
-pub(crate) struct Spectrum(Arc<Held>);
+pub(crate) struct Spectrum(Arc<Handle>);
 
-/// Writes a file beside its place, and moves it there when it is complete.
+/// Writes a file atomically.
 #[pyfunction]
 pub(crate) fn write_file(py: Python<'_>, path: PathBuf, bytes: &[u8]) -> PyResult<()> {
-    py.detach(|| file::write_beside(&path, |writer| writer.write_all(bytes))).map_err(raised)
+    py.detach(|| file::write_atomically(&path, |writer| writer.write_all(bytes))).map_err(raised)
 }
 
 #[pymethods]
 impl Spectrum {
-    /// Reads a spectrum file; of a folder of parts what is known of the whole.
+    /// Opens a spectrum file or a folder of parts.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        watched(py, None, move |_| Held::open(&path)).map(Spectrum::of)
+        watched(py, None, move |_| Handle::open(&path)).map(Spectrum::of)
     }
 
-    /// The spectrum in the bytes of a file.
+    /// Parses the bytes of a spectrum file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         py.detach(|| file::from_bytes(bytes)).map(Spectrum::new).map_err(raised)
@@ -57,12 +57,12 @@ impl Spectrum {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Writes its file.
+    /// Writes a spectrum file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        let held = self.0.clone();
+        let handle = self.0.clone();
         let write = move |_: &_| match path.extension().and_then(|e| e.to_str()) {
-            Some("isp") => file::write(&*held.all()?, &path),
-            Some("thesis") => file::thesis::write(&*held.all()?, &path),
+            Some("isp") => file::write(&*handle.all()?, &path),
+            Some("thesis") => file::thesis::write(&*handle.all()?, &path),
             _ => Err(Error::Usage(format!(
                 "{}: expected a name that ends in .isp or .thesis",
                 path.display()
@@ -71,9 +71,9 @@ impl Spectrum {
         watched(py, None, write)
     }
 
-    /// What it holds, as JSON.
+    /// Its description, as JSON.
     fn about(&self) -> String {
-        let (s, [n_vertices, n_knots, n_triangles]) = (self.0.told(), self.0.size());
+        let (s, [n_vertices, n_knots, n_triangles]) = (self.0.summary(), self.0.size());
         serde_json::json!({
             "volume": s.volume(),
             "range": s.range(),
@@ -88,11 +88,11 @@ impl Spectrum {
         .to_string()
     }
 
-    /// The number that a written isovalue means here.
+    /// An isovalue as a number, in the range of the spectrum.
     fn isovalue(&self, text: &str) -> PyResult<f64> {
-        let isovalue = written(text)?;
-        let told = self.0.told();
-        isovalue.resolve(told.range(), told.statistics().as_ref()).map_err(raised)
+        let isovalue = arguments::isovalue(text)?;
+        let spectrum = self.0.summary();
+        isovalue.resolve(spectrum.range(), spectrum.statistics().as_ref()).map_err(raised)
     }
 
     /// The mesh at an isovalue, as arrays.
@@ -105,12 +105,12 @@ impl Spectrum {
     ) -> PyResult<MeshArrays<'py>> {
         let mesh = py.detach(|| -> Result<Mesh> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            Ok(in_world(mesh, &self.0.told().volume().placement))
+            Ok(in_world(mesh, &self.0.summary().volume().placement))
         });
         Ok(mesh_arrays(py, mesh.map_err(raised)?))
     }
 
-    /// Its vertices in 64-bit floats.
+    /// The vertices of a mesh as 64-bit floats.
     fn vertices_f64<'py>(
         &self,
         py: Python<'py>,
@@ -120,13 +120,13 @@ impl Spectrum {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let placed = py.detach(|| -> Result<Vec<[f64; 3]>> {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            let placement = &self.0.told().volume().placement;
+            let placement = &self.0.summary().volume().placement;
             Ok(mesh.positions.iter().map(|&p| placement.world_of_voxel(p)).collect())
         });
         Ok(rows(py, placed.map_err(raised)?))
     }
 
-    /// Writes the mesh at an isovalue.
+    /// Writes a mesh file.
     fn save_mesh(
         &self,
         py: Python<'_>,
@@ -137,21 +137,22 @@ impl Spectrum {
     ) -> PyResult<()> {
         py.detach(|| {
             let mesh = self.mesh_at(isovalue, open, keep)?;
-            export::write(&mesh, &self.0.told().volume().placement, Border::Closed, &path)
+            export::write(&mesh, &self.0.summary().volume().placement, Border::Closed, &path)
         })
         .map_err(raised)
     }
 
-    /// Columns of what isosurfaces measure at `n` isovalues.
+    /// Columns of measures of the isosurfaces at `n` isovalues.
     fn curves<'py>(&self, py: Python<'py>, n: usize) -> PyResult<Bound<'py, PyDict>> {
-        let held = self.0.clone();
-        let curves = watched(py, None, move |_| Curves::of(held.told(), |c| held.mesh_at(c), n))?;
+        let handle = self.0.clone();
+        let curves =
+            watched(py, None, move |_| Curves::of(handle.summary(), |c| handle.mesh_at(c), n))?;
         curves.columns(py)
     }
 
     /// Columns of all events.
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        reports::events(py, self.0.told())
+        reports::events(py, self.0.summary())
     }
 
     /// Columns of the components at an isovalue.
@@ -161,11 +162,11 @@ impl Spectrum {
         isovalue: f64,
         keep: Option<Kept>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let placement = self.0.told().volume().placement;
+        let placement = self.0.summary().volume().placement;
         let rows = py.detach(|| -> Result<Vec<_>> {
             let mesh = self.mesh_at(isovalue, false, None)?;
             let found = Components::of(&mesh);
-            let kept = found.kept(&mesh, &kept(keep, self.0.told()));
+            let kept = found.kept(&mesh, &kept(keep, self.0.summary()));
             let lineages = lineages(&*self.0.all()?, isovalue, &found)?;
             let placed = found.moved(&export::place_in_world(mesh, &placement));
             let rows = placed.list.into_iter().zip(lineages).enumerate().zip(kept);
@@ -174,7 +175,7 @@ impl Spectrum {
         reports::components(py, &rows.map_err(raised)?, placement.origin)
     }
 
-    /// Verifies it against a volume; the report is JSON.
+    /// Verifies the spectrum against a volume; returns the report as JSON.
     #[pyo3(signature = (volume, n, events, seed, progress))]
     fn verify(
         &self,
@@ -185,19 +186,19 @@ impl Spectrum {
         seed: u64,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<String> {
-        let (held, volume) = (self.0.clone(), volume.get().0.clone());
+        let (handle, volume) = (self.0.clone(), volume.get().0.clone());
         let sampling = Sampling { n_random: n, n_events: events, seed };
         watched(py, progress, move |watched| {
-            let spectrum = held.all()?;
+            let spectrum = handle.all()?;
             let volume = Prepared::again(volume, &spectrum)?;
             let found = verify(&spectrum, &volume, sampling, Limits::default(), watched)?;
             serde_json::to_string(&found).map_err(|e| Error::internal(e.to_string()))
         })
     }
 
-    /// A picture of isosurfaces: each with its isovalue, sRGB colour and opacity.
+    /// Draws isosurfaces, each with its isovalue, sRGB colour and opacity.
     #[pyo3(signature = (surfaces, size, sight, legend, scale_bar, label, fit_volume, volume, color_by, adapter))]
-    #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
+    #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn render(
         &self,
         py: Python<'_>,
@@ -214,34 +215,32 @@ impl Spectrum {
     ) -> PyResult<Picture> {
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.0).collect();
         let surfaces = surfaces_of(surfaces);
-        let held = self.0.clone();
+        let handle = self.0.clone();
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
         watched(py, None, move |_| {
             for &isovalue in &isovalues {
-                held.told().check_isovalue(isovalue)?;
+                handle.summary().check_isovalue(isovalue)?;
             }
-            let spectrum = held.around(&isovalues)?;
-            let mut view = View {
-                width: size.0,
-                height: size.1,
-                camera: sight.camera()?,
-                color: sight.color(color_by.is_some())?,
-                map: sight.map()?,
-                ends: sight.ends()?,
-                background: sight.background()?.unwrap_or_default(),
-                light: sight.light()?,
-                clip: sight.clip(),
-                wireframe: sight.wireframe.then_some(1.0),
-                opacity: sight.opacity,
-                occlusion: sight.occlusion,
-                axes: sight.axes,
-                scale_bar: scale_bar || sight.axes,
-                legend,
-                label,
-                open: sight.open,
-                keep: sight.keep(&spectrum),
-                ..View::default()
-            };
+            let spectrum = handle.around(&isovalues)?;
+            let mut view = View::default()
+                .with_width(size.0)
+                .with_height(size.1)
+                .with_camera(sight.camera()?)
+                .with_color(sight.color(color_by.is_some())?)
+                .with_map(sight.map()?)
+                .with_ends(sight.ends()?)
+                .with_background(sight.background()?.unwrap_or_default())
+                .with_light(sight.light()?)
+                .with_clip(sight.clip())
+                .with_wireframe(sight.wireframe.then_some(1.0))
+                .with_opacity(sight.opacity)
+                .with_occlusion(sight.occlusion)
+                .with_axes(sight.axes)
+                .with_scale_bar(scale_bar || sight.axes)
+                .with_legend(legend)
+                .with_label(label)
+                .with_open(sight.open)
+                .with_keep(sight.keep(&spectrum));
             let volume = volume.map(|v| sources::volume_of(v, &spectrum)).transpose()?;
             let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));
             let sources = sources::of(&spectrum, view.color, by, of)?;
@@ -256,10 +255,10 @@ impl Spectrum {
         .map(Picture)
     }
 
-    /// The spectrum as one web page; without a still picture where there is no adapter, or none is wanted. `surfaces` are as in
-    /// `render`; the first is that of the slider.
+    /// The spectrum as a web page, with a still picture if wanted and there is a GPU adapter. `surfaces` are as in `render`; the first is
+    /// that of the slider.
     #[pyo3(signature = (surfaces, title, caption, credit, marks, range, tolerance, step, sight, volume, color_by, has_still))]
-    #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
+    #[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
     fn html(
         &self,
         py: Python<'_>,
@@ -276,18 +275,18 @@ impl Spectrum {
         color_by: Option<&Bound<'_, Volume>>,
         has_still: bool,
     ) -> PyResult<String> {
-        let held = self.0.clone();
+        let handle = self.0.clone();
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
         let mut also = surfaces_of(surfaces);
         watched(py, None, move |_| {
-            let volume = volume.map(|v| sources::volume_of(v, held.told())).transpose()?;
+            let volume = volume.map(|v| sources::volume_of(v, handle.summary())).transpose()?;
             let mut spectrum = match range {
                 Some(range) => {
                     let ends = [range.0, range.1];
-                    ends.into_iter().try_for_each(|c| held.told().check_isovalue(c))?;
-                    page::part(&*held.around(&ends)?, range)?
+                    ends.into_iter().try_for_each(|c| handle.summary().check_isovalue(c))?;
+                    page::part(&*handle.around(&ends)?, range)?
                 }
-                None => Arc::unwrap_or_clone(held.all()?),
+                None => Arc::unwrap_or_clone(handle.all()?),
             };
             if tolerance > 0.0 {
                 spectrum = page::with_fewer_knots(&spectrum, tolerance);
@@ -321,26 +320,23 @@ impl Spectrum {
             let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));
             let sources = sources::of(&spectrum, color, by, of)?;
             let samples = volume.as_ref().map(Histogram::of);
-            let mut page = Page {
-                title: title.as_deref().unwrap_or(&spectrum.volume().name),
-                caption: caption.as_deref(),
-                credit: credit.as_deref(),
-                isovalue: first.isovalue,
-                step: step.unwrap_or(page::DEFAULT_STEP),
-                open: sight.open,
-                camera: sight.camera()?,
-                color,
-                map: sight.map()?,
-                ends: sight.ends()?,
-                field: Some(&sources),
-                axes: sight.axes,
-                look,
-                keep: sight.keep(&spectrum),
-                samples: samples.as_ref(),
-                statistics: statistics.as_ref(),
-                marks: &marks,
-                still: None,
-            };
+            let mut page =
+                Page::new(title.as_deref().unwrap_or(&spectrum.volume().name), first.isovalue)
+                    .with_caption(caption.as_deref())
+                    .with_credit(credit.as_deref())
+                    .with_step(step.unwrap_or(page::DEFAULT_STEP))
+                    .with_open(sight.open)
+                    .with_camera(sight.camera()?)
+                    .with_color(color)
+                    .with_map(sight.map()?)
+                    .with_ends(sight.ends()?)
+                    .with_field(&sources)
+                    .with_axes(sight.axes)
+                    .with_look(look)
+                    .with_keep(sight.keep(&spectrum))
+                    .with_samples(samples.as_ref())
+                    .with_statistics(statistics.as_ref())
+                    .with_marks(&marks);
             let still = if has_still { still(&spectrum, &page, first, &sources)? } else { None };
             page.still = still.as_ref();
             page::html(&spectrum, &page).map(|(text, _)| text)
@@ -350,18 +346,18 @@ impl Spectrum {
 
 impl Spectrum {
     pub(crate) fn new(spectrum: isospectrum::Spectrum) -> Self {
-        Spectrum::of(Held::whole(spectrum))
+        Spectrum::of(Handle::whole(spectrum))
     }
 
-    pub(crate) fn of(held: Held) -> Self {
-        Spectrum(Arc::new(held))
+    pub(crate) fn of(handle: Handle) -> Self {
+        Spectrum(Arc::new(handle))
     }
 
     /// The mesh in the voxel frame.
     fn mesh_at(&self, isovalue: f64, open: bool, keep: Option<Kept>) -> Result<Mesh> {
         let mut mesh = self.0.mesh_at(isovalue)?;
         if keep.is_some() {
-            mesh = mesh.with_components(&kept(keep, self.0.told()));
+            mesh = mesh.with_components(&kept(keep, self.0.summary()));
         }
         Ok(if open { without_caps(&mesh) } else { mesh })
     }

@@ -1,4 +1,4 @@
-//! Volumes out of arrays and files.
+//! Volumes from arrays and files.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use crate::watch::watched;
 #[pyclass(frozen, module = "isospectrum._native")]
 pub(crate) struct Volume(pub(crate) isospectrum::Volume);
 
-/// How long a unit is in millimetres, by its name or sign; none of what is no unit.
+/// Length of a unit in millimetres, by its name or symbol; `None` for an unknown name.
 #[pyfunction]
 pub(crate) fn unit_in_mm(name: &str) -> Option<f64> {
     Unit::from_name(name).and_then(Unit::in_mm)
@@ -23,7 +23,7 @@ pub(crate) fn unit_in_mm(name: &str) -> Option<f64> {
 
 #[pymethods]
 impl Volume {
-    /// Of `array[z, y, x]`, an array of one of the eight types of samples. `direction` holds the unit vectors of x, y, z.
+    /// A volume from `array[z, y, x]` of one of the eight sample types. `direction` holds the unit vectors of x, y, z.
     #[new]
     #[pyo3(signature = (array, name, origin, spacing, direction, space, unit, nan_as))]
     #[allow(clippy::too_many_arguments, reason = "Python tells them apart by name")]
@@ -38,7 +38,7 @@ impl Volume {
         unit: &str,
         nan_as: Option<f64>,
     ) -> PyResult<Self> {
-        let placement = placed(origin, spacing, direction, space, unit)?;
+        let placement = placement(origin, spacing, direction, space, unit)?;
         let (dims, mut samples) = samples_of(py, array)?;
         py.detach(|| {
             if let Some(value) = nan_as {
@@ -50,7 +50,7 @@ impl Volume {
         .map_err(raised)
     }
 
-    /// Of a file, or a folder of slices.
+    /// Reads a file or a folder of slices.
     #[staticmethod]
     #[pyo3(signature = (path, spacing, origin, nan_as))]
     fn read(
@@ -64,19 +64,19 @@ impl Volume {
         watched(py, None, move |_| read_volume(&path, &options)).map(Volume)
     }
 
-    /// Samples along x, y, z.
+    /// Number of samples along x, y, z.
     #[getter]
     fn dims(&self) -> [usize; 3] {
         self.0.dims()
     }
 
-    /// Distances of samples along x, y, z.
+    /// Distance between samples along x, y, z.
     #[getter]
     fn spacing(&self) -> [f64; 3] {
         self.0.placement().spacing
     }
 
-    /// The unit's name.
+    /// Name of the unit.
     #[getter]
     fn unit(&self) -> String {
         self.0.placement().unit.to_string()
@@ -89,8 +89,8 @@ impl Volume {
     }
 }
 
-/// Where samples lie. A patient's space is in millimetres: what is told in another unit is converted.
-pub(crate) fn placed(
+/// A placement. A patient's space is in millimetres; other units are converted.
+pub(crate) fn placement(
     origin: [f64; 3],
     spacing: [f64; 3],
     direction: [[f64; 3]; 3],
@@ -103,16 +103,16 @@ pub(crate) fn placed(
             usage(format!("unit '{name}', expected m, cm, mm, um, nm or angstrom"))
         })?,
     };
-    let placement = Placement { origin, spacing, direction, unit, space: Space::Unknown };
+    let in_unit = Placement { origin, spacing, direction, unit, space: Space::Unknown };
     match space.to_ascii_uppercase().as_str() {
-        "" => Ok(placement),
-        "LPS" => Ok(placement.of_patient(Space::Lps)),
-        "RAS" => Ok(placement.of_patient(Space::Ras)),
+        "" => Ok(in_unit),
+        "LPS" => Ok(in_unit.of_patient(Space::Lps)),
+        "RAS" => Ok(in_unit.of_patient(Space::Ras)),
         _ => Err(usage(format!("space '{space}', expected LPS or RAS"))),
     }
 }
 
-/// The samples of an array, x fastest, whatever its order in memory: one copy, which is the volume's own.
+/// A copy of the samples of an array, x fastest, for any memory order of the array.
 pub(crate) fn samples_of(
     py: Python<'_>,
     array: &Bound<'_, PyAny>,
@@ -120,7 +120,7 @@ pub(crate) fn samples_of(
     macro_rules! first_of {
         ($($number:ty),*) => {
             $(if let Ok(array) = array.cast::<PyArrayDyn<$number>>() {
-                return copied(py, &array.try_readonly().map_err(|_| usage("the array is being written to"))?);
+                return copy(py, &array.try_readonly().map_err(|_| usage("the array is being written to"))?);
             })*
         };
     }
@@ -128,7 +128,7 @@ pub(crate) fn samples_of(
     Err(usage("expected an array of numbers"))
 }
 
-fn copied<T: Element + Copy + Send + Sync>(
+fn copy<T: Element + Copy + Send + Sync>(
     py: Python<'_>,
     array: &PyReadonlyArrayDyn<'_, T>,
 ) -> PyResult<([usize; 3], Samples)>
@@ -141,7 +141,7 @@ where
     };
     let samples = py.detach(|| match view.as_slice() {
         Some(slice) => slice.to_vec(),
-        // Rows are gathered side by side; `outer_iter` keeps each of them a view.
+        // `outer_iter` yields views, so nothing else is copied.
         None => {
             let mut all = Vec::with_capacity(nx * ny * nz);
             for slice in view.outer_iter() {

@@ -1,8 +1,7 @@
-//! Work of the library while Python goes on: in a thread of its own, watched by the one that called.
+//! Runs work of the library in a thread of its own while other Python threads run.
 //!
-//! The caller lets go of the interpreter's lock, and comes back to it a few times a second to learn of Ctrl-C and to tell how
-//! far the work is. So a callable for progress is always called in the thread that asked for the work, which is where
-//! notebooks want it.
+//! The calling thread releases the interpreter's lock and takes it again several times a second, to check for Ctrl-C and to report
+//! progress. So the progress callable is always called in the calling thread, as notebooks require.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -14,29 +13,29 @@ use pyo3::prelude::*;
 
 use crate::errors::raised;
 
-/// How often the caller looks up.
-const LOOK: Duration = Duration::from_millis(50);
+/// Interval at which the calling thread checks for Ctrl-C and reports progress.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// How long work that was asked to stop may take to. What has not stopped by then (the topology of a large volume looks at
-/// nothing) goes on unseen until it does, and what it finds is dropped.
-const GRACE: Duration = Duration::from_millis(500);
+/// Time for cancelled work to stop. After that the caller returns, the work continues in the background until it next checks for
+/// cancellation (the topology of a large volume does not), and its result is dropped.
+const CANCELLATION_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Stack of the thread: that of a program's first one.
-const STACK: usize = 8 << 20;
+/// Stack of the thread, bytes: as large as that of a main thread.
+const STACK_BYTES: usize = 8 << 20;
 
-/// How far the work is, and whether it should stop.
+/// Progress and cancellation of work in another thread.
 #[derive(Default)]
 pub(crate) struct Watched {
-    told: Mutex<(f64, String)>,
+    latest: Mutex<(f64, String)>,
     is_cancelled: AtomicBool,
 }
 
 impl Progress for Watched {
     fn report(&self, done: f64, message: &str) {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        told.0 = done;
-        if told.1 != message {
-            message.clone_into(&mut told.1);
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        latest.0 = done;
+        if latest.1 != message {
+            message.clone_into(&mut latest.1);
         }
     }
 
@@ -45,7 +44,7 @@ impl Progress for Watched {
     }
 }
 
-/// Does work in a thread and waits for it. `progress` is called with the share done and what is being done.
+/// Runs work in a thread and waits for it. `progress` is called with the finished share and the current stage.
 pub(crate) fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -59,47 +58,47 @@ pub(crate) fn watched<T: Send + 'static>(
     };
     std::thread::Builder::new()
         .name("isospectrum".to_owned())
-        .stack_size(STACK)
+        .stack_size(STACK_BYTES)
         .spawn(work)
         .map_err(|error| raised(Error::internal(format!("no thread: {error}"))))?;
     let receive = Mutex::new(receive);
-    let mut last = None;
+    let mut last_report = None;
     loop {
-        let found = py.detach(|| wait(&receive, LOOK));
-        if let Some(found) = found {
-            return found.map_err(raised);
+        let result = py.detach(|| wait(&receive, POLL_INTERVAL));
+        if let Some(result) = result {
+            return result.map_err(raised);
         }
-        if let Err(exception) = looked_up(py, progress, &watched, &mut last) {
+        if let Err(exception) = poll(py, progress, &watched, &mut last_report) {
             watched.is_cancelled.store(true, Ordering::Relaxed);
-            let _stopped_or_left_alone = py.detach(|| wait(&receive, GRACE));
+            let _stopped_or_abandoned = py.detach(|| wait(&receive, CANCELLATION_TIMEOUT));
             return Err(exception);
         }
     }
 }
 
-/// What the work found, once it has; a thread that ended without a word has panicked.
+/// The result of the work, if it has finished. A thread that ended without sending one has panicked.
 fn wait<T>(receive: &Mutex<Receiver<Result<T>>>, time: Duration) -> Option<Result<T>> {
     let receive = receive.lock().unwrap_or_else(PoisonError::into_inner);
     match receive.recv_timeout(time) {
-        Ok(found) => Some(found),
+        Ok(result) => Some(result),
         Err(RecvTimeoutError::Timeout) => None,
         Err(RecvTimeoutError::Disconnected) => Some(Err(Error::internal("a thread panicked"))),
     }
 }
 
-/// Looks for Ctrl-C, and tells how far the work is where that is news.
-fn looked_up(
+/// Checks for Ctrl-C, and reports progress if it has changed.
+fn poll(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     watched: &Watched,
-    last: &mut Option<(f64, String)>,
+    last_report: &mut Option<(f64, String)>,
 ) -> PyResult<()> {
     py.check_signals()?;
     let Some(progress) = progress else { return Ok(()) };
-    let told = watched.told.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    if last.as_ref() != Some(&told) {
-        progress.call1((told.0, told.1.as_str()))?;
-        *last = Some(told);
+    let latest = watched.latest.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    if last_report.as_ref() != Some(&latest) {
+        progress.call1((latest.0, latest.1.as_str()))?;
+        *last_report = Some(latest);
     }
     Ok(())
 }

@@ -156,8 +156,8 @@ def test_what_is_not_finite_is_named_or_replaced(array, client):
 
 
 @pytest.mark.parametrize("options, says", [
-    ({"persistence": 0.1}, "persistence wants the whole volume in memory"),
-    ({"max_memory": "1GB"}, "max_memory wants the whole volume"),
+    ({"persistence": 0.1}, "persistence needs the whole volume in memory"),
+    ({"max_memory": "1GB"}, "max_memory needs the whole volume"),
     ({"to": "s.stl"}, "expected a name that ends in .isp or .ispt"),
     ({"brick": 2}, "bricks of 2 cells, expected 4 or more"),
     ({"range": (0.5, 0.2)}, "expected the lower isovalue first"),

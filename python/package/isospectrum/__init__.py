@@ -5,13 +5,13 @@
 >>> m = s.mesh("p99")                                           # m.vertices, m.triangles, m.normals
 >>> m.save("surface.stl")
 
-**Frames.** Arrays are ``a[z, y, x]``. Everything else is told in the order x, y, z: spacing, origin, the columns of the
+**Frames.** Arrays are ``a[z, y, x]``. Everything else is in the order x, y, z: spacing, origin, the columns of the
 direction matrix, vertices. Meshes, events and components are in the world frame, in the unit of the spacing.
 
 **Isovalues** are numbers, or texts as on the command line: ``"50%"`` of the range, ``"p99"`` of the samples, ``"2.5sigma"``
 above their mean, ``"top:1%"`` of them.
 
-**Errors** are of one family, :class:`isospectrum.Error`, with the messages of the command line; Ctrl-C stops a computation.
+**Errors** are subclasses of :class:`isospectrum.Error`, with the messages of the command line. Ctrl-C stops a computation.
 """
 
 from __future__ import annotations

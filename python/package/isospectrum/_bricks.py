@@ -1,7 +1,7 @@
-"""Spectra of arrays that are never in memory whole: one task per brick, here or on a cluster of dask.
+"""Spectra of arrays that do not fit in memory: one task per brick, in this process or on a dask cluster.
 
-A task gets the samples of its brick and those beside it, and gives the file of its part, which the caller writes into a folder: workers need
-no disk in common. A part that is there is left, so what was stopped goes on where it was.
+A task takes the samples of its brick and its neighbourhood, and returns the bytes of its part file, which the caller writes to a folder, so
+workers need no common file system. Complete parts in the folder are reused, so an interrupted computation can be resumed.
 """
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from ._errors import InputError, InternalError, UsageError
 from ._frame import Frame
 from ._sources import sample_type
 
-#: A box of samples along x, y, z: the first one, and the one behind the last.
+#: A box of samples along x, y, z: the first sample, and the one after the last.
 Block = tuple[tuple[int, int, int], tuple[int, int, int]]
-Told = Callable[[float, str], object] | None
+Report = Callable[[float, str], object] | None
 
-#: Tasks that a cluster is given for each of its threads: while one is done the next one's samples arrive.
-AHEAD = 2
+#: Tasks submitted per thread of the cluster: the samples of the second are read while the first runs.
+TASKS_PER_THREAD = 2
 
 
 def is_chunked(array: Any) -> bool:
-    """Whether an array is read by chunks: dask's, Zarr's, HDF5's."""
+    """True for an array that is read by chunks: dask, Zarr, HDF5."""
     return all(getattr(array, name, None) is not None for name in ("chunks", "shape", "dtype"))
 
 
 def has_client() -> bool:
-    """Whether there is a client of dask.distributed."""
+    """True if there is a current client of dask.distributed."""
     return _client() is not None
 
 
 def client_of(array: Any) -> Any:
-    """The client that there is, of an array that dask or Zarr read; else none."""
-    is_its = hasattr(array, "__dask_graph__") or hasattr(array, "store") or isinstance(array, _ome_zarr.Volume3)
-    return _client() if is_its else None
+    """The current client for an array of dask or Zarr; ``None`` for other arrays."""
+    is_supported = hasattr(array, "__dask_graph__") or hasattr(array, "store") or isinstance(array, _ome_zarr.Volume3)
+    return _client() if is_supported else None
 
 
 def _client() -> Any:
@@ -63,15 +63,15 @@ class Blocks:
         self.dims = tuple(int(n) for n in reversed(array.shape))
 
     def lazy(self, block: Block) -> Any:
-        """Samples that may not be there yet."""
+        """The samples of a block, which may not have been read yet."""
         (x, y, z), (i, j, k) = block
         return self.array[z:k, y:j, x:i]
 
 
-class Here:
-    """Tasks in this process, one after the other."""
+class Local:
+    """Runs tasks in this process, one after the other."""
 
-    def over(self, task: Callable[..., Any], blocks: Blocks, jobs: Iterable[tuple[int, Block, tuple[Any, ...]]]) -> Iterator[tuple[int, Any]]:
+    def run(self, task: Callable[..., Any], blocks: Blocks, jobs: Iterable[tuple[int, Block, tuple[Any, ...]]]) -> Iterator[tuple[int, Any]]:
         for number, block, others in jobs:
             yield number, task(np.asarray(blocks.lazy(block)), *others)
 
@@ -80,12 +80,12 @@ class Here:
 
 
 class Cluster:
-    """Tasks of dask.distributed, no more at a time than its workers have threads, twice."""
+    """Runs tasks on a dask cluster, at most ``TASKS_PER_THREAD`` per thread at a time."""
 
     def __init__(self, client: Any) -> None:
         self.client = client
 
-    def over(self, task: Callable[..., Any], blocks: Blocks, jobs: Iterable[tuple[int, Block, tuple[Any, ...]]]) -> Iterator[tuple[int, Any]]:
+    def run(self, task: Callable[..., Any], blocks: Blocks, jobs: Iterable[tuple[int, Block, tuple[Any, ...]]]) -> Iterator[tuple[int, Any]]:
         import dask
         import dask.array
         from distributed import KilledWorker, as_completed
@@ -97,38 +97,38 @@ class Cluster:
         running: dict[Any, int] = {}
         done = as_completed(loop=self.client.loop)
 
-        def give() -> None:
-            while len(running) < max(1, AHEAD * sum(self.client.nthreads().values())):
+        def submit() -> None:
+            while len(running) < max(1, TASKS_PER_THREAD * sum(self.client.nthreads().values())):
                 job = next(waiting, None)
                 if job is None:
                     return
                 number, block, others = job
-                # Its name is its own: two tasks are never taken for one, nor kept for later.
-                made = dask.delayed(task, pure=False)(blocks.lazy(block), *others)
-                future = self.client.compute(made)
+                # `pure=False`: dask must neither merge equal tasks nor cache results.
+                job_task = dask.delayed(task, pure=False)(blocks.lazy(block), *others)
+                future = self.client.compute(job_task)
                 running[future] = number
                 done.add(future)
 
         try:
-            give()
+            submit()
             for future in done:
                 number = running.pop(future)
                 try:
                     found = future.result()
                 except KilledWorker as error:
-                    raise InternalError(f"brick {number}: every worker that began it has died ({error})") from error
+                    raise InternalError(f"brick {number}: every worker that computed it has died ({error})") from error
                 yield number, found
                 future.release()
-                give()
+                submit()
         finally:
             self.client.cancel(list(running))
 
     def shared(self, thing: Any) -> Any:
-        """Something that all tasks are given: a task of its own, which is done again where the worker that has it dies."""
-        return self.client.submit(_itself, thing, pure=False)
+        """An argument of all tasks. It is a task of its own, so dask recreates it if its worker dies."""
+        return self.client.submit(_identity, thing, pure=False)
 
 
-def _itself(thing: Any) -> Any:
+def _identity(thing: Any) -> Any:
     return thing
 
 
@@ -146,20 +146,20 @@ def _range_of(array: Any, first: tuple[int, int, int], name: str, nan_as: float 
     return float(array.min()), float(array.max())
 
 
-def _told_of(array: Any, dtype: np.dtype, nan_as: float | None, limits: tuple[float, float], own: tuple[int, int, int]) -> tuple[bytes, int]:
-    """What a block's own samples tell of statistics, packed, and CRC-32 of all of them."""
+def _tally_of(array: Any, dtype: np.dtype, nan_as: float | None, limits: tuple[float, float], own: tuple[int, int, int]) -> tuple[bytes, int]:
+    """The compressed tally of a block's own samples, and CRC-32 of all of its samples."""
     array = np.ascontiguousarray(_samples(array, dtype, nan_as))
     x, y, z = own
     return zlib.compress(_native.tally(array[:z, :y, :x], limits), 1), zlib.crc32(array.astype(dtype.newbyteorder("<"), copy=False))
 
 
 def _part_of(array: Any, plan: _native.Plan, number: int, dtype: np.dtype, nan_as: float | None, runs: tuple[str, str | None, int | None]) -> bytes:
-    """The file of a part."""
+    """The bytes of a part file."""
     return plan.part(number, _samples(array, dtype, nan_as), *runs)
 
 
 def _samples(array: Any, dtype: np.dtype, nan_as: float | None) -> np.ndarray:
-    """Samples in their type, what is not finite replaced. What came over a network may lie anywhere in memory."""
+    """Samples in their type, with values that are not finite replaced. Arrays received over a network may be unaligned."""
     array = np.require(np.asarray(array).astype(dtype, copy=False), requirements="A")
     if nan_as is None or dtype.kind != "f":
         return array
@@ -180,58 +180,58 @@ def compute(
     runs: tuple[str, str | None, int | None],
     parts: str | os.PathLike[str] | None,
     to: str | os.PathLike[str] | None,
-    told: Told,
+    report: Report,
 ) -> _native.Spectrum:
-    """The spectrum of an array in bricks; `runs` is where sweeps run: backend, adapter, threads."""
+    """Compute the spectrum of an array in bricks; `runs` is backend, adapter and threads of the sweeps."""
     if to is not None and os.path.splitext(os.fspath(to))[1] not in (".isp", ".ispt"):
         raise UsageError(f"{os.fspath(to)}: expected a name that ends in .isp or .ispt")
     if nan_as is not None and not np.isfinite(nan_as):
         raise UsageError(f"nan_as {nan_as}, expected a finite number")
     blocks = Blocks(array)
-    work: Here | Cluster = Here() if client is None else Cluster(client)
-    # One thread a task is what a cluster's workers count.
+    work: Local | Cluster = Local() if client is None else Cluster(client)
+    # A dask worker runs one task per thread.
     backend, adapter, threads = runs
     runs = (backend, adapter, 1 if threads is None and client is not None else threads)
     cut = _native.cut(blocks.dims, brick)
-    told = told or (lambda done, what: None)
+    report = report or (lambda done, stage: None)
 
-    def all_of(task: Callable[..., Any], jobs: Iterable[tuple[int, Block, tuple[Any, ...]]], what: str, share: tuple[float, float]) -> list[Any]:
+    def all_of(task: Callable[..., Any], jobs: Iterable[tuple[int, Block, tuple[Any, ...]]], stage: str, share: tuple[float, float]) -> list[Any]:
         found: list[Any] = [None] * len(cut)
-        for n, (number, one) in enumerate(work.over(task, blocks, jobs), 1):
+        for n, (number, one) in enumerate(work.run(task, blocks, jobs), 1):
             found[number] = one
-            told(share[0] + (share[1] - share[0]) * n / len(cut), f"{what}: {n} of {len(cut)} bricks")
+            report(share[0] + (share[1] - share[0]) * n / len(cut), f"{stage}: {n} of {len(cut)} bricks")
         return found
 
     given = np.dtype(array.dtype)
     if given.kind not in "iubf":
         sample_type(given, lambda: (0, 0))
-    ranges = all_of(_range_of, ((i, b, (b[0], name, nan_as)) for i, b in enumerate(cut)), "looking for the range", (0.0, 0.05))
+    ranges = all_of(_range_of, ((i, b, (b[0], name, nan_as)) for i, b in enumerate(cut)), "finding the range", (0.0, 0.05))
     low, high = min(r[0] for r in ranges), max(r[1] for r in ranges)
     dtype = sample_type(given, lambda: (low, high))
     limits = (float(low), float(high))
     own = [tuple(e - f - (e < n) for f, e, n in zip(first, end, blocks.dims)) for first, end in cut]
-    looked = all_of(_told_of, ((i, b, (dtype, nan_as, limits, own[i])) for i, b in enumerate(cut)), "looking at the samples", (0.05, 0.1))
-    tallies, checksums = [zlib.decompress(t) for t, _ in looked], [crc for _, crc in looked]
+    surveyed = all_of(_tally_of, ((i, b, (dtype, nan_as, limits, own[i])) for i, b in enumerate(cut)), "surveying the samples", (0.05, 0.1))
+    tallies, checksums = [zlib.decompress(t) for t, _ in surveyed], [crc for _, crc in surveyed]
 
-    def asked(first: tuple[int, int, int], end: tuple[int, int, int]) -> np.ndarray:
+    def read_block(first: tuple[int, int, int], end: tuple[int, int, int]) -> np.ndarray:
         return _samples(blocks.lazy((first, end)), dtype, nan_as)
 
     plan = _native.Plan(
         name, blocks.dims, dtype.name, limits, (frame.origin, frame.spacing, frame.axes, frame.space, frame.unit),
-        tallies, checksums, brick, parameters, ends, start, asked,
+        tallies, checksums, brick, parameters, ends, start, read_block,
     )  # fmt: skip
     with contextlib.ExitStack() as stack:
         if parts is None:
-            # Where the result goes there is room for it.
-            beside = None if to is None else os.path.dirname(os.path.abspath(os.fspath(to)))
-            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix=".isospectrum-", suffix=".part", dir=beside))
+            # The disk of the result has room for the parts.
+            parent = None if to is None else os.path.dirname(os.path.abspath(os.fspath(to)))
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix=".isospectrum-", suffix=".part", dir=parent))
         else:
             folder = os.fspath(parts)
             os.makedirs(folder, exist_ok=True)
-        missing = [i for i in range(plan.n) if not plan.is_there(folder, i)]
+        missing = [i for i in range(plan.n) if not plan.is_complete(folder, i)]
         shared = work.shared(plan)
-        jobs = ((i, plan.needed(i), (shared, i, dtype, nan_as, runs)) for i in missing)
-        for n, (number, made) in enumerate(work.over(_part_of, blocks, jobs), 1):
-            plan.keep(folder, number, made)
-            told(0.1 + 0.85 * n / len(missing), f"{n} of {len(missing)} bricks")
-        return plan.merge(folder, asked, to, lambda done, what: told(0.95 + 0.05 * done, what))
+        jobs = ((i, plan.required_samples(i), (shared, i, dtype, nan_as, runs)) for i in missing)
+        for n, (number, made) in enumerate(work.run(_part_of, blocks, jobs), 1):
+            plan.store(folder, number, made)
+            report(0.1 + 0.85 * n / len(missing), f"{n} of {len(missing)} bricks")
+        return plan.merge(folder, read_block, to, lambda done, stage: report(0.95 + 0.05 * done, stage))

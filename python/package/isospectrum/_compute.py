@@ -1,16 +1,16 @@
-"""From volumes and files to spectra."""
+"""Computing spectra and opening their files."""
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from typing import Any
 
 from . import _bricks, _native, _ome_zarr, _progress
 from ._errors import UsageError
-from ._sources import lazy_and_frame, name_of, told_frame, volume
-from ._spectrum import Isovalue, Spectrum, as_text
+from ._isovalue import Isovalue, as_text
+from ._sources import lazy_and_frame, name_of, overridden_frame, volume
+from ._spectrum import Spectrum
 
 #: A number of samples or voxels, or a length such as ``"1.5mm"``.
 Length = float | int | str
@@ -52,85 +52,85 @@ def compute(
 ) -> Spectrum:
     """Compute the spectrum of a volume: every isosurface as one tracked mesh.
 
-    Other Python threads run meanwhile; Ctrl-C stops it.
+    Releases the interpreter's lock; Ctrl-C stops the computation.
 
     Parameters
     ----------
     a
-        The samples, ``a[z, y, x]``: an array of numbers of any type and order in memory, or whatever is one for NumPy (dask,
-        zarr, h5py, torch on the CPU); an xarray, whose coordinates tell where it lies; a SimpleITK, nibabel or PyVista
-        image with its frame; an image of OME-Zarr (a Zarr group) with its scale and unit; or the path of a file that the program
-        reads, or of a Zarr array or group. The samples are copied once, into the volume; an array of 64-bit whole numbers, of half
-        floats or in foreign byte order is converted first.
+        The samples, ``a[z, y, x]``: an array of numbers of any real type and memory order, or anything NumPy converts to one (dask,
+        zarr, h5py, torch on the CPU); an xarray, whose coordinates give its frame; a SimpleITK, nibabel or PyVista image with its
+        frame; an OME-Zarr image (a Zarr group) with its scale and unit; or the path of a file in a format of the program, or of a
+        Zarr array or group. The samples are copied once, into the volume; 64-bit integers, half floats and foreign byte orders are
+        converted first.
     spacing
-        Distance between samples along x, y, z. Replaces what the source tells, as do the next four.
+        Distance between samples along x, y, z. Like the next four, it overrides the frame of the source.
     origin
         World position of the first sample, x, y, z.
     direction
-        Matrix of 3 x 3 numbers whose columns are the unit vectors of the grid's x, y, z in the world.
+        3 x 3 matrix whose columns are the unit vectors of the grid's x, y, z in the world.
     space
-        ``"LPS"`` or ``"RAS"`` where the axes of the world are a patient's; the spectrum is then in millimetres.
+        ``"LPS"`` or ``"RAS"`` if the axes of the world are those of a patient; the spectrum is then in millimetres.
     unit
         ``"m"``, ``"cm"``, ``"mm"``, ``"um"``, ``"nm"`` or ``"angstrom"``.
     name
-        What the volume is called.
+        Name of the volume.
     nan_as
-        Number in place of NaN and infinities, which are an error otherwise.
+        Replacement for NaN and infinities, which are otherwise an error.
     error
-        Tolerance: how far triangles should be from the isosurface at most, in voxels (the smallest spacing); 0.1.
+        Tolerance: intended largest distance of triangles from the isosurface, in voxels (the smallest spacing); default 0.1.
     range
-        Lowest and highest isovalue to cover; all of the volume's.
+        Lowest and highest isovalue to cover; default is the range of the volume.
     persistence
-        Take noise out first: no minimum or maximum is left that is closer than this in value to the saddle that ends it; a
-        value, or ``"2%"`` of the range of what is left after the steps below.
+        Remove noise first: minima and maxima whose persistence is below this value, or below a percentage such as ``"2%"`` of the
+        range after the crop and the filters.
     min_component
-        Leave dust out: parts, and cavities, that never have so many voxels before they meet a larger one.
+        Remove components and cavities that never have this many voxels before they merge with a larger one.
     crop
-        Keep a region: three parts along x, y, z, each ``None``, a slice, or a pair (from, up to but not including) of samples
-        or of lengths such as ``"10mm"`` from the first sample. A text is read as on the command line.
+        Region to keep: three parts along x, y, z, each ``None``, a slice, or a pair (first, end) of sample numbers, the end not
+        included, or of lengths such as ``"10mm"`` from the first sample; or a text as on the command line.
     median, smooth, downsample
-        Filters, after the crop and in this order: the median of the samples up to so many away, a Gaussian of this standard
-        deviation (voxels, or a length such as ``"1.5mm"``), means of blocks of so many samples along every axis.
+        Filters, after the crop and in this order: a median filter of this radius (samples), a Gaussian of this standard deviation
+        (voxels, or a length such as ``"1.5mm"``), and means of blocks of this many samples along each axis.
     mask
-        End surfaces where this mask does: what can be a volume, of as many samples, of which those that are not zero are
-        inside. Meshes are then open by themselves.
+        Mask at whose border surfaces end: a volume with as many samples, whose non-zero samples are inside. Meshes are then open by
+        default.
     start
         Isovalue to start from.
     brick
-        Compute in bricks of about this many cells along a side: takes less memory for what is swept at a time, and more time.
-        Parts lie in a folder among the temporary ones meanwhile; the result is the same whichever way they are joined.
+        Compute in bricks of about this many cells along a side, which takes less memory and more time. Parts are kept in a temporary
+        folder meanwhile.
     max_memory
-        Compute in bricks where the whole is expected to take more than this, bytes or a text such as ``"8GB"``. The samples
-        stay in memory, and so does the spectrum in the end.
+        Compute in bricks if the whole is expected to take more memory than this, bytes or a text such as ``"8GB"``. The samples and
+        the resulting spectrum stay in memory.
     client
-        Compute in bricks on this cluster of ``dask.distributed``: one task per brick, whose samples and those beside it are all that
-        is read of a dask or Zarr array, or of another that has chunks. Without a word the client that there is, if the array is
-        dask's or Zarr's and nothing is to be done to the whole volume before. The package must be installed where the workers are.
-        The array is read three times: ``persist`` what is slow to compute.
+        Client of a ``dask.distributed`` cluster on which to compute in bricks, one task per brick. The array must be chunked (dask,
+        Zarr, HDF5), and a task reads only the samples of its brick and its neighbourhood. The default is the current client, if the
+        array is dask's or Zarr's and the volume needs no preparation. The package must be installed on the workers. The array is
+        read three times: ``persist`` one that is slow to compute.
     parts
-        The folder for the parts of these bricks; those that are there already are left. Else a temporary one.
+        Folder for the parts of these bricks, where complete parts are reused; by default a temporary one.
     to
-        Write the spectrum there as it is made: a file (``.isp``), or a folder of its parts (``.ispt``), which need not be in memory
-        at once, nor the array: with ``client``, ``parts`` or ``to`` a chunked array is never loaded whole.
+        File (``.isp``) or folder of parts (``.ispt``) to write. With a folder neither the spectrum nor the array needs to fit in memory:
+        with ``client``, ``parts`` or ``to`` a chunked array is never loaded as a whole.
     level, channel, frame
-        Which level of an OME-Zarr image's pyramid (0 is the finest), and which of its channels and frames in time.
+        Level of an OME-Zarr image's pyramid (0 is the finest), its channel, and its frame in time.
     backend, adapter, threads
-        Where it runs: ``"auto"``, ``"gpu"`` or ``"cpu"``; the adapter by a part of its name; threads on the CPU.
+        Backend ``"auto"``, ``"gpu"`` or ``"cpu"``; GPU adapter by a part of its name; number of CPU threads.
     progress
-        ``True`` for a bar of tqdm where there is one, ``False`` for none, or a callable that is told the share done (0 to 1)
-        and what is being done, in the thread that called.
+        ``True`` for a tqdm bar if tqdm is installed, ``False`` for none, or a callable that takes the finished share (0 to 1) and the
+        current stage, and is called in the calling thread.
     **parameters
-        The sweep's others, as flags of ``isospectrum compute`` with ``_`` for ``-``: ``step``, ``samples``, ``min_quality``,
+        Further parameters of the sweep, as flags of ``isospectrum compute`` with ``_`` for ``-``: ``step``, ``samples``, ``min_quality``,
         ``min_area``, ``refine_area``, ``max_edge``, ``relax``, ``relax_force``, ``relax_iterations``, ``initial_mesh``.
 
     Raises
     ------
     isospectrum.InputError
-        For a volume that is none: a sample that is not finite, fewer than two along an axis, all equal, complex numbers.
+        For an invalid volume: samples that are not finite, fewer than two along an axis, all equal, or complex.
     isospectrum.UsageError
-        For arguments that make no sense.
+        For invalid arguments.
     isospectrum.GpuError
-        Where ``backend="gpu"`` finds none.
+        If ``backend="gpu"`` finds no adapter.
     """
     if error is not None:
         parameters["error"] = error
@@ -148,70 +148,61 @@ def compute(
     a = _ome_zarr.opened(a)
     if _ome_zarr.is_group(a):
         a = _ome_zarr.image(a, level, channel, frame)
-    told_start = None if start is None else as_text(start)
+    start_text = None if start is None else as_text(start)
     placed = {"spacing": spacing, "origin": origin, "direction": direction, "space": space, "unit": unit}
     of_whole = {
         "crop": crop, "median": median, "smooth": smooth, "downsample": downsample, "mask": mask, "persistence": persistence,
         "min_component": min_component, "max_memory": max_memory, "initial_mesh": parameters.get("initial_mesh"),
     }  # fmt: skip
-    given = [what for what, value in of_whole.items() if value is not None]
+    given = [key for key, value in of_whole.items() if value is not None]
     is_asked = not (client is None and parts is None and to is None)
     if is_asked or (not given and _bricks.has_client()):
         array, place = (None, None) if isinstance(a, (str, os.PathLike, _native.Volume)) else lazy_and_frame(a)
         if client is None and not given:
             client = _bricks.client_of(array)
         if is_asked and not _bricks.is_chunked(array):
-            raise UsageError("client, parts and to are for arrays that are read by chunks: dask, Zarr, HDF5")
+            raise UsageError("client, parts and to need an array that is read by chunks: dask, Zarr, HDF5")
         if is_asked and given:
-            raise UsageError(f"{given[0]} wants the whole volume in memory, expected no client, parts or to")
+            raise UsageError(f"{given[0]} needs the whole volume in memory, expected no client, parts or to")
         if is_asked or client is not None:
-            with _progress.shown(progress, "computing") as told:
+            with _progress.shown(progress, "computing") as report:
                 return Spectrum(
                     _bricks.compute(
-                        array, told_frame(place, **placed), client=client, name=name or name_of(a), nan_as=nan_as,
-                        parameters=parameters, ends=ends, start=told_start, brick=brick, runs=(backend, adapter, threads),
-                        parts=parts, to=to, told=told,
+                        array, overridden_frame(place, **placed), client=client, name=name or name_of(a), nan_as=nan_as,
+                        parameters=parameters, ends=ends, start=start_text, brick=brick, runs=(backend, adapter, threads),
+                        parts=parts, to=to, report=report,
                     )  # fmt: skip
                 )
     whole = volume(a, **placed, name=name, nan_as=nan_as)
-    with _progress.shown(progress, "computing") as told:
-        native = _native.compute(
-            whole,
-            parameters,
-            ends,
-            told_start,
-            None if crop is None else _region(crop, whole),
-            median,
-            None if smooth is None else _sigma(smooth, whole),
-            downsample,
-            None if mask is None else _mask(mask),
-            None if persistence is None else _persistence(persistence),
-            min_component,
-            brick,
-            None if max_memory is None else _bytes(max_memory),
-            backend,
-            adapter,
-            threads,
-            told,
-        )
-    return Spectrum(native)
+    preparation = {
+        "crop": None if crop is None else _region(crop, whole),
+        "median": median,
+        "smooth": _text(smooth),
+        "downsample": downsample,
+        "mask": None if mask is None else _mask(mask),
+        "persistence": _text(persistence),
+        "min_component": min_component,
+    }
+    execution = {"brick": brick, "max_memory": _text(max_memory), "backend": backend, "adapter": adapter, "threads": threads}
+    with _progress.shown(progress, "computing") as report:
+        return Spectrum(_native.compute(whole, parameters, ends, start_text, preparation, execution, report))
 
 
 def open(path: str | os.PathLike[str]) -> Spectrum:  # noqa: A001 (as PIL.Image.open, h5py.File: read by its full name)
-    """Read a spectrum from a file (``.isp``, or ``.thesis``), or a folder of parts (``.ispt``), of which those are read that meshes
-    ask for, and dropped again when they are many.
+    """Open a spectrum in a file (``.isp`` or ``.thesis``) or a folder of parts (``.ispt``). Parts of a folder are read when a mesh needs
+    them, and a limited number is kept in memory.
 
     Raises
     ------
     isospectrum.FileError
-        Where it cannot be read.
+        If it cannot be read.
     isospectrum.InputError
-        If it is damaged, or no spectrum.
+        If it is damaged or not a spectrum.
     """
     return Spectrum(_native.Spectrum.open(os.fspath(path)))
 
 
-#: The parameters of a sweep, each with what holds for it.
+#: The parameters of a sweep, each with a description and a check of valid values.
 _KNOWN = {
     "error": ("a number above 0", lambda x: 0 < x < float("inf")),
     "step": ("a number above 0", lambda x: 0 < x < float("inf")),
@@ -237,52 +228,9 @@ def _check(key: str, value: Any) -> None:
     raise UsageError(f"{key} {value!r}, expected {expected}")
 
 
-def _split(length: Length, what: str) -> tuple[float, str]:
-    """A length's number and its unit, empty where it is a number of samples or voxels."""
-    text = str(length).strip()
-    match = re.fullmatch(r"([-+0-9.eE]+?)\s*([^\W\d_]*)", text)
-    try:
-        number = float(match[1]) if match else float("nan")
-    except ValueError:
-        number = float("nan")
-    if match and match[2] and _native.unit_in_mm(match[2]) is None:
-        raise UsageError(f"{what} {length!r}, expected a unit such as mm, um or angstrom")
-    if not 0 <= number < float("inf"):
-        raise UsageError(f"{what} {length!r}, expected a number such as 1.5 or 2mm")
-    return number, match[2] if match else ""
-
-
-def _steps(length: Length, step: float, whole: _native.Volume, what: str) -> tuple[float, bool]:
-    """How many steps of the volume's unit a length is, and whether it has a unit."""
-    number, unit = _split(length, what)
-    if not unit:
-        return number, False
-    own, mm = _native.unit_in_mm(whole.unit), _native.unit_in_mm(unit)
-    if own is None or mm is None:
-        raise UsageError(f"{what} in {unit}, but the volume tells no unit, expected a number without one")
-    return number * mm / (own * step), True
-
-
-def _sigma(smooth: Length, whole: _native.Volume) -> tuple[float, float, float]:
-    """Standard deviations along x, y, z in samples."""
-    voxel = min(whole.spacing)
-    voxels, _ = _steps(smooth, voxel, whole, "smooth")
-    x, y, z = (voxels * voxel / s for s in whole.spacing)
-    return (x, y, z)
-
-
-def _bytes(size: float | str) -> float:
-    """Bytes, as the command line reads them: with a unit of thousands, or of 1024."""
-    match = re.fullmatch(r"\s*([0-9.]+(?:e\+?[0-9]+)?)\s*((?:[kmgt]i?)?)b?\s*", str(size), re.IGNORECASE)
-    try:
-        number = float(match[1]) if match else float("nan")
-    except ValueError:
-        number = float("nan")
-    if not match or not 0 < number < float("inf"):
-        raise UsageError(f"max_memory {size!r}, expected bytes, or a size such as '8GB'")
-    unit = match[2].lower()
-    base = 1024 if unit.endswith("i") else 1000
-    return number * base ** ("kmgt".index(unit[0]) + 1 if unit else 0)
+def _text(value: Any) -> str | None:
+    """A number or a text as the library parses it."""
+    return None if value is None else str(value)
 
 
 def _mask(mask: Any) -> _native.Volume:
@@ -291,53 +239,29 @@ def _mask(mask: Any) -> _native.Volume:
     return volume(mask)
 
 
-def _persistence(persistence: float | str) -> tuple[float, bool]:
-    """A number, and whether it is a share."""
-    text = str(persistence).strip()
-    share = text.endswith("%")
-    try:
-        value = float(text[:-1] if share else text)
-    except ValueError:
-        value = float("nan")
-    if not 0 < value < float("inf"):
-        raise UsageError(f"persistence {persistence!r}, expected a number above 0 or a percentage such as 5%")
-    return (value / 100, True) if share else (value, False)
-
-
-def _region(crop: Any, whole: _native.Volume) -> list[tuple[int, int]]:
-    """First samples and those behind the last, along x, y, z."""
+def _region(crop: Any, whole: _native.Volume) -> Any:
+    """A region as the library parses it: a text, or for x, y and z a text or a pair of texts."""
+    if isinstance(crop, str):
+        return crop
     expected = f"crop {crop!r}, expected three parts such as (10, 60), None, ('5mm', '30mm')"
-    parts = crop.split(",") if isinstance(crop, str) else crop
     try:
-        if len(parts) != 3:
-            raise UsageError(expected)
+        parts = list(crop)
     except TypeError:
         raise UsageError(expected) from None
-    region = []
-    for part, n, spacing in zip(parts, whole.dims, whole.spacing):
-        if isinstance(part, str):
-            low_text, _, high_text = part.strip().partition(":")
-            # `10:60mm` is 10 mm to 60 mm.
-            if low_text and high_text and not _split(low_text, "crop")[1]:
-                low_text += _split(high_text, "crop")[1]
-            part = (low_text or None, high_text or None)
-        elif isinstance(part, slice):
-            if part.step not in (None, 1):
-                raise UsageError(expected)
-            part = part.indices(n)[:2]
-        try:
-            first, end = (None, None) if part is None else part
-        except (TypeError, ValueError):
-            raise UsageError(expected) from None
-        low, high = 0.0, float(n)
-        if first is not None:
-            low, is_length = _steps(first, spacing, whole, "crop")
-            # A sample at either end of a length is inside.
-            low = float(-(-low // 1)) if is_length else low
-        if end is not None:
-            high, is_length = _steps(end, spacing, whole, "crop")
-            high = min(high // 1 + 1, float(n)) if is_length else high
-        if low % 1 or high % 1:
+    if len(parts) != 3:
+        raise UsageError(expected)
+    return [_axis(part, n, expected) for part, n in zip(parts, whole.dims)]
+
+
+def _axis(part: Any, n: int, expected: str) -> str | tuple[str | None, str | None]:
+    if isinstance(part, str):
+        return part
+    if isinstance(part, slice):
+        if part.step not in (None, 1):
             raise UsageError(expected)
-        region.append((int(low), int(high)))
-    return region
+        part = part.indices(n)[:2]
+    try:
+        first, end = (None, None) if part is None else part
+    except (TypeError, ValueError):
+        raise UsageError(expected) from None
+    return _text(first), _text(end)

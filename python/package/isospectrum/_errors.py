@@ -1,22 +1,22 @@
-"""The exceptions of isospectrum: one family, with the messages of the command line."""
+"""The exceptions of isospectrum, with the messages of the command line."""
 
 from __future__ import annotations
 
 
 class Error(Exception):
-    """Whatever isospectrum raises, but ``KeyboardInterrupt`` where Ctrl-C stopped it."""
+    """Base class of all exceptions of isospectrum, except the ``KeyboardInterrupt`` of Ctrl-C."""
 
 
 class InputError(Error, ValueError):
-    """A volume or a file is damaged, unsupported, or does not hold what it says."""
+    """A volume or a file is damaged, unsupported, or contradicts its own header."""
 
 
 class UsageError(Error, ValueError):
-    """Arguments contradict each other or make no sense."""
+    """Arguments are invalid or contradict each other."""
 
 
 class RangeError(Error, ValueError):
-    """An isovalue lies outside the range of a spectrum."""
+    """An isovalue is outside the range of a spectrum."""
 
 
 class FileError(Error, OSError):
@@ -24,15 +24,15 @@ class FileError(Error, OSError):
 
 
 class GpuError(Error, RuntimeError):
-    """There is no adapter, or the device was lost."""
+    """There is no GPU adapter, or the device was lost."""
 
 
 class VerificationError(Error, RuntimeError):
-    """A spectrum does not pass verification (:meth:`Report.check`)."""
+    """A spectrum fails verification (:meth:`Report.check`)."""
 
 
 class InternalError(Error, RuntimeError):
-    """A fault of isospectrum, not of its input: please report it."""
+    """A fault of isospectrum, not of its input. Please report it."""
 
 
 for _class in (Error, InputError, UsageError, RangeError, FileError, GpuError, VerificationError, InternalError):

@@ -1,4 +1,4 @@
-"""Where samples lie in the world."""
+"""Frames of volumes."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Frame:
-    """Where samples lie: sample (i, j, k) along x, y, z at ``origin + direction @ (spacing * (i, j, k))``.
+    """Positions of samples: sample (i, j, k) along x, y, z is at ``origin + direction @ (spacing * (i, j, k))``.
 
-    ``axes`` are the columns of the direction matrix: the unit vectors along which x, y and z of the grid point in the world.
+    ``axes`` are the columns of the direction matrix: the unit vectors of the grid's x, y and z in the world.
     """
 
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -27,13 +27,13 @@ class Frame:
 
     @staticmethod
     def of_matrix(origin: Any, direction: Any, **others: Any) -> Frame:
-        """With a direction matrix of 3 x 3 numbers, row by row."""
+        """A frame from a 3 x 3 direction matrix, row by row."""
         columns = np.asarray(direction, dtype=float).reshape(3, 3).T
         return Frame(origin=triple(origin, "origin"), axes=tuple(map(tuple, columns.tolist())), **others)
 
 
 def triple(numbers: Any, name: str) -> tuple[float, float, float]:
-    """Three finite numbers; one stands for three equal ones."""
+    """Three numbers; a single one stands for three equal ones."""
     try:
         if np.ndim(numbers) == 0:
             numbers = (numbers,) * 3

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Mesh:
     """The isosurface of one isovalue, as triangles in the world frame.
 
-    It is a value: its arrays are read-only views of memory that the mesh owns, and what is made of it are copies.
+    Immutable: its arrays are read-only views of memory that the mesh owns, and conversions are copies.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Mesh:
     normals : (n, 3) float32
         Unit normals of the vertices, towards lower values.
     caps : (m,) bool
-        Whether a triangle only closes the mesh at the border of the volume.
+        True for triangles that close the mesh at the border of the volume.
     isovalue : float
         The isovalue.
     """
@@ -56,22 +56,22 @@ class Mesh:
 
     @property
     def n_vertices(self) -> int:
-        """How many vertices there are."""
+        """Number of vertices."""
         return len(self.vertices)
 
     @property
     def n_triangles(self) -> int:
-        """How many triangles there are, caps included."""
+        """Number of triangles, caps included."""
         return len(self.triangles)
 
     def vertices_float64(self) -> npt.NDArray[np.float64]:
-        """The vertices (n, 3) in 64-bit floats, for worlds far from their origin, where 32 bits are too coarse."""
+        """The vertices (n, 3) as 64-bit floats, for positions far from the origin, where 32 bits are too coarse."""
         return self._native.vertices_f64(*self._which)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the mesh as PLY, STL, OBJ or GLB, by the name's ending: byte for byte what ``isospectrum extract`` writes.
+        """Write the mesh as PLY, STL, OBJ or GLB, by the extension of the path, with the bytes that ``isospectrum extract`` writes.
 
-        The file appears when it is complete, or not at all.
+        The file is written atomically.
         """
         self._native.save_mesh(*self._which, os.fspath(path))
 
@@ -100,7 +100,7 @@ class Mesh:
         )
 
     def _points(self) -> npt.NDArray[Any]:
-        """The vertices, in 64 bits where 32 are coarse beside the mesh itself."""
+        """The vertices, as 64-bit floats if 32 bits are coarse compared with the size of the mesh."""
         v = self.vertices
         if len(v) and np.abs(v).max() > 64 * max(np.ptp(v, axis=0).max(), 1e-300):
             return self.vertices_float64()

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable
-from typing import Any, final
+from typing import Any, TypedDict, final
 
 import numpy as np
 import numpy.typing as npt
@@ -10,14 +10,14 @@ import numpy.typing as npt
 __all__ = ["Picture", "Plan", "Spectrum", "Volume", "compute", "cut", "tally", "unit_in_mm", "write_file"]
 
 _Kept = tuple[int | None, float, float, tuple[float, float, float] | None]
-_Told = Callable[[float, str], object] | None
+_Report = Callable[[float, str], object] | None
 _Triple = tuple[float, float, float]
 
 def unit_in_mm(name: str) -> float | None:
-    """How long a unit is in millimetres, by its name or sign; none of what is no unit."""
+    """Length of a unit in millimetres, by its name or symbol; ``None`` for an unknown name."""
 
 def write_file(path: str | os.PathLike[str], bytes: bytes) -> None:
-    """Writes a file beside its place, and moves it there when it is complete."""
+    """Write a file atomically."""
 
 @final
 class Volume:
@@ -57,7 +57,7 @@ class Picture:
 
 @final
 class Spectrum:
-    """A spectrum, with what answers queries on it once that was asked for."""
+    """A spectrum, or a folder of its parts, and the index for queries, which is built on first use."""
 
     @staticmethod
     def open(path: str) -> Spectrum: ...
@@ -75,7 +75,7 @@ class Spectrum:
     def curves(self, n: int) -> dict[str, Any]: ...
     def events(self) -> dict[str, Any]: ...
     def components(self, isovalue: float, keep: _Kept | None) -> dict[str, Any]: ...
-    def verify(self, volume: Volume, n: int, events: int, seed: int, progress: _Told) -> str: ...
+    def verify(self, volume: Volume, n: int, events: int, seed: int, progress: _Report) -> str: ...
     def render(
         self,
         surfaces: list[tuple[float, int | None, float | None]],
@@ -105,37 +105,43 @@ class Spectrum:
         has_still: bool,
     ) -> str: ...
 
+class _Preparation(TypedDict):
+    crop: str | list[str | tuple[str | None, str | None]] | None
+    median: int | None
+    smooth: str | None
+    downsample: int | None
+    mask: Volume | None
+    persistence: str | None
+    min_component: int | None
+
+class _Execution(TypedDict):
+    brick: int | None
+    max_memory: str | None
+    backend: str
+    adapter: str | None
+    threads: int | None
+
 def compute(
     volume: Volume,
     parameters: dict[str, Any],
     range: tuple[str, str] | None,
     start: str | None,
-    crop: list[tuple[int, int]] | None,
-    median: int | None,
-    smooth: _Triple | None,
-    downsample: int | None,
-    mask: Volume | None,
-    persistence: tuple[float, bool] | None,
-    min_component: int | None,
-    brick: int | None,
-    max_memory: float | None,
-    backend: str,
-    adapter: str | None,
-    threads: int | None,
-    progress: _Told,
+    preparation: _Preparation,
+    execution: _Execution,
+    progress: _Report,
 ) -> Spectrum: ...
 
 _Numbers = tuple[int, int, int]
 
 def cut(dims: _Numbers, brick: int | None) -> list[tuple[_Numbers, _Numbers]]:
-    """The blocks that a volume is cut into: the first sample of each and the one behind its last."""
+    """The blocks into which a volume is cut: the first sample of each and the one after its last."""
 
 def tally(array: npt.NDArray[Any], range: tuple[float, float]) -> bytes:
-    """What samples tell of the statistics of a volume of a range."""
+    """A tally of samples, from which statistics are summed up."""
 
 @final
 class Plan:
-    """A computation in bricks."""
+    """The plan of a computation in bricks."""
 
     def __new__(
         cls,
@@ -157,16 +163,16 @@ class Plan:
     def to_bytes(self) -> bytes: ...
     @property
     def n(self) -> int: ...
-    def needed(self, number: int) -> tuple[_Numbers, _Numbers]: ...
+    def required_samples(self, number: int) -> tuple[_Numbers, _Numbers]: ...
     def part(
         self, number: int, array: npt.NDArray[Any], backend: str, adapter: str | None, threads: int | None
     ) -> bytes: ...
-    def is_there(self, folder: str | os.PathLike[str], number: int) -> bool: ...
-    def keep(self, folder: str | os.PathLike[str], number: int, bytes: bytes) -> None: ...
+    def is_complete(self, folder: str | os.PathLike[str], number: int) -> bool: ...
+    def store(self, folder: str | os.PathLike[str], number: int, bytes: bytes) -> None: ...
     def merge(
         self,
         folder: str | os.PathLike[str],
         blocks: Callable[[_Numbers, _Numbers], npt.NDArray[Any]],
         to: str | os.PathLike[str] | None,
-        progress: _Told,
+        progress: _Report,
     ) -> Spectrum: ...

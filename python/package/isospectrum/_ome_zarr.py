@@ -1,7 +1,6 @@
-"""Images of OME-Zarr: one level of a Zarr group's pyramid, with its scale and its unit.
+"""OME-Zarr images: one level of a Zarr group's pyramid, with its scale and unit.
 
-What is read is `multiscales` of OME-NGFF, as versions 0.1 to 0.5 of it have it. Nothing is loaded here: samples are asked for block by
-block.
+Reads the `multiscales` metadata of OME-NGFF, versions 0.1 to 0.5. No samples are loaded here; they are read later, block by block.
 """
 
 from __future__ import annotations
@@ -15,15 +14,15 @@ from . import _native
 from ._errors import InputError, UsageError
 from ._frame import Frame
 
-#: Axes where none are told (0.1 and 0.2).
+#: Axes of versions 0.1 and 0.2, which do not name them.
 OLDEST_AXES = ("t", "c", "z", "y", "x")
 
-#: Files that a Zarr group or array has, of version 3 and of version 2.
-MARKS = ("zarr.json", ".zgroup", ".zarray")
+#: Metadata files by which a Zarr group or array is recognised, of versions 3 and 2.
+METADATA_FILES = ("zarr.json", ".zgroup", ".zarray")
 
 
 class Volume3:
-    """Three axes, z first, of an array of more, or in another order; blocks are read from it."""
+    """An array ``[z, y, x]`` taken from an array with more axes or another order; blocks are read on access."""
 
     def __init__(self, array: Any, index: tuple[Any, ...], order: tuple[int, int, int]) -> None:
         self._array, self._index, self._order = array, index, order
@@ -48,15 +47,15 @@ class Volume3:
 
 
 class Image:
-    """A level of an image: an array ``[z, y, x]`` that is not loaded, and where it lies."""
+    """A level of an image: an array ``[z, y, x]``, which is not loaded, and its frame."""
 
     def __init__(self, array: Any, frame: Frame, name: str) -> None:
         self.array, self.frame, self.name = array, frame, name
 
 
 def opened(source: Any) -> Any:
-    """The array or group in a Zarr folder, where a source is the path of one; else the source."""
-    if isinstance(source, (str, os.PathLike)) and any(os.path.isfile(os.path.join(source, m)) for m in MARKS):
+    """Open the array or group if a source is the path of a Zarr folder; otherwise return the source."""
+    if isinstance(source, (str, os.PathLike)) and any(os.path.isfile(os.path.join(source, m)) for m in METADATA_FILES):
         import zarr
 
         return zarr.open(os.fspath(source), mode="r")
@@ -64,12 +63,12 @@ def opened(source: Any) -> Any:
 
 
 def is_group(source: Any) -> bool:
-    """Whether something is a group of Zarr."""
+    """True for a Zarr group."""
     return hasattr(source, "group_keys") and hasattr(source, "attrs")
 
 
 def image(group: Any, level: int, channel: int | None, frame: int | None) -> Image:
-    """A level of the image in a group; of several channels or frames in time the one that is told."""
+    """A level of the image in a group, at the given channel and frame if there are several."""
     attrs = dict(group.attrs)
     attrs = attrs.get("ome", attrs)
     try:
@@ -91,7 +90,7 @@ def image(group: Any, level: int, channel: int | None, frame: int | None) -> Ima
     at = [names.index(n) for n in "xyz"]
     units = [str(axes[i].get("unit") or "") for i in at]
     mm = [_native.unit_in_mm(unit) for unit in units]
-    # In the unit of x.
+    # Converted to the unit of x.
     known = all(mm)
     to = [m / mm[0] if known else 1.0 for m in mm]  # type: ignore[operator]
     spacing = tuple(scale[i] * t for i, t in zip(at, to))
@@ -100,29 +99,29 @@ def image(group: Any, level: int, channel: int | None, frame: int | None) -> Ima
     return Image(Volume3(array, index, (z, y, x)), Frame(first, spacing, unit=units[0] if known else ""), name or "array")
 
 
-def _at(name: str, size: int, told: dict[str, int | None]) -> int | None:
-    """Where along an axis that is none of space the volume is; none along one of space."""
+def _at(name: str, size: int, indices: dict[str, int | None]) -> int | None:
+    """The index along an axis that is not spatial; ``None`` for a spatial axis."""
     if name in "zyx":
         return None
-    what = {"c": "channel", "t": "frame"}.get(name, name)
-    at = told.get(name)
+    axis = {"c": "channel", "t": "frame"}.get(name, name)
+    at = indices.get(name)
     if at is None and size == 1:
         return 0
     if at is None or not 0 <= at < size:
-        raise UsageError(f"{what} {at}, expected one of 0 to {size - 1}")
+        raise UsageError(f"{axis} {at}, expected one of 0 to {size - 1}")
     return at
 
 
 def _placed(transformations: list[dict[str, Any]], n: int) -> tuple[list[float], list[float]]:
-    """Scale and translation along all axes, of transformations one after the other."""
+    """Combined scale and translation along all axes of a sequence of transformations."""
     scale, origin = [1.0] * n, [0.0] * n
-    for told in transformations:
-        kind = told.get("type")
-        numbers = told.get(kind) if kind in ("scale", "translation") else None
+    for transformation in transformations:
+        kind = transformation.get("type")
+        numbers = transformation.get(kind) if kind in ("scale", "translation") else None
         if kind == "identity":
             continue
         if not isinstance(numbers, (list, tuple)) or len(numbers) != n:
-            raise InputError(f"a transformation {told!r}, expected a scale or a translation along {n} axes")
+            raise InputError(f"a transformation {transformation!r}, expected a scale or a translation along {n} axes")
         if kind == "scale":
             scale = [a * float(b) for a, b in zip(scale, numbers)]
             origin = [a * float(b) for a, b in zip(origin, numbers)]

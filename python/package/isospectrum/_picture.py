@@ -1,4 +1,4 @@
-"""Pictures as arrays that notebooks show."""
+"""Pictures as arrays that notebooks display."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ class Picture(np.ndarray):
 
     @staticmethod
     def of(native: native_part.Picture) -> Picture:
-        """What was drawn."""
+        """A picture from its native object."""
         picture = native.pixels().reshape((*native.shape, 4)).view(Picture)
         picture.flags.writeable = False
         picture._native = native
         return picture
 
     def __array_finalize__(self, _from: Any) -> None:
-        # A part of a picture is an array like any other.
+        # A slice of a picture is an ordinary array.
         self._native = None
 
     def _repr_png_(self) -> bytes | None:
         return None if self._native is None else self._native.png()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write it as PNG."""
+        """Write a PNG file."""
         if self._native is None:
-            raise ValueError("a part of a picture, expected the whole: PIL.Image.fromarray(part).save writes it")
+            raise ValueError("a slice of a picture, expected the whole: PIL.Image.fromarray(part).save writes a slice")
         self._native.save(os.fspath(path))

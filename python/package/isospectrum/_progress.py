@@ -1,4 +1,4 @@
-"""How progress is shown: by tqdm where there is one, by a callable of the user's otherwise."""
+"""Progress bars: tqdm's if it is installed, or a callable of the user."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Union
 
-#: ``True`` for a bar, ``False`` for none, or a callable that is told the share done (0 to 1) and what is being done.
+#: ``True`` for a bar, ``False`` for none, or a callable that takes the finished share (0 to 1) and the current stage.
 Progress = Union[bool, Callable[[float, str], object]]
 
 
 @contextlib.contextmanager
 def shown(progress: Progress, what: str) -> Iterator[Callable[[float, str], object] | None]:
-    """Something to call with the share done and what is being done, or ``None`` where nobody listens."""
+    """A callable that takes the finished share and the current stage, or ``None`` if nothing is shown."""
     if callable(progress):
         yield progress
         return
@@ -33,8 +33,8 @@ def shown(progress: Progress, what: str) -> Iterator[Callable[[float, str], obje
         bar.refresh()
 
 
-def _bar(what: str):  # noqa: ANN202 (a tqdm, if there is one)
-    """A bar, in notebooks that of notebooks; none where no tqdm is installed, or nobody looks."""
+def _bar(what: str):  # noqa: ANN202 (a tqdm, if it is installed)
+    """A tqdm bar for the terminal or the notebook; ``None`` without tqdm, or if stderr is no terminal."""
     try:
         from tqdm.auto import tqdm
     except ImportError:

@@ -1,4 +1,4 @@
-"""What PyVista (0.48 and later) finds by entry points: ``image.isospectrum.compute()`` and ``pyvista.read("x.isp")``."""
+"""Entry points for PyVista (0.48 and later): ``image.isospectrum.compute()`` and ``pyvista.read("x.isp")``."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ import pyvista
 
 import isospectrum
 
-#: Under these names a mesh tells where it comes from.
-FIELD = "isovalue"
+from ._isovalue import Isovalue
 
 
 @pyvista.register_dataset_accessor("isospectrum", pyvista.ImageData)
@@ -20,7 +19,7 @@ class ImageAccessor:
         self._image = image
 
     def compute(self, scalars: str | None = None, **options: Any) -> isospectrum.Spectrum:
-        """Compute the spectrum of the active scalars, or those of a name; ``options`` are those of
+        """Compute the spectrum of the active scalars, or of those named ``scalars``; ``options`` are those of
         :func:`isospectrum.compute`."""
         image = self._image
         if scalars is not None:
@@ -30,7 +29,7 @@ class ImageAccessor:
         return isospectrum.compute(image, **options)
 
 
-def read(path: str, isovalue: isospectrum._spectrum.Isovalue | None = None, **options: Any) -> pyvista.PolyData:
-    """The mesh of a spectrum file at an isovalue, or the one at which a page opens; ``options`` are those of
+def read(path: str, isovalue: Isovalue | None = None, **options: Any) -> pyvista.PolyData:
+    """The mesh of a spectrum file at an isovalue, by default the one at which a page opens; ``options`` are those of
     :meth:`isospectrum.Spectrum.mesh`."""
     return isospectrum.open(path).mesh(isovalue, **options).to_pyvista()

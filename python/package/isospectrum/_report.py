@@ -1,4 +1,4 @@
-"""What a verification found."""
+"""Results of a verification."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ._errors import VerificationError
 
 
 class Report:
-    """A spectrum measured against its volume, at isovalues that nobody chose beforehand.
+    """Result of verifying a spectrum against its volume at random isovalues.
 
     Attributes
     ----------
     passed : bool
-        Whether every promise is kept.
+        True if every promise holds.
     failures : list of str
-        A sentence for each that is not.
+        A sentence for each broken promise.
     data : dict
-        All of it, as ``isospectrum verify --json`` prints it.
+        The full report, as ``isospectrum verify --json`` prints it.
     """
 
     def __init__(self, text: str) -> None:
@@ -32,11 +32,11 @@ class Report:
         return self.passed
 
     def __repr__(self) -> str:
-        said = "passed" if self.passed else "failed: " + "; ".join(self.failures)
-        return f"<isospectrum.Report of {self.data['volume']}: {said}>"
+        result = "passed" if self.passed else "failed: " + "; ".join(self.failures)
+        return f"<isospectrum.Report of {self.data['volume']}: {result}>"
 
     def check(self) -> None:
-        """Raise :class:`isospectrum.VerificationError` where a promise is not kept."""
+        """Raise :class:`isospectrum.VerificationError` if a promise is broken."""
         if not self.passed:
             raise VerificationError(f"{self.data['volume']}: verification failed: {'; '.join(self.failures)}")
 
@@ -47,7 +47,7 @@ class Report:
 
     @property
     def rows(self) -> np.ndarray:
-        """A structured array, one row for each isovalue: what was expected and what the mesh has."""
+        """A structured array with one row per isovalue: expected and actual topology of the mesh."""
         of = [
             (row["isovalue"], row["at_event"], row["n_triangles"], row["expected_components"],
              row["topology"]["components"], row["expected_euler"], row["topology"]["euler"])

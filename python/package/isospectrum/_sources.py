@@ -1,7 +1,7 @@
-"""What can be a volume, and where its samples lie.
+"""Conversion of arrays and images of other packages to volumes.
 
-Every source becomes an array ``a[z, y, x]`` of one of the eight types of samples and a :class:`Frame`. Packages are told
-apart by the protocols of their objects, and none is imported that its user has not imported already.
+Every source becomes an array ``a[z, y, x]`` of one of the eight sample types and a :class:`Frame`. Objects of other packages are
+recognised by their attributes, so no package is imported that the user has not imported already.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from . import _native, _ome_zarr
 from ._errors import InputError, UsageError
 from ._frame import Frame, triple
 
-#: Types of samples that a volume has; all others are converted, or refused where they do not fit.
+#: Sample types of a volume; all others are converted, or refused if they do not fit.
 NATIVE = tuple(np.dtype(t) for t in ("u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8"))
 
-#: How much steps between coordinates may differ and still be even, over their mean: what a 32-bit float loses.
-UNEVEN = 1e-4
+#: Tolerated relative difference of steps between coordinates: the rounding of 32-bit floats.
+MAX_UNEVENNESS = 1e-4
 
 
 def volume(
@@ -35,7 +35,7 @@ def volume(
     name: str | None = None,
     nan_as: float | None = None,
 ) -> _native.Volume:
-    """The volume that a source is; what is given replaces what the source tells of itself."""
+    """Convert a source to a volume; arguments override the frame of the source."""
     if isinstance(source, _native.Volume):
         return source
     if isinstance(source, (str, os.PathLike)):
@@ -44,14 +44,14 @@ def volume(
         ends = [None if n is None else triple(n, what) for n, what in ((spacing, "spacing"), (origin, "origin"))]
         return _native.Volume.read(os.fspath(source), ends[0], ends[1], nan_as)
     array, frame = array_and_frame(source)
-    frame = told_frame(frame, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit)
+    frame = overridden_frame(frame, spacing=spacing, origin=origin, direction=direction, space=space, unit=unit)
     samples = sample_array(array)
     return _native.Volume(
         samples, name or name_of(source), frame.origin, frame.spacing, frame.axes, frame.space, frame.unit, nan_as
     )
 
 
-def told_frame(
+def overridden_frame(
     frame: Frame,
     *,
     spacing: Any = None,
@@ -60,7 +60,7 @@ def told_frame(
     space: str | None = None,
     unit: str | None = None,
 ) -> Frame:
-    """A frame in which what is given replaces what the source tells."""
+    """A frame with some of its fields replaced."""
     if spacing is not None:
         frame = replace(frame, spacing=triple(spacing, "spacing"))
     if origin is not None:
@@ -77,19 +77,19 @@ def told_frame(
 
 
 def name_of(source: Any) -> str:
-    """What a source is called: an xarray's or a data set's own name."""
+    """Name of a source: that of an xarray or a data set, else ``"array"``."""
     name = getattr(source, "name", None)
     return name.rsplit("/", 1)[-1] if isinstance(name, str) and name.strip("/") else "array"
 
 
 def array_and_frame(source: Any) -> tuple[np.ndarray, Frame]:
-    """The array of a source, z first, in memory, and where it lies."""
+    """The array ``[z, y, x]`` of a source, in memory, and its frame."""
     array, frame = lazy_and_frame(source)
     return of_array(array), frame
 
 
 def lazy_and_frame(source: Any) -> tuple[Any, Frame]:
-    """What is the array of a source, z first, though it may not be in memory yet, and where it lies."""
+    """The array ``[z, y, x]`` of a source, which may not be in memory yet, and its frame."""
     if hasattr(source, "GetDirection") and hasattr(source, "GetNumberOfComponentsPerPixel"):
         return of_simple_itk(source)
     if hasattr(source, "dataobj") and hasattr(source, "affine"):
@@ -102,7 +102,7 @@ def lazy_and_frame(source: Any) -> tuple[Any, Frame]:
 
 
 def of_array(source: Any) -> np.ndarray:
-    """Anything that is an array by NumPy's, the buffer's or DLPack's protocol."""
+    """Convert an object by NumPy's array protocol, the buffer protocol or DLPack."""
     if isinstance(source, np.ma.MaskedArray) and np.ma.is_masked(source):
         raise InputError("a masked array, expected one without masked samples: .filled(value) makes one")
     if hasattr(source, "__array__") or hasattr(source, "__array_interface__"):
@@ -113,7 +113,7 @@ def of_array(source: Any) -> np.ndarray:
 
 
 def of_simple_itk(image: Any) -> tuple[np.ndarray, Frame]:
-    """A SimpleITK image: its own memory, LPS, millimetres."""
+    """A SimpleITK image, without a copy: LPS, millimetres."""
     import SimpleITK
 
     if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
@@ -128,7 +128,7 @@ def of_simple_itk(image: Any) -> tuple[np.ndarray, Frame]:
 
 
 def of_nibabel(image: Any) -> tuple[np.ndarray, Frame]:
-    """A nibabel image ``[x, y, z]`` with its affine: RAS; scaled where its file says so."""
+    """A nibabel image ``[x, y, z]`` with its affine: RAS, with the scaling of its file applied."""
     array = np.asanyarray(image.dataobj)
     while array.ndim > 3 and array.shape[-1] == 1:
         array = array[..., 0]
@@ -148,7 +148,7 @@ def of_nibabel(image: Any) -> tuple[np.ndarray, Frame]:
 
 
 def of_pyvista(grid: Any) -> tuple[np.ndarray, Frame]:
-    """A PyVista (or VTK) image: its active scalars, of points or of cells, which lie in the middle of theirs."""
+    """The active scalars of a PyVista (or VTK) image, of points or at the centres of cells."""
     scalars = grid.active_scalars
     if scalars is None:
         raise InputError("an image without active scalars, expected some: set_active_scalars")
@@ -160,7 +160,7 @@ def of_pyvista(grid: Any) -> tuple[np.ndarray, Frame]:
     if len(scalars) != dims.prod():
         dims = np.maximum(dims - 1, 1)
         origin = origin + matrix @ (0.5 * np.array(grid.spacing))
-    # VTK's arrays may start elsewhere than at 0.
+    # Indices of VTK's arrays may not start at 0.
     offset = np.array(getattr(grid, "offset", (0, 0, 0)))
     if offset.any() and not hasattr(grid, "bounds_origin_includes_offset"):
         origin = origin + matrix @ (np.array(grid.spacing) * offset)
@@ -168,8 +168,8 @@ def of_pyvista(grid: Any) -> tuple[np.ndarray, Frame]:
 
 
 def of_xarray(array: Any) -> tuple[Any, Frame]:
-    """An xarray of three named axes. Axes named x, y and z are taken as these, in whatever order; others as z, y, x. Their
-    coordinates, which are evenly spaced, tell origin, spacing and direction, and the attribute ``units`` the unit."""
+    """An xarray with three axes: those named x, y and z in any order, or otherwise taken as z, y, x. Evenly spaced coordinates give
+    origin, spacing and direction, and their attribute ``units`` the unit."""
     dims = list(array.dims)
     if len(dims) != 3:
         raise InputError(f"an array of the axes {', '.join(map(str, dims))}, expected 3: .sel or .isel take one")
@@ -195,20 +195,19 @@ def of_xarray(array: Any) -> tuple[Any, Frame]:
 
 
 def even(name: Any, along: np.ndarray) -> tuple[float, float]:
-    """First of evenly spaced coordinates, and their step."""
+    """First value and step of evenly spaced coordinates."""
     if not np.issubdtype(along.dtype, np.number):
         raise InputError(f"coordinates of axis {name} of type {along.dtype}, expected numbers")
     along = along.astype(float)
     steps = np.diff(along)
     step = float((along[-1] - along[0]) / len(steps))
-    if not np.isfinite(along).all() or step == 0 or np.abs(steps - step).max() > UNEVEN * abs(step):
+    if not np.isfinite(along).all() or step == 0 or np.abs(steps - step).max() > MAX_UNEVENNESS * abs(step):
         raise InputError(f"coordinates of axis {name}, expected evenly spaced ones")
     return float(along[0]), step
 
 
 def sample_array(array: np.ndarray) -> np.ndarray:
-    """An array in one of the types of samples; the same one where it has such a type. Nothing is rounded but ``float128``,
-    and no whole number at all."""
+    """Convert an array to a sample type, without a copy if it has one already. Only ``float128`` is rounded, integers never."""
     array = np.asarray(array)
     if array.ndim != 3:
         raise UsageError(f"an array of {array.ndim} axes, expected 3: z, y, x")
@@ -219,8 +218,8 @@ def sample_array(array: np.ndarray) -> np.ndarray:
 
 
 def sample_type(dtype: np.dtype, limits: Callable[[], tuple[int, int]]) -> np.dtype:
-    """The type of samples that numbers of a type become; 64-bit whole numbers, whose smallest and largest are asked for, in 32
-    bits, or as 64-bit floats where these hold all of them."""
+    """The sample type for a NumPy type. 64-bit integers, whose smallest and largest value ``limits`` returns, become 32-bit ones if they
+    fit, else 64-bit floats if those represent them exactly."""
     kind, size = dtype.kind, dtype.itemsize
     if kind == "b":
         return np.dtype(np.uint8)
@@ -236,7 +235,7 @@ def sample_type(dtype: np.dtype, limits: Callable[[], tuple[int, int]]) -> np.dt
                 return np.dtype(narrow)
         if max(-low, high) <= 2**53:
             return np.dtype(np.float64)
-        raise InputError(f"whole numbers from {low} to {high}, expected at most 2^53, which 64-bit floats hold")
+        raise InputError(f"whole numbers from {low} to {high}, expected at most 2^53, which 64-bit floats represent exactly")
     native = dtype.newbyteorder("=")
     if native in NATIVE:
         return native

@@ -1,9 +1,9 @@
-"""The page in a notebook: an anywidget that hosts it in a frame and talks to it by its messages."""
+"""The page in a notebook: an anywidget that shows it in an iframe and exchanges messages with it."""
 
 from __future__ import annotations
 
 import pathlib
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 try:
     import anywidget
@@ -12,9 +12,16 @@ except ImportError as missing:
     raise ImportError("the widget needs anywidget: pip install 'isospectrum[widget]'") from missing
 
 from ._errors import RangeError
+from ._isovalue import Isovalue
 
-if TYPE_CHECKING:
-    from ._spectrum import Isovalue, Spectrum
+
+class _Pages(Protocol):
+    """The part of a spectrum that the widget uses."""
+
+    @property
+    def range(self) -> tuple[float, float]: ...
+    def isovalue(self, c: Isovalue | None = None) -> float: ...
+    def html(self, path: None = None, *, c: Any = None, **options: Any) -> str | None: ...
 
 
 class Widget(anywidget.AnyWidget):
@@ -23,9 +30,9 @@ class Widget(anywidget.AnyWidget):
     Attributes
     ----------
     isovalue : float
-        What is shown. It follows the slider, and the slider follows it; ``observe(f, names="isovalue")`` tells of changes.
+        The isovalue shown. It and the slider follow each other; ``observe(f, names="isovalue")`` reports changes.
     height : int
-        Pixels.
+        Height in pixels.
     range : (float, float)
         Lowest and highest isovalue.
     """
@@ -36,7 +43,7 @@ class Widget(anywidget.AnyWidget):
     height = traitlets.Int(480, min=100).tag(sync=True)
     range = traitlets.Tuple(traitlets.Float(), traitlets.Float(), read_only=True)
 
-    def __init__(self, spectrum: Spectrum, c: Isovalue | None = None, *, height: int = 480, **options: Any) -> None:
+    def __init__(self, spectrum: _Pages, c: Isovalue | None = None, *, height: int = 480, **options: Any) -> None:
         isovalue = spectrum.isovalue(c)
         options.setdefault("still", False)
         ends = spectrum.range
