@@ -8,8 +8,8 @@
 use std::io::{BufRead as _, Write as _, stdin, stdout};
 use std::time::Instant;
 
-use isospectrum::inside::spectrum::ActiveSet;
 use isospectrum::spectrum::{Query, SurfaceMesh};
+use isospectrum::unstable::spectrum::ActiveSet;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).ok_or("expected the name of a spectrum")?;

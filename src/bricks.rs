@@ -1,41 +1,44 @@
-//! Bricks: a volume cut into blocks that are swept apart, by as many processes as there are, and joined.
+//! Bricks: a volume is cut into blocks that are swept independently, by any number of processes, and merged.
 //!
 //! # Theory
 //!
-//! A brick has the samples on its border in common with the bricks beside it. The layer around a swept block is exact, so
-//! its surface ends there at the polyline of the exact extraction, which depends on the samples of the border alone: both
-//! sides have the same vertices, one per lattice edge, with the same trajectories and lifetimes, bit by bit. So a merge
-//! concatenates the parts and unites the vertices of equal lattice edges. Nothing is matched, and a difference is an error.
+//! Neighbouring bricks share a plane of samples. The layer around a swept block is exact, so its surface ends there at the
+//! polyline of the exact extraction, which depends on the samples of the plane alone. Both sides therefore have the same
+//! vertices, one per lattice edge, with the same trajectories and lifetimes, bit by bit. A merge concatenates the parts and unites
+//! vertices of equal lattice edges; no geometry is matched, and a difference is an error.
 //!
-//! The events of the volume are no sum over bricks. Each tells of the critical points that it owns and where walks from there end,
-//! which is all that the sweeps of the whole ask for ([`crate::topology::blocks`]): they are exact, and the volume is not needed
-//! as a whole.
+//! The events of the volume are not the sum of the events of its bricks. Each brick contributes the critical points that it owns and
+//! the ends of the monotone walks that start in it, from which the events of the whole are joined exactly
+//! ([`crate::topology::blocks`]), without the whole volume in memory.
 //!
 //! # Invariants
 //!
-//! - Bricks depend on the dimensions of the volume and the side asked for alone, and the order in which parts are joined on
-//!   their numbers: the bytes of the result do not depend on who computed which part when.
-//! - A part names the hash of all that it was made from ([`Plan::hash`]), the samples included.
+//! - The bricks depend only on the dimensions of the volume and the requested side, and parts are merged in the order of their
+//!   numbers: the bytes of the result do not depend on who computes which part when.
+//! - A part names the hash of everything it was computed from ([`Plan::hash`]), including the samples.
 
+mod blocks;
 mod columns;
 mod critical;
+mod head;
 mod local;
+mod merge;
+mod merge_folder;
 mod part;
 mod parts;
 mod plan;
 mod source;
-mod split;
+mod strategy;
 mod survey;
-mod unite;
 
-pub use local::{Limits, compute_parts, part_of};
-pub use part::{Border, Part, PartHead};
+pub use blocks::{Blocks, cut};
+pub use head::PartHead;
+pub use local::{BrickLimits, compute_part, compute_parts};
+pub use merge::merge;
+pub use merge_folder::{merge_to_folder, merge_to_path};
+pub use part::{Part, PartBorder};
 pub use parts::Parts;
-pub use plan::{Blocks, Brick, Plan, Recipe, cut};
-pub use source::{Held, Opened, ReadBlocks, Source};
-pub use split::merge_to_folder;
+pub use plan::{Brick, Plan, Recipe, SIDE};
+pub use source::{OpenVolume, ReadBlocks, SampleBox, VolumeSource};
+pub use strategy::{Strategy, is_divisible};
 pub use survey::Survey;
-pub use unite::merge;
-
-/// Cells along the side of a brick where nothing else is asked for.
-pub const SIDE: usize = 128;

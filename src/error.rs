@@ -1,13 +1,13 @@
-//! The one error type of the library and what each kind means to a caller.
+//! The error type of the library.
 
 use std::path::{Path, PathBuf};
 
-/// Shorthand for results of this library.
+/// Result of a function of this library.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Everything that can go wrong in this library.
+/// Error of this library.
 ///
-/// Messages are one line, lower case, without a full stop: what, where, and what was expected.
+/// A message is one line in lower case without a full stop, and names the fault, its place and what was expected.
 ///
 /// ```
 /// use isospectrum::{Error, Placement, Samples, Volume};
@@ -26,46 +26,46 @@ pub enum Error {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// A file or a volume is damaged, unsupported, or does not hold what it says.
+    /// A file or a volume is damaged, unsupported, or contradicts its own header.
     #[error("{0}")]
     Input(String),
-    /// An isovalue lies outside the range of the spectrum.
+    /// An isovalue is outside the range of the spectrum.
     #[error("isovalue {isovalue} lies outside the range {low} to {high}")]
     Range {
-        /// The isovalue asked for.
+        /// The isovalue.
         isovalue: f64,
         /// Lowest isovalue of the spectrum.
         low: f64,
         /// Highest isovalue of the spectrum.
         high: f64,
     },
-    /// Arguments that contradict each other or make no sense.
+    /// Arguments are invalid or contradict each other.
     #[error("{0}")]
     Usage(String),
-    /// No adapter, or the device was lost.
+    /// There is no GPU adapter, or the device was lost.
     #[error("{0}")]
     Gpu(String),
-    /// The caller asked to stop (Ctrl-C).
+    /// The caller cancelled the work ([`Progress::cancelled`](crate::Progress::cancelled)).
     #[error("interrupted")]
     Interrupted,
-    /// A spectrum does not pass verification.
+    /// A spectrum fails verification.
     #[error("{0}")]
     Verification(String),
-    /// What this library has found contradicts itself: a fault of the library, not of its input.
+    /// An invariant of this library does not hold: a fault of the library, not of its input.
     #[error("internal error, please report it: {0}")]
     Internal(String),
 }
 
 impl Error {
-    /// An [`Error::Input`] from anything printable.
+    /// An [`Error::Input`] with a message.
     pub fn input(message: impl Into<String>) -> Self {
         Error::Input(message.into())
     }
 
-    /// An [`Error::Internal`] from anything printable.
+    /// An [`Error::Internal`] with a message.
     pub fn internal(message: impl Into<String>) -> Self {
         Error::Internal(message.into())
     }
@@ -75,10 +75,10 @@ impl Error {
         Error::Io { path: path.into(), source }
     }
 
-    /// The same; of an [`Error::Input`] it says in which file that is.
+    /// Adds the path of the file to the message of an [`Error::Input`]; other errors are returned unchanged.
     pub fn of_file(self, path: &Path) -> Self {
         match self {
-            Error::Input(what) => Error::Input(format!("{}: {what}", path.display())),
+            Error::Input(message) => Error::Input(format!("{}: {message}", path.display())),
             other => other,
         }
     }

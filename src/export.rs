@@ -22,6 +22,7 @@ mod nearest;
 mod obj;
 mod ply;
 mod stl;
+#[cfg(feature = "zip")]
 mod three_mf;
 mod usda;
 mod vtp;
@@ -34,7 +35,7 @@ pub use morph::{MOST_TARGETS, Morph, Shape, write_morph_to};
 
 pub use crate::ply_reader::{PlyMesh, parse_ply, read_ply};
 
-use crate::beside::write_beside;
+use crate::atomic_file::write_atomically;
 use crate::color::{Attribute, Map, Per, to_srgb};
 use crate::error::{Error, Result};
 use crate::spectrum::{FINEST_QUANTUM, SurfaceMesh};
@@ -87,7 +88,11 @@ impl Format {
             "obj" => Ok(Format::Obj),
             "glb" => Ok(Format::Glb),
             "vtp" => Ok(Format::Vtp),
-            "3mf" => Ok(Format::ThreeMf),
+            "3mf" if cfg!(feature = "zip") => Ok(Format::ThreeMf),
+            "3mf" => Err(Error::Usage(format!(
+                "{}: this build cannot write it: built without the feature `zip`",
+                path.display()
+            ))),
             "usda" => Ok(Format::Usda),
             _ => Err(Error::Usage(format!(
                 "{}: unknown mesh format, expected a name that ends in .ply, .stl, .obj, .glb, .vtp, .3mf or .usda",
@@ -123,7 +128,7 @@ pub fn write(
     let path = path.as_ref();
     let format = Format::of_path(path)?;
     let mesh = prepared(mesh, placement, border, format)?;
-    write_beside(path, |writer| encode(mesh, None, format, writer))
+    write_atomically(path, |writer| encode(mesh, None, format, writer))
 }
 
 /// As [`write()`], to any writer: the program's standard output for one.
@@ -366,7 +371,10 @@ fn encode(
         Format::Obj => obj::write(&placed, painted, writer),
         Format::Glb => glb::write(placed, painted, writer),
         Format::Vtp => vtp::write(&placed, painted, writer),
+        #[cfg(feature = "zip")]
         Format::ThreeMf => three_mf::write(&placed, writer),
+        #[cfg(not(feature = "zip"))]
+        Format::ThreeMf => Err(io::Error::other("3MF: built without the feature `zip`")),
         Format::Usda => usda::write(&placed, painted, writer),
     }
 }

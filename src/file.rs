@@ -32,7 +32,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::beside::{PartFolder, folder_of, no_parts, place_of, write_beside};
+pub use crate::atomic_file::{
+    TemporaryFolder, block_writes, final_path, parent_folder, write_atomically,
+};
 pub(crate) use facing::Units;
 pub(crate) use folder::living;
 pub use folder::{SpectrumFolder, is_folder};
@@ -100,7 +102,7 @@ struct Info<V, P> {
 /// [`Error::Io`]; [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
     let bytes = to_bytes(spectrum)?;
-    write_beside(path.as_ref(), |writer| writer.write_all(&bytes))
+    write_atomically(path.as_ref(), |writer| writer.write_all(&bytes))
 }
 
 /// Reads a spectrum. The file may come from anyone.

@@ -1,21 +1,19 @@
-//! How large a spectrum will be, told before hours of computing it.
+//! Forecast of the size of a spectrum and of the memory of its computation.
 //!
 //! # Theory
 //!
-//! A spectrum holds the triangles of the surface that is tracked, and those that come and go where it
-//! cannot be. The first are as many as the isosurface is large: it crosses lattice edges in proportion
-//! to its area, which is counted at a few isovalues. Smaller tolerances make more of them, by a power of h.
-//! The second come with the events, those of tied samples included, and wherever cells are exact: these have other
-//! triangles between each two of their corners' values, and such intervals are counted, too.
+//! A spectrum consists of the triangles of the tracked surface and those of exact cells. The tracked ones are proportional to the
+//! area of the isosurface, for which the lattice edges that it crosses are counted at a few isovalues; their number grows with a
+//! power of the tolerance. The exact ones come with the events, including those of tied samples, and with the intervals between the
+//! values of a cell's corners, in each of which the cell has other triangles.
 //!
-//! # How far it is off
+//! # Accuracy
 //!
-//! The constants are fitted to spectra of the sweep as it was when they were fitted, so that the ratios of forecast and
-//! truth are near 1 on average: 2.2 nucleon, 0.9 fuel, 0.9 hydrogen of 128^3, 0.6 and 0.9 lobster smoothed by 1 and 2 voxels, 0.7 lobster,
+//! The constants are fitted to spectra of an earlier version of the sweep, so that the ratio of forecast to truth is near 1 on
+//! average: 2.2 nucleon, 0.9 fuel, 0.9 hydrogen of 128^3, 0.6 and 0.9 lobster smoothed by 1 and 2 voxels, 0.7 lobster,
 //! 1.0 tooth, 0.9 flair, 1.5 aneurism, 0.8 HeadMRVolume, 1.1 engine, 0.9 bonsai (0.8 with an error of 0.4), 3.1 gyroid:48, 1.1 noise:32, and
-//! 0.3 marschner_lobb, all of whose surface changes with each grey level: a factor of about two either way.
-//! `compute --json` tells the forecast beside what came of it, to fit the constants anew when the
-//! sweep changes.
+//! 0.3 marschner_lobb, whose whole surface changes with each grey level. That is a factor of about two either way.
+//! `compute --json` prints the forecast with the actual numbers, for fitting the constants again when the sweep changes.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -27,47 +25,50 @@ use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
 /// Isovalues at which the isosurface is counted.
-const N_COUNTED: usize = 16;
+const N_ISOVALUES: usize = 16;
 
 /// Triangles of a spectrum per lattice edge that the isosurface crosses on average.
-const PER_CROSSING: f64 = 45.0;
+const TRIANGLES_PER_CROSSING: f64 = 45.0;
 
 /// Triangles per event.
-const PER_EVENT: f64 = 15.0;
+const TRIANGLES_PER_EVENT: f64 = 15.0;
 
 /// Triangles per interval between two values of a cell's corners.
-const PER_INTERVAL: f64 = 0.6;
+const TRIANGLES_PER_INTERVAL: f64 = 0.6;
 
-/// Events per such edge above which noise is what makes a spectrum large (scans .5 to 12, smooth fields .001 to .1).
+/// Events per crossed edge above which noise dominates the size of a spectrum (scans 0.5 to 12, smooth fields 0.001 to 0.1).
 const EVENTS_PER_CROSSING: f64 = 0.125;
 
-/// The tolerance that the constants are fitted at, voxels, and the power by which they change.
+/// Tolerance for which the constants are fitted, voxels.
 const FITTED_ERROR: f64 = 0.1;
+
+/// Power of the ratio of tolerances by which the number of tracked triangles grows.
 const ERROR_POWER: f64 = 0.5;
 
-/// Memory while a spectrum is computed and written, bytes per triangle (100 to 390 were measured of spectra of a million and
-/// more) and per sample.
+/// Memory for computing and writing a spectrum, bytes per triangle (measured: 100 to 390 for a million triangles and more).
 const BYTES_PER_TRIANGLE: f64 = 200.0;
+
+/// Memory for computing a spectrum, bytes per sample of the volume.
 const BYTES_PER_SAMPLE: f64 = 40.0;
 
-/// What a spectrum is expected to be.
+/// Expected size of a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Forecast {
-    /// Events inside the range of isovalues, those of tied samples included.
+    /// Events within the range of isovalues, including those of tied samples.
     pub events: usize,
-    /// Lattice edges that the isosurface crosses, on average over the range.
+    /// Lattice edges that the isosurface crosses, mean over the range.
     pub crossings: f64,
-    /// Intervals between the values of the corners of each cell, inside the range, of all cells.
+    /// Intervals between the values of a cell's corners within the range, sum over all cells.
     pub intervals: u64,
     /// Triangles of the spectrum.
     pub triangles: f64,
-    /// Largest use of memory, bytes.
+    /// Peak memory of the computation, bytes.
     pub memory: f64,
 }
 
 impl Forecast {
-    /// What to expect of a volume over a range of isovalues with the tolerance `error` in voxels; takes about as long as the first
-    /// steps of its sweep.
+    /// Forecast for a volume, a range of isovalues and the tolerance `error` in voxels. Takes about as long as the first steps of
+    /// the sweep.
     ///
     /// ```
     /// use isospectrum::{Forecast, volume::phantom};
@@ -80,43 +81,42 @@ impl Forecast {
     ///
     /// # Errors
     ///
-    /// Those of finding its topology: [`Error::Input`](crate::Error::Input), [`Error::Internal`](crate::Error::Internal).
+    /// Those of computing its topology: [`Error::Input`](crate::Error::Input), [`Error::Internal`](crate::Error::Internal).
     pub fn of_volume(volume: &Volume, range: (f64, f64), error: f64) -> Result<Self> {
         let field = ExactField::new(volume)?;
         Ok(Forecast::of(&field, &Topology::compute(&field)?, range, error))
     }
 
-    /// Counts what decides the size of the spectrum of a field over a range of isovalues with the
-    /// tolerance `error` in voxels.
+    /// As [`Forecast::of_volume`], for a field whose topology is known.
     pub(crate) fn of(
         field: &ExactField<'_>,
         topology: &Topology,
         (low, high): (f64, f64),
         error: f64,
     ) -> Self {
-        let inside = |isovalue: f64| (low..=high).contains(&isovalue);
-        let events = topology.events.iter().filter(|e| inside(e.isovalue)).count();
+        let is_inside = |isovalue: f64| (low..=high).contains(&isovalue);
+        let events = topology.events.iter().filter(|e| is_inside(e.isovalue)).count();
         Self::with_events(field, events, (low, high), error)
     }
 
-    /// As [`Forecast::of`], where it is known how many events lie inside the range.
+    /// As [`Forecast::of`], for a known number of events within the range.
     pub(crate) fn with_events(
         field: &ExactField<'_>,
         events: usize,
         (low, high): (f64, f64),
         error: f64,
     ) -> Self {
-        let step = (high - low) / N_COUNTED as f64;
-        let crossings: usize = (0..N_COUNTED)
+        let step = (high - low) / N_ISOVALUES as f64;
+        let crossings: usize = (0..N_ISOVALUES)
             .into_par_iter()
             .map(|i| count(field, low + (i as f64 + 0.5) * step))
             .map(|components| components.iter().map(|c| c.n_crossings).sum::<usize>())
             .sum();
-        let crossings = crossings as f64 / N_COUNTED as f64;
+        let crossings = crossings as f64 / N_ISOVALUES as f64;
         let intervals = intervals(field, (low, high));
         let finer = (FITTED_ERROR / error).powf(ERROR_POWER);
-        let exact = PER_EVENT * events as f64 + PER_INTERVAL * intervals as f64;
-        let triangles = finer * PER_CROSSING * crossings + exact;
+        let exact = TRIANGLES_PER_EVENT * events as f64 + TRIANGLES_PER_INTERVAL * intervals as f64;
+        let triangles = finer * TRIANGLES_PER_CROSSING * crossings + exact;
         Forecast {
             events,
             crossings,
@@ -126,19 +126,19 @@ impl Forecast {
         }
     }
 
-    /// Bytes that a volume of so many samples along x, y, z takes while its spectrum is computed, whatever else does.
+    /// Lower bound of the memory for computing the spectrum of a volume of `dims` samples, bytes.
     pub fn least_memory(dims: [usize; 3]) -> f64 {
         BYTES_PER_SAMPLE * dims.map(|n| n as f64).iter().product::<f64>()
     }
 
-    /// Whether there are so many events that fewer of them would help most: where a surface is calm there are fewer.
+    /// True if events dominate the size, so that removing noise reduces it most.
     pub fn is_mostly_events(&self) -> bool {
         EVENTS_PER_CROSSING * self.crossings < self.events as f64
     }
 }
 
-/// How many intervals the values of its corners cut the range into for each cell, of all cells: there
-/// are as many shapes of its part of the isosurface, one after the other.
+/// Number of intervals into which the values of a cell's corners cut the range, sum over all cells: within one, the triangles of an
+/// exact cell do not change.
 fn intervals(field: &ExactField<'_>, (low, high): (f64, f64)) -> u64 {
     let [nx, ny, nz] = field.dims();
     let (low, high) = (field.isovalue_level(low), field.isovalue_level(high));
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_has_as_many_shapes_as_its_corners_have_intervals() {
+    fn a_cell_has_one_interval_between_each_two_values_of_its_corners() {
         let samples = Samples::U8(vec![0, 1, 2, 3, 4, 5, 6, 7]);
         let volume =
             Volume::new("cell", [2; 3], samples, Placement::default()).expect("a valid volume");
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn noise_and_smaller_tolerances_make_more_triangles() {
         let sphere = phantom("sphere:12").expect("a phantom");
-        // Some generator's upper bits.
+        // The upper bits of a hash.
         let bits = |i: u32| i.wrapping_mul(2_654_435_761).wrapping_mul(i | 1) >> 16;
         let samples = Samples::U16((0..1728).map(|i| bits(i) as u16).collect());
         let noise = Volume::new("noise", [12; 3], samples, Placement::default()).expect("noise");

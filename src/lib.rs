@@ -1,18 +1,24 @@
 //! The isosurface spectrum of a volume: one triangle mesh for every isovalue, precomputed.
 //!
-//! A [`Volume`] is computed ([`compute`], or [`Prepared`] with all that the program does) into a [`Spectrum`], of which a
-//! [`Query`] gives the [`Mesh`] at any isovalue; [`verify()`](verify::verify) says in a [`Report`] whether it is right. What
-//! takes long tells a [`Progress`], which may stop it. All errors are one [`Error`].
+//! [`compute`] turns a [`Volume`] into a [`Spectrum`]; [`Prepared`] adds the preparation and noise removal of the program. A [`Query`]
+//! returns the [`Mesh`] at any isovalue. [`verify()`](verify::verify) checks a spectrum against its volume and returns a [`Report`]. Long
+//! computations report to a [`Progress`], which may cancel them. All functions return the same [`Error`].
 //!
-//! | module | what for |
+//! | module | contents |
 //! |---|---|
-//! | [`volume`] | volumes from files and arrays, what may be done to them first |
-//! | [`spectrum`] | what a spectrum is made of; components of meshes |
-//! | [`mod@file`] | spectra in files and folders |
-//! | [`export`] | meshes in the formats of other programs |
-//! | [`color`], [`sources`], [`render`], [`page`] | colours, pictures, a web page |
-//! | [`verify`](mod@verify) | a spectrum against its volume |
-//! | [`bricks`] | volumes that do not fit memory, or many machines |
+//! | [`volume`] | volumes from files and arrays, and their preparation |
+//! | [`spectrum`] | spectra, queries, components of meshes |
+//! | [`mod@file`] | files and folders of spectra |
+//! | [`export`] | mesh formats of other programs |
+//! | [`color`], [`sources`], [`render`], [`page`] | colours, pictures, web pages |
+//! | [`verify`](mod@verify) | verification of a spectrum against its volume |
+//! | [`bricks`] | computation of volumes larger than memory, or on several machines |
+//! | [`settings`] | lengths, percentages and ranges as users write them |
+//!
+//! # Features
+//!
+//! `cli` (default) builds the program. Without it (`default-features = false`), `formats` or its parts `dicom`, `tiff`, `xml` and `zip` add the
+//! formats that need further crates, `annotations` adds legends, axes and labels to pictures, and `viewer` the window of the program.
 //!
 //! ```
 //! use isospectrum::{Backend, Choice, Mesh, Parameters, Placement, Query, Samples, Silent, Volume, compute};
@@ -24,10 +30,10 @@
 //! let volume = Volume::new("ball", [10; 3], Samples::from(samples), Placement::default())?;
 //!
 //! let backend = Backend::choose(Choice::Cpu, None)?;
-//! let parameters = Parameters { error: 0.2, ..Parameters::default() };
+//! let parameters = Parameters::default().with_error(0.2);
 //! let spectrum = compute(&volume.into(), &parameters, &backend, &Silent)?;
 //!
-//! // Successive isovalues cost what changes between them.
+//! // The cost of successive isovalues is that of the triangles that change between them.
 //! let mut query = Query::new(&spectrum);
 //! for isovalue in [-12.0, -9.0, -4.0] {
 //!     let mesh: Mesh = query.mesh_at(isovalue)?;
@@ -37,11 +43,17 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+// Without these features some helpers have no user.
+#![cfg_attr(
+    not(all(feature = "unstable", feature = "formats", feature = "annotations")),
+    allow(dead_code, unused_imports, reason = "used by optional features only")
+)]
+
 // Tests in `src` and in `tests` share files that name the library.
 #[cfg(test)]
 extern crate self as isospectrum;
 
-mod beside;
+mod atomic_file;
 pub mod bricks;
 pub mod color;
 mod disjoint_sets;
@@ -55,13 +67,15 @@ mod gpu;
 mod input;
 mod kernels;
 mod mesh;
-mod named;
 pub mod page;
+mod parse_name;
 mod ply_reader;
 mod prepared;
 mod progress;
 mod random;
 pub mod render;
+mod setters;
+pub mod settings;
 pub mod sources;
 pub mod spectrum;
 mod sweep;
@@ -82,10 +96,11 @@ pub use topology::{dust::Dust, simplify::Simplification};
 pub use verify::{Report, verify};
 pub use volume::{Isovalue, Placement, Preparation, Samples, Volume};
 
-/// What the program, the tests and the benches of this very package look into. It is no part of the interface: it may change
-/// with any version, and has types of other crates in it.
+/// Internals for the tests, the benches and the program of this package. Not part of the public interface: anything here may change
+/// in any version, and signatures contain types of other crates.
+#[cfg(feature = "unstable")]
 #[doc(hidden)]
-pub mod inside {
+pub mod unstable {
     pub mod extract {
         pub use crate::extract::*;
     }

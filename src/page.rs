@@ -33,6 +33,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use crate::color::{Color, End, Ends, Map, Sources, to_srgb};
 use crate::error::{Error, Result};
 use crate::render::{Background, Camera, Clip, Image, Light, Memory, Surface, plain_color};
+use crate::setters::setters;
 use crate::spectrum::{Keep, Spectrum};
 use crate::volume::{Histogram, Statistics};
 
@@ -46,6 +47,7 @@ pub use split::{Split, is_split_name, split};
 
 /// What a page says and how it looks.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Page<'a> {
     /// Heading and name of the page.
     pub title: &'a str,
@@ -84,6 +86,52 @@ pub struct Page<'a> {
     pub marks: &'a [(f64, String)],
     /// Shown where nothing can be drawn.
     pub still: Option<&'a Image>,
+}
+
+impl<'a> Page<'a> {
+    /// A page with a title that opens at an isovalue, which must be in the range of the spectrum.
+    pub fn new(title: &'a str, isovalue: f64) -> Page<'a> {
+        Page {
+            title,
+            caption: None,
+            credit: None,
+            isovalue,
+            step: DEFAULT_STEP,
+            open: false,
+            camera: Camera::default(),
+            color: Color::None,
+            map: None,
+            ends: Ends::default(),
+            field: None,
+            axes: false,
+            look: Look::default(),
+            keep: Keep::default(),
+            samples: None,
+            statistics: None,
+            marks: &[],
+            still: None,
+        }
+    }
+
+    setters! {
+        with_step(step: f64),
+        with_open(open: bool),
+        with_camera(camera: Camera),
+        with_color(color: Color),
+        with_ends(ends: Ends),
+        with_axes(axes: bool),
+        with_look(look: Look),
+        with_keep(keep: Keep),
+        with_marks(marks: &'a [(f64, String)]);
+        optional:
+        with_caption(caption: &'a str),
+        with_credit(credit: &'a str),
+        with_map(map: Map),
+        with_field(field: &'a Sources),
+        with_samples(samples: &'a Histogram),
+        with_statistics(statistics: &'a Statistics),
+        with_still(still: &'a Image),
+    }
 }
 
 /// How a page looks at first; the reader may change all of it.

@@ -1,10 +1,10 @@
-//! A volume that is ready for the sweep, and what was done to it: the whole way from samples to a spectrum that tells how it
-//! came about, as the program goes it.
+//! A volume that is ready for the sweep, with a record of its preparation.
 //!
 //! # Invariants
 //!
-//! What is done to a volume stands in the parameters of its spectrum (`preparation`, `simplification`, `dust`, and what is
-//! known of the samples), so whoever has the volume can do it again ([`Prepared::again`]) and verify the spectrum against the result.
+//! Every step of the preparation is recorded in the metadata of the spectrum (`preparation`, `simplification`, `dust`, and the statistics
+//! of the samples). Whoever has the original volume can repeat the steps ([`Prepared::again`]) and verify the spectrum against the
+//! result.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::topology::dust::{DUST_METHOD, Dust, without_dust};
 use crate::topology::simplify::{METHOD, Simplification, simplified, simplify};
 use crate::volume::{Preparation, Statistics, Volume};
 
-/// A volume after all that is done to it before the sweep.
+/// A volume that is ready for the sweep, with a record of its preparation.
 ///
 /// ```
 /// use isospectrum::{Backend, Choice};
@@ -29,7 +29,7 @@ use crate::volume::{Preparation, Statistics, Volume};
 /// let prepared = Prepared::new(phantom("sphere:16")?, halved, Noise { persistence: Some(0.01), ..Noise::default() })?;
 /// let backend = Backend::choose(Choice::Cpu, None)?;
 /// let spectrum = prepared.compute(&Parameters::default(), &backend, &Silent)?;
-/// // Isovalues may be written by what the spectrum knows of the samples.
+/// // The spectrum keeps the statistics of the samples, to which percentiles refer.
 /// let isovalue = "p90".parse::<Isovalue>()?.resolve(spectrum.range(), spectrum.statistics().as_ref())?;
 /// println!("{} triangles", spectrum.mesh_at(isovalue)?.triangles.len());
 /// assert!(Counts::of(&spectrum).is_some_and(|counts| counts.steps > 0));
@@ -43,7 +43,7 @@ pub struct Prepared {
     samples: Statistics,
 }
 
-/// Which noise is taken out of a volume once it is prepared.
+/// Removal of noise from a prepared volume.
 ///
 /// ```
 /// use isospectrum::{Noise, volume::phantom};
@@ -57,24 +57,24 @@ pub struct Prepared {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Noise {
-    /// No extremum is left that is closer than this to the saddle that ends it, a difference of samples: see [`simplify`].
+    /// Removes minima and maxima whose persistence is below this difference of samples: see [`simplify`].
     pub persistence: Option<f64>,
-    /// Parts and cavities go that never have so many samples before they meet a larger one: see [`without_dust`].
+    /// Removes components and cavities that never have this many samples before they merge with a larger one: see [`without_dust`].
     pub min_component: Option<u32>,
 }
 
-/// What was taken out.
+/// Record of the noise that was removed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Cleaned {
-    /// By persistence, where that was wanted.
+    /// Removal by persistence, if requested.
     pub simplification: Option<Simplification>,
-    /// By size, where that was wanted.
+    /// Removal by size, if requested.
     pub dust: Option<Dust>,
 }
 
 impl Noise {
-    /// The volume without the noise, and what went: first by size, then by persistence, which smooths what dust was
-    /// flattened to, and of which nothing is left then. What that made too small again is counted.
+    /// Removes noise from a volume, first by size, then by persistence, which also smooths the plateaus left where small components
+    /// were. Components that fall below the size again by that are counted ([`Dust::left`]), not removed.
     ///
     /// # Errors
     ///
@@ -82,8 +82,8 @@ impl Noise {
     pub fn take_out(self, volume: Volume) -> Result<(Volume, Cleaned)> {
         let (mut volume, mut cleaned) = (volume, Cleaned::default());
         if let Some(voxels) = self.min_component {
-            let (left, done) = without_dust(&volume, voxels)?;
-            (volume, cleaned.dust) = (left, Some(done));
+            let (cleared, done) = without_dust(&volume, voxels)?;
+            (volume, cleaned.dust) = (cleared, Some(done));
         }
         if let Some(persistence) = self.persistence {
             let (simplified, done) = simplify(&volume, persistence)?;
@@ -98,7 +98,7 @@ impl Noise {
 }
 
 impl Prepared {
-    /// Prepares a volume, and takes noise out of it.
+    /// Prepares a volume and removes noise from it.
     ///
     /// # Errors
     ///
@@ -108,36 +108,35 @@ impl Prepared {
         Ok(Prepared::of(volume, preparation, cleaned))
     }
 
-    /// What is ready already, with what was done to it.
+    /// A volume that has been prepared already, with the record of that.
     pub fn of(volume: Volume, preparation: Preparation, cleaned: Cleaned) -> Prepared {
         let samples = Statistics::of(&volume);
         Prepared { volume: Arc::new(volume), preparation, cleaned, samples }
     }
 
-    /// The volume that a spectrum is exact for, made anew of the one it was computed from.
+    /// Repeats the preparation recorded in a spectrum on the original volume; returns the volume for which the spectrum is exact.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] if the spectrum says what this version does not know; those of
-    /// [`Prepared::new`].
+    /// [`Error::Input`] if the spectrum records a step unknown to this version; those of [`Prepared::new`].
     pub fn again(volume: Volume, spectrum: &Spectrum) -> Result<Volume> {
         let volume = volume.with_outside(spectrum.volume().outside);
-        let told = spectrum.parameters();
+        let metadata = spectrum.parameters();
         let volume = spectrum.preparation()?.apply(volume)?;
         let has_method = |of: &str, known: u32| {
-            let method = told.number(&format!("/{of}/method"));
-            let is_known = !told.has(&format!("/{of}")) || method == Some(known.into());
+            let method = metadata.number(&format!("/{of}/method"));
+            let is_known = !metadata.has(&format!("/{of}")) || method == Some(known.into());
             is_known.then_some(()).ok_or_else(|| Error::input(
-                "the spectrum's noise was taken out in a way that this version does not know, expected one computed by this version",
+                "the spectrum's noise was removed by a method unknown to this version, expected a spectrum computed by this version",
             ))
         };
         has_method("simplification", METHOD)?;
         has_method("dust", DUST_METHOD)?;
-        let volume = match told.number("/dust/voxels") {
+        let volume = match metadata.number("/dust/voxels") {
             Some(voxels) => without_dust(&volume, voxels as u32)?.0,
             None => volume,
         };
-        match told.number("/simplification/persistence") {
+        match metadata.number("/simplification/persistence") {
             Some(persistence) => simplified(&volume, persistence),
             None => Ok(volume),
         }
@@ -148,22 +147,22 @@ impl Prepared {
         &self.volume
     }
 
-    /// What was done to it.
+    /// Its preparation.
     pub fn preparation(&self) -> &Preparation {
         &self.preparation
     }
 
-    /// What is known of its samples: what isovalues are written by.
+    /// Statistics of its samples, to which percentiles and sigmas refer.
     pub fn samples(&self) -> &Statistics {
         &self.samples
     }
 
-    /// Which noise was taken out.
+    /// The noise that was removed.
     pub fn cleaned(&self) -> &Cleaned {
         &self.cleaned
     }
 
-    /// The spectrum of the volume, which tells what was done to it.
+    /// Computes the spectrum of the volume, with the preparation in its metadata.
     ///
     /// # Errors
     ///
@@ -175,37 +174,31 @@ impl Prepared {
         progress: &dyn Progress,
     ) -> Result<Spectrum> {
         let mut spectrum = compute(&self.volume, parameters, backend, progress)?;
-        self.tell(&mut spectrum);
+        for (key, value) in self.metadata() {
+            spectrum.about_mut().parameters.tell(&key, value);
+        }
+        self.cap(&mut spectrum);
         Ok(spectrum)
     }
 
-    /// Tells a spectrum of the volume what was done to it.
-    fn tell(&self, spectrum: &mut Spectrum) {
-        for (name, what) in self.told() {
-            spectrum.about_mut().parameters.tell(&name, what);
-        }
-        self.cap(spectrum);
-    }
-
-    /// What a spectrum's parameters tell of what was done to the volume, and of its samples.
-    pub(crate) fn told(&self) -> serde_json::Map<String, serde_json::Value> {
-        let mut told = serde_json::Map::new();
-        let mut tell = |name: &str, what| told.insert(name.to_owned(), what);
+    /// Entries for the metadata of a spectrum: the preparation, and the statistics of the samples.
+    pub(crate) fn metadata(&self) -> serde_json::Map<String, serde_json::Value> {
+        let mut metadata = serde_json::Map::new();
+        let mut insert = |key: &str, value| metadata.insert(key.to_owned(), value);
         if !self.preparation.is_none() {
-            tell("preparation", serde_json::json!(self.preparation));
+            insert("preparation", serde_json::json!(self.preparation));
         }
         if let Some(done) = &self.cleaned.simplification {
-            tell("simplification", serde_json::json!(done));
+            insert("simplification", serde_json::json!(done));
         }
         if let Some(done) = &self.cleaned.dust {
-            tell("dust", serde_json::json!(done));
+            insert("dust", serde_json::json!(done));
         }
-        // Isovalues are written by them, and the volume is not there any more then.
-        tell(Statistics::NAME, serde_json::json!(self.samples));
-        told
+        insert(Statistics::NAME, serde_json::json!(self.samples));
+        metadata
     }
 
-    /// Makes caps of what lies beyond the volume's mask.
+    /// Marks the triangles beyond the volume's mask as caps.
     pub(crate) fn cap(&self, spectrum: &mut Spectrum) {
         if self.volume.mask().is_some() {
             spectrum.cap_where(|p| self.volume.is_masked_out(p));
@@ -222,9 +215,9 @@ mod tests {
     use crate::volume::{Mask, Placement, Samples, phantom};
 
     #[test]
-    fn a_spectrum_of_a_prepared_volume_is_verified_against_the_volume_as_it_was() {
+    fn a_spectrum_of_a_prepared_volume_is_verified_against_the_original_volume() {
         let volume = phantom("gyroid:12").expect("a phantom");
-        // A ball that is not in the middle.
+        // A ball off the centre.
         let from = |i: usize, middle: i64| (i as i64 - middle).pow(2);
         let is_in = |i: usize| from(i % 12, 4) + from(i / 12 % 12, 6) + from(i / 144, 5) < 20;
         let inside = (0..1728).map(|i| u8::from(is_in(i))).collect();

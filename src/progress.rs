@@ -1,16 +1,16 @@
-//! How work that takes long tells how far it is, and learns that it should stop: the one protocol of the library.
+//! Progress reporting and cancellation.
 
-/// How work tells how far it is and learns that it should stop.
+/// Receives progress reports of long computations, and cancels them.
 ///
 /// ```
 /// use std::sync::atomic::{AtomicBool, Ordering};
 /// use isospectrum::volume::phantom;
 /// use isospectrum::{Backend, Choice, Error, Parameters, Progress, compute};
 ///
-/// /// Stops when the flag is set, as a signal may do it.
-/// struct Flag(AtomicBool);
+/// /// Cancels when a flag is set, for example by a signal handler.
+/// struct CancelFlag(AtomicBool);
 ///
-/// impl Progress for Flag {
+/// impl Progress for CancelFlag {
 ///     fn report(&self, done: f64, message: &str) {
 ///         println!("{message}: {:.0} %", 100.0 * done);
 ///     }
@@ -21,18 +21,18 @@
 ///
 /// let volume = std::sync::Arc::new(phantom("sphere:8")?);
 /// let backend = Backend::choose(Choice::Cpu, None)?;
-/// let stopped = compute(&volume, &Parameters::default(), &backend, &Flag(AtomicBool::new(true)));
+/// let stopped = compute(&volume, &Parameters::default(), &backend, &CancelFlag(AtomicBool::new(true)));
 /// assert!(matches!(stopped, Err(Error::Interrupted)));
 /// # Ok::<(), isospectrum::Error>(())
 /// ```
 pub trait Progress: Sync {
-    /// `done` runs from 0 to 1.
+    /// Reports that the share `done` of the work, from 0 to 1, is finished; `message` names the current stage.
     fn report(&self, done: f64, message: &str);
-    /// Whether the caller wants the work to stop; it does so soon, with [`Error::Interrupted`](crate::Error::Interrupted).
+    /// True if the work shall stop. It then ends soon with [`Error::Interrupted`](crate::Error::Interrupted).
     fn cancelled(&self) -> bool;
 }
 
-/// No reports, never cancelled.
+/// Ignores reports and never cancels.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

@@ -22,6 +22,7 @@
 //! # }
 //! ```
 
+#[cfg(feature = "annotations")]
 mod annotate;
 mod axis;
 mod camera;
@@ -55,11 +56,13 @@ pub use tables::Memory;
 pub(crate) use target::SHOWN_FORMAT;
 
 use crate::error::{Error, Result};
-use crate::named::read_by_name;
+use crate::parse_name::from_name;
+use crate::setters::setters;
 use crate::spectrum::{Keep, Picked, VolumeInfo};
 
 /// How a picture looks.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct View {
     /// Where it is taken from.
     pub camera: Camera,
@@ -142,6 +145,32 @@ impl Clip {
     /// Towards what is drawn.
     fn kept(&self) -> glam::DVec3 {
         -glam::DVec3::from_array(self.normal)
+    }
+}
+
+impl View {
+    setters! {
+        with_camera(camera: Camera),
+        with_width(width: u32),
+        with_height(height: u32),
+        with_color(color: Color),
+        with_ends(ends: Ends),
+        with_background(background: Background),
+        with_open(open: bool),
+        with_keep(keep: Keep),
+        with_picked(picked: Picked),
+        with_legend(legend: bool),
+        with_axes(axes: bool),
+        with_scale_bar(scale_bar: bool),
+        with_opacity(opacity: f32),
+        with_occlusion(occlusion: bool),
+        with_light(light: Light);
+        optional:
+        with_look_at(look_at: [f64; 3]),
+        with_map(map: Map),
+        with_wireframe(wireframe: f32),
+        with_clip(clip: Clip),
+        with_label(label: String),
     }
 }
 
@@ -305,4 +334,4 @@ impl Background {
     }
 }
 
-read_by_name!(Background, "background");
+from_name!(Background, "background");

@@ -14,16 +14,20 @@
 mod block;
 mod cube;
 mod decode;
+#[cfg(feature = "dicom")]
 mod dicom;
 mod elsewhere;
 mod histogram;
 mod info;
 mod isovalue;
+#[cfg(not(feature = "formats"))]
+mod left_out;
 mod mask;
 mod metaimage;
 mod mrc;
 mod nifti;
 mod npy;
+#[cfg(feature = "zip")]
 mod npz;
 mod nrrd;
 pub mod phantom;
@@ -36,7 +40,9 @@ mod slabs;
 mod statistics;
 mod stream;
 mod text;
+#[cfg(feature = "tiff")]
 mod tiff;
+#[cfg(feature = "xml")]
 mod vti;
 mod vtk;
 
@@ -45,6 +51,14 @@ pub use block::{Whole, Within};
 pub use histogram::Histogram;
 pub use info::VolumeInfo;
 pub use isovalue::Isovalue;
+#[cfg(not(feature = "dicom"))]
+use left_out::dicom;
+#[cfg(not(feature = "zip"))]
+use left_out::npz;
+#[cfg(not(feature = "tiff"))]
+use left_out::tiff;
+#[cfg(not(feature = "xml"))]
+use left_out::vti;
 pub use mask::{Mask, MaskRecord};
 pub use phantom::{phantom, phantom_names};
 pub use placement::{Placement, Space, Unit};

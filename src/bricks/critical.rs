@@ -1,39 +1,40 @@
-//! How a part's file has its critical points and walks: all as numbers of 32 bits.
+//! Critical points and monotone walks in a part's file, as 32-bit words.
 //!
-//! Of a point: its key (4, low ones first), its isovalue (2) and position (6) as bits, its index and what holds it (1), the sample
-//! of that (1), the ends of the walks below (2) and above (2). Of a walk: its sample and both ends (3). All points come first.
+//! A point takes 18 words: its key (4, low ones first), its isovalue (2) and position (6) as bits, its index and the kind of its
+//! place (1), the sample of the place (1), the ends of the walks below (2) and above (2). A walk takes 3: its sample and both
+//! ends. All points precede all walks.
 
 use crate::topology::blocks::BlockTopology;
 use crate::topology::critical::{CriticalPoint, LAYER, Place};
 
-/// Numbers of a point.
-pub(super) const NUMBERS: usize = 18;
+/// Words of a point.
+pub(super) const WORDS: usize = 18;
 
-/// What holds a point: a face by its axis.
+/// Kinds of places, after the faces, whose kind is their axis.
 const VERTEX: u32 = 3;
 const CELL: u32 = 4;
-const OF_LAYER: u32 = 5;
+const OUTER_LAYER: u32 = 5;
 
-/// No key is as large; differences of keys below fit.
-const MOST_KEY: u128 = 1 << 125;
+/// Bound on the magnitude of a key: differences of keys below it do not overflow.
+const MAX_KEY: u128 = 1 << 125;
 
-/// The numbers of all points and walks.
-pub(super) fn numbers(topology: &BlockTopology) -> impl Iterator<Item = u32> {
-    let points = topology.points.iter().flat_map(of_point);
+/// The words of all points and walks.
+pub(super) fn encode(topology: &BlockTopology) -> impl Iterator<Item = u32> {
+    let points = topology.points.iter().flat_map(encode_point);
     points.chain(topology.entries.iter().copied().flatten())
 }
 
-fn of_point(p: &CriticalPoint) -> [u32; NUMBERS] {
+fn encode_point(p: &CriticalPoint) -> [u32; WORDS] {
     let (kind, sample) = match p.place {
         Place::Vertex(v) => (VERTEX, v),
         Place::Face { corner, axis } => (u32::from(axis), corner),
         Place::Cell(v) => (CELL, v),
-        Place::Layer => (OF_LAYER, LAYER),
+        Place::Layer => (OUTER_LAYER, LAYER),
     };
     let key = p.key as u128;
     let [x, y, z] = p.position.map(f64::to_bits);
     let halves = |n: u64| [n as u32, (n >> 32) as u32];
-    let mut numbers = [0; NUMBERS];
+    let mut numbers = [0; WORDS];
     let all = [0, 32, 64, 96].map(|shift| (key >> shift) as u32).into_iter();
     let all = all.chain([p.isovalue.to_bits(), x, y, z].into_iter().flat_map(halves));
     let all = all.chain([u32::from(p.index) | kind << 2, sample]).chain(p.low).chain(p.high);
@@ -41,14 +42,14 @@ fn of_point(p: &CriticalPoint) -> [u32; NUMBERS] {
     numbers
 }
 
-/// Points and walks from their numbers; none where a number means nothing.
-pub(super) fn topology(points: &[u32], entries: &[u32]) -> Option<BlockTopology> {
-    let points = points.chunks_exact(NUMBERS).map(point).collect::<Option<_>>()?;
+/// Points and walks from their words; `None` if a word is invalid.
+pub(super) fn decode(points: &[u32], entries: &[u32]) -> Option<BlockTopology> {
+    let points = points.chunks_exact(WORDS).map(decode_point).collect::<Option<_>>()?;
     let entries = entries.chunks_exact(3).map(|e| [e[0], e[1], e[2]]).collect();
     Some(BlockTopology { points, entries })
 }
 
-fn point(n: &[u32]) -> Option<CriticalPoint> {
+fn decode_point(n: &[u32]) -> Option<CriticalPoint> {
     let key = n[..4].iter().rev().fold(0u128, |key, &x| key << 32 | u128::from(x));
     let float = |at: usize| f64::from_bits(u64::from(n[at]) | u64::from(n[at + 1]) << 32);
     let (index, sample) = ((n[12] & 3) as u8, n[13]);
@@ -56,13 +57,13 @@ fn point(n: &[u32]) -> Option<CriticalPoint> {
         axis @ 0..3 => Place::Face { corner: sample, axis: axis as u8 },
         VERTEX => Place::Vertex(sample),
         CELL => Place::Cell(sample),
-        OF_LAYER => Place::Layer,
+        OUTER_LAYER => Place::Layer,
         _ => return None,
     };
     let position = [6, 8, 10].map(float);
     let isovalue = float(4);
     let is_finite = isovalue.is_finite() && position.iter().all(|x| x.is_finite());
-    let is_key = (key as i128).unsigned_abs() < MOST_KEY;
+    let is_key = (key as i128).unsigned_abs() < MAX_KEY;
     (is_finite && is_key).then_some(CriticalPoint {
         key: key as i128,
         isovalue,
@@ -81,13 +82,13 @@ mod tests {
     use crate::volume::phantom;
 
     #[test]
-    fn points_and_walks_come_back_as_they_were() {
+    fn points_and_walks_survive_a_round_trip() {
         let volume = phantom("noise:9:3").expect("a phantom");
         let block = volume.block([0; 3], [7, 9, 9]).expect("inside");
         let all = of_block(&block, [[0, 6], [0, 9], [0, 9]]).expect("a topology");
         assert!(all.points.len() > 20 && !all.entries.is_empty());
-        let numbers: Vec<u32> = numbers(&all).collect();
-        let (points, entries) = numbers.split_at(NUMBERS * all.points.len());
-        assert_eq!(topology(points, entries), Some(all));
+        let words: Vec<u32> = encode(&all).collect();
+        let (points, entries) = words.split_at(WORDS * all.points.len());
+        assert_eq!(decode(points, entries), Some(all));
     }
 }

@@ -1,9 +1,9 @@
-//! A part: what was swept of one brick, and its file.
+//! A part: the swept triangles of one brick, and its file.
 //!
 //! # Layout
 //!
-//! `ISOPART2`, the length of the head (u32), the head (JSON), its CRC-32, then two zlib streams: the border, which is all that other
-//! parts and the events of the whole ask for ([`Border`]), and the body. All numbers are little endian. Columns, in this order:
+//! `ISOPART2`, the length of the head (u32), the head (JSON), its CRC-32, then two zlib streams: the border, which holds all that
+//! other parts and the events of the whole need ([`PartBorder`]), and the body. All numbers are little endian. Columns, in order:
 //!
 //! - border: shared vertices (u32), their lattice edges (u64), the isovalues (f64) and positions (3 f32) of their two knots each;
 //!   critical points and walks (`critical`);
@@ -12,110 +12,73 @@
 //!
 //! # Invariants
 //!
-//! What is read takes no more memory than the file can stand for, passes the checks of a spectrum, and is what was written:
-//! the head has the checksums of both streams, and is followed by its own. The border says what the body has.
+//! Reading takes memory in proportion to the length of the file, whatever the file declares. A part that is read is the one that
+//! was written (the head holds the checksums of both streams and is followed by its own), passes the checks of a spectrum, and its
+//! border agrees with its body.
 
 use std::io::{Read, Write};
 
+use super::columns::{self, ColumnReader};
+use super::head::{PartHead, SharedVertex};
+use super::plan::Plan;
+use crate::error::{Error, Result};
+use crate::spectrum::{About, Knot, Patch, Spectrum};
+use crate::sweep::Block;
+use crate::topology::blocks::BlockTopology;
+use crate::volume::DEFLATE_RATIO;
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
 use flate2::write::ZlibEncoder;
-use serde::{Deserialize, Serialize};
-
-use super::columns::{self, Columns};
-use super::{Plan, critical};
-use crate::error::{Error, Result};
-use crate::spectrum::{About, Knot, Patch, Spectrum};
-use crate::sweep::{Block, Counts};
-use crate::topology::blocks::BlockTopology;
-use crate::volume::DEFLATE_RATIO;
 
 const MAGIC: [u8; 8] = *b"ISOPART2";
 
-/// Longest head accepted, bytes; one takes a few thousand.
-const LONGEST_HEAD: usize = 1 << 20;
+/// Longest head accepted, bytes; usual ones take a few thousand.
+const MAX_HEAD_BYTES: usize = 1 << 20;
 
-/// Most bytes that precede the border.
-const LONGEST_START: u64 = LONGEST_HEAD as u64 + 16;
+/// Longest distance from the start of the file to the border, bytes.
+const MAX_START_BYTES: u64 = MAX_HEAD_BYTES as u64 + 16;
 
-/// Deflate quickly: parts are read once.
-const LEVEL: u32 = 1;
+/// Level of compression: the fastest, because a part is read only once.
+const DEFLATE_LEVEL: u32 = 1;
 
-/// What a part says of itself.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[non_exhaustive]
-pub struct PartHead {
-    /// Hash of the plan that it is of.
-    pub plan: String,
-    /// Its brick's number.
-    pub number: usize,
-    /// What computed it.
-    pub backend: String,
-    /// What happened.
-    pub counts: Counts,
-    /// Areas of tracked and of other triangles at isovalues evenly spread over the range.
-    pub areas: Vec<[f64; 2]>,
-    pub(super) isovalues: u32,
-    pub(super) vertices: u32,
-    pub(super) knots: u32,
-    pub(super) triangles: u32,
-    pub(super) shared: u32,
-    pub(super) critical: u32,
-    pub(super) entries: u32,
-    /// Bytes of the packed border and of the packed body.
-    packed: [u64; 2],
-    /// CRC-32 of both.
-    crc32: [u32; 2],
-}
-
-/// A vertex on a plane that bricks share.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SharedVertex {
-    /// Its number in the part.
-    pub(super) vertex: u32,
-    /// Its lattice edge in the whole.
-    pub(super) edge: u64,
-    /// Its two knots: isovalues and positions.
-    pub(super) knots: [(f64, [f32; 3]); 2],
-}
-
-/// What other parts and the whole want to know of a part.
+/// All of a part that other parts and the events of the whole depend on.
 #[derive(Clone, Debug)]
-pub struct Border {
-    /// What the part says of itself.
+pub struct PartBorder {
+    /// The head of the part.
     pub head: PartHead,
-    /// Its vertices on shared planes, ascending.
+    /// The vertices on shared planes, ascending.
     pub(super) shared: Vec<SharedVertex>,
-    /// What the events of the whole are joined from.
+    /// Critical points and walks, from which the events of the whole are joined.
     pub(super) topology: BlockTopology,
 }
 
-/// See the module.
+/// The swept triangles of one brick.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// Its triangles, in the frame of the whole volume.
+    /// The triangles, in the voxel frame of the whole volume.
     pub(super) patch: Patch,
-    /// What it has in common with others.
-    pub border: Border,
+    /// The border.
+    pub border: PartBorder,
 }
 
 impl Part {
-    /// The part of a brick, and the bytes of its file.
+    /// The bytes of the file of brick `number`, from its sweep and its topology.
     ///
     /// # Errors
     ///
-    /// [`Error::Internal`] if it cannot be packed.
-    pub fn to_bytes(
+    /// [`Error::Internal`] if it cannot be encoded.
+    pub(super) fn to_bytes(
         plan: &Plan,
         number: usize,
         backend: &str,
-        (block, topology): (&Block, &BlockTopology),
+        block: &Block,
+        topology: &BlockTopology,
     ) -> Result<Vec<u8>> {
         let s = &block.spectrum;
-        let shared: Vec<SharedVertex> = block.shared.iter().map(|&of| shared_of(s, of)).collect();
-        let border = packed(|write| columns::write_border(&shared, topology, write))?;
-        let body = packed(|write| columns::write_body(s, write))?;
+        let shared: Vec<SharedVertex> =
+            block.shared.iter().map(|&(v, edge)| shared_vertex(s, v, edge)).collect();
+        let border = compress(|write| columns::write_border(&shared, topology, write))?;
+        let body = compress(|write| columns::write_body(s, write))?;
         let head = PartHead {
             plan: plan.hash().to_owned(),
             number,
@@ -142,29 +105,28 @@ impl Part {
         Ok(bytes)
     }
 
-    /// The head of a part, of a plan and a number, whose columns arrived whole.
+    /// The head of part `number` of a plan, once the checksums of its columns have been verified.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] for a damaged file, or a part of another plan or brick.
     pub fn head(bytes: &[u8], plan: &Plan, number: usize) -> Result<PartHead> {
-        split(bytes, plan, number).map(|(head, _)| head)
+        split_file(bytes, plan, number).map(|(head, _)| head)
     }
 
-    /// A part of a plan from its file.
+    /// Decodes part `number` of a plan.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] as [`Part::head`], and for columns that contradict each other.
     pub fn from_bytes(bytes: &[u8], plan: &Plan, number: usize) -> Result<Part> {
-        let (head, [border, body]) = split(bytes, plan, number)?;
-        let patch = Columns(&unpacked(body, head.n_bytes_of_body())?).body(&head);
-        let border = Border::unpacked(head, border)?;
-        let part = Part { patch, border };
-        part.checked(plan)
+        let (head, [border, body]) = split_file(bytes, plan, number)?;
+        let patch = ColumnReader(&decompress(body, head.body_bytes())?).body(&head);
+        let border = PartBorder::decode(head, border)?;
+        Part { patch, border }.checked(plan)
     }
 
-    /// The part if it passes the checks.
+    /// The part, if it passes the checks of a spectrum and its border agrees with its body.
     fn checked(self, plan: &Plan) -> Result<Part> {
         let Part { patch, border } = self;
         let info = plan.recipe.volume.clone();
@@ -172,138 +134,122 @@ impl Part {
         let about = About::new(info, range, plan.recipe.parameters.error);
         let patch = Patch { collapses: Vec::new(), ..patch };
         let spectrum = Spectrum::new(about, patch).map_err(|e| damaged(&e.to_string()))?;
-        let is_there = |s: &SharedVertex| {
+        let agrees = |s: &SharedVertex| {
             let v = s.vertex;
             (v as usize) < spectrum.n_vertices()
                 && spectrum.trajectory(v).len() == 2
-                && shared_of(&spectrum, (v, s.edge)) == *s
+                && shared_vertex(&spectrum, v, s.edge) == *s
         };
         let ascends = border.shared.windows(2).all(|w| w[0].vertex < w[1].vertex);
-        if !ascends || !border.shared.iter().all(is_there) {
-            return Err(damaged("its shared vertices are none"));
+        if !ascends || !border.shared.iter().all(agrees) {
+            return Err(damaged("invalid shared vertices"));
         }
         Ok(Part { patch: spectrum.into_parts().1, border })
     }
 
-    /// Its vertices on shared planes, ascending, each with its lattice edge in the whole.
+    /// The vertices on shared planes, ascending, each with its lattice edge in the whole.
     pub(super) fn shared(&self) -> Vec<(u32, u64)> {
         self.border.shared.iter().map(|s| (s.vertex, s.edge)).collect()
     }
 }
 
-impl Border {
-    /// The border of a part of a plan from its file, of which no more is read.
+impl PartBorder {
+    /// Reads the border of part `number` of a plan, and nothing after it.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] as [`Part::from_bytes`]; [`Error::Io`], whose path is left to the caller.
-    pub(super) fn read(file: &mut impl Read, plan: &Plan, number: usize) -> Result<Border> {
+    /// [`Error::Input`] as [`Part::from_bytes`]; [`Error::Io`] with an empty path, which the caller fills in.
+    pub(super) fn read(file: &mut impl Read, plan: &Plan, number: usize) -> Result<PartBorder> {
         let io = |e: std::io::Error| Error::io("", e);
-        // The head tells how long the border is; what it claims is read only as far as it is there.
+        // `read_to_end` allocates no more than the file has, whatever length the head declares.
         let mut bytes = Vec::new();
-        file.take(LONGEST_START).read_to_end(&mut bytes).map_err(io)?;
-        let (head, start) = head_of(&bytes, plan, number)?;
+        file.take(MAX_START_BYTES).read_to_end(&mut bytes).map_err(io)?;
+        let (head, start) = decode_head(&bytes, plan, number)?;
         let missing = head.packed[0].saturating_sub((bytes.len() - start) as u64);
         file.take(missing).read_to_end(&mut bytes).map_err(io)?;
         let end = start.saturating_add(head.packed[0] as usize);
         let border = bytes.get(start..end).ok_or_else(|| damaged("it ends early"))?;
         if crc32fast::hash(border) != head.crc32[0] {
-            return Err(damaged("its border has another checksum"));
+            return Err(damaged("the checksum of its border does not match"));
         }
-        Border::unpacked(head, border)
+        PartBorder::decode(head, border)
     }
 
-    fn unpacked(head: PartHead, packed: &[u8]) -> Result<Border> {
-        let columns = unpacked(packed, head.n_bytes_of_border())?;
-        let (shared, topology) = Columns(&columns).border(&head);
-        let topology = topology.ok_or_else(|| damaged("its critical points are none"))?;
-        Ok(Border { head, shared, topology })
+    fn decode(head: PartHead, packed: &[u8]) -> Result<PartBorder> {
+        let columns = decompress(packed, head.border_bytes())?;
+        let (shared, topology) = ColumnReader(&columns).border(&head);
+        let topology = topology.ok_or_else(|| damaged("invalid critical points"))?;
+        Ok(PartBorder { head, shared, topology })
     }
 }
 
-/// What others want to know of a vertex on a shared plane, which has two knots.
-fn shared_of(s: &Spectrum, (vertex, edge): (u32, u64)) -> SharedVertex {
+/// A vertex on a shared plane with its two knots.
+fn shared_vertex(s: &Spectrum, vertex: u32, edge: u64) -> SharedVertex {
     let own = s.trajectory(vertex);
     let knot = |k: &Knot| (s.isovalues()[k.rank as usize], k.position);
     SharedVertex { vertex, edge, knots: [0, 1].map(|i| knot(&own[i.min(own.len() - 1)])) }
-}
-
-impl PartHead {
-    /// How many trajectories, knots and triangles the part has.
-    pub fn size(&self) -> [u64; 3] {
-        [self.vertices, self.knots, self.triangles].map(u64::from)
-    }
-
-    fn n_bytes_of_border(&self) -> u64 {
-        let n = |count: u32, bytes: u64| u64::from(count) * bytes;
-        n(self.shared, 12 + 2 * 20)
-            + n(self.critical, 4 * critical::NUMBERS as u64)
-            + n(self.entries, 12)
-    }
-
-    fn n_bytes_of_body(&self) -> u64 {
-        let n = |count: u32, bytes: u64| u64::from(count) * bytes;
-        n(self.isovalues, 8) + 4 + n(self.vertices, 4) + n(self.knots, 16) + n(self.triangles, 21)
-    }
 }
 
 fn damaged(what: &str) -> Error {
     Error::input(format!("a damaged part: {what}"))
 }
 
-/// What `fill` writes, packed.
-fn packed(fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<Vec<u8>> {
-    let mut packer = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
-    let packed = fill(&mut packer).and_then(|()| packer.finish());
-    packed.map_err(|e| Error::internal(e.to_string()))
+/// The bytes that `fill` writes, compressed.
+fn compress(fill: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<Vec<u8>> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(DEFLATE_LEVEL));
+    let compressed = fill(&mut encoder).and_then(|()| encoder.finish());
+    compressed.map_err(|e| Error::internal(e.to_string()))
 }
 
-/// `n_bytes` of columns.
-fn unpacked(packed: &[u8], n_bytes: u64) -> Result<Vec<u8>> {
+/// Decompresses `n_bytes` of columns.
+fn decompress(packed: &[u8], n_bytes: u64) -> Result<Vec<u8>> {
     if n_bytes > (packed.len() as u64).saturating_mul(DEFLATE_RATIO) {
-        return Err(damaged("it claims more than its length can stand for"));
+        return Err(damaged("it declares more than its length allows"));
     }
     let mut columns = Vec::new();
-    let taken = ZlibDecoder::new(packed).take(n_bytes + 1).read_to_end(&mut columns);
-    if taken.is_err() || columns.len() as u64 != n_bytes {
-        return Err(damaged("its columns do not unpack"));
+    let read = ZlibDecoder::new(packed).take(n_bytes + 1).read_to_end(&mut columns);
+    if read.is_err() || columns.len() as u64 != n_bytes {
+        return Err(damaged("its columns cannot be decompressed"));
     }
     Ok(columns)
 }
 
-/// The head of a part, and where what follows it begins.
-fn head_of(bytes: &[u8], plan: &Plan, number: usize) -> Result<(PartHead, usize)> {
+/// The head of part `number`, and the offset of the byte after its checksum.
+fn decode_head(bytes: &[u8], plan: &Plan, number: usize) -> Result<(PartHead, usize)> {
     let short = || damaged("it ends early");
-    let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("it does not begin as one"))?;
+    let rest = bytes.strip_prefix(&MAGIC).ok_or_else(|| damaged("no part file"))?;
     let (n, rest) = rest.split_first_chunk().ok_or_else(short)?;
     let n = u32::from_le_bytes(*n) as usize;
-    if n > LONGEST_HEAD {
+    if n > MAX_HEAD_BYTES {
         return Err(damaged("its head is too long"));
     }
     let (head, rest) = rest.split_at_checked(n).ok_or_else(short)?;
     let (crc, rest) = rest.split_first_chunk().ok_or_else(short)?;
     if crc32fast::hash(head) != u32::from_le_bytes(*crc) {
-        return Err(damaged("its head has another checksum"));
+        return Err(damaged("the checksum of its head does not match"));
     }
     let head: PartHead = serde_json::from_slice(head).map_err(|e| damaged(&e.to_string()))?;
     if head.plan != plan.hash() || head.number != number {
-        let (found, own) = (&head.plan, plan.hash());
-        let of = head.number;
+        let (found, found_plan, own) = (head.number, &head.plan, plan.hash());
         return Err(Error::input(format!(
-            "part {of} of plan {found}, expected part {number} of plan {own}"
+            "part {found} of plan {found_plan}, expected part {number} of plan {own}"
         )));
     }
     Ok((head, bytes.len() - rest.len()))
 }
 
-/// The head of a part, its packed border and its packed body.
-fn split<'a>(bytes: &'a [u8], plan: &Plan, number: usize) -> Result<(PartHead, [&'a [u8]; 2])> {
-    let (head, start) = head_of(bytes, plan, number)?;
+/// The head of part `number`, its compressed border and its compressed body.
+fn split_file<'a>(
+    bytes: &'a [u8],
+    plan: &Plan,
+    number: usize,
+) -> Result<(PartHead, [&'a [u8]; 2])> {
+    let (head, start) = decode_head(bytes, plan, number)?;
     let rest = &bytes[start..];
     let n = usize::try_from(head.packed[0]).unwrap_or(usize::MAX);
     let (border, body) = rest.split_at_checked(n).ok_or_else(|| damaged("it ends early"))?;
     if body.len() as u64 != head.packed[1] || [border, body].map(crc32fast::hash) != head.crc32 {
-        return Err(damaged("its columns have another checksum"));
+        return Err(damaged("the checksum of its columns does not match"));
     }
     Ok((head, [border, body]))
 }

@@ -1,13 +1,15 @@
-//! The plan of a computation in bricks: what is computed, from what, in which parts.
+//! The plan of a computation in bricks: the volume, the parameters and the bricks.
 //!
 //! # Invariants
 //!
-//! The hash is over the recipe, which is all that a part depends on but where the volume lies and which backend computes: the same
-//! samples may lie elsewhere on another machine.
+//! The hash covers the recipe: everything a part depends on, except the location of the volume, which may differ between machines,
+//! and the backend.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Opened, Source, Survey};
+use super::blocks::{checksum, cut};
+use super::source::{OpenVolume, VolumeSource};
+use super::survey::Survey;
 use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
@@ -15,108 +17,90 @@ use crate::sweep::Parameters;
 use crate::topology::blocks::{BlockTopology, Owned, of_block, with_halo};
 use crate::volume::{Preparation, Volume};
 
-/// The version of plans and parts.
+/// Cells along the side of a brick by default.
+pub const SIDE: usize = 128;
+
+/// Version of the formats of plans and parts.
 const VERSION: u32 = 1;
 
-/// Fewest cells along the side of a brick: below it there is more border than inside.
-const LEAST_SIDE: usize = 4;
+/// Fewest cells along the side of a brick: smaller bricks have more border than interior.
+const MIN_SIDE: usize = 4;
 
-/// Most bricks of a plan; a plan of so many is a hundred megabytes.
-const MOST_BRICKS: usize = 1 << 20;
+/// Most bricks of a plan: its file then takes about a hundred megabytes.
+const MAX_BRICKS: usize = 1 << 20;
 
-/// A block of samples.
+/// A block of samples that is swept on its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Brick {
     /// Its first sample along x, y, z.
     pub first: [usize; 3],
-    /// The sample behind its last one: bricks share the planes between them.
+    /// The sample after its last one; neighbouring bricks share a plane of samples.
     pub end: [usize; 3],
     /// CRC-32 of its samples, little endian, x fastest.
     pub crc32: u32,
 }
 
 impl Brick {
-    /// Its samples along x, y, z.
+    /// Number of samples along x, y, z.
     pub fn dims(&self) -> [usize; 3] {
         [0, 1, 2].map(|a| self.end[a] - self.first[a])
     }
 }
 
-/// All that parts depend on.
+/// Everything that parts depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recipe {
-    /// Version of the program: another may compute otherwise.
+    /// Version of the program: another version may compute different parts.
     pub program: String,
-    /// The volume after what is done to it.
+    /// The volume after its preparation.
     pub volume: VolumeInfo,
-    /// What the spectrum's parameters tell of it, what is known of its samples among it.
-    pub(crate) told: serde_json::Map<String, serde_json::Value>,
-    /// What is done to the volume that is read.
+    /// Entries for the spectrum's metadata that describe the volume, its statistics included.
+    #[serde(rename = "told")]
+    pub(crate) metadata: serde_json::Map<String, serde_json::Value>,
+    /// Preparation of the volume.
     pub preparation: Preparation,
-    /// Which noise is taken out of it.
+    /// Removal of noise from the prepared volume.
     pub noise: Noise,
-    /// The parameters of the sweep, with a range.
+    /// Parameters of the sweep; the range is always set.
     pub parameters: Parameters,
-    /// Cells along the side of a brick that were asked for.
+    /// Requested number of cells along the side of a brick.
     pub side: usize,
     /// The bricks, x fastest.
     pub bricks: Vec<Brick>,
 }
 
-/// See the module.
+/// The plan of a computation in bricks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
     version: u32,
     /// How to read the volume.
-    pub source: Source,
-    /// What is computed.
+    pub source: VolumeSource,
+    /// Everything that parts depend on.
     pub recipe: Recipe,
     hash: String,
 }
 
-/// Blocks of samples: the first one of each, and the one behind its last.
-pub type Blocks = Vec<([usize; 3], [usize; 3])>;
-
-/// The blocks of a volume of `dims` samples: as many along an axis as come nearest to `side` cells, of sides that differ by
-/// two cells at most; first samples and those behind the last, x fastest.
-pub fn cut(dims: [usize; 3], side: usize) -> Blocks {
-    let [x, y, z] = dims.map(|n| intervals(n.saturating_sub(1), side.max(1)));
-    let (x, y) = (&x, &y);
-    z.iter()
-        .flat_map(|k| y.iter().flat_map(move |j| x.iter().map(move |i| [i, j, k])))
-        .map(|axes| (axes.map(|a| a.0), axes.map(|a| a.1 + 1)))
-        .collect()
-}
-
-/// Where cells are cut, two by two, as the sweep takes them.
-fn intervals(n_cells: usize, side: usize) -> Vec<(usize, usize)> {
-    let n = ((n_cells + side / 2) / side).clamp(1, n_cells.div_ceil(2).max(1));
-    let at = |i: usize| {
-        if i == n { n_cells } else { (i * n_cells / n).next_multiple_of(2).min(n_cells) }
-    };
-    (0..n).map(|i| (at(i), at(i + 1))).filter(|(a, b)| a < b).collect()
-}
-
 impl Plan {
-    /// The plan for a volume that was read from a source, and prepared where it was read as a whole.
+    /// Plans a computation in bricks of about `side` cells. `source` and `noise` are how the volume of `survey` was read and
+    /// prepared.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for bricks smaller than 4 cells, more of them than a plan may have, and parameters that contradict
-    /// the volume or are none for bricks; those of reading the volume.
+    /// [`Error::Usage`] for bricks smaller than 4 cells, too many bricks, parameters that contradict the volume, and an initial
+    /// mesh; those of reading the volume.
     pub fn new(
-        source: Source,
+        source: VolumeSource,
         survey: &Survey,
         noise: Noise,
         parameters: &Parameters,
         side: usize,
     ) -> Result<Plan> {
-        if side < LEAST_SIDE {
+        if side < MIN_SIDE {
             return Err(Error::Usage(format!(
-                "bricks of {side} cells, expected {LEAST_SIDE} or more along a side"
+                "bricks of {side} cells, expected {MIN_SIDE} or more along a side"
             )));
         }
         parameters.check_for_blocks()?;
@@ -124,15 +108,15 @@ impl Plan {
         let parameters = parameters.within(info.range)?;
         let range = Some(parameters.range.unwrap_or(info.range));
         let blocks = cut(info.dims, side);
-        if blocks.len() > MOST_BRICKS {
+        if blocks.len() > MAX_BRICKS {
             let n = blocks.len();
-            return Err(Error::Usage(format!("{n} bricks, expected at most {MOST_BRICKS}")));
+            return Err(Error::Usage(format!("{n} bricks, expected at most {MAX_BRICKS}")));
         }
         let bricks = blocks.iter().zip(survey.checksums(&blocks)?);
         let recipe = Recipe {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             volume: info.clone(),
-            told: survey.told(),
+            metadata: survey.metadata(),
             preparation: survey.preparation(),
             noise,
             parameters: Parameters { range, ..parameters },
@@ -142,36 +126,36 @@ impl Plan {
         Ok(Plan { version: VERSION, source, hash: recipe.hash()?, recipe })
     }
 
-    /// A plan from its file.
+    /// Parses the file of a plan.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] for what is no plan, one of another version, or one that was changed.
+    /// [`Error::Input`] if it is no plan, has another version, or was changed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Plan> {
-        let no_plan = |what: String| Error::input(format!("no plan of this version: {what}"));
-        let plan: Plan = serde_json::from_slice(bytes).map_err(|e| no_plan(e.to_string()))?;
+        let unsupported = |what: String| Error::input(format!("unsupported plan version: {what}"));
+        let plan: Plan = serde_json::from_slice(bytes).map_err(|e| unsupported(e.to_string()))?;
         let (found, own) = (plan.version, &plan.recipe.program);
         if found != VERSION || own != env!("CARGO_PKG_VERSION") {
-            return Err(no_plan(format!(
+            return Err(unsupported(format!(
                 "version {found} of program {own}, expected {VERSION} of {}",
                 env!("CARGO_PKG_VERSION")
             )));
         }
         if plan.hash != plan.recipe.hash()? {
-            return Err(Error::input("the plan was changed, expected one as `plan` wrote it"));
+            return Err(Error::input("the plan was changed since `plan` wrote it"));
         }
         let blocks = cut(plan.recipe.volume.dims, plan.recipe.side);
         if !blocks.into_iter().eq(plan.recipe.bricks.iter().map(|b| (b.first, b.end))) {
-            return Err(Error::input("the plan's bricks are not those of its volume"));
+            return Err(Error::input("the plan's bricks do not match its volume"));
         }
         Ok(plan)
     }
 
-    /// The plan as its file has it.
+    /// The bytes of its file.
     ///
     /// # Errors
     ///
-    /// [`Error::Internal`] if it cannot be written as JSON.
+    /// [`Error::Internal`] if it cannot be encoded as JSON.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let json = serde_json::to_vec_pretty(self).map_err(|e| Error::internal(e.to_string()));
         json.map(|mut bytes| {
@@ -180,22 +164,22 @@ impl Plan {
         })
     }
 
-    /// The hash of the recipe, 16 hexadecimal digits.
+    /// Hash of the recipe, 16 hexadecimal digits.
     pub fn hash(&self) -> &str {
         &self.hash
     }
 
-    /// The volume as the plan wants it: in its file, where that has plain samples and nothing is done to them, else read and
-    /// prepared.
+    /// Opens the volume: by blocks of its file if that has plain samples and the volume needs no preparation, else it is read and
+    /// prepared as a whole.
     ///
     /// # Errors
     ///
-    /// Those of [`Source::read`] and [`Prepared::new`]; [`Error::Input`] if it is another one than the plan was made of.
-    pub fn open(&self) -> Result<Opened> {
+    /// Those of [`VolumeSource::read`] and [`Prepared::new`]; [`Error::Input`] if it is not the volume of the plan.
+    pub fn open(&self) -> Result<OpenVolume> {
         let Recipe { preparation, noise, volume, .. } = &self.recipe;
         if preparation.is_none()
             && *noise == Noise::default()
-            && let Some(opened) = Opened::slabs(&self.source, volume)?
+            && let Some(opened) = OpenVolume::slabs(&self.source, volume)?
         {
             return Ok(opened);
         }
@@ -203,40 +187,40 @@ impl Plan {
         if prepared.volume().info() != *volume {
             return Err(self.other_volume());
         }
-        Ok(Opened::Whole(prepared))
+        Ok(OpenVolume::Whole(prepared))
     }
 
-    /// The volume of a brick, cut from the whole.
+    /// The samples of a brick, as a block of the volume.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] if its samples are others than those of which the plan was made.
-    pub fn block(&self, volume: &Opened, number: usize) -> Result<Volume> {
+    /// [`Error::Input`] if its samples are not those that the plan was made from.
+    pub(super) fn block(&self, volume: &OpenVolume, number: usize) -> Result<Volume> {
         let Brick { first, end, crc32 } = self.recipe.bricks[number];
         let block = volume.block(first, end)?;
         if checksum(&block) == crc32 { Ok(block) } else { Err(self.other_volume()) }
     }
 
-    /// All samples that a part is made of, the first one and the one behind the last: a brick's own, and one more below it.
-    pub fn needed(&self, number: usize) -> ([usize; 3], [usize; 3]) {
+    /// The box of samples that a part is computed from, first and one after the last: those of its brick, and one layer below it.
+    pub fn required_samples(&self, number: usize) -> ([usize; 3], [usize; 3]) {
         let (brick, (first, end)) =
             (self.recipe.bricks[number], with_halo(self.owned(number), self.recipe.volume.dims));
-        let least = [0, 1, 2].map(|a| first[a].min(brick.first[a]));
-        (least, [0, 1, 2].map(|a| end[a].max(brick.end[a])))
+        let start = [0, 1, 2].map(|a| first[a].min(brick.first[a]));
+        (start, [0, 1, 2].map(|a| end[a].max(brick.end[a])))
     }
 
-    /// What a brick tells of the topology of the whole.
+    /// A brick's contribution to the topology of the whole.
     ///
     /// # Errors
     ///
     /// Those of [`of_block`].
-    pub fn topology(&self, volume: &Opened, number: usize) -> Result<BlockTopology> {
+    pub(super) fn topology(&self, volume: &OpenVolume, number: usize) -> Result<BlockTopology> {
         let owned = self.owned(number);
         let (first, end) = with_halo(owned, self.recipe.volume.dims);
         of_block(&volume.block(first, end)?, owned)
     }
 
-    /// The samples that a brick owns in the sense of the topology: its own but the upper planes that it shares.
+    /// The samples whose critical points a brick contributes: all of its samples except those on the upper planes that it shares.
     fn owned(&self, number: usize) -> Owned {
         let (Brick { first, end, .. }, dims) =
             (self.recipe.bricks[number], self.recipe.volume.dims);
@@ -252,43 +236,12 @@ impl Plan {
 }
 
 impl Recipe {
-    /// FNV-1a over the JSON: it tells apart what was changed by mistake, not by design.
+    /// FNV-1a over the JSON. It detects accidental changes, not malicious ones.
     fn hash(&self) -> Result<String> {
         let json = serde_json::to_vec(self).map_err(|e| Error::internal(e.to_string()))?;
         let hash = json.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, &byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
         });
         Ok(format!("{hash:016x}"))
-    }
-}
-
-pub(super) fn checksum(volume: &Volume) -> u32 {
-    crc32fast::hash(&volume.samples().to_le_bytes())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bricks_cover_all_cells_once_and_share_their_planes() {
-        for (dims, side) in
-            [([41, 41, 41], 20), ([7, 200, 2], 8), ([129, 513, 1000], 128), ([2, 2, 2], 4)]
-        {
-            let blocks = cut(dims, side);
-            let cells = |(first, end): &([usize; 3], [usize; 3])| -> usize {
-                (0..3).map(|a| end[a] - 1 - first[a]).product()
-            };
-            let all: usize = dims.iter().map(|n| n - 1).product();
-            assert_eq!(blocks.iter().map(cells).sum::<usize>(), all, "{dims:?}");
-            for (first, end) in &blocks {
-                for a in 0..3 {
-                    assert!(first[a] == 0 || blocks.iter().any(|b| b.1[a] == first[a] + 1));
-                    assert!(end[a] == dims[a] || blocks.iter().any(|b| b.0[a] + 1 == end[a]));
-                }
-            }
-        }
-        assert_eq!(cut([41; 3], 20).len(), 8);
-        assert_eq!(cut([257; 3], super::super::SIDE).len(), 8);
     }
 }

@@ -1,4 +1,4 @@
-//! What a plan is made of: a volume, and what is known of its samples.
+//! A survey of a volume: its description, its statistics and the checksums of its blocks. A plan is made from it.
 //!
 //! # Invariants
 //!
@@ -6,8 +6,8 @@
 
 use std::sync::Arc;
 
-use super::plan::{Blocks, checksum};
-use super::{Opened, ReadBlocks, Source};
+use super::blocks::{Blocks, checksum};
+use super::source::{OpenVolume, ReadBlocks, VolumeSource};
 use crate::error::{Error, Result};
 use crate::prepared::Prepared;
 use crate::spectrum::VolumeInfo;
@@ -15,35 +15,35 @@ use crate::volume::{
     Preparation, Samples, Slabs, Statistics, check_grid, check_range, with_samples,
 };
 
-/// See the module.
+/// A volume, its description and its statistics, from which a plan is made.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    opened: Opened,
+    volume: OpenVolume,
     info: VolumeInfo,
     samples: Statistics,
-    /// CRC-32 of the samples of the blocks of a plan, where somebody has looked already.
+    /// CRC-32 of the samples of each block of the plan, if the caller has computed them.
     checksums: Option<Vec<u32>>,
 }
 
 impl Survey {
-    /// Of a volume that was read and prepared.
+    /// Surveys a volume in memory.
     pub fn of(prepared: Prepared) -> Survey {
         let info = prepared.volume().info();
         Survey {
             samples: prepared.samples().clone(),
             info,
-            opened: Opened::Whole(prepared),
+            volume: OpenVolume::Whole(prepared),
             checksums: None,
         }
     }
 
-    /// Of a volume in a file to which nothing is done, slab by slab; none where it must be read as a whole.
+    /// Surveys a file slab by slab, for a volume that needs no preparation; `None` if its format requires reading it as a whole.
     ///
     /// # Errors
     ///
     /// Those of [`Slabs::of`], [`Slabs::range`].
-    pub fn of_file(source: &Source) -> Result<Option<Survey>> {
-        let Source::File { path, options, outside } = source else { return Ok(None) };
+    pub fn of_file(source: &VolumeSource) -> Result<Option<Survey>> {
+        let VolumeSource::File { path, options, outside } = source else { return Ok(None) };
         let Some(slabs) = Slabs::of(path, options)? else { return Ok(None) };
         let range = slabs.range()?;
         let samples = slabs.statistics(range)?;
@@ -55,16 +55,16 @@ impl Survey {
             placement: *slabs.placement(),
             outside: *outside,
         };
-        let opened = Opened::Slabs(slabs, info.clone());
-        Ok(Some(Survey { opened, info, samples, checksums: None }))
+        let volume = OpenVolume::Slabs(slabs, info.clone());
+        Ok(Some(Survey { volume, info, samples, checksums: None }))
     }
 
-    /// Of a volume whose blocks somebody else has looked at: its range and the statistics of all samples, each counted once, and
-    /// CRC-32 of the samples, little endian, x fastest, of every block that a plan will have ([`cut`](super::cut)).
+    /// A survey by the caller of a volume that is read by `blocks`: `samples` counts each sample once, and `checksums` holds the CRC-32
+    /// of the samples, little endian, x fastest, of every block of the plan ([`cut`](super::cut)).
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] for what is no volume.
+    /// [`Error::Input`] for invalid dimensions, placement or range.
     pub fn of_blocks(
         info: VolumeInfo,
         samples: Statistics,
@@ -73,48 +73,48 @@ impl Survey {
     ) -> Result<Survey> {
         check_grid(&info.name, info.dims, &info.placement)?;
         check_range(&info.name, info.range)?;
-        let opened = Opened::Blocks(blocks, info.clone());
-        Ok(Survey { opened, info, samples, checksums: Some(checksums) })
+        let volume = OpenVolume::Blocks(blocks, info.clone());
+        Ok(Survey { volume, info, samples, checksums: Some(checksums) })
     }
 
-    /// What a spectrum keeps of the volume.
+    /// Description of the volume, as a spectrum keeps it.
     pub fn info(&self) -> &VolumeInfo {
         &self.info
     }
 
-    /// What is known of its samples: what isovalues are written by.
+    /// Statistics of the samples, to which percentiles and sigmas refer.
     pub fn samples(&self) -> &Statistics {
         &self.samples
     }
 
-    /// The volume, of which blocks are asked for.
-    pub fn opened(&self) -> &Opened {
-        &self.opened
+    /// The volume.
+    pub fn volume(&self) -> &OpenVolume {
+        &self.volume
     }
 
     pub(super) fn preparation(&self) -> Preparation {
-        match &self.opened {
-            Opened::Whole(prepared) => prepared.preparation().clone(),
-            Opened::Slabs(..) | Opened::Blocks(..) => Preparation::default(),
+        match &self.volume {
+            OpenVolume::Whole(prepared) => prepared.preparation().clone(),
+            OpenVolume::Slabs(..) | OpenVolume::Blocks(..) => Preparation::default(),
         }
     }
 
-    /// What a spectrum's parameters tell of the volume.
-    pub(super) fn told(&self) -> serde_json::Map<String, serde_json::Value> {
-        match &self.opened {
-            Opened::Whole(prepared) => prepared.told(),
-            Opened::Slabs(..) | Opened::Blocks(..) => {
-                let told = serde_json::json!(self.samples);
-                [(Statistics::NAME.to_owned(), told)].into_iter().collect()
+    /// Entries for the spectrum's metadata that describe the volume.
+    pub(super) fn metadata(&self) -> serde_json::Map<String, serde_json::Value> {
+        match &self.volume {
+            OpenVolume::Whole(prepared) => prepared.metadata(),
+            OpenVolume::Slabs(..) | OpenVolume::Blocks(..) => {
+                let samples = serde_json::json!(self.samples);
+                [(Statistics::NAME.to_owned(), samples)].into_iter().collect()
             }
         }
     }
 
-    /// CRC-32 of the samples of blocks.
+    /// CRC-32 of the samples of each block.
     ///
     /// # Errors
     ///
-    /// As [`Opened::block`], [`Slabs::each`].
+    /// As [`OpenVolume::block`], [`Slabs::each`].
     pub(super) fn checksums(&self, blocks: &Blocks) -> Result<Vec<u32>> {
         if let Some(known) = &self.checksums {
             if known.len() != blocks.len() {
@@ -124,17 +124,17 @@ impl Survey {
             }
             return Ok(known.clone());
         }
-        match &self.opened {
-            Opened::Blocks(..) => {
-                let block = |&(first, end): &_| Ok(checksum(&self.opened.block(first, end)?));
+        match &self.volume {
+            OpenVolume::Blocks(..) => {
+                let block = |&(first, end): &_| Ok(checksum(&self.volume.block(first, end)?));
                 blocks.iter().map(block).collect()
             }
-            Opened::Whole(prepared) => {
+            OpenVolume::Whole(prepared) => {
                 let volume = prepared.volume();
                 let block = |&(first, end): &_| Ok(checksum(&volume.block(first, end)?));
                 blocks.iter().map(block).collect()
             }
-            Opened::Slabs(slabs, _) => {
+            OpenVolume::Slabs(slabs, _) => {
                 let [nx, ny, _] = slabs.dims();
                 let mut hashers = vec![crc32fast::Hasher::new(); blocks.len()];
                 slabs.each(|z, samples| {
@@ -147,7 +147,7 @@ impl Survey {
     }
 }
 
-/// Gives each block what it has of some planes, which begin at `z`.
+/// Adds the samples of some planes, the first of which is `z`, to the checksums of the blocks that contain them.
 fn hash_planes(
     samples: &Samples,
     ([nx, ny], z): ([usize; 2], usize),

@@ -16,18 +16,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Progress as _;
-use isospectrum::file::place_of;
-use isospectrum::inside::topology::critical::Place;
-use isospectrum::inside::topology::dust::Dust;
-use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::inside::topology::simplify::Simplification;
-use isospectrum::inside::topology::{Topology, TopologyEvent};
+use isospectrum::file::final_path;
+use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::{Event, EventKind};
+use isospectrum::unstable::topology::critical::Place;
+use isospectrum::unstable::topology::dust::Dust;
+use isospectrum::unstable::topology::exact::ExactField;
+use isospectrum::unstable::topology::simplify::Simplification;
+use isospectrum::unstable::topology::{Topology, TopologyEvent};
 use isospectrum::volume::{Placement, Statistics, Unit, Volume, told_by_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
-use super::isovalue::IsovalueRange;
 use super::output::{self, Output};
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
@@ -123,7 +123,7 @@ impl Analyze {
         let plot = self.plot.as_deref().map(open).transpose()?;
         let simplified = self.simplified.as_deref().map(open).transpose()?;
         if let (Some(Output::File(plot)), Some(Output::File(simplified))) = (&plot, &simplified)
-            && place_of(plot).ok() == place_of(simplified).ok()
+            && final_path(plot).ok() == final_path(simplified).ok()
         {
             let shown = plot.display();
             let message = format!("{shown}: both --plot and --simplified, expected two files");

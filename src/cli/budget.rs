@@ -1,9 +1,8 @@
 //! How large a spectrum may become: a warning before the work begins, or a refusal.
 
-use std::str::FromStr;
-
 use clap::Args;
 use isospectrum::Forecast;
+use isospectrum::settings::ByteSize;
 use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 
@@ -14,7 +13,7 @@ use super::report;
 const TRIANGLES: f64 = 20e6;
 
 /// Memory above which a warning is given where no flag says otherwise.
-const MEMORY: Bytes = Bytes(16.0 * 1024.0 * 1024.0 * 1024.0);
+const MEMORY: ByteSize = ByteSize::new(16.0 * 1024.0 * 1024.0 * 1024.0);
 
 /// By which factor a forecast may be off; what is beyond that will not fit.
 const OFF_BY: f64 = 2.0;
@@ -28,7 +27,7 @@ pub(super) struct BudgetArguments {
     /// Work within this memory, e.g. 8GB: in bricks where more is expected of the whole; refuse where those do not help
     /// [default: what the system leaves]
     #[arg(long, value_name = "SIZE")]
-    max_memory: Option<Bytes>,
+    max_memory: Option<ByteSize>,
 }
 
 /// How much memory there is, and who says so.
@@ -52,7 +51,7 @@ impl BudgetArguments {
     /// The memory that may be used: what was asked for, or what the system leaves; none where that cannot be known.
     pub(super) fn limit(&self) -> Option<Limit> {
         match self.max_memory {
-            Some(Bytes(bytes)) => Some(Limit { bytes, by: "--max-memory" }),
+            Some(size) => Some(Limit { bytes: size.bytes(), by: "--max-memory" }),
             None => machine::allowed().map(|Allowed { bytes, by }| Limit { bytes, by }),
         }
     }
@@ -78,17 +77,6 @@ impl BudgetArguments {
                 Err(Error::Usage(format!("{name}: {refused}; --range does not help")))
             }
         }
-    }
-
-    /// What to expect of the sweep of a whole volume.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`Forecast::of_volume`].
-    pub(super) fn forecast(volume: &Volume, range: (f64, f64), error: f64) -> Result<Forecast> {
-        let forecast = Forecast::of_volume(volume, range, error)?;
-        log::debug!("{forecast:?}");
-        Ok(forecast)
     }
 
     /// Warns where a volume as a whole is beyond the budget, or beyond what the machine has.
@@ -126,7 +114,7 @@ impl BudgetArguments {
             let [expected, most] = [forecast.triangles, most].map(rounded);
             parts.push(format!("about {expected} triangles (more than {most})"));
         }
-        let most = self.max_memory.unwrap_or(MEMORY).0;
+        let most = self.max_memory.unwrap_or(MEMORY).bytes();
         if forecast.memory > most && counts(self.max_memory.is_some()) {
             let [expected, most] = [forecast.memory, most].map(|x| report::bytes(x as u64));
             parts.push(format!("about {expected} of memory (more than {most})"));
@@ -159,54 +147,15 @@ fn rounded(x: f64) -> String {
     format!("{}", (x / unit).round() * unit)
 }
 
-/// A number of bytes: `800000`, `8GB`, `16GiB`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Bytes(f64);
-
-impl FromStr for Bytes {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-        let unit = match text[digits.len()..].to_ascii_lowercase().as_str() {
-            "" | "b" => Some(1.0),
-            "kb" | "k" => Some(1e3),
-            "mb" | "m" => Some(1e6),
-            "gb" | "g" => Some(1e9),
-            "tb" | "t" => Some(1e12),
-            "kib" => Some(1024.0),
-            "mib" => Some(1024f64.powi(2)),
-            "gib" => Some(1024f64.powi(3)),
-            "tib" => Some(1024f64.powi(4)),
-            _ => None,
-        };
-        let number = digits.trim().parse::<f64>().ok().filter(|&x| x.is_finite() && x > 0.0);
-        let bytes = number.zip(unit).map(|(number, unit)| Bytes(number * unit));
-        bytes.ok_or_else(|| format!("'{text}', expected a size such as 8GB or 500MiB"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn sizes_have_units_of_a_thousand_or_of_1024() {
-        let of = |text: &str| text.parse::<Bytes>().map(|b| b.0);
-        assert_eq!(of("1500"), Ok(1500.0));
-        assert_eq!(of("1.5kB"), Ok(1500.0));
-        assert_eq!(of("8 GB"), Ok(8e9));
-        assert_eq!(of("2MiB"), Ok(2_097_152.0));
-        for wrong in ["", "GB", "-1GB", "0", "8XB", "inf"] {
-            assert!(of(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
     fn only_what_is_too_much_is_told() {
         let budget = |max_triangles, max_memory: Option<f64>| BudgetArguments {
             max_triangles,
-            max_memory: max_memory.map(Bytes),
+            max_memory: max_memory.map(ByteSize::new),
         };
         let forecast = Forecast {
             events: 7,

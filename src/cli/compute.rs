@@ -8,15 +8,15 @@ use std::time::Instant;
 use clap::Args;
 use isospectrum::Forecast;
 use isospectrum::Parameters;
+use isospectrum::settings::{IsovalueRange, SweepSettings};
 use isospectrum::verify::{Glance, glance};
-use isospectrum::volume::Statistics;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::backend_arguments::BackendArguments;
 use super::budget::BudgetArguments;
 use super::info::Facts;
-use super::isovalue::{Isovalue, IsovalueRange};
+use super::isovalue::Isovalue;
 use super::parts::PartArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
@@ -105,37 +105,23 @@ pub(super) struct ParameterArguments {
 }
 
 impl ParameterArguments {
-    /// Whether something is asked for that bricks have not.
-    fn is_of_a_whole(&self) -> bool {
-        self.initial_mesh.is_some()
-    }
-
-    /// For a volume of this range, of whose samples this is known.
-    pub(super) fn resolve(
-        &self,
-        of_volume: (f64, f64),
-        samples: &Statistics,
-    ) -> Result<Parameters> {
+    /// The settings that the flags give.
+    pub(super) fn settings(&self) -> SweepSettings {
         let default = Parameters::default();
-        let parameters = Parameters {
-            range: self.range.map(|r| r.resolve(of_volume, Some(samples))).transpose()?,
-            step: self.step,
-            samples: self.samples.map(|n| n as usize),
-            error: self.error.unwrap_or(default.error),
-            min_quality: self.min_quality.unwrap_or(default.min_quality),
-            min_area: self.min_area.unwrap_or(default.min_area),
-            refine_area: self.refine_area.unwrap_or(default.refine_area),
-            max_edge: self.max_edge.unwrap_or(default.max_edge),
-            relax_strength: self.relax.unwrap_or(default.relax_strength),
-            relax_force: self.relax_force.unwrap_or(default.relax_force),
-            relax_iterations: self.relax_iterations.unwrap_or(default.relax_iterations),
-            start: None,
-            initial_mesh: self.initial_mesh.clone(),
-        }
-        .within(of_volume)?;
-        let range = parameters.range.unwrap_or(of_volume);
-        let start = self.start.map(|c| c.resolve(range, Some(samples))).transpose()?;
-        Ok(Parameters { start, ..parameters })
+        let parameters = default
+            .clone()
+            .with_step(self.step)
+            .with_samples(self.samples.map(|n| n as usize))
+            .with_error(self.error.unwrap_or(default.error))
+            .with_min_quality(self.min_quality.unwrap_or(default.min_quality))
+            .with_min_area(self.min_area.unwrap_or(default.min_area))
+            .with_refine_area(self.refine_area.unwrap_or(default.refine_area))
+            .with_max_edge(self.max_edge.unwrap_or(default.max_edge))
+            .with_relax_strength(self.relax.unwrap_or(default.relax_strength))
+            .with_relax_force(self.relax_force.unwrap_or(default.relax_force))
+            .with_relax_iterations(self.relax_iterations.unwrap_or(default.relax_iterations))
+            .with_initial_mesh(self.initial_mesh.clone());
+        SweepSettings { range: self.range, start: self.start, parameters }
     }
 }
 

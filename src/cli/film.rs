@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use isospectrum::file::PartFolder;
+use isospectrum::file::TemporaryFolder;
 use isospectrum::render::{Background, Image};
 use isospectrum::{Error, Result};
 
@@ -97,7 +97,7 @@ impl Film {
     /// [`Error::Io`] where it cannot, [`Error::Usage`] where it is an input.
     pub(super) fn open(self, inputs: &[&Path]) -> Result<Reel> {
         Output::open(&self.path, inputs)?;
-        let folder = PartFolder::beside(&self.path)?;
+        let folder = TemporaryFolder::next_to(&self.path)?;
         Ok(Reel { film: self, folder, n: 0 })
     }
 
@@ -135,7 +135,7 @@ impl Film {
 #[derive(Debug)]
 pub(super) struct Reel {
     film: Film,
-    folder: PartFolder,
+    folder: TemporaryFolder,
     n: u32,
 }
 
@@ -193,7 +193,7 @@ impl Reel {
             let why = last.map_or_else(|| ended(status), str::to_owned);
             return Err(failed(io::Error::other(format!("ffmpeg made no film: {why}"))));
         }
-        folder.put(&film.made(), film.path())
+        folder.move_file(&film.made(), film.path())
     }
 }
 

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use isospectrum::file::folder_of;
+use isospectrum::file::parent_folder;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::Statistics;
 use isospectrum::{Error, Result};
 
-use super::isovalue::{Isovalue, parts_of};
+use super::isovalue::Isovalue;
 use super::output::Output;
 
 /// Most frames of one sweep, and of one turntable.
@@ -60,7 +60,7 @@ impl FromStr for Sweep {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let expected = || format!("'{text}', expected FROM:TO:N such as 10%:90%:120");
-        let parts = parts_of(text);
+        let parts = isospectrum::settings::split_at_colons(text);
         let [from, to, n] = parts[..] else { return Err(expected()) };
         let n = n.trim().parse().map_err(|_| expected())?;
         if !(2..=MOST).contains(&n) {
@@ -136,7 +136,7 @@ impl Pattern {
     /// inputs. Makes the folder where it is not there.
     pub(super) fn open(&self, n_frames: u32, inputs: &[&Path]) -> Result<Vec<Output>> {
         let first = self.path(0);
-        let folder = folder_of(&first);
+        let folder = parent_folder(&first);
         std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, source))?;
         // All lie in one folder, so the first tells of it; the others may still be in the way.
         let first = Output::open(&first, inputs)?;

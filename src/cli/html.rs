@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isospectrum::Progress as _;
 use isospectrum::color::Sources;
-use isospectrum::file::PartFolder;
+use isospectrum::file::TemporaryFolder;
 use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
 use isospectrum::render::Gpu;
 use isospectrum::render::{Background, Image, Light, Renderer, Surface, View};
+use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{Histogram, Statistics, Volume};
 use isospectrum::{Error, Result};
@@ -17,7 +18,6 @@ use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
 use super::compute::{not_negative, positive};
-use super::isovalue::IsovalueRange;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
 use super::output::Output;
@@ -122,26 +122,23 @@ impl Html {
         bar.report(0.1, "drawing the still picture");
         let shown = told.unwrap_or_else(|| isovalue.into());
         let still = self.still(&spectrum, shown, &look, &sources)?;
-        let page = Page {
-            title: self.title.as_deref().unwrap_or(&spectrum.volume().name),
-            caption: self.caption.as_deref(),
-            credit: self.credit.as_deref(),
-            isovalue,
-            step: self.step,
-            open: self.border.is_open(&spectrum),
-            camera: self.camera.camera(),
-            color: self.color.shown(),
-            map: self.color.color_map,
-            ends: self.color.ends(),
-            field: Some(&sources),
-            axes: self.axes,
-            look,
-            keep: self.keep.of(&spectrum),
-            samples: samples.as_ref(),
-            statistics: statistics.as_ref(),
-            marks: &marks,
-            still: still.as_ref(),
-        };
+        let page = Page::new(self.title.as_deref().unwrap_or(&spectrum.volume().name), isovalue)
+            .with_caption(self.caption.as_deref())
+            .with_credit(self.credit.as_deref())
+            .with_step(self.step)
+            .with_open(self.border.is_open(&spectrum))
+            .with_camera(self.camera.camera())
+            .with_color(self.color.shown())
+            .with_map(self.color.color_map)
+            .with_ends(self.color.ends())
+            .with_field(&sources)
+            .with_axes(self.axes)
+            .with_look(look)
+            .with_keep(self.keep.of(&spectrum))
+            .with_samples(samples.as_ref())
+            .with_statistics(statistics.as_ref())
+            .with_marks(&marks)
+            .with_still(still.as_ref());
         bar.report(0.3, "packing and measuring");
         let (name, sizes, n_files) = match target {
             Target::File(output) => {
@@ -168,7 +165,7 @@ impl Html {
         if let Some(path) = &self.split {
             Output::check_apart(path, &inputs)?;
             // As in the end; gone again at once.
-            PartFolder::beside_folder(path, is_split)?;
+            TemporaryFolder::next_to_folder(path, is_split)?;
             return Ok(Target::Folder(path.clone()));
         }
         let output = self.output.as_deref().unwrap_or(Path::new("-"));
@@ -249,24 +246,21 @@ impl Html {
             }
             Err(error) => return Err(error),
         };
-        let mut view = View {
-            width: 640,
-            height: 480,
-            open: self.border.is_open(spectrum),
-            keep: self.keep.of(spectrum),
-            camera: self.camera.camera(),
-            // It lies on a page that may be light or dark.
-            background: Background::Transparent,
-            color: self.color.shown(),
-            map: self.color.color_map,
-            ends: self.color.ends(),
-            occlusion: look.occlusion,
-            light: look.light,
-            wireframe: look.wireframe.then_some(1.0),
-            clip: look.clip,
-            opacity: look.opacity,
-            ..View::default()
-        };
+        let mut view = View::default()
+            .with_width(640)
+            .with_height(480)
+            .with_open(self.border.is_open(spectrum))
+            .with_keep(self.keep.of(spectrum))
+            .with_camera(self.camera.camera())
+            .with_background(Background::Transparent)
+            .with_color(self.color.shown())
+            .with_map(self.color.color_map)
+            .with_ends(self.color.ends())
+            .with_occlusion(look.occlusion)
+            .with_light(look.light)
+            .with_wireframe(look.wireframe.then_some(1.0))
+            .with_clip(look.clip)
+            .with_opacity(look.opacity);
         let mut renderer = Renderer::new(&gpu, spectrum)?;
         renderer.set_sources(sources.clone());
         let surfaces: Vec<Surface> =
@@ -295,13 +289,13 @@ fn is_split(path: &Path) -> bool {
 
 /// Writes a page and its files where there is nothing, or another page with its files.
 fn write_folder(files: &[(String, String)], path: &Path) -> Result<()> {
-    let work = PartFolder::beside_folder(path, is_split)?;
+    let work = TemporaryFolder::next_to_folder(path, is_split)?;
     let made = work.path().join("made");
     std::fs::create_dir(&made).map_err(|e| Error::io(path, e))?;
     for (name, text) in files {
         std::fs::write(made.join(name), text).map_err(|e| Error::io(path, e))?;
     }
-    work.put_folder("made", path)
+    work.move_folder("made", path)
 }
 
 fn tell(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) {

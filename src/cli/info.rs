@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use isospectrum::file::{SpectrumFolder, is_folder};
-use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
-use isospectrum::inside::topology::dust::Dust;
 use isospectrum::render::Memory;
 use isospectrum::spectrum::{Size, Spectrum, Told, VolumeInfo};
+use isospectrum::unstable::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
+use isospectrum::unstable::topology::dust::Dust;
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::{Deserialize as _, Serialize};
 

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use isospectrum::Error;
-use isospectrum::file::no_parts;
+use isospectrum::file::block_writes;
 use signal_hook::consts::signal::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -53,7 +53,7 @@ fn end_when_asked() {
         std::thread::sleep(LOOK);
     }
     std::thread::sleep(GRACE);
-    let _nothing_in_part = no_parts();
+    let _no_unfinished_file = block_writes();
     let _last_word = last_word();
     progress::clear();
     terminal::say(&Error::Interrupted.to_string());

@@ -39,7 +39,7 @@ impl Merge {
         if self.json && target.is_stdout() {
             return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
         }
-        parts.check_all_there().map_err(|e| e.of_file(&self.plan))?;
+        parts.check_complete().map_err(|e| e.of_file(&self.plan))?;
         let made = target.merge(&parts, &plan.open()?, (None, None), &Bar::new(quiet))?;
         let facts = made.facts();
         if self.json {

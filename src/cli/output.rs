@@ -1,6 +1,6 @@
 //! Where results go: a file that appears only when it is complete, or stdout.
 //!
-//! A file is written beside its target and renamed at the end ([`write_beside`]), so an error, a
+//! A file is written beside its target and renamed at the end ([`write_atomically`]), so an error, a
 //! full disk or Ctrl-C leaves what was there before. Whether that can be done is found out before
 //! the work begins: a folder that does not exist is no news after an hour of computing. An output is
 //! never a file that the command reads: a slip of the hand must not cost the volume.
@@ -8,7 +8,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use isospectrum::file::{folder_of, place_of, write_beside};
+use isospectrum::file::{final_path, parent_folder, write_atomically};
 use isospectrum::{Error, Result};
 
 use super::interrupt;
@@ -35,8 +35,8 @@ impl Output {
             _ => {}
         }
         Self::check_apart(path, inputs)?;
-        let place = place_of(path).map_err(fail)?;
-        tempfile::tempfile_in(folder_of(&place)).map_err(fail)?;
+        let place = final_path(path).map_err(fail)?;
+        tempfile::tempfile_in(parent_folder(&place)).map_err(fail)?;
         Ok(Output::File(path.to_owned()))
     }
 
@@ -95,7 +95,7 @@ impl Output {
                 let mut stdout = BufWriter::new(io::stdout().lock());
                 content(&mut stdout).map_err(|source| Error::io("standard output", source))
             }
-            Output::File(path) => write_beside(path, content),
+            Output::File(path) => write_atomically(path, content),
         };
         match (failure, written) {
             _ if interrupt::requested() => Err(Error::Interrupted),

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::Args;
 use isospectrum::Backend;
-use isospectrum::bricks::{Parts, part_of};
+use isospectrum::bricks::{Parts, compute_part};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -70,7 +70,7 @@ impl PartArguments {
                 Some(volume) => volume,
                 None => plan.open()?,
             };
-            let bytes = part_of(&plan, &volume, number, backend, &Bar::new(quiet))?;
+            let bytes = compute_part(&plan, &volume, number, backend, &Bar::new(quiet))?;
             let n_bytes = output.write_bytes(&bytes)?;
             log::info!("{}: {}", file.display(), report::bytes(n_bytes));
             opened = Some(volume);
@@ -85,7 +85,7 @@ impl PartArguments {
 
 /// Whether a part is there and whole; says what is there in its place.
 fn is_there(parts: &Parts, number: usize) -> bool {
-    parts.is_there(number).unwrap_or_else(|error| {
+    parts.is_complete(number).unwrap_or_else(|error| {
         log::warn!("{}: {error}; made anew", parts.file(number).display());
         false
     })

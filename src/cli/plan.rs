@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isospectrum::bricks::{self, Plan as Bricks, Source, Survey};
+use isospectrum::bricks::{self, Plan as Bricks, Survey, VolumeSource};
 use isospectrum::{Error, Result};
 use isospectrum::{Noise, Prepared};
 
@@ -41,7 +41,8 @@ impl Plan {
         let output = Output::open(&self.output, &inputs)?;
         let source = self.volume.source()?;
         let (survey, noise) = survey(&source, &self.volume, &self.preparation, &self.simplify)?;
-        let parameters = self.parameters.resolve(survey.info().range, survey.samples())?;
+        let parameters =
+            self.parameters.settings().resolve(survey.info().range, survey.samples())?;
         let plan = Bricks::new(source, &survey, noise, &parameters, self.brick)?;
         let last = plan.recipe.bricks.len() - 1;
         output.write_bytes(&plan.to_bytes()?)?;
@@ -53,26 +54,26 @@ impl Plan {
 /// What is known of a volume: from slabs of its file where nothing is done to it and its file is of plain samples, else from the
 /// whole, after all that is done to it.
 pub(super) fn survey(
-    source: &Source,
+    source: &VolumeSource,
     volume: &VolumeArguments,
     preparation: &PreparationArguments,
     simplify: &SimplifyArguments,
 ) -> Result<(Survey, Noise)> {
-    if preparation.is_none() && simplify.is_none() {
+    if preparation.is_none() && simplify.settings().is_none() {
         volume.check_kind()?;
         if let Some(survey) = Survey::of_file(source)? {
             return Ok((survey, Noise::default()));
         }
     }
     let (volume, preparation) = preparation.apply(volume.read()?)?;
-    let noise = simplify.noise(&volume);
+    let noise = simplify.settings().resolve(&volume);
     let (volume, cleaned) = simplify.apply(volume)?;
     Ok((Survey::of(Prepared::of(volume, preparation, cleaned)), noise))
 }
 
 /// Reads a plan.
 pub(super) fn read(path: &Path) -> Result<Bricks> {
-    Bricks::from_bytes(&isospectrum::inside::input::read(path)?).map_err(|error| match error {
+    Bricks::from_bytes(&isospectrum::unstable::input::read(path)?).map_err(|error| match error {
         // What a parser says of a file may hold what the file holds.
         Error::Input(what) => {
             Error::input(format!("{}: {}", path.display(), terminal::plain(&what)))

@@ -147,8 +147,7 @@ impl Render {
         let spectrum = spectrum.around(&isovalues)?;
         let mut pictures = self.pictures(&spectrum)?;
         let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
-        let frame =
-            |&c: &f64| (vec![Surface::from(c)], View { label: self.label(&[c]), ..view.clone() });
+        let frame = |&c: &f64| (vec![Surface::from(c)], view.clone().with_label(self.label(&[c])));
         let frames: Vec<_> = isovalues.iter().map(frame).collect();
         self.write_series(&mut pictures, &frames, &series, quiet)?;
         let is_empty = |&&c: &&f64| empty::is_empty(&spectrum, c, self.border.is_open(&spectrum));
@@ -167,7 +166,7 @@ impl Render {
         let spectrum = spectrum.around(&isovalues)?;
         let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
-        let view = View { label: self.label(&isovalues), ..self.view(&spectrum) };
+        let view = self.view(&spectrum).with_label(self.label(&isovalues));
         let bounds = match self.fit {
             Fit::Surface => pictures.0.bounds(&isovalues, &view.keep)?,
             Fit::Volume => None,
@@ -249,26 +248,24 @@ impl Render {
 
     fn view(&self, spectrum: &Spectrum) -> View {
         let Size { width, height } = self.size;
-        View {
-            width,
-            height,
-            camera: self.camera.camera(),
-            wireframe: self.wireframe.then_some(1.0),
-            color: self.color.shown(),
-            map: self.color.color_map,
-            ends: self.color.ends(),
-            clip: self.sight.clip.map(|clip| clip.of(spectrum.volume())),
-            legend: !self.no_legend,
-            axes: self.axes,
-            scale_bar: self.scale_bar || self.axes,
-            open: self.border.is_open(spectrum),
-            keep: self.keep.of(spectrum),
-            background: self.background,
-            opacity: self.sight.opacity as f32,
-            occlusion: self.occlusion,
-            light: self.light,
-            ..View::default()
-        }
+        View::default()
+            .with_width(width)
+            .with_height(height)
+            .with_camera(self.camera.camera())
+            .with_wireframe(self.wireframe.then_some(1.0))
+            .with_color(self.color.shown())
+            .with_map(self.color.color_map)
+            .with_ends(self.color.ends())
+            .with_clip(self.sight.clip.map(|clip| clip.of(spectrum.volume())))
+            .with_legend(!self.no_legend)
+            .with_axes(self.axes)
+            .with_scale_bar(self.scale_bar || self.axes)
+            .with_open(self.border.is_open(spectrum))
+            .with_keep(self.keep.of(spectrum))
+            .with_background(self.background)
+            .with_opacity(self.sight.opacity as f32)
+            .with_occlusion(self.occlusion)
+            .with_light(self.light)
     }
 }
 

@@ -1,13 +1,12 @@
 //! How noise is taken out of a volume before anything else, as said on the command line.
 
-use std::str::FromStr;
-
 use clap::Args;
+use isospectrum::Cleaned;
 use isospectrum::Result;
-use isospectrum::inside::topology::dust::Dust;
-use isospectrum::inside::topology::simplify::{Census, Simplification};
+use isospectrum::settings::{NoiseSettings, Persistence};
+use isospectrum::unstable::topology::dust::Dust;
+use isospectrum::unstable::topology::simplify::{Census, Simplification};
 use isospectrum::volume::Volume;
-use isospectrum::{Cleaned, Noise};
 
 use super::report::number;
 
@@ -25,21 +24,14 @@ pub(super) struct SimplifyArguments {
 }
 
 impl SimplifyArguments {
-    /// Whether nothing is to be taken out.
-    pub(super) fn is_none(&self) -> bool {
-        self.persistence.is_none() && self.min_component.is_none()
+    /// The settings that the flags give.
+    pub(super) fn settings(&self) -> NoiseSettings {
+        NoiseSettings { persistence: self.persistence, min_component: self.min_component }
     }
 
-    /// What is asked for of a volume.
-    pub(super) fn noise(&self, volume: &Volume) -> Noise {
-        // A share of the range with the dust.
-        let persistence = self.persistence.map(|p| p.of_range(volume.range()));
-        Noise { persistence, min_component: self.min_component }
-    }
-
-    /// The volume to go on with, and what was done to it where something was.
+    /// Removes noise from a volume; returns what was removed.
     pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Cleaned)> {
-        let (volume, cleaned) = self.noise(&volume).take_out(volume)?;
+        let (volume, cleaned) = self.settings().resolve(&volume).take_out(volume)?;
         if let Some(done) = &cleaned.dust {
             log::info!("dust: {}", dust_sentence(done));
         }
@@ -80,53 +72,4 @@ fn sentence(done: &Simplification) -> String {
         number(done.largest_change),
         number(done.mean_change),
     )
-}
-
-/// A persistence as it was written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Persistence {
-    /// A difference of values of the field.
-    Absolute(f64),
-    /// `5%`: that share of the range.
-    Percent(f64),
-}
-
-impl Persistence {
-    fn of_range(self, (low, high): (f64, f64)) -> f64 {
-        match self {
-            Persistence::Absolute(value) => value,
-            Persistence::Percent(percent) => (high - low) * (percent / 100.0),
-        }
-    }
-}
-
-impl FromStr for Persistence {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (digits, percent) = match text.strip_suffix('%') {
-            Some(digits) => (digits, true),
-            None => (text, false),
-        };
-        let value: Option<f64> = digits.trim().parse().ok();
-        let value = value.filter(|&x: &f64| x.is_finite() && x > 0.0).ok_or_else(|| {
-            format!("'{text}', expected a number above 0 or a percentage such as 5%")
-        })?;
-        Ok(if percent { Persistence::Percent(value) } else { Persistence::Absolute(value) })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_persistence_is_a_value_or_a_percentage_of_the_range() {
-        let of = |text: &str| text.parse::<Persistence>().map(|p| p.of_range((-10.0, 30.0)));
-        assert_eq!(of("1.5"), Ok(1.5));
-        assert_eq!(of("5%"), Ok(2.0));
-        for wrong in ["", "%", "0", "-1", "-5%", "nan", "inf", "much"] {
-            assert!(of(wrong).is_err(), "{wrong}");
-        }
-    }
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use isospectrum::file::{self, MAGIC, SpectrumFolder, Summary, Written, thesis};
-use isospectrum::inside::input;
 use isospectrum::spectrum::Spectrum;
+use isospectrum::unstable::input;
 use isospectrum::{Error, Result};
 
 use super::kind::{self, Kind};

@@ -3,17 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use isospectrum::Progress;
-use isospectrum::bricks::{Opened, Parts, merge, merge_to_folder};
-use isospectrum::file::{PartFolder, SpectrumFolder, is_folder};
+use isospectrum::Result;
+use isospectrum::bricks::{OpenVolume, Parts, merge, merge_to_path};
+use isospectrum::file::{SpectrumFolder, TemporaryFolder, is_folder};
 use isospectrum::spectrum::Spectrum;
-use isospectrum::{Error, Result};
 
 use super::info::Facts;
 use super::output::Output;
 use super::spectrum_file;
-
-/// The folder of parts in the folder that it is made in.
-const MADE: &str = "made";
 
 /// A destination that could be written to when it was opened.
 pub(super) enum Target {
@@ -36,7 +33,7 @@ impl Target {
         }
         Output::check_apart(path, inputs)?;
         // As in the end; gone again at once.
-        PartFolder::beside_folder(path, is_folder)?;
+        TemporaryFolder::next_to_folder(path, is_folder)?;
         Ok(Target::Folder(path.to_owned()))
     }
 
@@ -57,11 +54,11 @@ impl Target {
     }
 
     /// A folder to work in, on the disk that the result goes to where that is a regular file or a folder.
-    pub(super) fn work_folder(&self) -> Result<PartFolder> {
+    pub(super) fn work_folder(&self) -> Result<TemporaryFolder> {
         match self {
-            Target::Folder(path) => PartFolder::beside_folder(path, is_folder),
-            Target::File(Output::File(path)) if is_replaced(path) => PartFolder::beside(path),
-            Target::File(_) => PartFolder::beside(&std::env::temp_dir().join("isospectrum")),
+            Target::Folder(path) => TemporaryFolder::next_to_folder(path, is_folder),
+            Target::File(Output::File(path)) if is_replaced(path) => TemporaryFolder::next_to(path),
+            Target::File(_) => TemporaryFolder::next_to(&std::env::temp_dir().join("isospectrum")),
         }
     }
 
@@ -70,8 +67,8 @@ impl Target {
     pub(super) fn merge(
         self,
         parts: &Parts,
-        volume: &Opened,
-        (work, memory): (Option<PartFolder>, Option<f64>),
+        volume: &OpenVolume,
+        (work, memory): (Option<TemporaryFolder>, Option<f64>),
         progress: &dyn Progress,
     ) -> Result<Made> {
         match self {
@@ -83,17 +80,8 @@ impl Target {
                 Ok(Made::File(Box::new(spectrum), n_bytes))
             }
             Target::Folder(path) => {
-                let again = || PartFolder::beside_folder(&path, is_folder);
-                let work = work.map_or_else(again, Ok)?;
-                let made = work.path().join(MADE);
-                std::fs::create_dir(&made).map_err(|e| Error::io(&made, e))?;
-                merge_to_folder(parts, volume, &made, memory, progress)
-                    .map_err(|error| named_for(error, work.path(), &path))?;
-                if progress.cancelled() {
-                    return Err(Error::Interrupted);
-                }
-                work.put_folder(MADE, &path)?;
-                Ok(Made::Folder(Box::new(SpectrumFolder::open(&path)?)))
+                let folder = merge_to_path(parts, volume, &path, work, memory, progress)?;
+                Ok(Made::Folder(Box::new(folder)))
             }
         }
     }
@@ -105,14 +93,6 @@ impl Made {
             Made::File(spectrum, n_bytes) => Facts::of(spectrum, *n_bytes),
             Made::Folder(folder) => Facts::of_folder(folder),
         }
-    }
-}
-
-/// Says what was asked for where something in the folder to work in cannot be written: nobody knows that one.
-pub(super) fn named_for(error: Error, work: &Path, path: &Path) -> Error {
-    match error {
-        Error::Io { path: at, source } if at.starts_with(work) => Error::io(path, source),
-        other => other,
     }
 }
 

@@ -134,11 +134,9 @@ impl View {
                 opacity: opacity.unwrap_or(self.sight.opacity as f32),
                 ..Look::default()
             },
-            parameters: Parameters {
-                error: self.error.unwrap_or(defaults.error),
-                step: self.step,
-                ..defaults
-            },
+            parameters: defaults
+                .with_error(self.error.unwrap_or(defaults.error))
+                .with_step(self.step),
             adapter: self.adapter.clone(),
             folder: self.folder.clone(),
         })?;

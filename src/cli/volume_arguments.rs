@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use isospectrum::bricks::Source;
+use isospectrum::bricks::VolumeSource;
 use isospectrum::volume::{Outside, ReadOptions, Volume, files_of, phantom, read_volume};
 use isospectrum::{Error, Result};
 
@@ -99,15 +99,15 @@ impl VolumeArguments {
     }
 
     /// How to read the volume again from anywhere on this machine.
-    pub(super) fn source(&self) -> Result<Source> {
+    pub(super) fn source(&self) -> Result<VolumeSource> {
         let outside = self.outside();
         match (&self.volume, &self.phantom) {
             (Some(path), _) => {
                 let path = path.canonicalize().map_err(|source| Error::io(path, source))?;
                 let options = Box::new(self.options());
-                Ok(Source::File { path, options, outside })
+                Ok(VolumeSource::File { path, options, outside })
             }
-            (None, Some(name)) => Ok(Source::Phantom { name: name.clone(), outside }),
+            (None, Some(name)) => Ok(VolumeSource::Phantom { name: name.clone(), outside }),
             (None, None) => Err(no_volume()),
         }
     }

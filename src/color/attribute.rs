@@ -19,7 +19,7 @@ use super::{Ends, KnotValues, Map, Scale, name_color};
 use crate::color::NO_VALUE;
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
-use crate::named::read_by_name;
+use crate::parse_name::from_name;
 use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
 
 /// What the colour of a surface shows.
@@ -84,7 +84,7 @@ impl Color {
     }
 }
 
-read_by_name!(Color, "color");
+from_name!(Color, "color");
 
 /// The distance from a point (voxel frame) with a unit normal to the isosurface of an isovalue, voxels; not a number
 /// where that is not known.

@@ -9,7 +9,7 @@
 use std::sync::LazyLock;
 
 use super::linear;
-use crate::named::read_by_name;
+use crate::parse_name::from_name;
 
 /// Colours that a map is told by.
 pub(crate) const N_STOPS: usize = 33;
@@ -75,7 +75,7 @@ impl Map {
     }
 }
 
-read_by_name!(Map, "color map");
+from_name!(Map, "color map");
 
 /// The tables of `maps.txt`, in the order of [`Map::ALL`].
 static TABLES: LazyLock<[[u32; N_STOPS]; 6]> = LazyLock::new(|| {

@@ -15,7 +15,7 @@
 
 use std::path::Path;
 
-use super::write_beside;
+use super::write_atomically;
 use crate::error::{Error, Result};
 use crate::spectrum::{
     About, Collapse, Knot, Normals, Patch, Spectrum, Triangle, VolumeInfo, normal,
@@ -29,7 +29,7 @@ use crate::volume::{Outside, Placement};
 /// [`Error::Io`]; [`Error::Input`] if the spectrum does not pass [`Spectrum::check`].
 pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
     let bytes = to_bytes(spectrum)?;
-    write_beside(path.as_ref(), |writer| writer.write_all(&bytes))
+    write_atomically(path.as_ref(), |writer| writer.write_all(&bytes))
 }
 
 /// Reads a file in the layout of the thesis. It may come from anyone.

@@ -1,6 +1,6 @@
 //! An axis of a volume, as flags spell it.
 
-use crate::named::read_by_name;
+use crate::parse_name::from_name;
 
 /// An axis of a volume, one way or the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,4 +49,4 @@ impl Axis {
     }
 }
 
-read_by_name!(Axis, "axis");
+from_name!(Axis, "axis");

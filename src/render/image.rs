@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use crate::beside::write_beside;
+use crate::atomic_file::write_atomically;
 use crate::error::Result;
 
 /// A picture: sRGB with straight alpha.
@@ -51,7 +51,7 @@ impl Image {
     ///
     /// [`crate::Error::Io`] if the file cannot be written.
     pub fn write_png(&self, path: &Path) -> Result<()> {
-        write_beside(path, |writer| self.encode_png(writer))
+        write_atomically(path, |writer| self.encode_png(writer))
     }
 }
 

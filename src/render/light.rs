@@ -1,6 +1,6 @@
 //! Where the main light of a picture is.
 
-use crate::named::read_by_name;
+use crate::parse_name::from_name;
 
 /// Where the main light is, as seen by who looks; a fainter one fills in from the other side. The numbers are those of `LAMPS`
 /// in `shaders/surface.wgsl`.
@@ -41,4 +41,4 @@ impl Light {
     }
 }
 
-read_by_name!(Light, "light");
+from_name!(Light, "light");

@@ -8,7 +8,6 @@
 //! Either way the triangles go through the device in pieces of bounded size, so no picture fails
 //! for the size of its mesh. The pictures are equal.
 
-use super::annotate::Sheet;
 use super::edges::Edges;
 use super::layer::{Layer, Listed};
 use super::layout::{ActiveTriangle, Frame, normal_of_code};
@@ -231,17 +230,35 @@ impl Painter {
         if view.background == Background::Transparent {
             unmultiply(&mut image);
         }
+        #[cfg(feature = "annotations")]
         self.write_on(&mut image, spectrum, view);
+        #[cfg(not(feature = "annotations"))]
+        if view.label.is_some()
+            || view.axes
+            || view.scale_bar
+            || (view.legend && self.attribute().is_some())
+        {
+            return Err(Error::Usage(
+                "a legend, axes, a scale bar or a label: built without the feature `annotations`"
+                    .into(),
+            ));
+        }
         Ok(image)
     }
 
     /// Writes on a picture of a view what belongs on it: legend, axes, scale bar, label.
+    #[cfg(feature = "annotations")]
     pub(crate) fn write_on(&self, image: &mut Image, spectrum: &Spectrum, view: &View) {
         let View { camera, look_at, width, height, .. } = *view;
         let volume = spectrum.volume();
         let projection = camera.projection(volume, look_at, width, height);
         let shown = self.attribute().map(|attribute| (attribute, self.map(view)));
-        Sheet::new(image, view.background).write(view, &volume.placement, &projection, shown);
+        super::annotate::Sheet::new(image, view.background).write(
+            view,
+            &volume.placement,
+            &projection,
+            shown,
+        );
     }
 
     /// The texture that holds the last picture, sRGB; it can be viewed as linear too.

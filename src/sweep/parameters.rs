@@ -5,18 +5,20 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::setters::setters;
 
 /// Every parameter of a sweep. Lengths are in voxels (the smallest spacing).
 ///
-/// Fields may be added, so use the default for the rest:
+/// Start from the default and set the others:
 ///
 /// ```
 /// use isospectrum::Parameters;
 ///
-/// let parameters = Parameters { range: Some((10.0, 200.0)), error: 0.05, ..Parameters::default() };
+/// let parameters = Parameters::default().with_range((10.0, 200.0)).with_error(0.05);
 /// assert_eq!(parameters.max_edge, Parameters::default().max_edge);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Parameters {
     /// Isovalues to cover, cut to the range of the volume; the whole range if absent.
     pub range: Option<(f64, f64)>,
@@ -45,6 +47,25 @@ pub struct Parameters {
     pub start: Option<f64>,
     /// File with a mesh for `start`.
     pub initial_mesh: Option<PathBuf>,
+}
+
+impl Parameters {
+    setters! {
+        with_error(error: f64),
+        with_min_quality(min_quality: f64),
+        with_min_area(min_area: f64),
+        with_refine_area(refine_area: f64),
+        with_relax_strength(relax_strength: f64),
+        with_relax_force(relax_force: f64),
+        with_relax_iterations(relax_iterations: u32),
+        with_max_edge(max_edge: f64);
+        optional:
+        with_range(range: (f64, f64)),
+        with_step(step: f64),
+        with_samples(samples: usize),
+        with_start(start: f64),
+        with_initial_mesh(initial_mesh: PathBuf),
+    }
 }
 
 impl Parameters {

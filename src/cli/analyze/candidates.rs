@@ -7,7 +7,7 @@
 //! one noise (Carr, Snoeyink, van de Panne, "Simplifying flexible isosurfaces using local geometric measures", 2004).
 //! Where most long branches are alive at once, most things are seen apart from each other.
 
-use isospectrum::inside::topology::Topology;
+use isospectrum::unstable::topology::Topology;
 use isospectrum::volume::{Histogram, Volume};
 use serde::Serialize;
 

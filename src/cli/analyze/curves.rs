@@ -1,9 +1,9 @@
 //! The contour spectrum: what an isosurface is like, as a function of its isovalue.
 
 use isospectrum::Progress;
-use isospectrum::inside::extract::extract;
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::unstable::extract::extract;
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::{Error, Result};
 use serde::Serialize;
 

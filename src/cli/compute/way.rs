@@ -2,12 +2,12 @@
 
 use isospectrum::Forecast;
 use isospectrum::Parameters;
-use isospectrum::bricks::{Plan, SIDE, Source, Survey, cut};
+use isospectrum::bricks::{Plan, SIDE, Strategy, Survey, VolumeSource, is_divisible};
 use isospectrum::{Noise, Prepared};
 
 use super::Compute;
 use crate::cli::bricks::InBricks;
-use crate::cli::budget::{BudgetArguments, Limit};
+use crate::cli::budget::Limit;
 use crate::cli::plan;
 use crate::cli::target::is_folder_name;
 
@@ -37,7 +37,8 @@ impl Compute {
             && let Some(dims) = source.dims_in_file()?
         {
             let beyond = limit.and_then(|l| l.beyond(Forecast::least_memory(dims)));
-            if let Some(why) = beyond.filter(|_| self.may_be_in_bricks(dims)) {
+            let parameters = self.parameters.settings().parameters;
+            if let Some(why) = beyond.filter(|_| is_divisible(dims, &parameters)) {
                 return Ok(Way::Bricks(Box::new(self.in_bricks(limit, Some(why))?)));
             }
         }
@@ -45,58 +46,50 @@ impl Compute {
     }
 
     /// After all is known of the whole.
-    fn read_as_a_whole(&self, source: &Source, limit: Option<Limit>) -> anyhow::Result<Way> {
+    fn read_as_a_whole(&self, source: &VolumeSource, limit: Option<Limit>) -> anyhow::Result<Way> {
         let volume = self.volume.read()?;
         let (volume, preparation) = self.preparation.apply(volume)?;
-        let noise = self.simplify.noise(&volume);
+        let noise = self.simplify.settings().resolve(&volume);
         let (volume, cleaned) = self.simplify.apply(volume)?;
         let prepared = Prepared::of(volume, preparation, cleaned);
         let volume = prepared.volume();
-        let parameters = self.parameters.resolve(volume.range(), prepared.samples())?;
-        let may_be = self.may_be_in_bricks(volume.dims());
-        let why = |memory| limit.and_then(|limit| limit.beyond(memory)).filter(|_| may_be);
-        let in_bricks = |prepared: Prepared, why| -> anyhow::Result<Way> {
-            // Samples that can be read again need not stay.
-            let of_file = if self.is_plain() { Survey::of_file(source)? } else { None };
-            let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
-            let survey = (source.clone(), survey, noise);
-            let bricks = self.planned(survey, &parameters, limit, Some(why))?;
-            Ok(Way::Bricks(Box::new(bricks)))
+        let parameters = self.parameters.settings().resolve(volume.range(), prepared.samples())?;
+        if !is_divisible(volume.dims(), &parameters) {
+            self.budget.check_least(volume)?;
+        }
+        let strategy = Strategy::choose(&prepared, &parameters, limit.map(|limit| limit.bytes))?;
+        let expected_memory = match strategy {
+            Strategy::Whole(forecast) => {
+                self.budget.check(volume.name(), &forecast)?;
+                return Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })));
+            }
+            Strategy::Bricks { expected_memory } => expected_memory,
         };
-        if let Some(why) = why(Forecast::least_memory(volume.dims())) {
-            return in_bricks(prepared, why);
-        }
-        self.budget.check_least(volume)?;
-        let range = parameters.range.unwrap_or(volume.range());
-        let forecast = BudgetArguments::forecast(volume, range, parameters.error)?;
-        if let Some(why) = why(forecast.memory) {
-            return in_bricks(prepared, why);
-        }
-        self.budget.check(volume.name(), &forecast)?;
-        Ok(Way::Whole(Box::new(Whole { prepared, parameters, forecast })))
+        let why = limit.and_then(|limit| limit.beyond(expected_memory));
+        // Samples that can be read again need not stay in memory.
+        let of_file = if self.is_plain() { Survey::of_file(source)? } else { None };
+        let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
+        let bricks = self.planned((source.clone(), survey, noise), &parameters, limit, why)?;
+        Ok(Way::Bricks(Box::new(bricks)))
     }
 
     /// Whether nothing is done to the volume before the sweep.
     fn is_plain(&self) -> bool {
-        self.preparation.is_none() && self.simplify.is_none()
-    }
-
-    /// Whether bricks would be of any use.
-    fn may_be_in_bricks(&self, dims: [usize; 3]) -> bool {
-        cut(dims, SIDE).len() > 1 && !self.parameters.is_of_a_whole()
+        self.preparation.is_none() && self.simplify.settings().is_none()
     }
 
     fn in_bricks(&self, limit: Option<Limit>, why: Option<String>) -> anyhow::Result<InBricks> {
         let source = self.volume.source()?;
         let (survey, noise) =
             plan::survey(&source, &self.volume, &self.preparation, &self.simplify)?;
-        let parameters = self.parameters.resolve(survey.info().range, survey.samples())?;
+        let parameters =
+            self.parameters.settings().resolve(survey.info().range, survey.samples())?;
         self.planned((source, survey, noise), &parameters, limit, why)
     }
 
     fn planned(
         &self,
-        (source, survey, noise): (Source, Survey, Noise),
+        (source, survey, noise): (VolumeSource, Survey, Noise),
         parameters: &Parameters,
         limit: Option<Limit>,
         why: Option<String>,

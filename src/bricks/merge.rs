@@ -1,67 +1,69 @@
-//! Joins parts to the spectrum of the whole volume.
+//! Merges the parts of a plan to the spectrum of the whole volume.
 //!
-//! Parts are read twice: their borders, of which the events of the whole are joined, then one after the other in full. No more
-//! than one is in memory at a time beside what they become.
+//! Parts are read twice: first all borders, from which the events of the whole are joined, then one part after the other in full. At
+//! most one part is in memory at a time, in addition to the merged spectrum.
 
-use super::part::PartHead;
-use super::{Opened, Parts, Plan};
+use super::head::PartHead;
+use super::parts::Parts;
+use super::plan::Plan;
+use super::source::OpenVolume;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::spectrum::{About, Event, Joiner, Spectrum, Told, Unlike};
 use crate::sweep::{Counts, insert_area_shares, metadata};
 use crate::topology::blocks::joined;
 
-/// Under this name the parameters of a spectrum tell of how many bricks it is made.
-const NAME: &str = "bricks";
+/// Key in the spectrum's metadata under which the side and the number of bricks are recorded.
+const METADATA_KEY: &str = "bricks";
 
-/// What is known of the whole once all borders are: a spectrum without triangles, and how large its parts are.
-pub(super) struct Joined {
-    /// Of the whole, without a trajectory.
+/// The result of joining all borders.
+pub(super) struct JoinedBorders {
+    /// Spectrum of the whole with all events and metadata, but without trajectories and triangles.
     pub(super) whole: Spectrum,
-    /// What each part says of itself.
+    /// Heads of all parts, by number.
     pub(super) heads: Vec<PartHead>,
 }
 
-/// The spectrum of a plan's volume from all parts, in the order of their numbers.
+/// Merges all parts, in the order of their numbers, to the spectrum of the plan's volume.
 ///
 /// # Errors
 ///
-/// [`Error::Io`]; [`Error::Input`] if parts are missing or damaged, do not fit each other, or are too many for one spectrum;
-/// [`Error::Internal`] where their events contradict each other; [`Error::Interrupted`].
-pub fn merge(parts: &Parts, volume: &Opened, progress: &dyn Progress) -> Result<Spectrum> {
-    let Joined { whole, heads } = join_borders(parts, volume, progress)?;
+/// [`Error::Io`]; [`Error::Input`] if parts are missing or damaged, contradict each other, or exceed the size of one spectrum;
+/// [`Error::Internal`] if their events contradict each other; [`Error::Interrupted`].
+pub fn merge(parts: &Parts, volume: &OpenVolume, progress: &dyn Progress) -> Result<Spectrum> {
+    let JoinedBorders { whole, heads } = join_borders(parts, volume, progress)?;
     let size = |i: usize| heads.iter().map(|h| h.size()[i]).sum::<u64>() as usize;
     let mut joiner = Joiner::for_size([0, 1, 2].map(size));
     for number in 0..parts.n() {
         report(progress, number, parts.n())?;
         let part = parts.part(number)?;
-        joiner.append(&part.patch, &part.shared())?.map_err(|at| unlike(number, at))?;
+        joiner.append(&part.patch, &part.shared())?.map_err(|at| seam_mismatch(number, at))?;
     }
     let mut spectrum = Spectrum::from_patch(whole.into_parts().0, joiner.finish().0)?;
-    if let Opened::Whole(prepared) = volume {
+    if let OpenVolume::Whole(prepared) = volume {
         prepared.cap(&mut spectrum);
     }
     Ok(spectrum)
 }
 
-/// All that the borders of the parts tell.
+/// Joins the borders of all parts: events and metadata of the whole.
 ///
 /// # Errors
 ///
 /// As [`merge`].
 pub(super) fn join_borders(
     parts: &Parts,
-    volume: &Opened,
+    volume: &OpenVolume,
     progress: &dyn Progress,
-) -> Result<Joined> {
-    parts.check_all_there()?;
+) -> Result<JoinedBorders> {
+    parts.check_complete()?;
     let recipe = &parts.plan().recipe;
     let range = recipe.parameters.range.unwrap_or(recipe.volume.range);
-    let inside = |e: &Event| range.0 <= e.isovalue && e.isovalue <= range.1;
+    let is_inside = |e: &Event| range.0 <= e.isovalue && e.isovalue <= range.1;
     let mut heads = Vec::with_capacity(parts.n());
     let mut blocks = Vec::with_capacity(parts.n());
     for number in 0..parts.n() {
-        stop(progress)?;
+        check_cancelled(progress)?;
         let border = parts.border(number)?;
         heads.push(border.head);
         blocks.push(border.topology);
@@ -69,7 +71,7 @@ pub(super) fn join_borders(
     let around = (recipe.volume.dims, recipe.volume.outside);
     let topology = joined(blocks, around, |first, end| volume.block(first, end))?;
     let arcs = topology.n_arcs_in(range) as u64;
-    let events: Vec<Event> = topology.events.into_iter().filter(inside).collect();
+    let events: Vec<Event> = topology.events.into_iter().filter(is_inside).collect();
     let (parameters, areas) = parameters(parts.plan(), &heads, arcs);
     let tolerance = recipe.parameters.error;
     let about = About {
@@ -79,23 +81,23 @@ pub(super) fn join_borders(
     };
     let mut whole = Spectrum::from_patch(about, Joiner::default().finish().0)?;
     insert_area_shares(&mut whole, &areas);
-    for (name, what) in &recipe.told {
-        whole.about_mut().parameters.tell(name, what.clone());
+    for (key, value) in &recipe.metadata {
+        whole.about_mut().parameters.tell(key, value.clone());
     }
-    Ok(Joined { whole, heads })
+    Ok(JoinedBorders { whole, heads })
 }
 
-/// Tells how many parts have been taken in, and stops where that is asked for.
+/// Reports how many parts have been merged; [`Error::Interrupted`] if the caller wants to stop.
 pub(super) fn report(progress: &dyn Progress, number: usize, n: usize) -> Result<()> {
     progress.report(number as f64 / n as f64, &format!("merging {number} of {n} parts"));
-    stop(progress)
+    check_cancelled(progress)
 }
 
-fn stop(progress: &dyn Progress) -> Result<()> {
+fn check_cancelled(progress: &dyn Progress) -> Result<()> {
     if progress.cancelled() { Err(Error::Interrupted) } else { Ok(()) }
 }
 
-/// What the spectrum tells of how it was computed, and the areas of all parts.
+/// The metadata of the spectrum that describes its computation, and the sums of the areas of all parts.
 fn parameters(plan: &Plan, heads: &[PartHead], arcs: u64) -> (serde_json::Value, Vec<[f64; 2]>) {
     let recipe = &plan.recipe;
     let mut counts = Counts { arcs, ..Counts::default() };
@@ -112,12 +114,12 @@ fn parameters(plan: &Plan, heads: &[PartHead], arcs: u64) -> (serde_json::Value,
         }
     }
     let mut parameters = metadata(&recipe.parameters, &backends.join(", "), &counts);
-    parameters[NAME] = serde_json::json!({ "side": recipe.side, "n": recipe.bricks.len() });
+    parameters[METADATA_KEY] = serde_json::json!({ "side": recipe.side, "n": recipe.bricks.len() });
     (parameters, areas)
 }
 
-pub(super) fn unlike(number: usize, Unlike(place): Unlike) -> Error {
+pub(super) fn seam_mismatch(number: usize, Unlike(place): Unlike) -> Error {
     Error::input(format!(
-        "part {number} has another vertex at {place:?} than the part beside it, expected parts of one volume"
+        "part {number} has another vertex at {place:?} than its neighbour, expected parts of one volume"
     ))
 }

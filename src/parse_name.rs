@@ -1,12 +1,14 @@
-//! What flags spell by name: colours, maps, backgrounds, lights, axes. One reading for all, so that what is wrong is told alike.
+//! `FromStr` for types whose values have names on the command line (colours, maps, backgrounds, lights, axes), so that all of
+//! them report an unknown name in the same way.
 
-/// Lets a type with `ALL` and `name` be read from its names; `what` it is stands in the message.
-macro_rules! read_by_name {
-    ($named:ty, $what:literal) => {
+/// Implements `FromStr` for a type with an array `ALL` of its values and a method `name`; `$kind` names the type in the error
+/// message.
+macro_rules! from_name {
+    ($named:ty, $kind:literal) => {
         impl std::str::FromStr for $named {
             type Err = crate::error::Error;
 
-            /// Reads the name as flags spell it.
+            /// Parses the name used by command-line flags.
             ///
             /// # Errors
             ///
@@ -17,7 +19,7 @@ macro_rules! read_by_name {
                     let names = <$named>::ALL.map(<$named>::name).join(", ");
                     crate::error::Error::Usage(format!(
                         "{} '{text}', expected one of {names}",
-                        $what
+                        $kind
                     ))
                 })
             }
@@ -25,4 +27,4 @@ macro_rules! read_by_name {
     };
 }
 
-pub(crate) use read_by_name;
+pub(crate) use from_name;
