@@ -8,9 +8,9 @@
 //! about 10,000 triangles alive of 10 thousand, 1 and 10 million, and a million alive of 10 million.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use isospectrum::inside::spectrum::ActiveSet;
-use isospectrum::inside::spectrum::interval_tree::IntervalTree;
 use isospectrum::spectrum::Triangle;
+use isospectrum::unstable::spectrum::ActiveSet;
+use isospectrum::unstable::spectrum::interval_tree::IntervalTree;
 
 /// Ranks of each spectrum.
 const N_RANKS: u32 = 1 << 20;

@@ -3,9 +3,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use isospectrum::inside::extract::count::count;
-use isospectrum::inside::extract::extract;
-use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::unstable::extract::count::count;
+use isospectrum::unstable::extract::extract;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::{Placement, Samples, Volume};
 
 const N: usize = 128;

@@ -12,10 +12,10 @@ mod shapes;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
-use isospectrum::inside::field::Field;
-use isospectrum::inside::kernels::gpu::{DeviceField, Pipelines};
-use isospectrum::inside::kernels::{Advance, CpuKernels, GpuKernels, Kernels, Relaxation};
 use isospectrum::render::Gpu;
+use isospectrum::unstable::field::Field;
+use isospectrum::unstable::kernels::gpu::{DeviceField, Pipelines};
+use isospectrum::unstable::kernels::{Advance, CpuKernels, GpuKernels, Kernels, Relaxation};
 use isospectrum::volume::Volume;
 use shapes::{Mesh, sampled};
 use std::sync::Arc;

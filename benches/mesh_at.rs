@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use isospectrum::bricks::{
-    Limits, Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder,
+    BrickLimits, Parts, Plan, Survey, VolumeSource, compute_parts, merge, merge_to_folder,
 };
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
 use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
@@ -75,15 +75,16 @@ fn in_parts(folder: &std::path::Path) -> isospectrum::Result<(Spectrum, Spectrum
         std::fs::create_dir(path).expect("a folder");
     }
     let volume = phantom("hydrogen:129")?;
-    let source = Source::Phantom { name: "hydrogen:129".to_owned(), outside: volume.outside() };
+    let source =
+        VolumeSource::Phantom { name: "hydrogen:129".to_owned(), outside: volume.outside() };
     let (low, high) = volume.range();
     let range = Some((low + 0.1 * (high - low), low + 0.5 * (high - low)));
     let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
     let survey = Survey::of(prepared);
-    let parameters = Parameters { range, ..Parameters::default() };
+    let parameters = Parameters::default().with_range(range);
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, 16)?;
-    let (parts, volume) = (Parts::new(&plan, &made), survey.opened());
-    let limits = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
+    let (parts, volume) = (Parts::new(&plan, &made), survey.volume());
+    let limits = BrickLimits { memory: f64::INFINITY, one_file: true, triangles: None };
     compute_parts(&parts, volume, &Backend::choose(Choice::Cpu, None)?, limits, &Silent)?;
     let file = from_bytes(&to_bytes(&merge(&parts, volume, &Silent)?)?)?;
     merge_to_folder(&parts, volume, &split, None, &Silent)?;

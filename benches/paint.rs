@@ -71,7 +71,7 @@ fn spectrum(n_generations: u32) -> Spectrum {
 fn paint(criterion: &mut Criterion) {
     let gpu = Gpu::new(None).unwrap_or_else(|e| panic!("the benches need an adapter: {e}"));
     println!("device: {}", gpu.name());
-    let view = View { width: 960, height: 540, ..View::default() };
+    let view = View::default().with_width(960).with_height(540);
     let mut group = criterion.benchmark_group("paint");
     group.sample_size(10).measurement_time(std::time::Duration::from_secs(4));
     for n_generations in [1, 100, 1200] {

@@ -103,7 +103,7 @@ fn run(path: &Path, rows: &[&Row]) -> Result<()> {
 
 /// Computes the spectrum of one row and prints it.
 fn print_row(row: &Row, volume: &Arc<Volume>, backend: &Backend) -> Result<()> {
-    let parameters = Parameters { step: Some(row.step), error: row.error, ..Parameters::default() };
+    let parameters = Parameters::default().with_step(Some(row.step)).with_error(row.error);
     let started = Instant::now();
     let spectrum = compute(volume, &parameters, backend, &Silent)?;
     let seconds = started.elapsed().as_secs_f64();

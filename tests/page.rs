@@ -50,28 +50,7 @@ fn spectrum() -> Spectrum {
 }
 
 fn page<'a>(spectrum: &Spectrum, title: &'a str) -> Page<'a> {
-    let isovalue = spectrum.range().0;
-    let step = DEFAULT_STEP;
-    Page {
-        title,
-        caption: None,
-        credit: None,
-        isovalue,
-        step,
-        open: false,
-        camera: Camera::default(),
-        color: Color::None,
-        map: None,
-        ends: Ends::default(),
-        field: None,
-        axes: false,
-        look: Look::default(),
-        keep: Keep::default(),
-        samples: None,
-        statistics: None,
-        marks: &[],
-        still: None,
-    }
+    Page::new(title, spectrum.range().0)
 }
 
 fn folder_with_spectrum() -> Folder {
@@ -93,7 +72,7 @@ fn sizes_are_told_and_equal_input_gives_equal_bytes() {
     assert_eq!(sizes.still, 0);
     let again = html(&spectrum, &page(&spectrum, "torus")).expect("a page").0;
     assert!(text == again);
-    let coarse = Page { step: 0.25, ..page(&spectrum, "torus") };
+    let coarse = page(&spectrum, "torus").with_step(0.25);
     assert!(html(&spectrum, &coarse).expect("a page").1.data < sizes.data);
 }
 
@@ -101,7 +80,7 @@ fn sizes_are_told_and_equal_input_gives_equal_bytes() {
 fn texts_are_text_and_nothing_is_asked_of_the_network() {
     let spectrum = spectrum();
     let evil = "</title></script><img src=x onerror=alert(1)> & \"quotes\" {{data}}";
-    let with_texts = Page { caption: Some(evil), credit: Some(evil), ..page(&spectrum, evil) };
+    let with_texts = page(&spectrum, evil).with_caption(Some(evil)).with_credit(Some(evil));
     let (text, _) = html(&spectrum, &with_texts).expect("a page");
     assert!(!text.contains("<img src=x"));
     let escaped = "&lt;/title&gt;&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt; &amp; \
@@ -299,7 +278,7 @@ fn write_native_pictures(folder: &Folder, spectrum: &Spectrum, isovalues: &[f64]
     let gpu = Gpu::new(None).expect("an adapter");
     let mut renderer = Renderer::new(&gpu, spectrum).expect("a spectrum that fits the device");
     let [width, height] = SIZE;
-    let view = View { width, height, camera: Camera::default(), ..View::default() };
+    let view = View::default().with_width(width).with_height(height).with_camera(Camera::default());
     for (i, &isovalue) in isovalues.iter().enumerate() {
         let mut bytes = Vec::new();
         let picture = renderer.draw(isovalue, &view).expect("a picture");
@@ -371,7 +350,7 @@ fn write_split(folder: &Folder) {
     folder.write("mine/index.html", b"mine");
     folder.write("mine/notes.txt", b"mine");
     let line = folder.fails(&["html", "n33.isp", "--split", "mine", "-q"], 3);
-    assert!(line.contains("mine: is there, expected a name that is free"), "{line}");
+    assert!(line.contains("mine: already exists, expected a name that is free"), "{line}");
     let both = ["html", "n33.isp", "--split", "split", "-o", "x.html"];
     folder.fails(&both, 2);
 }

@@ -2,12 +2,12 @@
 
 use super::random::Random;
 use glam::Vec3;
-use isospectrum::inside::kernels::Connectivity;
+use isospectrum::unstable::kernels::Connectivity;
 use isospectrum::volume::{Placement, Samples, Volume};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A mesh: what [`isospectrum::inside::kernels::Kernels::load`] takes.
+/// A mesh: what [`isospectrum::unstable::kernels::Kernels::load`] takes.
 pub(crate) struct Mesh {
     pub(crate) connectivity: Connectivity,
     pub(crate) positions: Vec<[f32; 3]>,

@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use isospectrum::inside::extract::count::count;
-use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
+use isospectrum::unstable::extract::count::count;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Placement, Samples, Volume, phantom};
 use isospectrum::{Backend, Choice, Parameters, Silent, compute};

@@ -8,10 +8,10 @@ mod agreement;
 mod backend;
 mod suite;
 
-use isospectrum::inside::field::Field;
-use isospectrum::inside::kernels::gpu::{DeviceField, Pipelines};
-use isospectrum::inside::kernels::{CpuKernels, GpuKernels, Kernels};
 use isospectrum::render::Gpu;
+use isospectrum::unstable::field::Field;
+use isospectrum::unstable::kernels::gpu::{DeviceField, Pipelines};
+use isospectrum::unstable::kernels::{CpuKernels, GpuKernels, Kernels};
 use isospectrum::volume::Volume;
 use std::sync::{Arc, LazyLock};
 

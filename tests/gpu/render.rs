@@ -116,8 +116,8 @@ fn knots_a_hair_apart_are_told_apart() {
 #[test]
 fn wireframe_darkens_edges_and_leaves_the_middle_of_faces() {
     let spectrum = growing_sphere(1);
-    let plain = View { background: Background::White, ..small("20,30") };
-    let lined = View { wireframe: Some(2.0), ..plain.clone() };
+    let plain = small("20,30").with_background(Background::White);
+    let lined = plain.clone().with_wireframe(Some(2.0));
     let (without, with) = (draw(&spectrum, 1.0, &plain), draw(&spectrum, 1.0, &lined));
     let at = |weights: [f64; 3], corners: [[f64; 3]; 3]| {
         let p: [f64; 3] = std::array::from_fn(|i| {
@@ -149,7 +149,7 @@ fn wireframe_darkens_edges_and_leaves_the_middle_of_faces() {
 fn colors_follow_quality() {
     // Faces of an octahedron are equilateral; drawn out along z they are slivers.
     let (mut positions, faces) = octahedron();
-    let view = View { color: Color::Quality, ..small("40,10") };
+    let view = small("40,10").with_color(Color::Quality);
     let middle_of = |mesh: &Mesh| {
         let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));
         add(&mut spectrum, mesh, &[(0, 8.0, MIDDLE), (1, 8.0, MIDDLE)]);
@@ -172,7 +172,7 @@ fn scale(renderer: &Renderer<'_>) -> Scale {
 
 #[test]
 fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
-    let view = View { color: Color::Curvature, ..small("35,22") };
+    let view = small("35,22").with_color(Color::Curvature);
     let spectrum = growing_sphere(4);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     renderer.draw(0.5, &view).expect("a picture");
@@ -182,10 +182,10 @@ fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
     // sphere's triangles differ in size, however fine it is.
     assert!((high - curvature).abs() < curvature / 6.0, "{high}, not {curvature}");
     assert_eq!(low, -high);
-    let fixed = View { ends: Ends::between(-0.5, 0.5), ..view.clone() };
+    let fixed = view.clone().with_ends(Ends::between(-0.5, 0.5));
     renderer.draw(0.5, &fixed).expect("a picture");
     assert_eq!(scale(&renderer), Scale { low: -0.5, high: 0.5 });
-    let lifetime = View { color: Color::Lifetime, ..view.clone() };
+    let lifetime = view.clone().with_color(Color::Lifetime);
     renderer.draw(0.5, &lifetime).expect("a picture");
     assert_eq!(scale(&renderer), Scale { low: 0.0, high: 1.0 });
 
@@ -194,7 +194,7 @@ fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
         let middle = [10.0, y, 10.0];
         add(&mut two, &sphere(n), &[(0, 4.0, middle), (1, 4.0, middle)]);
     }
-    let view = View { color: Color::Component, ..small("0,0") };
+    let view = small("0,0").with_color(Color::Component);
     let image = draw(&two, 0.0, &view);
     let pixel = |y| {
         let ([x, y], _) = project(two.volume(), &view, [14.0, y, 10.0]);
@@ -217,7 +217,7 @@ fn caps_are_left_out_of_an_open_picture_and_show_the_back() {
     let n_caps = spectrum.triangles().iter().filter(|triangle| triangle.cap).count();
     assert_eq!(2 * n_caps, spectrum.triangles().len());
     let closed = small("0,90");
-    let open = View { open: true, ..closed.clone() };
+    let open = closed.clone().with_open(true);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     let [r, _, b, a] = renderer.draw(0.5, &closed).expect("a picture").pixel(160, 120);
     assert!(b > r && a == 255, "the front is blue");
@@ -230,7 +230,7 @@ fn caps_are_left_out_of_an_open_picture_and_show_the_back() {
 #[test]
 fn several_surfaces_have_their_own_color_and_opacity() {
     let spectrum = growing_sphere(4);
-    let view = View { background: Background::White, ..small("35,22") };
+    let view = small("35,22").with_background(Background::White);
     let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
     let surface =
         |isovalue, color, opacity| Surface { isovalue, color: Some(color), opacity: Some(opacity) };
@@ -260,7 +260,8 @@ fn components_that_are_not_kept_are_not_drawn() {
     let mut renderer = Renderer::new(gpu(), &two).expect("a renderer");
     let keep = Keep { largest: Some(1), ..Keep::default() };
     let background = Background::White;
-    let view = View { keep, background, color: Color::Component, ..small("0,0") };
+    let view =
+        small("0,0").with_keep(keep).with_background(background).with_color(Color::Component);
     let image = renderer.draw(0.0, &view).expect("a picture");
     let seen = |y: f64| {
         let ([x, y], _) = project(two.volume(), &view, [13.0, y, 10.0]);
@@ -270,8 +271,7 @@ fn components_that_are_not_kept_are_not_drawn() {
     assert_eq!(2 * renderer.n_triangles(), two.triangles().len());
     let bounds = renderer.bounds(&[0.0], &keep).expect("in the range").expect("a sphere");
     assert!(bounds[0][1] > 9.9, "{bounds:?}");
-    let small =
-        View { keep: Keep { at: Some([10.0, 0.0, 10.0]), ..Keep::default() }, ..view.clone() };
+    let small = view.clone().with_keep(Keep { at: Some([10.0, 0.0, 10.0]), ..Keep::default() });
     renderer.draw(0.0, &small).expect("a picture");
     let bounds = renderer.bounds(&[0.0], &small.keep).expect("in the range").expect("a sphere");
     assert!(bounds[1][1] < 7.1, "{bounds:?}");
@@ -291,8 +291,8 @@ fn a_left_handed_grid_shows_its_front_too() {
 fn two_runs_and_the_large_spectrum_path_give_equal_bytes() {
     let spectrum = growing_sphere(4);
     for view in [
-        View { wireframe: Some(1.0), color: Color::Quality, ..small("35,22") },
-        View { color: Color::Component, background: Background::White, ..small("-60,-20,0.8") },
+        small("35,22").with_wireframe(Some(1.0)).with_color(Color::Quality),
+        small("-60,-20,0.8").with_color(Color::Component).with_background(Background::White),
     ] {
         let first = draw(&spectrum, 0.4, &view);
         assert!(first == draw(&spectrum, 0.4, &view), "a second renderer draws the same");
@@ -310,7 +310,7 @@ fn two_runs_and_the_large_spectrum_path_give_equal_bytes() {
 #[test]
 fn an_empty_isosurface_is_a_picture_of_the_background() {
     let spectrum = empty(Placement::default(), [8; 3], Vec::new(), (0.0, 1.0));
-    let image = draw(&spectrum, 0.5, &View { background: Background::White, ..small("0,0") });
+    let image = draw(&spectrum, 0.5, &small("0,0").with_background(Background::White));
     assert!(image.pixels.iter().all(|&c| c == 255));
 }
 
@@ -326,11 +326,11 @@ fn isovalues_and_views_that_make_no_sense_are_errors() {
     let mut far = view.camera;
     far.distance = f64::NAN;
     for wrong in [
-        View { width: 0, ..view.clone() },
-        View { height: 1 << 20, ..view.clone() },
-        View { wireframe: Some(-1.0), ..view.clone() },
-        View { ends: Ends { center: Some(f64::NAN), ..Ends::default() }, ..view.clone() },
-        View { camera: far, ..view.clone() },
+        view.clone().with_width(0),
+        view.clone().with_height(1 << 20),
+        view.clone().with_wireframe(Some(-1.0)),
+        view.clone().with_ends(Ends { center: Some(f64::NAN), ..Ends::default() }),
+        view.clone().with_camera(far),
     ] {
         let error = renderer.draw(0.5, &wrong).expect_err("no such view");
         assert_eq!(error.exit_code(), 2, "{error}");
@@ -346,7 +346,7 @@ fn a_lost_device_is_an_error_of_one_line() {
     lost.lose();
     for error in [
         renderer.draw(0.6, &small("0,0")).expect_err("a lost device"),
-        renderer.draw(0.6, &View { width: 99, ..small("0,0") }).expect_err("a lost device"),
+        renderer.draw(0.6, &small("0,0").with_width(99)).expect_err("a lost device"),
         Renderer::new(&lost, &spectrum).map(|_| ()).expect_err("a lost device"),
     ] {
         assert!(matches!(error, Error::Gpu(_)), "{error}");
@@ -379,7 +379,7 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
     let [one, both] = [&[1.0][..], &[0.1, 1.0]]
         .map(|c| renderer.bounds(c, &Keep::default()).expect("in the range"));
     assert_eq!(one, both);
-    let mut twice = View { camera: "35,22,2".parse().expect("a camera"), ..small("35,22") };
+    let mut twice = small("35,22").with_camera("35,22,2".parse().expect("a camera"));
     let mut once = small("35,22");
     let bounds = one.expect("a sphere");
     twice.fit(spectrum.volume(), bounds);
@@ -409,7 +409,7 @@ fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
     add(&mut spectrum, &(positions, faces), &[(0, 3.0, MIDDLE), (1, 3.0, MIDDLE)]);
     let clip = Some(Clip { normal: [1.0, 0.0, 0.0], offset: 10.0 });
     for view in [small("0,0"), parallel(small("0,0"))] {
-        a_cut_ball_is_covered(&spectrum, &View { clip, ..view });
+        a_cut_ball_is_covered(&spectrum, &view.with_clip(clip));
     }
 }
 
@@ -431,7 +431,7 @@ fn a_cut_ball_is_covered(spectrum: &Spectrum, view: &View) {
     let beside = pixel(10.0, 19.0);
     assert_eq!(beside, image.pixel(2, 2), "nothing beside the ball");
     // Without caps one looks into it.
-    let open = draw(spectrum, 0.5, &View { open: true, ..view.clone() });
+    let open = draw(spectrum, 0.5, &view.clone().with_open(true));
     let ([x, y], _) = project(spectrum.volume(), view, [10.0, 15.5, 10.0]);
     assert!(open.pixel(x as u32, y as u32)[2].abs_diff(cap[2]) > 10);
 }

@@ -2,12 +2,12 @@
 //! constants that are in both languages are equal.
 
 use bytemuck::Zeroable;
-use isospectrum::inside::field::{Status, ray, step};
-use isospectrum::inside::gpu::layout::{Grid, Outcome, Parameters};
-use isospectrum::inside::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
-use isospectrum::inside::kernels::gpu::REDUCE_WORKGROUPS;
-use isospectrum::inside::kernels::relax;
-use isospectrum::inside::kernels::shader::{self, ALL, Shader};
+use isospectrum::unstable::field::{Status, ray, step};
+use isospectrum::unstable::gpu::layout::{Grid, Outcome, Parameters};
+use isospectrum::unstable::gpu::{MAX_WORKGROUPS, WORKGROUP_SIZE};
+use isospectrum::unstable::kernels::gpu::REDUCE_WORKGROUPS;
+use isospectrum::unstable::kernels::relax;
+use isospectrum::unstable::kernels::shader::{self, ALL, Shader};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Literal, Module};
 use std::mem::offset_of;

@@ -36,7 +36,7 @@ fn dented(outside: Outside) -> Arc<Volume> {
 /// The spectrum of a volume over a range from a start isovalue before any dent opens, verified.
 fn verified(volume: &Arc<Volume>, range: (f64, f64), start: f64) -> (Report, f64) {
     let (start, range) = (Some(start), Some(range));
-    let parameters = Parameters { start, range, ..Parameters::default() };
+    let parameters = Parameters::default().with_start(start).with_range(range);
     let spectrum = swept_with(volume, &parameters);
     let sampling = Sampling { n_random: 16, n_events: 2, seed: 3 };
     let report = verify(&spectrum, volume, sampling, Limits::default(), &Silent);

@@ -7,12 +7,14 @@ use std::sync::Arc;
 use crate::common::program::Folder;
 use crate::common::random::Random;
 use crate::common::spectra::{assert_isosurfaces, cpu, in_grey_levels, random_isovalues};
-use isospectrum::bricks::{Opened, Part, Parts, Plan, Source, Survey, merge, merge_to_folder};
-use isospectrum::inside::sweep::{Block, compute_block};
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::blocks::BlockTopology;
-use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::bricks::{
+    OpenVolume, Part, Parts, Plan, Survey, VolumeSource, merge, merge_to_folder,
+};
 use isospectrum::spectrum::Spectrum;
+use isospectrum::unstable::sweep::{Block, compute_block};
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::blocks::BlockTopology;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::{
     Outside, Placement, Preparation, ReadOptions, Samples, Volume, phantom, read_volume,
 };
@@ -22,7 +24,7 @@ use isospectrum::{Parameters, Silent};
 /// A volume in bricks: its plan and what is swept of each.
 struct Bricks {
     volume: Arc<Volume>,
-    opened: Opened,
+    opened: OpenVolume,
     plan: Plan,
     blocks: Vec<Block>,
     topologies: Vec<BlockTopology>,
@@ -33,12 +35,12 @@ impl Bricks {
         let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
         let volume = prepared.volume().clone();
         // Nothing is read anew here.
-        let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
-        let parameters = Parameters { range, ..Parameters::default() };
+        let source = VolumeSource::Phantom { name: "-".to_owned(), outside: volume.outside() };
+        let parameters = Parameters::default().with_range(range);
         let survey = Survey::of(prepared);
         let plan = Plan::new(source, &survey, Noise::default(), &parameters, side);
         let plan = plan.expect("a plan");
-        let opened = survey.opened().clone();
+        let opened = survey.volume().clone();
         let swept = |number| {
             let block = Arc::new(plan.block(&opened, number).expect("a block"));
             compute_block(&block, &plan.recipe.parameters, &cpu(), &Silent).expect("swept")
@@ -173,13 +175,14 @@ fn a_plan_by_slabs_is_the_plan_of_the_volume_read_as_a_whole() {
         let options = ReadOptions { spacing: Some([0.5, 1.0, 2.0]), ..ReadOptions::default() };
         let whole = read_volume(&path, &options).expect("a volume").with_outside(Outside::High);
         let whole = Survey::of(Prepared::of(whole, Preparation::default(), Cleaned::default()));
-        let source = Source::File { path, options: Box::new(options), outside: Outside::High };
+        let source =
+            VolumeSource::File { path, options: Box::new(options), outside: Outside::High };
         let slabs = Survey::of_file(&source).expect("readable").expect("plain samples");
         let plan = |survey: &Survey| {
             let parameters = Parameters::default();
             Plan::new(source.clone(), survey, Noise::default(), &parameters, side).expect("a plan")
         };
-        assert!(matches!(slabs.opened(), Opened::Slabs(..)));
+        assert!(matches!(slabs.volume(), OpenVolume::Slabs(..)));
         assert_eq!(plan(&slabs), plan(&whole), "{name}");
     }
 }

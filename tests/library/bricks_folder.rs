@@ -5,8 +5,10 @@ use std::sync::{Arc, OnceLock};
 use crate::common::program::{Folder, json};
 use crate::common::random::Random;
 use crate::common::spectra::cpu;
-use isospectrum::bricks::{Limits, Opened};
-use isospectrum::bricks::{Parts, Plan, Source, Survey, compute_parts, merge, merge_to_folder};
+use isospectrum::bricks::{BrickLimits, OpenVolume};
+use isospectrum::bricks::{
+    Parts, Plan, Survey, VolumeSource, compute_parts, merge, merge_to_folder,
+};
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
 use isospectrum::spectrum::{Components, Query, Spectrum, SurfaceMesh};
 use isospectrum::volume::{Preparation, Volume, phantom};
@@ -26,14 +28,14 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
     for path in [&made, &split] {
         std::fs::create_dir(path).expect("a folder");
     }
-    let source = Source::Phantom { name: "-".to_owned(), outside: volume.outside() };
+    let source = VolumeSource::Phantom { name: "-".to_owned(), outside: volume.outside() };
     let prepared = Prepared::of(volume, Preparation::default(), Cleaned::default());
     let survey = Survey::of(prepared);
-    let parameters = Parameters { range, ..Parameters::default() };
+    let parameters = Parameters::default().with_range(range);
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, side).expect("a plan");
     let parts = Parts::new(&plan, &made);
-    let limits = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
-    let volume: &Opened = survey.opened();
+    let limits = BrickLimits { memory: f64::INFINITY, one_file: true, triangles: None };
+    let volume: &OpenVolume = survey.volume();
     compute_parts(&parts, volume, &cpu(), limits, &Silent).expect("parts");
     let merged = merge(&parts, volume, &Silent).expect("parts that fit");
     let file = from_bytes(&to_bytes(&merged).expect("a spectrum")).expect("as it was written");
@@ -160,20 +162,20 @@ fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
         Cleaned::default(),
     );
     let survey = Survey::of(prepared);
-    let source = Source::Phantom { name: "-".to_owned(), outside: Default::default() };
+    let source = VolumeSource::Phantom { name: "-".to_owned(), outside: Default::default() };
     let parameters = Parameters::default();
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, 8).expect("a plan");
     let refused = |limits: Limits| {
         let folder = Folder::new();
         let parts = Parts::new(&plan, folder.path());
-        let refused = compute_parts(&parts, survey.opened(), &cpu(), limits, &Silent);
+        let refused = compute_parts(&parts, survey.volume(), &cpu(), limits, &Silent);
         (refused.expect_err("beyond a limit").to_string(), folder.names().len())
     };
-    let none = Limits { memory: f64::INFINITY, one_file: true, triangles: None };
-    let (said, n) = refused(Limits { memory: 1e5, ..none });
+    let none = BrickLimits { memory: f64::INFINITY, one_file: true, triangles: None };
+    let (said, n) = refused(BrickLimits { memory: 1e5, ..none });
     assert!(said.contains("of 9x9x9 samples: about ") && said.contains("1 MB are left"), "{said}");
     assert_eq!(n, 0);
-    let (said, n) = refused(Limits { memory: 12e6, ..none });
+    let (said, n) = refused(BrickLimits { memory: 12e6, ..none });
     assert!(said.contains("to merge them, 12 MB are left for it, expected -o NAME.ispt"), "{said}");
     assert!((1..27).contains(&n), "{n} parts");
 }
@@ -303,5 +305,5 @@ fn what_is_wrong_with_a_folder_is_one_line() {
     // What is there and no folder of parts is nobody's to replace.
     std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
     let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);
-    assert!(line.contains("t.ispt: is there, expected a name that is free"), "{line}");
+    assert!(line.contains("t.ispt: already exists, expected a name that is free"), "{line}");
 }

@@ -12,10 +12,10 @@ use crate::common::random::Random;
 use crate::common::spectra::{phantom_volume, swept};
 use glam::DVec3;
 use isospectrum::export::read_ply;
-use isospectrum::inside::mesh::nearest_on_triangle;
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{Components, End, Keep, SurfaceMesh, lineages};
+use isospectrum::unstable::mesh::nearest_on_triangle;
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::{Placement, Samples, Volume};
 
 /// Samples without structure, of so many values; many of them are equal where there are few.

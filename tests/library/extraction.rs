@@ -7,10 +7,10 @@
 use std::collections::HashMap;
 
 use crate::common::random::Random;
-use isospectrum::inside::extract::count::count;
-use isospectrum::inside::extract::{Extraction, extract};
-use isospectrum::inside::mesh::intersecting;
-use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::unstable::extract::count::count;
+use isospectrum::unstable::extract::{Extraction, extract};
+use isospectrum::unstable::mesh::intersecting;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
 
 fn volume(dims: [usize; 3], samples: Samples) -> Volume {
@@ -67,7 +67,7 @@ fn corners(field: &ExactField, size: [usize; 3]) -> impl Iterator<Item = u32> {
 
 fn face_saddles<'a>(
     field: &'a ExactField,
-) -> impl Iterator<Item = isospectrum::inside::topology::exact::FaceSaddle> + 'a {
+) -> impl Iterator<Item = isospectrum::unstable::topology::exact::FaceSaddle> + 'a {
     (0..3).flat_map(move |axis| {
         let size = std::array::from_fn(|a| usize::from(a != axis));
         corners(field, size).filter_map(move |v| field.face_saddle(v, axis))

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::common::spectra::{assert_isosurfaces, random_isovalues, swept};
-use isospectrum::inside::extract::count::count;
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::unstable::extract::count::count;
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::Volume;
 
 /// How many volumes the topology is asked of, and how many are swept.

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::any_spectrum::any_spectrum;
 use crate::common::synthetic::{Growth, growing_sphere, on_lattice, small};
 use isospectrum::Error;
-use isospectrum::file::{self, arranged, from_bytes, thesis, to_bytes, write_beside};
+use isospectrum::file::{self, arranged, from_bytes, thesis, to_bytes, write_atomically};
 use isospectrum::spectrum::{Patch, Spectrum, Told, quantum};
 use isospectrum::volume::{Placement, Space, Unit};
 use proptest::prelude::*;
@@ -217,7 +217,7 @@ fn a_file_is_written_beside_and_renamed() {
     let path = folder.path().join("s.isp");
     file::write(&small(), &path).expect("writable");
     assert_eq!(file::read(&path).expect("just written"), kept(&small()));
-    let result = write_beside(&path, |writer| {
+    let result = write_atomically(&path, |writer| {
         writer.write_all(b"half")?;
         Err(std::io::ErrorKind::StorageFull.into())
     });

@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use crate::common::random::Random;
 use crate::common::spectra::{assert_topology, in_grey_levels, phantom_volume, swept, swept_with};
-use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::Spectrum;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::{Outside, ReadOptions, Volume, phantom, read_volume};
 use isospectrum::{Error, Parameters};
 
 fn swept_over(volume: &Arc<Volume>, range: (f64, f64)) -> Spectrum {
-    let spectrum = swept_with(volume, &Parameters { range: Some(range), ..Parameters::default() });
+    let spectrum = swept_with(volume, &Parameters::default().with_range(Some(range)));
     assert_eq!(spectrum.range(), range);
     spectrum
 }
@@ -82,7 +82,7 @@ fn sampling_isovalues_at_a_distance_that_divides_the_range_end_at_its_end() {
     for step in [1.0, 0.1, 0.7] {
         let range = Some((20.0, 27.0));
         let spectrum =
-            swept_with(&volume, &Parameters { range, step: Some(step), ..Parameters::default() });
+            swept_with(&volume, &Parameters::default().with_range(range).with_step(Some(step)));
         assert!(check_at(&volume, &spectrum, 27.0) > 0);
     }
 }

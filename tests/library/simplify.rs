@@ -1,10 +1,10 @@
 //! Noise taken out of volumes whose critical points are known.
 
 use crate::common::program::{Folder, json, stderr};
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::inside::topology::simplify::{Census, simplified, simplify};
 use isospectrum::spectrum::{EventKind, Told};
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::exact::ExactField;
+use isospectrum::unstable::topology::simplify::{Census, simplified, simplify};
 use isospectrum::volume::{Outside, Placement, Samples, Volume, phantom};
 use proptest::prelude::*;
 

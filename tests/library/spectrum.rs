@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use crate::common::any_spectrum::any_spectrum;
 use crate::common::synthetic::{Growth, growing_sphere, isovalue, small, volume_info};
 use isospectrum::Error;
-use isospectrum::inside::spectrum::interval_tree::IntervalTree;
 use isospectrum::spectrum::{
     About, Knot, Normals, Patch, Query, Spectrum, SurfaceMesh, Triangle, normal,
 };
+use isospectrum::unstable::spectrum::interval_tree::IntervalTree;
 use proptest::prelude::*;
 
 /// Two ways to interpolate in f64 and round to f32 differ by one rounding: 2^-23 of coordinates

@@ -12,12 +12,12 @@ use crate::common::spectra::{
 };
 use isospectrum::Error;
 use isospectrum::file;
-use isospectrum::inside::extract::extract;
-use isospectrum::inside::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::inside::topology::simplify::simplified;
 use isospectrum::spectrum::{EventKind, Query, Spectrum, Triangle};
+use isospectrum::unstable::extract::extract;
+use isospectrum::unstable::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::exact::ExactField;
+use isospectrum::unstable::topology::simplify::simplified;
 use isospectrum::verify::{Limits, Sampling, mesh_topology, verify};
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, read_volume};
 use isospectrum::{Counts, Parameters, Progress, Silent, compute};
@@ -148,7 +148,7 @@ fn a_range_in_which_the_isosurface_hardly_moves_has_a_tracked_mesh_all_along() {
     let volume = phantom_volume("sphere:20");
     let (low, high) = volume.range();
     let at = |share: f64| low + share * (high - low);
-    let parameters = Parameters { range: Some((at(0.6), at(0.601))), ..Parameters::default() };
+    let parameters = Parameters::default().with_range(Some((at(0.6), at(0.601))));
     let spectrum = swept_with(&volume, &parameters);
     assert!(tracked_share(&spectrum) > 0.999, "{}", tracked_share(&spectrum));
 }
@@ -266,7 +266,7 @@ fn two_necks_a_trace_apart() -> Arc<Volume> {
 
 #[test]
 fn most_triangles_live_through_two_events_next_to_each_other() {
-    let parameters = Parameters { range: Some((0.4, 0.6)), ..Parameters::default() };
+    let parameters = Parameters::default().with_range(Some((0.4, 0.6)));
     let spectrum = swept_with(&two_necks_a_trace_apart(), &parameters);
     let counts = Counts::of(&spectrum);
     let splits = spectrum.events().iter().filter(|e| e.kind == EventKind::Split);
@@ -296,7 +296,7 @@ fn the_mesh_lies_on_the_isosurface_on_both_sides_of_a_split() {
     let split = topology.events.iter().find(|e| e.kind == EventKind::Split).expect("a split");
     let range = volume.range().1 - volume.range().0;
     let around = (split.isovalue - 0.05 * range, split.isovalue + 0.05 * range);
-    let parameters = Parameters { range: Some(around), ..Parameters::default() };
+    let parameters = Parameters::default().with_range(Some(around));
     let spectrum = swept_with(&volume, &parameters);
     let mut query = Query::new(&spectrum);
     for side in [-1.0, 1.0] {
@@ -333,7 +333,7 @@ fn a_part_of_the_range_is_swept_alone() {
     let range = (0.5 * (low + split), 0.5 * (split + high));
     let inside = |isovalue: f64| range.0 <= isovalue && isovalue <= range.1;
     assert!(all.iter().any(|e| !inside(e.isovalue)), "no event outside {range:?}: {all:?}");
-    let parameters = Parameters { range: Some(range), ..Parameters::default() };
+    let parameters = Parameters::default().with_range(Some(range));
     let spectrum = swept_with(&volume, &parameters);
     assert_eq!(spectrum.range(), range);
     let expected: Vec<_> = all.iter().filter(|e| inside(e.isovalue)).copied().collect();
@@ -389,7 +389,7 @@ fn a_range_is_cut_to_the_volume_and_one_outside_it_is_a_usage_error() {
     let (low, high) = volume.range();
     let middle = 0.5 * (low + high);
     let swept = |range| {
-        let parameters = Parameters { range: Some(range), ..Parameters::default() };
+        let parameters = Parameters::default().with_range(Some(range));
         compute(&volume, &parameters, &cpu(), &Silent)
     };
     let whole = swept((low, high)).expect("a spectrum");
@@ -453,7 +453,7 @@ mod real_volumes {
         // nucleon was open.
         let path = data::file("nucleon_41x41x41_uint8.raw");
         let volume = Arc::new(read_volume(&path, &ReadOptions::default()).expect("nucleon"));
-        let parameters = Parameters { range: Some((189.0, 190.0)), ..Parameters::default() };
+        let parameters = Parameters::default().with_range(Some((189.0, 190.0)));
         let spectrum = swept_with(&volume, &parameters);
         let close = |c: &f64| (189.4..189.6).contains(c);
         let near: Vec<f64> = spectrum.isovalues().iter().copied().filter(close).collect();

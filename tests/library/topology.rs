@@ -11,13 +11,13 @@ mod real_volumes;
 
 use crate::common::random::Random;
 use grid_count::Count;
-use isospectrum::inside::extract::count::count;
-use isospectrum::inside::topology::Topology;
-use isospectrum::inside::topology::curves::ContourSpectrum;
-use isospectrum::inside::topology::exact::ExactField;
-use isospectrum::inside::topology::plot::contour_spectrum_svg;
-use isospectrum::inside::topology::regions::critical_regions;
 use isospectrum::spectrum::EventKind;
+use isospectrum::unstable::extract::count::count;
+use isospectrum::unstable::topology::Topology;
+use isospectrum::unstable::topology::curves::ContourSpectrum;
+use isospectrum::unstable::topology::exact::ExactField;
+use isospectrum::unstable::topology::plot::contour_spectrum_svg;
+use isospectrum::unstable::topology::regions::critical_regions;
 use isospectrum::volume::{Outside, Placement, Samples, Volume};
 
 fn volume(dims: [usize; 3], samples: Samples) -> Option<Volume> {

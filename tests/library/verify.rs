@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::common::spectra::{phantom_spectrum, swept, swept_with};
-use isospectrum::inside::extract::extract;
-use isospectrum::inside::sweep::TRACKED_AREA_SHARE;
-use isospectrum::inside::topology::exact::ExactField;
 use isospectrum::spectrum::{About, Event, EventKind, Knot, Patch, Spectrum, Triangle};
+use isospectrum::unstable::extract::extract;
+use isospectrum::unstable::sweep::TRACKED_AREA_SHARE;
+use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::verify::{Limits, Report, Sampling, verify};
 use isospectrum::volume::{Placement, ReadOptions, Samples, Volume, phantom, read_volume};
 use isospectrum::{Parameters, Progress, Silent};
@@ -238,7 +238,7 @@ fn plateau() -> Volume {
 fn where_the_isosurface_jumps_itself_the_mesh_may_jump_with_it() {
     let volume = Arc::new(plateau());
     let range = Some((3.0, 7.0));
-    let spectrum = swept_with(&volume, &Parameters { range, ..Parameters::default() });
+    let spectrum = swept_with(&volume, &Parameters::default().with_range(range));
     let sampling = Sampling { n_random: 4, n_events: 8, seed: 1 };
     let limits = Limits::default();
     let report = verify(&spectrum, &volume, sampling, limits, &Silent).expect("verifiable");

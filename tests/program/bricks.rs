@@ -76,7 +76,7 @@ fn what_is_wrong_with_a_plan_is_one_line() {
     assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("the plan was changed"));
     folder.write("p.json", b"{}");
     let told = folder.fails(&["merge", "p.json", "-o", "m.isp"], 3);
-    assert!(told.contains("p.json: no plan of this version"), "{told}");
+    assert!(told.contains("p.json: unsupported plan version"), "{told}");
 }
 
 const BRICKS: [&str; 8] =

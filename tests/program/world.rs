@@ -92,7 +92,7 @@ fn what_does_not_fit_a_volume_is_a_line() {
         (&[file, "--array", "density", "--frame", "1"], 2, "--frame"),
         (&[file, "--array", "density", "--dims", "2x2x2"], 2, "raw files only"),
         (&["a_2x2x2_uint8.raw", "--crop", "0:3,:,:"], 2, "0:2"),
-        (&["a_2x2x2_uint8.raw", "--smooth", "1mm"], 2, "tells no unit"),
+        (&["a_2x2x2_uint8.raw", "--smooth", "1mm"], 2, "has no unit"),
         (&["a_2x2x2_uint8.raw", "--downsample", "2"], 2, "at least 2"),
     ] {
         let line = folder.fails(&[&["analyze"], arguments].concat(), code);

@@ -6,8 +6,8 @@ use crate::common::shapes::{Mesh, noise, sampled};
 use crate::kernels::suite::{n_failed, project, relaxed};
 use crate::kernels::{PIPELINES, cpu, gpu};
 use glam::{DVec3, Vec3};
-use isospectrum::inside::field::Status;
-use isospectrum::inside::kernels::{Kernels, Relaxation};
+use isospectrum::unstable::field::Status;
+use isospectrum::unstable::kernels::{Kernels, Relaxation};
 use isospectrum::volume::Volume;
 use std::sync::Arc;
 

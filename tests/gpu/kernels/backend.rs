@@ -6,9 +6,9 @@ use crate::kernels::cpu;
 use crate::kernels::suite::project;
 use glam::Vec3;
 use isospectrum::Error;
-use isospectrum::inside::field::Field;
-use isospectrum::inside::kernels::backend::MIN_GPU_VERTICES;
-use isospectrum::inside::kernels::{Advance, Advanced, DeviceWork, Kernels, Relaxation};
+use isospectrum::unstable::field::Field;
+use isospectrum::unstable::kernels::backend::MIN_GPU_VERTICES;
+use isospectrum::unstable::kernels::{Advance, Advanced, DeviceWork, Kernels, Relaxation};
 use isospectrum::{Backend, Choice};
 use std::sync::Arc;
 
@@ -114,8 +114,10 @@ fn a_step_is_one_submission_and_one_read_back() {
 #[test]
 fn an_empty_mesh_is_no_work() {
     let volume = noise([8, 8, 8], &mut Random(1));
-    let empty =
-        isospectrum::inside::kernels::Connectivity { ring_offsets: vec![0], ..Default::default() };
+    let empty = isospectrum::unstable::kernels::Connectivity {
+        ring_offsets: vec![0],
+        ..Default::default()
+    };
     for backend in [cpu, crate::kernels::gpu] {
         let mut kernels = backend(&volume);
         kernels.load(&empty, &[]).expect("loads");

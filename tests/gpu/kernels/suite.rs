@@ -4,8 +4,8 @@
 use crate::common::random::Random;
 use crate::common::shapes::{Mesh, noise, sampled, volume};
 use glam::{DVec3, Vec3};
-use isospectrum::inside::field::{Field, Status, face_deviation};
-use isospectrum::inside::kernels::{Advance, Advanced, Kernels, Relaxation, relax};
+use isospectrum::unstable::field::{Field, Status, face_deviation};
+use isospectrum::unstable::kernels::{Advance, Advanced, Kernels, Relaxation, relax};
 use isospectrum::volume::{Samples, Volume};
 use std::sync::Arc;
 

@@ -39,7 +39,7 @@ fn along_edges(shares: &[f64]) -> Vec<[f64; 3]> {
 #[test]
 fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
     let spectrum = growing_sphere(4);
-    let view = View { axes: true, background: Background::White, ..small("35,22") };
+    let view = small("35,22").with_axes(true).with_background(Background::White);
     let mut renderer = isospectrum::render::Renderer::new(gpu(), &spectrum).expect("a renderer");
     for view in [view.clone(), parallel(view.clone())] {
         // Nothing but the box and the axes: a surface that one sees nothing of.
@@ -57,7 +57,7 @@ fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
 
         // A ball of 9 voxels hides the corner behind it, and none of the one before it.
         let with = renderer.draw(1.0, &view).expect("a picture");
-        let plain = renderer.draw(1.0, &View { axes: false, ..view.clone() }).expect("a picture");
+        let plain = renderer.draw(1.0, &view.clone().with_axes(false)).expect("a picture");
         let off = |p| ink_at(&with, &view, p).abs_diff(ink_at(&plain, &view, p));
         let [far, .., near] = corners();
         let inwards = |p: [f64; 3], axis: usize| {
@@ -71,7 +71,7 @@ fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
         }
     }
     // From inside what lies behind the eye is not drawn, and what lies before it still is.
-    let inside = View { axes: true, background: Background::White, ..small("0,0,0.1") };
+    let inside = small("0,0,0.1").with_axes(true).with_background(Background::White);
     let nothing = Surface { opacity: Some(0.0), ..Surface::from(0.0) };
     let image = renderer.draw_all(&[nothing], &inside).expect("a picture");
     let inked = image.pixels.chunks_exact(4).filter(|p| p[..3] != [255; 3]).count();
@@ -82,8 +82,9 @@ fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
 fn the_axes_point_as_the_camera_says() {
     let spectrum = growing_sphere(1);
     for camera in ["35,22", "-70,40", "160,-30"] {
-        let view = View { background: Background::White, width: 640, height: 480, ..small(camera) };
-        let with = draw(&spectrum, 0.0, &View { axes: true, ..view.clone() });
+        let view =
+            small(camera).with_background(Background::White).with_width(640).with_height(480);
+        let with = draw(&spectrum, 0.0, &view.clone().with_axes(true));
         let side = view.height / 3;
         // Where each colour is, at the top on the right: its middle.
         let middle = |channel: usize| {

@@ -127,18 +127,16 @@ pub(crate) fn radius_at(isovalue: f64) -> f64 {
 }
 
 pub(crate) fn small(camera: &str) -> View {
-    View {
-        camera: camera.parse().expect("a camera"),
-        width: 320,
-        height: 240,
-        background: Background::Transparent,
-        ..View::default()
-    }
+    View::default()
+        .with_camera(camera.parse().expect("a camera"))
+        .with_width(320)
+        .with_height(240)
+        .with_background(Background::Transparent)
 }
 
 /// A view in parallel projection.
 pub(crate) fn parallel(view: View) -> View {
-    View { camera: Camera { orthographic: true, ..view.camera }, ..view }
+    view.with_camera(Camera { orthographic: true, ..view.camera })
 }
 
 pub(crate) fn draw(spectrum: &Spectrum, isovalue: f64, view: &View) -> Image {

@@ -46,7 +46,7 @@ fn area_of(mesh: &SurfaceMesh, corners: &[u32; 3]) -> ([f64; 3], f64) {
 /// The area of a picture's triangles, and of those corners (a third of a triangle each) that are shaded with a normal
 /// more than 30 degrees off that of the mesh at the isovalue.
 fn areas(renderer: &mut Renderer<'_>, spectrum: &Spectrum, isovalue: f64) -> [f64; 2] {
-    let view = View { width: 32, height: 32, ..View::default() };
+    let view = View::default().with_width(32).with_height(32);
     renderer.draw(isovalue, &view).expect("a picture");
     let mesh = spectrum.mesh_at(isovalue).expect("inside the range");
     let wanted = area_weighted(&mesh);
@@ -102,7 +102,7 @@ mod real_volumes {
         ] {
             let path = data::file(name);
             let volume = read_volume(&path, &ReadOptions::default()).expect("a volume");
-            let parameters = Parameters { range: Some(range), ..Parameters::default() };
+            let parameters = Parameters::default().with_range(Some(range));
             let spectrum = swept_with(&Arc::new(volume), &parameters);
             let mut renderer = Renderer::new(gpu(), &spectrum).expect("a renderer");
             let (low, high) = spectrum.range();

@@ -20,7 +20,7 @@ fn touching() -> Spectrum {
 }
 
 fn occluded(view: &View) -> View {
-    View { occlusion: true, ..view.clone() }
+    view.clone().with_occlusion(true)
 }
 
 /// How much light a pixel has with occlusion of what it has without, at a place of the first ball so many voxels from where
@@ -41,7 +41,7 @@ fn hollows_are_darker_the_deeper_they_are_in_pictures_of_any_size() {
     let spectrum = touching();
     let small = small("0,0");
     for small in [small.clone(), parallel(small)] {
-        let large = View { width: 2 * small.width, height: 2 * small.height, ..small.clone() };
+        let large = small.clone().with_width(2 * small.width).with_height(2 * small.height);
         let [small, large] = [small, large].map(|view| {
             let [deep, slope, top] = [0.4, 0.7, 5.0].map(|y| light_left(&spectrum, &view, y));
             assert!(deep < 0.75, "{deep} of the light is left where the balls touch");
@@ -67,7 +67,7 @@ fn what_lies_behind_and_outlines_stay_as_they_are() {
         image.pixels.iter().skip(3).step_by(4).copied().collect()
     };
     assert!(alpha(&plain) == alpha(&dark), "what is covered is covered");
-    let white = View { background: Background::White, ..view.clone() };
+    let white = view.clone().with_background(Background::White);
     let image = draw(&spectrum, 0.5, &occluded(&white));
     let n_wrong = (image.pixels.chunks_exact(4).zip(alpha(&plain)))
         .filter(|(pixel, alpha)| *alpha == 0 && pixel[..3] != [255; 3])
@@ -82,8 +82,8 @@ fn what_lies_behind_and_outlines_stay_as_they_are() {
 #[test]
 fn what_one_looks_through_is_not_darkened_and_hides_no_darkness() {
     let spectrum = touching();
-    let view = View { background: Background::White, ..small("0,0") };
-    let clear = View { opacity: 0.5, ..view.clone() };
+    let view = small("0,0").with_background(Background::White);
+    let clear = view.clone().with_opacity(0.5);
     assert!(draw(&spectrum, 0.5, &clear) == draw(&spectrum, 0.5, &occluded(&clear)));
 
     // The balls inside of a shell: where they are dark, they are so through the shell.

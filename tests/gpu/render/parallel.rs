@@ -68,16 +68,13 @@ fn parallel_edges_stay_parallel() {
 fn the_scale_bar_is_as_long_as_what_has_its_length() {
     let spectrum = growing_sphere(5);
     // With the bar in its own picture the ball is counted without it.
-    let view = parallel(View {
-        width: 1280,
-        height: 960,
-        background: Background::White,
-        ..small("35,22")
-    });
-    let plain = View { background: Background::Transparent, ..view.clone() };
+    let view = parallel(
+        small("35,22").with_width(1280).with_height(960).with_background(Background::White),
+    );
+    let plain = view.clone().with_background(Background::Transparent);
     let radius = (coverage(&draw(&spectrum, 1.0, &plain)).0 / PI).sqrt();
     let pixels_per_voxel = radius / radius_at(1.0);
-    let with_bar = draw(&spectrum, 1.0, &View { scale_bar: true, ..view.clone() });
+    let with_bar = draw(&spectrum, 1.0, &view.clone().with_scale_bar(true));
     let without = draw(&spectrum, 1.0, &view);
     // The row with the most ink is the bar.
     let inked =

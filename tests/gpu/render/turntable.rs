@@ -53,7 +53,7 @@ fn each_picture_of_a_turntable_is_the_first_one_of_the_turned_object() {
         let turntables = [false, true].map(|orthographic| {
             let view = small("20,25");
             let camera = Camera { up, orthographic, ..view.camera };
-            let view = View { camera, background: Background::White, ..view };
+            let view = view.with_camera(camera).with_background(Background::White);
             let views = view.turntable(spectrum.volume(), Some(bounds), N);
             assert_eq!(views.len(), N as usize);
             assert_eq!(views[0].camera.azimuth, view.camera.azimuth);

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use isospectrum::inside::topology::exact::ExactField;
+use isospectrum::unstable::topology::exact::ExactField;
 
 /// A union-find over lattice edges, which are numbered 3 * lower vertex + axis.
 #[derive(Default)]
