@@ -64,8 +64,8 @@ impl<'a> Calendar<'a> {
     pub(super) fn work(&self, (low, high): (f64, f64), [from, to]: [f64; 2]) -> f64 {
         let n = |a: f64, b: f64| self.samples(Passage::between(self.field, a, b)).len() as f64;
         // Halves do not overflow.
-        let way = (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low);
-        0.5 * (way + n(from, to) / n(low, high).max(1.0))
+        let share = (0.5 * to - 0.5 * from).abs() / (0.5 * high - 0.5 * low);
+        0.5 * (share + n(from, to) / n(low, high).max(1.0))
     }
 
     /// The calendar of a range of isovalues.
@@ -118,8 +118,8 @@ impl<'a> Calendar<'a> {
     pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
         let grid = Grid::of(self.field);
         let flats = passage.of(&self.flats, |s| self.field.order_key(s.corner)).iter();
-        let beside = flats.flat_map(move |&s| grid.adjacent_cells(s));
-        beside.filter_map(move |cell| grid.block_of_cell(cell))
+        let adjacent = flats.flat_map(move |&s| grid.adjacent_cells(s));
+        adjacent.filter_map(move |cell| grid.block_of_cell(cell))
     }
 
     /// A passage extended towards `longer`, but not beyond the next sample value.
@@ -183,7 +183,7 @@ impl<'a> Calendar<'a> {
         self.grow_near(region, passage, suspects, &self.squares_around(grid, passage, added));
     }
 
-    /// The squares beside cells of some blocks whose saddles are passed.
+    /// The squares of the cells of some blocks whose saddles are passed.
     fn squares_around(&self, grid: Grid, passage: Passage, blocks: &[u32]) -> Vec<Square> {
         let passed = |s: &Square| {
             let saddle = self.field.face_saddle(s.corner, s.axis as usize);
@@ -221,9 +221,9 @@ impl<'a> Calendar<'a> {
                 added.extend(region.add_fewest(v, |octants| is_bad(v, octants)));
             }
             for s in open {
-                let beside =
+                let adjacent =
                     grid.adjacent_cells(s).into_iter().filter_map(|c| grid.block_of_cell(c));
-                added.extend(beside.filter(|&b| region.add(b)));
+                added.extend(adjacent.filter(|&b| region.add(b)));
             }
             if added.is_empty() {
                 return;

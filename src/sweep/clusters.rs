@@ -46,9 +46,9 @@ pub(super) fn clusters(
     let size = Vec3::from(field.volume().voxel_size().map(|x| x as f32));
     // Most faces are far from all clusters, which the block of a corner shows.
     let wide = grid.marked(blocks.iter().flat_map(|&b| grid.blocks_within(b, SEARCH_RINGS)));
-    let most = (SEARCH_RINGS * BLOCK) as f32 - near;
+    let max_size = (SEARCH_RINGS * BLOCK) as f32 - near;
     let scale = size.recip();
-    let beside: Vec<(Face, Vec<u32>)> = (0..mesh.face_slots() as u32)
+    let near_faces: Vec<(Face, Vec<u32>)> = (0..mesh.face_slots() as u32)
         .into_par_iter()
         .map(Face)
         .with_min_len(1024)
@@ -56,16 +56,16 @@ pub(super) fn clusters(
         .filter_map(|f| {
             let (low, high) = bounds(mesh.corners(f));
             let is_far = !wide[grid.block_at(low * scale) as usize];
-            if is_far && ((high - low) * scale).max_element() < most {
+            if is_far && ((high - low) * scale).max_element() < max_size {
                 return None;
             }
             let blocks = grid.blocks_in(low / size - near, high / size + near);
-            let beside: Vec<u32> = blocks.filter(|&b| marked[b as usize]).collect();
-            (!beside.is_empty()).then_some((f, beside))
+            let near_blocks: Vec<u32> = blocks.filter(|&b| marked[b as usize]).collect();
+            (!near_blocks.is_empty()).then_some((f, near_blocks))
         })
         .collect();
-    let mut firsts = Vec::with_capacity(beside.len());
-    for (f, blocks) in beside {
+    let mut firsts = Vec::with_capacity(near_faces.len());
+    for (f, blocks) in near_faces {
         let numbers: Vec<u32> = blocks.into_iter().filter_map(number).collect();
         numbers.iter().for_each(|&n| {
             sets.join(numbers[0], n);

@@ -39,8 +39,8 @@ impl Counts {
 
     /// The counters of the sweep that a spectrum comes from; `None` for a spectrum of another program. Missing counters are 0.
     pub fn of(spectrum: &Spectrum) -> Option<Counts> {
-        let told = spectrum.parameters().get(Counts::NAME)?;
-        Counts::deserialize(told).ok()
+        let counts = spectrum.parameters().get(Counts::NAME)?;
+        Counts::deserialize(counts).ok()
     }
 
     pub(crate) fn add(&mut self, o: &Counts) {

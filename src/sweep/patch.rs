@@ -153,7 +153,7 @@ pub(super) fn patch(
     let own: Vec<Vec<(f64, Vec3)>> = own.collect();
     drop(knots);
     let inner: Vec<Vec<(f64, Vec3)>> =
-        inner.into_par_iter().map(|way| thinned_inside(&way, thinning.tolerance)).collect();
+        inner.into_par_iter().map(|knots| thinned_inside(&knots, thinning.tolerance)).collect();
     let mut spans = vec![(f64::INFINITY, f64::NEG_INFINITY); tracks.len()];
     for t in &triangles {
         let (low, high) = (ends[t.birth as usize], ends[t.death as usize]);
@@ -280,7 +280,7 @@ fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f6
 }
 
 /// The knots of a trajectory inside a cell that thinning keeps.
-fn thinned_inside(way: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
+fn thinned_inside(knots: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
     // The normal does not matter: the bound is the same in all directions.
     let place = |&(isovalue, position): &(f64, Vec3)| Place {
         isovalue,
@@ -288,7 +288,7 @@ fn thinned_inside(way: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
         normal: Vec3::Z,
         stays: false,
     };
-    let places: Vec<Place> = way.iter().map(place).collect();
+    let places: Vec<Place> = knots.iter().map(place).collect();
     let stay = thin(&places, Bound::inside(tolerance));
-    stay.into_iter().map(|i| way[i]).collect()
+    stay.into_iter().map(|i| knots[i]).collect()
 }

@@ -2,13 +2,13 @@
 //!
 //! # Theory
 //!
-//! Around a sample lie eight cells, its *octants*. A square of the lattice between an exact cell and one that is not
+//! Around a sample are eight cells, its *octants*. A square of the lattice between an exact cell and one that is not
 //! belongs to the *seam*. At every sample of the seam the squares around it must form one cycle, so that the seam is
 //! a surface: then the exact extraction meets it in closed polylines.
 //!
 //! # Invariants
 //!
-//! 1. The cells of the layer around the volume are exact, so every square of the seam lies in the volume.
+//! 1. The cells of the layer around the volume are exact, so every square of the seam is in the volume.
 //! 2. Cells are exact by blocks of [`BLOCK`]^3: the seam has fewer corners at which it turns.
 
 use std::collections::BTreeSet;
@@ -101,7 +101,7 @@ impl Grid {
         [e.from, e.from + self.strides[e.axis as usize]]
     }
 
-    /// The cell in an octant of a vertex of the volume: bit a tells the upper side along axis a.
+    /// The cell in an octant of a vertex of the volume: bit a is set for the upper side along axis a.
     pub(super) fn octant(&self, v: u32, o: u8) -> u32 {
         let back: u32 = (0..3).filter(|&a| o >> a & 1 == 0).map(|a| self.strides[a as usize]).sum();
         v - back
@@ -242,16 +242,16 @@ impl Grid {
         self.blocks_within(block, 1)
     }
 
-    /// The blocks at most `away` blocks away along every axis, including the block itself.
+    /// The blocks at most `distance` blocks away along every axis, including the block itself.
     pub(super) fn blocks_within(
         &self,
         block: u32,
-        away: usize,
+        distance: usize,
     ) -> impl Iterator<Item = u32> + use<> {
         let n = self.blocks();
         let [x, y, z] = {
             let b = self.block_position(block);
-            std::array::from_fn(|a| b[a].saturating_sub(away)..(b[a] + away + 1).min(n[a]))
+            std::array::from_fn(|a| b[a].saturating_sub(distance)..(b[a] + distance + 1).min(n[a]))
         };
         z.flat_map(move |k| {
             let x = x.clone();
@@ -403,12 +403,12 @@ pub(super) fn layer(grid: Grid) -> impl Iterator<Item = u32> {
     positions.filter(move |&p| !grid.is_cell(p)).map(move |p| grid.vertex(p))
 }
 
-/// The cycle of a seam around a sample whose octants are exact as the bits say.
+/// The cycle of a seam around a sample whose octants are exact as `octants` has bits.
 pub(super) fn link(octants: u8) -> Link {
     if octants == 0 || octants == 255 {
         return Link::Away;
     }
-    let mut beside = [[u8::MAX; 2]; 6];
+    let mut neighbours = [[u8::MAX; 2]; 6];
     let mut degree = [0usize; 6];
     for axis in 0..3u8 {
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -422,7 +422,7 @@ pub(super) fn link(octants: u8) -> Link {
                     if degree[d as usize] == 2 {
                         return Link::Pinched;
                     }
-                    beside[d as usize][degree[d as usize]] = other;
+                    neighbours[d as usize][degree[d as usize]] = other;
                     degree[d as usize] += 1;
                 }
             }
@@ -435,7 +435,7 @@ pub(super) fn link(octants: u8) -> Link {
     loop {
         cycle[length] = at;
         length += 1;
-        let [p, q] = beside[at as usize];
+        let [p, q] = neighbours[at as usize];
         let next = if p == before { q } else { p };
         (before, at) = (at, next);
         if at == first || length == 6 {
@@ -454,7 +454,7 @@ mod tests {
         for octants in 0..=255u8 {
             let l = link(octants);
             assert_eq!(l == Link::Away, octants == 0 || octants == 255);
-            // What is exact and what is not are each joined by sides, or the seam is pinched.
+            // The exact octants are connected by faces, and so are the others, or the seam is pinched.
             let joined = |bits: u8| {
                 let first = 1 << bits.trailing_zeros();
                 let mut seen: u8 = first;
@@ -486,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pinched_seam_is_mended_by_the_fewest_blocks() {
+    fn a_pinched_seam_is_resolved_by_the_fewest_blocks() {
         let grid = Grid { dims: [13, 13, 13], strides: [1, 13, 169] };
         // A sample in which eight blocks meet.
         let v = grid.vertex([1 + 2 * BLOCK, 1 + 2 * BLOCK, 1 + 2 * BLOCK]);

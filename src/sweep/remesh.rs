@@ -28,7 +28,7 @@ const FLIPS: Flips = Flips { gain: 0.1, poor: 0.6 };
 const LONG_FACTOR: f32 = 1.8;
 const COLLAPSES: Bounds = Bounds { short: 0.45, share: 0.6 };
 
-/// Remeshes what is not fixed.
+/// Remeshes everything that is not fixed.
 pub(super) fn remesh(mesh: &mut HalfEdgeMesh, criteria: &Criteria) {
     if mesh.n_faces() == 0 {
         return;

@@ -22,7 +22,7 @@ use crate::sweep::remesh::criteria::Criteria;
 pub(super) struct Shape<'a> {
     pub(super) criteria: Criteria<'a>,
     /// The largest deviation of a barycentre, voxels.
-    pub(super) most: f32,
+    pub(super) max_deviation: f32,
     pub(super) place: &'a dyn Fn(&Tracked, Vertex) -> Vec3,
 }
 
@@ -81,8 +81,8 @@ pub(super) fn repair_faults(
 ) {
     let bad = faults(tracked, criteria, parameters);
     let place = |tracked: &Tracked, v: Vertex| tracked.mesh.position(v);
-    let most = MAX_DEVIATION_FACTOR * parameters.error as f32;
-    repair(tracked, region, &[Shape { criteria: *criteria, most, place: &place }], &bad);
+    let max_deviation = MAX_DEVIATION_FACTOR * parameters.error as f32;
+    repair(tracked, region, &[Shape { criteria: *criteria, max_deviation, place: &place }], &bad);
 }
 
 /// The edit that leaves the fewest failing triangles.
@@ -134,7 +134,7 @@ fn badness(tracked: &Tracked, shapes: &[Shape], triangles: &[[Vertex; 3]]) -> Ba
     for shape in shapes {
         for t in triangles {
             let corners = t.map(|v| (shape.place)(tracked, v));
-            n += usize::from(fault(&shape.criteria, corners, shape.most).is_some());
+            n += usize::from(fault(&shape.criteria, corners, shape.max_deviation).is_some());
             worst = worst.min(radius_ratio(corners));
         }
     }

@@ -65,7 +65,7 @@ impl Shared {
         (0..3).any(|a| self.is_plane(a, p[a]))
     }
 
-    /// The number in the whole of a lattice edge that lies in a shared plane.
+    /// The number in the whole volume of a lattice edge in a shared plane.
     pub(super) fn whole_edge(&self, e: LatticeEdge) -> Option<WholeEdge> {
         let p = self.grid.position(e.from);
         let is_shared = (0..3).any(|a| a != e.axis as usize && self.is_plane(a, p[a]));
@@ -74,7 +74,7 @@ impl Shared {
         is_shared.then_some(3 * (x + nx * (y + ny * z)) + u64::from(e.axis))
     }
 
-    /// Whether two lattice edges lie in one shared plane of which the block is on the lower side.
+    /// Whether two lattice edges are in one upper shared plane of the block.
     pub(super) fn is_upper(&self, e: LatticeEdge, f: LatticeEdge) -> bool {
         let [p, q] = [e, f].map(|e| self.grid.position(e.from));
         (0..3u8).any(|a| {

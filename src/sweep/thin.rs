@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_way_keeps_its_ends_only() {
+    fn a_straight_trajectory_keeps_only_its_ends() {
         let straight = places(|c| Vec3::new(c as f32, 2.0 * c as f32, 0.0), 50);
         assert_eq!(thin(&straight, Bound::new(1e-3)), [0, 49]);
         let mut kept = straight.clone();
@@ -100,10 +100,10 @@ mod tests {
     }
 
     #[test]
-    fn every_place_stays_within_the_bound_of_the_interpolation() {
-        let way =
+    fn the_interpolation_is_within_the_bound_at_every_place() {
+        let curve =
             |c: f64| Vec3::new((5.0 * c).sin() as f32, c.sqrt() as f32, (4.0 * c).cos() as f32);
-        let curved = places(way, 400);
+        let curved = places(curve, 400);
         let n_knots = |tolerance: f32| {
             let bound = Bound::new(tolerance);
             let stay = thin(&curved, bound);
@@ -124,12 +124,12 @@ mod tests {
             stay.len()
         };
         assert!(n_knots(0.003) > n_knots(0.03));
-        // More than a voxel's share is nothing that a larger tolerance gives.
+        // The bound has a maximum, whatever the tolerance.
         assert_eq!(n_knots(1.0), n_knots(2.0));
     }
 
     #[test]
-    fn a_way_along_the_surface_needs_fewer_knots_than_one_across() {
+    fn motion_along_the_surface_needs_fewer_knots_than_motion_across() {
         let bow = |c: f64| (3.0 * c).sin() as f32;
         let along = places(|c| Vec3::new(bow(c), 0.0, 0.0), 100);
         let across = places(|c| Vec3::new(0.0, 0.0, bow(c)), 100);

@@ -359,24 +359,24 @@ pub(super) fn split_fans(triangles: &mut [[u32; 3]], n_vertices: usize) -> Vec<u
     let mut copies: Vec<(u32, Vec<Corner>)> = Vec::new();
     let mut left: Vec<Corner> = Vec::new();
     for around in corners.chunk_by(|a, b| a.0 == b.0) {
-        let beside = |&(_, t, i): &Corner| {
+        let others = |&(_, t, i): &Corner| {
             let t = triangles[t as usize];
             [t[(i as usize + 1) % 3], t[(i as usize + 2) % 3]]
         };
-        // Walk the fan of one corner both ways; what is left is another part.
+        // Walks the fan of one corner in both directions; the remaining corners belong to other fans.
         left.clear();
         left.extend(around);
         let mut is_first = true;
         while let Some(first) = left.pop() {
-            let (mut part, [mut start, mut end]) = (vec![first], beside(&first));
+            let (mut part, [mut start, mut end]) = (vec![first], others(&first));
             loop {
                 let next = left.iter().position(|c| {
-                    let [a, b] = beside(c);
+                    let [a, b] = others(c);
                     a == end || b == start
                 });
                 let Some(i) = next else { break };
                 let corner = left.swap_remove(i);
-                let [a, b] = beside(&corner);
+                let [a, b] = others(&corner);
                 if a == end {
                     end = b;
                 } else {
@@ -455,7 +455,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn triangles_joined_in_a_vertex_only_are_parted() {
+    fn fans_that_meet_in_a_vertex_only_are_split() {
         // Two fans around vertex 0, and one that closes around vertex 9.
         let mut triangles =
             [[0, 1, 2], [0, 2, 3], [0, 4, 5], [9, 10, 11], [9, 11, 12], [9, 12, 10]];

@@ -279,7 +279,7 @@ impl Transport<'_> {
             all.filter(|f| self.stays(*f.0)).map(|(f, t)| (*f, *t)).unzip();
         let own = |v: Vertex| compacted.vertices.binary_search(&v).ok().map(|i| i as u32);
         if let Some(retry) = self.retry {
-            let is_beside = |f: &Face| {
+            let is_adjacent = |f: &Face| {
                 mesh.has_face(*f)
                     && !mesh.is_cap(*f)
                     && mesh.corners(*f).into_iter().any(|p| self.is_in(&retry.wide, p))
@@ -287,8 +287,8 @@ impl Transport<'_> {
                     && self.stays(*f)
             };
             let all = (0..mesh.face_slots() as u32).into_par_iter().map(Face);
-            let beside: Vec<Face> = all.with_min_len(1024).filter(is_beside).collect();
-            for f in beside {
+            let adjacent: Vec<Face> = all.with_min_len(1024).filter(is_adjacent).collect();
+            for f in adjacent {
                 faces.push(mesh.face_vertices(f).map(|v| {
                     own(v).unwrap_or_else(|| {
                         *numbers.entry(v).or_insert_with(|| {
@@ -328,9 +328,9 @@ impl Transport<'_> {
         let blocks = region.blocks().iter().copied().filter(|&b| is_near(b));
         let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
         for cell in blocks.flat_map(|b| grid.cells_of(b)) {
-            let is_beside =
+            let is_adjacent =
                 strides.iter().any(|s| !region.is_exact(cell - s) || !region.is_exact(cell + s));
-            if !is_beside {
+            if !is_adjacent {
                 continue;
             }
             let surface = extract_cell(exact, cell, self.step.next);

@@ -1,4 +1,4 @@
-//! The lattice squares along which the mesh is cut, and what is on which side of them.
+//! The lattice squares along which the mesh is cut, and the sides of them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -64,7 +64,7 @@ impl<'a> Cut<'a> {
         (index as f64 * self.field.volume().voxel_size()[axis]) as f32
     }
 
-    /// The index of the lattice plane across an axis in which a coordinate lies exactly.
+    /// The index of the lattice plane across an axis that contains a coordinate exactly.
     pub(super) fn plane_of(&self, axis: usize, x: f32) -> Option<i64> {
         let index = (x / self.size[axis]).round() as i64;
         (self.plane(axis, index) == x).then_some(index)
@@ -121,12 +121,12 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// Splits the edges that pass through a lattice plane across an axis, where asked to.
+    /// Splits the edges that pass through a lattice plane across an axis, if `is_wanted` holds.
     pub(super) fn split_stage(
         &self,
         mesh: &mut HalfEdgeMesh,
         axis: usize,
-        is_asked: impl Fn(&Cut, &HalfEdgeMesh, Edge, i64) -> bool,
+        is_wanted: impl Fn(&Cut, &HalfEdgeMesh, Edge, i64) -> bool,
     ) {
         let planes = |mesh: &HalfEdgeMesh, e: Edge| {
             let h = e.halfedge();
@@ -156,7 +156,7 @@ impl<'a> Cut<'a> {
                 let h = e.halfedge();
                 let is_cap = [h, h.twin()].iter().any(|&h| mesh.is_cap(mesh.face(h)));
                 let passes = !is_cap && planes(mesh, e).any(|i| i == index);
-                if !passes || !is_asked(self, mesh, e, index) {
+                if !passes || !is_wanted(self, mesh, e, index) {
                     continue;
                 }
                 let [p, q] = [mesh.from(h), mesh.to(h)].map(|v| mesh.position(v));
@@ -173,7 +173,7 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// The cell of a point, if the volume holds it.
+    /// The cell of a point, if it is inside the volume.
     pub(super) fn cell(&self, p: Vec3) -> Option<u32> {
         let x = p / self.size;
         let index: [i64; 3] = std::array::from_fn(|a| x[a].floor() as i64);
@@ -201,7 +201,7 @@ impl<'a> Cut<'a> {
                 continue;
             }
             is_stray[first.0 as usize] = false;
-            let (mut part, mut goes, mut i) = (vec![first], 0.0, 0);
+            let (mut part, mut balance, mut i) = (vec![first], 0.0, 0);
             let (mut at_rim, mut is_alone) = (false, true);
             while i < part.len() {
                 let at = |v: Vertex| is_rim.get(v.0 as usize).copied().unwrap_or(false);
@@ -214,13 +214,13 @@ impl<'a> Cut<'a> {
                     } else if !mesh.is_cap(g) && !part.contains(&g) {
                         let length = mesh.length(h.edge());
                         is_alone = false;
-                        goes += if removed[g.0 as usize] { length } else { -length };
+                        balance += if removed[g.0 as usize] { length } else { -length };
                     }
                 }
                 i += 1;
             }
-            let goes = goes > 0.0 || is_alone && !at_rim;
-            part.iter().for_each(|f| removed[f.0 as usize] = goes);
+            let is_removed = balance > 0.0 || is_alone && !at_rim;
+            part.iter().for_each(|f| removed[f.0 as usize] = is_removed);
         }
         removed
     }
@@ -273,7 +273,11 @@ impl<'a> Cut<'a> {
             .collect())
     }
 
-    /// The lattice edge in which a place lies exactly, if in one; the sample where it lies in that.
+    /// The lattice edge that contains a position exactly, if any.
+    ///
+    /// # Errors
+    ///
+    /// The sample, if the position is exactly that of a sample.
     pub(super) fn lattice_edge(&self, p: Vec3) -> Result<Option<LatticeEdge>, u32> {
         let planes: [Option<i64>; 3] = std::array::from_fn(|a| self.plane_of(a, p[a]));
         if planes.iter().flatten().count() < 2 {

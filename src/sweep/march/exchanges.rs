@@ -303,8 +303,8 @@ fn components(tracked: &Tracked, faces: &[Face]) -> BTreeSet<Face> {
     let mut found: BTreeSet<Face> = faces.iter().copied().collect();
     let mut open: Vec<Face> = found.iter().copied().collect();
     while let Some(f) = open.pop() {
-        let beside = mesh.face_halfedges(f).map(|h| mesh.face(h.twin()));
-        open.extend(beside.into_iter().filter(|&g| !mesh.is_cap(g) && found.insert(g)));
+        let adjacent = mesh.face_halfedges(f).map(|h| mesh.face(h.twin()));
+        open.extend(adjacent.into_iter().filter(|&g| !mesh.is_cap(g) && found.insert(g)));
     }
     found
 }

@@ -84,7 +84,7 @@ impl March<'_, '_> {
 
     /// The next sampling isovalue.
     pub(super) fn next(&self, at: f64, last: f64, length: f64) -> f64 {
-        let left = (last - at).abs();
+        let remaining = (last - at).abs();
         let sign = (last - at).signum();
         // A step that would end nearly at the last isovalue ends there.
         let (next, near) = match self.fixed() {
@@ -93,7 +93,7 @@ impl March<'_, '_> {
         };
         // Neighbouring floating point numbers may be farther apart than the step is long.
         let next = if next == at { neighbour(at, last) } else { next };
-        if (next - at).abs() >= near * left { last } else { next }
+        if (next - at).abs() >= near * remaining { last } else { next }
     }
 
     /// The next isovalue that is a multiple of a distance from the low end of the range, unless it is too far.

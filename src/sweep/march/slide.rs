@@ -130,12 +130,12 @@ impl March<'_, '_> {
         let shapes = [
             Shape {
                 criteria: criteria(middle),
-                most: MAX_DEVIATION_FACTOR * error,
+                max_deviation: MAX_DEVIATION_FACTOR * error,
                 place: &places[0],
             },
             Shape {
                 criteria: criteria(step.next),
-                most: 2.0 * MAX_DEVIATION_FACTOR * error,
+                max_deviation: 2.0 * MAX_DEVIATION_FACTOR * error,
                 place: &places[1],
             },
         ];

@@ -187,12 +187,12 @@ impl March<'_, '_> {
         let shapes = [
             Shape {
                 criteria: criteria(step.at),
-                most: MAX_DEVIATION_FACTOR * error,
+                max_deviation: MAX_DEVIATION_FACTOR * error,
                 place: &start,
             },
             Shape {
                 criteria: criteria(step.next),
-                most: 2.0 * MAX_DEVIATION_FACTOR * error,
+                max_deviation: 2.0 * MAX_DEVIATION_FACTOR * error,
                 place: &end,
             },
         ];

@@ -179,7 +179,7 @@ mod tests {
         shapes::octahedron(Vec3::splat(HALF), RADIUS)
     }
 
-    /// Quadrisects and checks what always holds.
+    /// Quadrisects and checks the invariants.
     fn quadrisected(mesh: &mut HalfEdgeMesh, isovalue: f64, marked: &[Face]) -> Vec<Vertex> {
         let field = field();
         let criteria = Criteria::new(&field, isovalue, &Parameters::default());
