@@ -1,15 +1,15 @@
-//! Opens input files: the one way in which every reader gets at a path.
+//! Opens input files, for all readers.
 //!
-//! Only regular files are read. A pipe that nobody writes to would be waited for without an end, a device may have none,
-//! and neither has a length that a header's claims could be held against.
+//! Only regular files are read. A read from a pipe without a writer never returns, a device may have no end, and neither
+//! has a length to check the sizes in a header against.
 
 use std::fs::File;
 use std::io::Read as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Opens a regular file; also how many bytes it has.
+/// Opens a regular file and returns it with its length in bytes.
 ///
 /// # Errors
 ///
@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 /// device.
 pub fn open(path: &Path) -> Result<(File, u64)> {
     let fail = |e| Error::io(path, e);
-    // Before it is opened: opening a pipe waits for who writes to it.
+    // Before the file is opened: opening a pipe waits for a writer.
     if !path.metadata().map_err(fail)?.is_file() {
         return Err(Error::input(format!("{}: not a regular file", path.display())));
     }
@@ -30,7 +30,7 @@ pub fn open(path: &Path) -> Result<(File, u64)> {
 ///
 /// # Errors
 ///
-/// As [`open`]; [`Error::Input`] also where memory cannot hold it.
+/// As [`open`]; also [`Error::Input`] if memory cannot hold the file.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let (mut file, length) = open(path)?;
     let mut bytes = Vec::new();
@@ -43,4 +43,9 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     }
     file.read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     Ok(bytes)
+}
+
+/// The path of a file whose name a header gives, relative to the header's folder.
+pub(crate) fn sibling(header: &Path, name: &str) -> PathBuf {
+    header.parent().unwrap_or(Path::new("")).join(name)
 }

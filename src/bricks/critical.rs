@@ -5,7 +5,7 @@
 //! ends. All points precede all walks.
 
 use crate::topology::blocks::BlockTopology;
-use crate::topology::critical::{CriticalPoint, LAYER, Place};
+use crate::topology::critical::{CriticalPoint, GridElement, LAYER};
 
 /// Words of a point.
 pub(super) const WORDS: usize = 18;
@@ -25,11 +25,11 @@ pub(super) fn encode(topology: &BlockTopology) -> impl Iterator<Item = u32> {
 }
 
 fn encode_point(p: &CriticalPoint) -> [u32; WORDS] {
-    let (kind, sample) = match p.place {
-        Place::Vertex(v) => (VERTEX, v),
-        Place::Face { corner, axis } => (u32::from(axis), corner),
-        Place::Cell(v) => (CELL, v),
-        Place::Layer => (OUTER_LAYER, LAYER),
+    let (kind, sample) = match p.element {
+        GridElement::Vertex(v) => (VERTEX, v),
+        GridElement::Face { corner, axis } => (u32::from(axis), corner),
+        GridElement::Cell(v) => (CELL, v),
+        GridElement::Layer => (OUTER_LAYER, LAYER),
     };
     let key = p.key as u128;
     let [x, y, z] = p.position.map(f64::to_bits);
@@ -53,11 +53,11 @@ fn decode_point(n: &[u32]) -> Option<CriticalPoint> {
     let key = n[..4].iter().rev().fold(0u128, |key, &x| key << 32 | u128::from(x));
     let float = |at: usize| f64::from_bits(u64::from(n[at]) | u64::from(n[at + 1]) << 32);
     let (index, sample) = ((n[12] & 3) as u8, n[13]);
-    let place = match n[12] >> 2 {
-        axis @ 0..3 => Place::Face { corner: sample, axis: axis as u8 },
-        VERTEX => Place::Vertex(sample),
-        CELL => Place::Cell(sample),
-        OUTER_LAYER => Place::Layer,
+    let element = match n[12] >> 2 {
+        axis @ 0..3 => GridElement::Face { corner: sample, axis: axis as u8 },
+        VERTEX => GridElement::Vertex(sample),
+        CELL => GridElement::Cell(sample),
+        OUTER_LAYER => GridElement::Layer,
         _ => return None,
     };
     let position = [6, 8, 10].map(float);
@@ -69,7 +69,7 @@ fn decode_point(n: &[u32]) -> Option<CriticalPoint> {
         isovalue,
         position,
         index,
-        place,
+        element,
         low: [n[14], n[15]],
         high: [n[16], n[17]],
     })
@@ -78,14 +78,14 @@ fn decode_point(n: &[u32]) -> Option<CriticalPoint> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::topology::blocks::of_block;
+    use crate::topology::blocks::block_topology;
     use crate::volume::phantom;
 
     #[test]
     fn points_and_walks_survive_a_round_trip() {
         let volume = phantom("noise:9:3").expect("a phantom");
         let block = volume.block([0; 3], [7, 9, 9]).expect("inside");
-        let all = of_block(&block, [[0, 6], [0, 9], [0, 9]]).expect("a topology");
+        let all = block_topology(&block, [[0, 6], [0, 9], [0, 9]]).expect("a topology");
         assert!(all.points.len() > 20 && !all.entries.is_empty());
         let words: Vec<u32> = encode(&all).collect();
         let (points, entries) = words.split_at(WORDS * all.points.len());

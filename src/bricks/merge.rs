@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::spectrum::{About, Event, Joiner, Spectrum, Told, Unlike};
 use crate::sweep::{Counts, insert_area_shares, metadata};
-use crate::topology::blocks::joined;
+use crate::topology::blocks::join_blocks;
 
 /// Key in the spectrum's metadata under which the side and the number of bricks are recorded.
 const METADATA_KEY: &str = "bricks";
@@ -69,7 +69,7 @@ pub(super) fn join_borders(
         blocks.push(border.topology);
     }
     let around = (recipe.volume.dims, recipe.volume.outside);
-    let topology = joined(blocks, around, |first, end| volume.block(first, end))?;
+    let topology = join_blocks(blocks, around, |first, end| volume.block(first, end))?;
     let arcs = topology.n_arcs_in(range) as u64;
     let events: Vec<Event> = topology.events.into_iter().filter(is_inside).collect();
     let (parameters, areas) = parameters(parts.plan(), &heads, arcs);

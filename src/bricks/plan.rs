@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::prepared::{Noise, Prepared};
 use crate::spectrum::VolumeInfo;
 use crate::sweep::Parameters;
-use crate::topology::blocks::{BlockTopology, Owned, of_block, with_halo};
+use crate::topology::blocks::{BlockTopology, Owned, block_topology, with_halo};
 use crate::volume::{Preparation, Volume};
 
 /// Cells along the side of a brick by default.
@@ -217,7 +217,7 @@ impl Plan {
     pub(super) fn topology(&self, volume: &OpenVolume, number: usize) -> Result<BlockTopology> {
         let owned = self.owned(number);
         let (first, end) = with_halo(owned, self.recipe.volume.dims);
-        of_block(&volume.block(first, end)?, owned)
+        block_topology(&volume.block(first, end)?, owned)
     }
 
     /// The samples whose critical points a brick contributes: all of its samples except those on the upper planes that it shares.

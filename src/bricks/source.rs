@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::prepared::Prepared;
 use crate::spectrum::VolumeInfo;
 use crate::volume::{
-    Outside, ReadOptions, Samples, Slabs, Volume, Whole, part_of_samples, phantom, read_volume,
+    Outside, ReadOptions, Samples, Slabs, Volume, WholeVolume, crop_samples, phantom, read_volume,
 };
 
 /// How to read a volume again, on this machine or another.
@@ -119,7 +119,7 @@ impl ReadBlocks for SampleBox {
             return Err(Error::internal(format!("samples {first:?} to {end:?} are missing")));
         }
         let own = |p: [usize; 3]| [0, 1, 2].map(|a| p[a] - self.first[a]);
-        part_of_samples(&self.samples, own(self.end), own(first), own(end))
+        crop_samples(&self.samples, own(self.end), own(first), own(end))
     }
 }
 
@@ -180,6 +180,6 @@ fn block_of(
         return Err(Error::input(format!("{name}: {found}, expected {expected}")));
     }
     let VolumeInfo { dims, placement, range, outside, .. } = *info;
-    let whole = Whole { name, dims, placement, range, outside };
+    let whole = WholeVolume { name, dims, placement, range, outside };
     Volume::block_of(&whole, first, end, samples)
 }

@@ -137,7 +137,7 @@ impl Survey {
             OpenVolume::Slabs(slabs, _) => {
                 let [nx, ny, _] = slabs.dims();
                 let mut hashers = vec![crc32fast::Hasher::new(); blocks.len()];
-                slabs.each(|z, samples| {
+                slabs.for_each(|z, samples| {
                     hash_planes(samples, ([nx, ny], z), blocks, &mut hashers);
                     Ok(())
                 })?;

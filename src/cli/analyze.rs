@@ -19,12 +19,12 @@ use isospectrum::Progress as _;
 use isospectrum::file::final_path;
 use isospectrum::settings::IsovalueRange;
 use isospectrum::spectrum::{Event, EventKind};
-use isospectrum::unstable::topology::critical::Place;
+use isospectrum::unstable::topology::critical::GridElement;
 use isospectrum::unstable::topology::dust::Dust;
 use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::unstable::topology::simplify::Simplification;
 use isospectrum::unstable::topology::{Topology, TopologyEvent};
-use isospectrum::volume::{Placement, Statistics, Unit, Volume, told_by_name};
+use isospectrum::volume::{Placement, Statistics, Unit, Volume, parse_raw_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -143,7 +143,7 @@ impl Analyze {
     /// file takes its dimensions and its sample type from there.
     fn check_told(&self, volume: &Volume) -> Result<()> {
         let Some(path) = &self.simplified else { return Ok(()) };
-        let (dims, sample_type) = told_by_name(path);
+        let (dims, sample_type) = parse_raw_name(path);
         let ([nx, ny, nz], type_name) = (volume.dims(), volume.samples().type_name());
         if dims.is_none_or(|dims| dims == volume.dims())
             && sample_type.is_none_or(|told| told == type_name)
@@ -313,11 +313,11 @@ impl CriticalPoint {
                 _ => "maximum",
             },
             position: event.position,
-            place: match event.place {
-                Place::Vertex(_) => "sample",
-                Place::Face { .. } => "face",
-                Place::Cell(_) => "cell",
-                Place::Layer => "layer",
+            place: match event.element {
+                GridElement::Vertex(_) => "sample",
+                GridElement::Face { .. } => "face",
+                GridElement::Cell(_) => "cell",
+                GridElement::Layer => "layer",
             },
         }
     }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::region::{Grid, Link, Region, Square, link};
 use crate::topology::Topology;
-use crate::topology::critical::Place;
+use crate::topology::critical::GridElement;
 use crate::topology::exact::{ExactField, ORDER_BITS};
 
 /// Everything that the isovalues of a range pass, sorted by order key. Keys are computed when needed, to save memory.
@@ -26,7 +26,7 @@ pub(super) struct Calendar<'a> {
     /// Squares whose four samples are equal, by the key of their corner.
     flats: Vec<Square>,
     /// Critical points of the whole volume.
-    critical: Vec<(i128, Place)>,
+    critical: Vec<(i128, GridElement)>,
 }
 
 /// The order keys between two isovalues: above the first, not above the second.
@@ -100,7 +100,7 @@ impl<'a> Calendar<'a> {
         let mut squares: Vec<(i128, Square)> = squares.collect();
         squares.par_sort_unstable();
         let squares = squares.into_iter().map(|s| s.1).collect();
-        let critical = topology.events.iter().map(|e| (e.key, e.place)).collect();
+        let critical = topology.events.iter().map(|e| (e.key, e.element)).collect();
         Calendar { field, samples, squares, flats, critical }
     }
 
@@ -110,7 +110,7 @@ impl<'a> Calendar<'a> {
     }
 
     /// The critical points passed, ascending.
-    pub(super) fn critical(&self, passage: Passage) -> &[(i128, Place)] {
+    pub(super) fn critical(&self, passage: Passage) -> &[(i128, GridElement)] {
         passage.of(&self.critical, |c| c.0)
     }
 

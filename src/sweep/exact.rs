@@ -17,7 +17,7 @@ use super::region::{Grid, LatticeEdge};
 use super::shared::Shared;
 use crate::extract::{Extraction, extract_cell};
 use crate::topology::Topology;
-use crate::topology::critical::Place;
+use crate::topology::critical::GridElement;
 use crate::topology::exact::ExactField;
 
 /// Isovalues at which vertices inside cells are computed, as shares of an interval; first and last serve for its ends.
@@ -104,10 +104,10 @@ fn event_isovalues(
     let grid = Grid::of(field);
     let mut events: HashMap<u32, Vec<f64>> = HashMap::new();
     for e in &topology.events {
-        if matches!(e.place, Place::Vertex(v) if shared.holds_sample(v)) {
+        if matches!(e.element, GridElement::Vertex(v) if shared.holds_sample(v)) {
             continue;
         }
-        for cell in grid.cells_at(e.place) {
+        for cell in grid.cells_at(e.element) {
             events.entry(cell).or_default().push(e.isovalue);
         }
     }

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 
 use glam::Vec3;
 
-use crate::topology::critical::Place;
+use crate::topology::critical::GridElement;
 use crate::topology::exact::ExactField;
 
 /// Cells along the side of a block.
@@ -108,12 +108,14 @@ impl Grid {
     }
 
     /// The cells that contain or touch a critical point; none for one in the layer.
-    pub(super) fn cells_at(&self, place: Place) -> Vec<u32> {
+    pub(super) fn cells_at(&self, place: GridElement) -> Vec<u32> {
         match place {
-            Place::Vertex(v) => (0..8).map(|o| self.octant(v, o)).collect(),
-            Place::Face { corner, axis } => vec![corner, corner - self.strides[axis as usize]],
-            Place::Cell(corner) => vec![corner],
-            Place::Layer => vec![],
+            GridElement::Vertex(v) => (0..8).map(|o| self.octant(v, o)).collect(),
+            GridElement::Face { corner, axis } => {
+                vec![corner, corner - self.strides[axis as usize]]
+            }
+            GridElement::Cell(corner) => vec![corner],
+            GridElement::Layer => vec![],
         }
     }
 

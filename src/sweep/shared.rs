@@ -32,7 +32,7 @@ pub(crate) type WholeEdge = u64;
 impl Shared {
     /// The planes that the volume of a field shares.
     pub(super) fn of(field: &ExactField) -> Shared {
-        let (grid, within) = (Grid::of(field), field.volume().within());
+        let (grid, within) = (Grid::of(field), field.volume().block_position());
         let planes = std::array::from_fn(|a| {
             let n = grid.dims[a] - 2;
             let (first, end) = (within.first[a], within.first[a] + n);

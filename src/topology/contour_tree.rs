@@ -1,28 +1,28 @@
-//! The contour tree: every isosurface component over the range of isovalues in which it lives.
+//! The contour tree: every isosurface component over the range of isovalues in which it exists.
 //!
 //! # Theory
 //!
 //! Join tree and split tree together determine the contour tree (Carr, Snoeyink, Axen,
 //! "Computing contour trees in all dimensions", 2003): a node with no upward branch left and one
-//! downward branch is a leaf, its arc ends at the next node of its component of {f > c}; remove it
-//! from both trees, and go on. Ours has every critical point as a node, those where only a handle
-//! opens or closes included, so the Euler characteristic of a component is constant on an arc.
+//! downward branch is a leaf, whose arc ends at the next node of its component of {f > c}. Remove it
+//! from both trees, and repeat. Here every critical point is a node, also those where only a handle
+//! opens or closes, so the Euler characteristic of a component is constant on an arc.
 //!
 //! At a node of index i the sum over the arcs above minus the sum over the arcs below is
 //! 2 (-1)^i: the boundary of {f <= c} has twice its Euler characteristic, and a critical point
 //! of index i adds (-1)^i to the latter. When a leaf is removed all its other arcs are known, so
-//! this equation gives the one that is left.
+//! this equation gives the remaining one.
 //!
 //! The volume is simply connected, so each component separates it, and the contour tree is a tree.
 //!
 //! # Invariants
 //!
-//! One arc less than nodes; the equation of the last node holds by itself, which is checked; every
-//! Euler characteristic is even and at most 2, which is checked.
+//! Checked: there is one arc less than nodes; the equation of the last node holds; every Euler
+//! characteristic is even and at most 2.
 
+use super::critical::CriticalPoint;
+use super::merge::{Direction, MergeTree, NONE};
 use crate::error::{Error, Result};
-use crate::topology::critical::CriticalPoint;
-use crate::topology::merge::{Direction, MergeTree, NONE};
 
 /// The contour tree, rooted at an arbitrary node. Arcs are named by the child.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl ContourTree {
     ///
     /// # Errors
     ///
-    /// An internal contradiction, see the invariants of the module.
+    /// [`Error::Internal`] if an invariant of the module is violated.
     pub(super) fn combine(
         points: &[CriticalPoint],
         join: &MergeTree,
@@ -65,9 +65,9 @@ impl ContourTree {
             removed[i as usize] = true;
             let upper_leaf = above.n_children[i as usize] == 0;
             let (neighbour, euler) = if upper_leaf {
-                (above.next_left(i, &removed), -residual[i as usize])
+                (above.next_remaining(i, &removed), -residual[i as usize])
             } else {
-                (below.next_left(i, &removed), residual[i as usize])
+                (below.next_remaining(i, &removed), residual[i as usize])
             };
             if neighbour == NONE {
                 return Err(Error::internal(format!(
@@ -107,7 +107,7 @@ impl ContourTree {
         Ok(tree)
     }
 
-    /// Per node, the shallowest node of its component of one side once the sweep has passed it.
+    /// Per node, the shallowest node of its component of one side after the sweep has passed it.
     pub(super) fn shallowest(&self, side: &MergeTree, direction: Direction) -> Vec<u32> {
         let n = self.parent.len();
         let mut shallowest: Vec<u32> = (0..n as u32).collect();
@@ -125,7 +125,7 @@ impl ContourTree {
     }
 }
 
-/// One of the two trees while nodes are removed from it.
+/// One of the two trees during the removal of nodes.
 struct Branches {
     /// `next`, shortened past removed nodes.
     next: Vec<u32>,
@@ -138,8 +138,8 @@ impl Branches {
     }
 
     /// The next node of the component of `i` that has not been removed. Removed nodes on the way
-    /// have one child each, so passing them by is all that removing them takes.
-    fn next_left(&mut self, i: u32, removed: &[bool]) -> u32 {
+    /// have one child each, so they can be bypassed.
+    fn next_remaining(&mut self, i: u32, removed: &[bool]) -> u32 {
         let mut end = self.next[i as usize];
         while end != NONE && removed[end as usize] {
             end = self.next[end as usize];

@@ -1,4 +1,4 @@
-//! Every critical point of the trilinear field of a volume with the layer around it.
+//! All critical points of the trilinear field of a volume with the layer around it.
 //!
 //! # Theory
 //!
@@ -11,23 +11,23 @@
 //!   the face there (index 1) or falls (index 2);
 //! - a saddle inside a cell, at most one of each index.
 //!
-//! Each names the samples in the regions that meet in it, its *sectors*, which is all that the
-//! sweeps need. In a face they are the corners of the low and the high diagonal. Inside a cell:
+//! Each has samples in the regions that meet in it, its *sectors*; the sweeps need no more. In a
+//! face they are the corners of the low and the high diagonal. Inside a cell:
 //! the field is constant along the three axis-parallel lines through the saddle, so on the plane
 //! z = z0 through it the four quadrants have constant signs, those of f_xy (x - x0) (y - y0),
 //! with f_xy = e + h z0 = s sqrt(D) / G in the words of `exact::body`. Each quadrant ends on a
-//! lattice edge along z, and of that edge the end further from the saddle value lies in the
-//! region of the quadrant. Two opposite quadrants lie in opposite regions.
+//! lattice edge along z. The end of that edge with the larger distance from the saddle value is in
+//! the region of the quadrant. Opposite quadrants are in opposite regions.
 //!
 //! # The layer
 //!
-//! The layer is one point: collapsing the border of the padded volume makes a 3-sphere of it. This
+//! The layer counts as one point: with its border collapsed the padded volume is a 3-sphere. This
 //! is exact. Every sample of the layer is below every sample of the volume ([`Outside::High`]: above;
 //! the same for -f), and the field on the layer is affine, so in a cell with corners in it
 //! - a side cell (4 layer corners) rises strictly along the line away from the layer;
 //! - in a cell at an edge (6) the field on a slice across the edge is L + a y + b z + e yz with
 //!   e > 0, whose only critical value is L - ab / e with a, b < 0: below L, in the layer's range;
-//! - a corner cell (7) likewise: L + ax + by + cz + hxyz has the critical value L + by + cz, also
+//! - a corner cell (7): L + ax + by + cz + hxyz has the critical value L + by + cz, also
 //!   below L; the same for faces with three layer corners, and other faces have no saddle.
 //!
 //! So above the highest sample of the layer no critical point touches it, and only samples, faces
@@ -38,16 +38,16 @@
 use num_bigint::{BigInt, Sign};
 use rayon::prelude::*;
 
+use super::exact::{BodySaddle, ExactField, FaceSaddle, ORDER_BITS};
 use crate::error::{Error, Result};
-use crate::topology::exact::{BodySaddle, ExactField, FaceSaddle, ORDER_BITS};
 use crate::volume::Outside;
 
-/// The sample that stands for the whole layer around the volume.
+/// The sample that represents the whole layer around the volume.
 pub const LAYER: u32 = 0;
 
-/// What holds a critical point.
+/// The grid element that contains a critical point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
+pub enum GridElement {
     /// A sample of the padded grid.
     Vertex(u32),
     /// The lattice face normal to `axis` whose lowest sample is `corner`.
@@ -66,7 +66,7 @@ pub enum Place {
 /// A critical point of the trilinear field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CriticalPoint {
-    /// Place in the order of the generic field: it has happened at an isovalue with key `k` iff
+    /// GridElement in the order of the generic field: it has happened at an isovalue with key `k` iff
     /// `key <= k << ORDER_BITS`.
     pub key: i128,
     /// Its value in units of the volume, without the ramp.
@@ -75,16 +75,16 @@ pub struct CriticalPoint {
     pub position: [f64; 3],
     /// Number of falling directions: 0 minimum, 1 and 2 saddles, 3 maximum.
     pub index: u8,
-    /// What holds it.
-    pub place: Place,
-    /// Samples below it, one in each of the regions that meet there; equal where there is one
+    /// The grid element that contains it.
+    pub element: GridElement,
+    /// Samples below it, one in each of the regions that meet there; equal if there is one
     /// region; the sample itself at a minimum.
     pub low: [u32; 2],
-    /// Samples above it, likewise; the sample itself at a maximum.
+    /// Samples above it, in the same way; the sample itself at a maximum.
     pub high: [u32; 2],
 }
 
-/// The critical points of a volume, ascending, the layer among them, and a falling and a rising
+/// The critical points of a volume with its layer, ascending, and a falling and a rising
 /// lattice neighbour of every sample.
 #[derive(Debug)]
 pub(super) struct CriticalPoints {
@@ -104,10 +104,10 @@ impl CriticalPoints {
     pub(super) fn find(field: &ExactField<'_>) -> Result<Self> {
         let (mut points, mut falling, mut rising) = Self::unordered(field)?;
         points.push(layer(field));
-        in_order(&mut points, |run| {
+        sort_exactly(&mut points, |run| {
             Ok(run.iter().map(|p| precise_value(Some(field), p)).collect())
         })?;
-        // A walk that starts in the layer on its far side goes on in the volume.
+        // A walk that starts in the layer continues in the volume.
         let first = field.vertex([0; 3]);
         match field.volume().outside() {
             Outside::Low => rising[LAYER as usize] = first,
@@ -116,8 +116,8 @@ impl CriticalPoints {
         Ok(CriticalPoints { points, falling, rising })
     }
 
-    /// The critical points without the layer, in no order that means anything, with a falling and a rising neighbour of every
-    /// sample of the padded grid.
+    /// The critical points without the layer, in no particular order, with a falling and a rising neighbour of every sample
+    /// of the padded grid.
     ///
     /// # Errors
     ///
@@ -140,7 +140,7 @@ impl CriticalPoints {
             .zip(rising.par_chunks_mut(plane))
             .enumerate()
             .map(|(z, (falling, rising))| {
-                let mut slab = Slab { field, z, points: Vec::new() };
+                let mut slab = PointSlab { field, z, points: Vec::new() };
                 if z > 0 && z + 1 < field.dims()[2] {
                     slab.visit_samples(falling, rising);
                     slab.visit_faces();
@@ -155,19 +155,19 @@ impl CriticalPoints {
     }
 }
 
-/// Puts all critical points of a volume in order; `precise` gives the exact values of some that have one key.
+/// Sorts all critical points of a volume. `precise` returns the exact values of points with the same key.
 ///
 /// # Errors
 ///
 /// Those of `precise`.
-pub(super) fn in_order(
+pub(super) fn sort_exactly(
     points: &mut [CriticalPoint],
     precise: impl Fn(&[CriticalPoint]) -> Result<Vec<BigInt>> + Sync,
 ) -> Result<()> {
-    // Places and indices make the order total.
-    points.par_sort_unstable_by_key(|p| (p.key, p.place, p.index));
-    settle_ties(points, precise)?;
-    // Values are rounded, their order is exact: they must not contradict it.
+    // Grid elements and indices make the order total.
+    points.par_sort_unstable_by_key(|p| (p.key, p.element, p.index));
+    sort_ties(points, precise)?;
+    // Values are rounded, their order is exact: make values ascend with it.
     let mut highest = f64::NEG_INFINITY;
     for p in points {
         highest = highest.max(p.isovalue);
@@ -177,7 +177,7 @@ pub(super) fn in_order(
 }
 
 /// The layer as one critical point: the lowest minimum, or the highest maximum. Its key is that of
-/// the sample of the layer next to the volume's range.
+/// the layer's sample nearest to the range of the volume.
 pub(super) fn layer(field: &ExactField<'_>) -> CriticalPoint {
     let inside = field.vertex([0; 3]);
     let last = field.n_vertices() as u32 - 1;
@@ -190,7 +190,7 @@ pub(super) fn layer(field: &ExactField<'_>) -> CriticalPoint {
         isovalue: field.volume().outside_value(),
         position: in_voxels(field, [-1.0; 3]),
         index,
-        place: Place::Layer,
+        element: GridElement::Layer,
         low: [low; 2],
         high: [high; 2],
     }
@@ -202,15 +202,15 @@ fn in_voxels(field: &ExactField<'_>, position: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|a| position[a] * size[a])
 }
 
-/// The samples of one z of the padded grid, with the faces and cells of which one is the lowest.
-struct Slab<'a> {
+/// The samples of one z of the padded grid, with the faces and cells whose lowest sample they are.
+struct PointSlab<'a> {
     field: &'a ExactField<'a>,
     z: usize,
     points: Vec<CriticalPoint>,
 }
 
-impl Slab<'_> {
-    /// The samples of the volume in this slab along y.
+impl PointSlab<'_> {
+    /// The range of y with samples of the volume.
     fn rows(&self) -> std::ops::Range<usize> {
         1..self.field.dims()[1] - 1
     }
@@ -284,10 +284,10 @@ impl Slab<'_> {
 /// A sample among its lattice neighbours.
 struct Star {
     /// Bit 2 a + s: the neighbour along axis a (s = 0 towards lower, 1 towards higher
-    /// coordinates) lies below the sample.
+    /// coordinates) is below the sample.
     below: u8,
     neighbours: [u32; 6],
-    /// The lowest neighbour below the sample, the highest above; the sample if there is none.
+    /// The lowest neighbour below the sample, and the highest above; the sample itself if there is none.
     lowest: u32,
     highest: u32,
 }
@@ -303,7 +303,7 @@ impl Star {
         let (mut low, mut high) = (i64::MAX, i64::MIN);
         for (n, &neighbour) in neighbours.iter().enumerate() {
             let l = field.level(neighbour);
-            // The ramp falls along every axis: a tie lies below towards higher coordinates.
+            // The ramp falls along every axis: of equal samples the one with the higher coordinate is below.
             if l < level || (l == level && n & 1 == 1) {
                 below |= 1 << n;
                 if l < low {
@@ -313,7 +313,7 @@ impl Star {
                 (high, highest) = (l, neighbour);
             }
         }
-        // The layer is one sample.
+        // The layer counts as one sample.
         if lowest != v && field.is_in_layer(lowest) {
             lowest = LAYER;
         }
@@ -324,7 +324,7 @@ impl Star {
     }
 
     fn critical_point(&self, field: &ExactField<'_>, v: u32) -> Option<CriticalPoint> {
-        // The samples of one opposite pair, the layer as one.
+        // The two neighbours along an axis; the layer counts as one sample.
         let pair = |axis: usize| {
             [0, 1].map(|s| {
                 let n = self.neighbours[2 * axis + s];
@@ -348,7 +348,7 @@ impl Star {
             isovalue: field.vertex_value(v),
             position: in_voxels(field, field.whole_position(v)),
             index,
-            place: Place::Vertex(v),
+            element: GridElement::Vertex(v),
             low,
             high,
         })
@@ -362,7 +362,7 @@ fn face_point(field: &ExactField<'_>, saddle: &FaceSaddle) -> Option<CriticalPoi
         isovalue: field.face_saddle_value(saddle),
         position: in_voxels(field, field.face_saddle_position(saddle)),
         index,
-        place: Place::Face { corner: saddle.corner, axis: saddle.axis as u8 },
+        element: GridElement::Face { corner: saddle.corner, axis: saddle.axis as u8 },
         low: if index == 1 { saddle.low } else { [saddle.low[0]; 2] },
         high: if index == 2 { saddle.high } else { [saddle.high[0]; 2] },
     })
@@ -375,26 +375,26 @@ fn body_point(field: &ExactField<'_>, saddle: &BodySaddle) -> CriticalPoint {
         isovalue: field.body_saddle_value(saddle),
         position: in_voxels(field, field.body_saddle_position(saddle)),
         index: saddle.index,
-        place: Place::Cell(saddle.corner),
+        element: GridElement::Cell(saddle.corner),
         low: if saddle.index == 1 { low } else { [low[0]; 2] },
         high: if saddle.index == 2 { high } else { [high[0]; 2] },
     }
 }
 
-/// The order key of a saddle, raised by one where it was rounded down onto the key of a possible
-/// isovalue that the saddle lies above. So comparing it with an isovalue's key is exact.
+/// The order key of a saddle, plus one if it was rounded down to the key of an isovalue below the
+/// saddle. So its comparison with the key of an isovalue is exact.
 fn decided_key(order_key: i128, is_above: impl Fn(i128) -> bool) -> i128 {
     let on_whole = order_key & ((1 << ORDER_BITS) - 1) == 0;
     if on_whole && is_above(order_key >> ORDER_BITS) { order_key + 1 } else { order_key }
 }
 
-/// Bits behind the point at which values of one key are compared. Around a sample with ties the
-/// values of saddles differ by powers of ramp / M, about 2^-25 each; this holds ten of them.
+/// Fractional bits with which values of the same key are compared. Around a sample with ties the
+/// values of saddles differ by powers of ramp / M, about 2^-25 each: room for ten of them.
 const TIE_BITS: u32 = 256;
 
-/// Sorts points of one key by their exact values. Keys are rounded, and of two saddles that close
-/// or open one handle, the wrong one first would contradict everything.
-fn settle_ties(
+/// Sorts points with the same key by their exact values. Keys are rounded, and two saddles of one
+/// handle in the wrong order would be inconsistent.
+fn sort_ties(
     points: &mut [CriticalPoint],
     precise: impl Fn(&[CriticalPoint]) -> Result<Vec<BigInt>> + Sync,
 ) -> Result<()> {
@@ -403,7 +403,7 @@ fn settle_ties(
     ties.par_iter_mut().try_for_each(|run| {
         let mut valued: Vec<(BigInt, CriticalPoint)> =
             precise(run)?.into_iter().zip(run.iter().copied()).collect();
-        // Stable, so places settle what is left.
+        // Stable: grid elements decide remaining ties.
         valued.sort_by(|a, b| a.0.cmp(&b.0));
         for (point, (_, sorted)) in run.iter_mut().zip(valued) {
             *point = sorted;
@@ -412,14 +412,14 @@ fn settle_ties(
     })
 }
 
-/// The value of a critical point in V units times 2^[`TIE_BITS`], rounded down; of a sample, no field is asked.
+/// The value of a critical point in V units times 2^[`TIE_BITS`], rounded down. Samples need no field.
 pub(super) fn precise_value(field: Option<&ExactField<'_>>, point: &CriticalPoint) -> BigInt {
-    let value = match (field, point.place) {
-        (None, _) | (_, Place::Vertex(_) | Place::Layer) => None,
-        (Some(field), Place::Face { corner, axis }) => {
+    let value = match (field, point.element) {
+        (None, _) | (_, GridElement::Vertex(_) | GridElement::Layer) => None,
+        (Some(field), GridElement::Face { corner, axis }) => {
             field.face_saddle(corner, axis as usize).map(|s| s.scaled_value(TIE_BITS))
         }
-        (Some(field), Place::Cell(corner)) => field
+        (Some(field), GridElement::Cell(corner)) => field
             .body_saddles(corner)
             .find(|s| s.index == point.index)
             .map(|s| s.scaled_value(TIE_BITS)),

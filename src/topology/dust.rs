@@ -1,21 +1,21 @@
-//! Dust taken out of a volume before the sweep: parts that never become large.
+//! Removes dust from a volume before the sweep: parts that never become large.
 //!
 //! # Theory
 //!
-//! Going down, each maximum begins a part of {f > c}, which grows until it meets another. The smaller of the two ends there,
-//! and the samples that it has then are its *extinction value* by volume (Vachier, Meyer 1995). A part whose value is too
-//! small is flattened to where it meets the larger one: an opening by volume (Vincent 1993) that leaves the tops of all
-//! other parts as they are. Minima, whose parts are cavities, go likewise in -f, afterwards. Parts are found by joining
-//! samples from the highest to the lowest (union-find, as Meijster and Wilkinson 2002 do for openings by area).
+//! For descending isovalues, each maximum starts a part of {f > c}, which grows until it meets another. The smaller of the
+//! two ends there, and its number of samples is its *extinction value* by volume (Vachier, Meyer 1995). A part with a too
+//! small value is flattened to the value at which it meets the larger one: an opening by volume (Vincent 1993) that
+//! preserves the tops of all other parts. Minima, whose parts are cavities, are treated in the same way in -f, afterwards.
+//! Parts are found by joining samples from the highest to the lowest (union-find, as Meijster and Wilkinson 2002 for area
+//! openings).
 //!
-//! Two samples belong together where a lattice edge joins them. The trilinear field also joins samples across the middle of
-//! a face or a cell: a thread that is thinner than a voxel and runs diagonally is many parts here and one there, and is
-//! flattened where these are small.
+//! Samples are connected along lattice edges. The trilinear field also connects samples across faces and cells: a diagonal
+//! thread that is thinner than a voxel is many parts here, and is flattened where these are small.
 //!
 //! # Invariants
 //!
-//! Samples of parts that stay keep their values, to the bit; all others get the value of a sample nearby, so the type of
-//! the samples stays too. What touches the border belongs to the layer around the volume where the layer lies on its side.
+//! Samples of parts that stay keep their exact values; all others get the value of another sample, so the type of the
+//! samples stays too. Parts at the border belong to the layer around the volume if they are on its side.
 //! Memory: 16 bytes per sample, and 20 per sample of the most frequent value.
 
 use std::cmp::Ordering;
@@ -27,37 +27,37 @@ use crate::error::{Error, Result};
 use crate::volume::with_samples;
 use crate::volume::{Outside, Samples, Volume};
 
-/// Which way dust is taken out: spectra name it, so that none is taken for what another way gives.
+/// Version of the method, which a spectrum stores: another version gives another volume.
 pub const DUST_METHOD: u32 = 1;
 
-/// The size of what is one with the layer around the volume.
-const ENDLESS: u32 = u32::MAX;
+/// The size of parts that are connected to the layer around the volume.
+const WITH_LAYER: u32 = u32::MAX;
 
-/// What [`without_dust`] did to a volume.
+/// The changes of [`without_dust`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Dust {
     /// [`DUST_METHOD`].
     pub method: u32,
-    /// Parts of fewer samples (voxels) are gone.
+    /// Parts of fewer samples (voxels) are removed.
     pub voxels: u32,
-    /// How many parts of high values are gone.
+    /// Number of removed parts of high values.
     pub parts: usize,
-    /// How many cavities of low values are filled.
+    /// Number of filled cavities of low values.
     pub cavities: usize,
-    /// Samples that changed.
+    /// Number of changed samples.
     pub samples: usize,
     /// The largest change of a sample.
     pub largest_change: f64,
-    /// Parts and cavities that are too small again, once noise has been taken out by persistence afterwards.
+    /// Parts and cavities that are too small again, after a later simplification by persistence.
     pub left: usize,
 }
 
-/// The volume without the parts, and without the cavities, that never have `voxels` samples before they meet a larger one.
+/// Removes the parts and cavities that have fewer than `voxels` samples when they meet a larger one.
 ///
 /// # Errors
 ///
-/// [`Error::Input`] for volumes of more than 2^32 samples; those of [`Volume::new`] where nothing is left.
+/// [`Error::Input`] for volumes of more than 2^32 samples; those of [`Volume::new`] if nothing is left.
 pub fn without_dust(volume: &Volume, voxels: u32) -> Result<(Volume, Dust)> {
     if u32::try_from(volume.samples().len()).is_err() {
         return Err(Error::input(format!("{}: more than 2^32 samples", volume.name())));
@@ -84,29 +84,29 @@ pub fn without_dust(volume: &Volume, voxels: u32) -> Result<(Volume, Dust)> {
     Ok((volume.with_samples(samples)?, done))
 }
 
-/// Parts while they grow.
+/// The parts during the union-find.
 struct Parts<'a, T> {
     values: &'a [T],
     dims: [usize; 3],
     /// Samples in the order in which they join.
     order: Vec<u32>,
-    /// Whether those at the border belong to the layer around the volume.
+    /// Whether samples at the border belong to the layer around the volume.
     is_joined_by_layer: bool,
     sets: DisjointSets,
-    /// Of the sample that stands for a part: how many it has, [`ENDLESS`] with the layer. Of samples that have not joined: 0.
+    /// Per root: number of samples of its part, or [`WITH_LAYER`]. 0 for samples that have not joined.
     size: Vec<u32>,
     /// The next sample of the same part, in a ring.
     next: Vec<u32>,
 }
 
-/// A part that samples of a level touch.
+/// A part next to samples of the current value.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Touched {
-    /// What stands for all that the level makes one.
+    /// Root of the part after the samples of the value have joined.
     whole: u32,
-    /// How many samples it had before.
+    /// Number of samples before.
     size: u32,
-    /// What stood for it.
+    /// Root before.
     root: u32,
 }
 
@@ -133,9 +133,9 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
         }
     }
 
-    /// Gives the samples of parts of fewer than `least` samples the value at which they meet a larger one. What is equal
-    /// joins at a time: parts that meet there have never had more samples than before.
-    fn flatten(mut self, least: u32, samples: &mut [T]) {
+    /// Sets the samples of parts of fewer than `min_size` samples to the value at which they meet a larger one. All samples
+    /// of one value join at once, and sizes are those before.
+    fn flatten(mut self, min_size: u32, samples: &mut [T]) {
         let order = std::mem::take(&mut self.order);
         let values = self.values;
         let (mut touched, mut joined) = (Vec::new(), Vec::new());
@@ -153,7 +153,7 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
             for &at in level {
                 let (around, is_at_border) = neighbours(self.dims, at);
                 let is_outside = is_at_border && self.is_joined_by_layer;
-                self.size[at as usize] = if is_outside { ENDLESS } else { 1 };
+                self.size[at as usize] = if is_outside { WITH_LAYER } else { 1 };
                 for n in around.into_iter().flatten() {
                     if self.size[n as usize] > 0 {
                         joined.extend(self.unite(n, at));
@@ -166,11 +166,11 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
             touched.sort_unstable();
             touched.dedup();
             for met in touched.chunk_by(|a, b| a.whole == b.whole) {
-                // The last is the largest, and goes on, unless the layer is among what it meets.
-                let is_layer = self.size[met[0].whole as usize] == ENDLESS;
+                // The last part is the largest and does not end, unless the value also joins the layer.
+                let is_layer = self.size[met[0].whole as usize] == WITH_LAYER;
                 let n_ending =
-                    met.len() - usize::from(!is_layer || met[met.len() - 1].size == ENDLESS);
-                for ending in met[..n_ending].iter().filter(|part| part.size < least) {
+                    met.len() - usize::from(!is_layer || met[met.len() - 1].size == WITH_LAYER);
+                for ending in met[..n_ending].iter().filter(|part| part.size < min_size) {
                     self.fill(ending.root, values[level[0] as usize], samples);
                 }
             }
@@ -180,7 +180,7 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
         }
     }
 
-    /// Gives all samples of a part a value.
+    /// Sets all samples of a part to a value.
     fn fill(&self, root: u32, value: T, samples: &mut [T]) {
         let mut at = root;
         loop {
@@ -192,22 +192,22 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
         }
     }
 
-    /// Makes the parts of two samples one, but for their rings; what stood for them, where they were two.
+    /// Unites the parts of two samples, except for their rings. Returns the roots if they were two parts.
     fn unite(&mut self, a: u32, b: u32) -> Option<(u32, u32)> {
         let (a, b) = (self.sets.find(a), self.sets.find(b));
         if a == b {
             return None;
         }
-        // The larger stands for both, so ways to it stay short.
+        // Union by size keeps paths short.
         let [n_a, n_b] = [a, b].map(|r| self.size[r as usize]);
-        let (stands, other) = if n_a >= n_b { (a, b) } else { (b, a) };
-        self.sets.absorb(stands, other);
-        self.size[stands as usize] = n_a.saturating_add(n_b);
+        let (root, other) = if n_a >= n_b { (a, b) } else { (b, a) };
+        self.sets.absorb(root, other);
+        self.size[root as usize] = n_a.saturating_add(n_b);
         Some((a, b))
     }
 }
 
-/// The samples along the lattice edges of one, and whether it lies at the border.
+/// The neighbours of a sample along lattice edges, and whether the sample is at the border.
 fn neighbours(dims: [usize; 3], sample: u32) -> ([Option<u32>; 6], bool) {
     let sample = sample as usize;
     let [nx, ny, _] = dims;
@@ -220,7 +220,7 @@ fn neighbours(dims: [usize; 3], sample: u32) -> ([Option<u32>; 6], bool) {
     (found, found.contains(&None))
 }
 
-/// How many parts the samples that are marked form.
+/// Number of connected components of the marked samples.
 fn n_connected(mut marked: Vec<bool>, dims: [usize; 3]) -> usize {
     let mut n = 0;
     let mut stack = Vec::new();
@@ -270,7 +270,7 @@ mod tests {
             &[
                 ([1, 1, 1], 3, 50),
                 ([1, 3, 3], 5, 50),
-                // A small peak on a large part: it meets nothing larger than itself until it is large.
+                // A small peak on a large part meets nothing larger than itself until it is large.
                 ([3, 3, 3], 1, 90),
                 ([8, 3, 3], 1, 0),
             ],
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_on_the_side_of_the_layer_is_joined_by_it() {
+    fn border_samples_on_the_side_of_the_layer_belong_to_it() {
         // A low sample at the border is outside, not a cavity; with the layer high, so is a high one.
         let large = [([3, 2, 2], 4, 60), ([3, 4, 4], 4, 5)];
         let rows_of = [large[0], large[1], ([0, 2, 2], 1, 0), ([4, 2, 0], 1, 50)];
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(after.sample(4, 2, 0), 50.0);
     }
 
-    /// The parts of samples above an isovalue, or not above it: for each sample the first one of its part.
+    /// The parts of samples above an isovalue, or not above it: for each sample the first of its part.
     fn parts(volume: &Volume, isovalue: f64, is_high: bool) -> Vec<Option<usize>> {
         let n = volume.samples().len();
         let is_in = |i: usize| (volume.samples().get(i) > isovalue) == is_high;

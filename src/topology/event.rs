@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What happens to the topology at an event.
+use super::critical::GridElement;
+
+/// The change of topology at an event, for ascending isovalues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EventKind {
@@ -20,18 +22,38 @@ pub enum EventKind {
     Vanish,
 }
 
-/// An isovalue at which the topology of the isosurface changes, with its place and what changes, upwards in the
-/// isovalue.
+/// A change of topology of the isosurface: isovalue, position and kind.
 ///
-/// This is the one meaning of the word. Several events may share an isovalue. On a plateau, samples that are
-/// equal, the exact topology finds more *critical points* than events, as it tells equal samples apart by a ramp that
-/// is not seen: those that undo each other at one isovalue change nothing, and are no events.
+/// Several events may share an isovalue. On a plateau of equal samples the exact topology finds more *critical points*
+/// than events, because it orders equal samples by an invisible ramp. Critical points that cancel at one isovalue are not
+/// events.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// The isovalue.
     pub isovalue: f64,
     /// The critical point, voxel frame.
     pub position: [f64; 3],
-    /// What changes.
+    /// The change.
     pub kind: EventKind,
+}
+
+/// A critical point of the generic field, with the change of topology at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TopologyEvent {
+    /// Position in the order of the generic field; comparable with [`ExactField::isovalue_key`].
+    pub key: i128,
+    /// The isovalue in units of the volume, without the ramp.
+    pub isovalue: f64,
+    /// The critical point, voxel frame.
+    pub position: [f64; 3],
+    /// Number of falling directions: 0 minimum, 1 and 2 saddles, 3 maximum.
+    pub index: u8,
+    /// The change.
+    pub kind: EventKind,
+    /// The sample, lattice face or cell that contains the critical point.
+    pub element: GridElement,
+    /// Samples below it, one in each of the regions that meet there (equal if there is one region).
+    pub low: [u32; 2],
+    /// Samples above it, in the same way.
+    pub high: [u32; 2],
 }

@@ -1,33 +1,33 @@
-//! Join and split sweep: how the components of {f <= c} and of {f > c} merge along the isovalue.
+//! Join and split tree: how the components of {f <= c} and of {f > c} merge along the isovalue.
 //!
 //! # Theory
 //!
 //! The components of {f <= c} change at two kinds of critical points only: a minimum starts one, a
-//! saddle of index 1 may join two (Morse; `critical` makes the field generic). So a sweep needs no
+//! saddle of index 1 may join two (Morse theory; the field is generic). So a sweep needs no
 //! sorted samples: every sample belongs, from its own value on, to the component of the minimum
-//! that a walk along falling lattice edges ends at, and every saddle names one sample in each of
-//! the regions that meet in it. What is left is a union-find over the minima, one step per saddle.
+//! at which a walk along falling lattice edges ends, and every saddle has one sample in each of
+//! the regions that meet in it. The sweep is a union-find over the minima, one step per saddle.
 //! The components of {f > c} are the same for -f, swept downwards.
 //!
-//! A component is named by its *representative*, the first node that it had in sweep order: its
-//! lowest minimum, or its highest maximum. When two meet, the elder name survives.
+//! The *representative* of a component is its first node in sweep order: its lowest minimum, or its
+//! highest maximum. When two components merge, the elder representative remains (elder rule).
 //!
-//! Nodes are positions in the list of all critical points, ascending, the layer around the volume
-//! among them as one point (see `critical`). "At time t" means: nodes 0..t lie below the isovalue.
+//! Nodes are indices into the ascending list of all critical points, including the layer around the
+//! volume as one point (see `critical`). "At time t" means: nodes 0..t are below the isovalue.
 //!
 //! # Invariants
 //!
-//! Along a chain of parents the times of absorption grow in sweep order; `next` of a node lies
-//! behind it in sweep order; exactly one node (the last) has no `next`.
+//! Along a chain of parents the times of absorption ascend in sweep order; `next` of a node follows
+//! it in sweep order; exactly one node (the last) has no `next`.
 
+use super::critical::CriticalPoint;
 use crate::disjoint_sets::DisjointSets;
 use crate::error::{Error, Result};
-use crate::topology::critical::CriticalPoint;
 
 /// No node.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Which way a sweep runs.
+/// The direction of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direction {
     /// Ascending: components of {f <= c}.
@@ -45,12 +45,12 @@ impl Direction {
         }
     }
 
-    /// Whether a component begins at a critical point.
-    pub(super) fn begins_at(self, point: &CriticalPoint) -> bool {
+    /// Whether a component starts at a critical point.
+    pub(super) fn starts_at(self, point: &CriticalPoint) -> bool {
         point.index == self.indices().0
     }
 
-    /// The sample of a point at which a component begins.
+    /// The sample of a point at which a component starts.
     pub(super) fn own_sample(self, point: &CriticalPoint) -> u32 {
         self.sectors(point)[0]
     }
@@ -63,7 +63,7 @@ impl Direction {
         }
     }
 
-    /// The samples beside a critical point on the side that has been swept.
+    /// The samples next to a critical point on the side that has been swept.
     fn sectors(self, point: &CriticalPoint) -> [u32; 2] {
         match self {
             Direction::Up => point.low,
@@ -76,20 +76,18 @@ impl Direction {
 #[derive(Clone, Debug)]
 pub(super) struct MergeTree {
     direction: Direction,
-    /// Per sample of the padded grid: the extremum (node) its walk ends at.
+    /// Per sample of the padded grid: the extremum (node) at which its walk ends.
     extremum: Vec<u32>,
     /// Per extremum: the representative that absorbed it, or [`NONE`].
     parent: Vec<u32>,
     /// Per extremum: the node at which it was absorbed, or [`NONE`].
     absorbed_at: Vec<u32>,
-    /// Per node: the representative of its component once the sweep has passed it.
+    /// Per node: the representative of its component after the sweep has passed it.
     pub(super) representative: Vec<u32>,
     /// Per node: the next node, in sweep order, of its component.
     pub(super) next: Vec<u32>,
-    /// Per node: how many components met in it.
+    /// Per node: number of components that meet in it.
     pub(super) n_children: Vec<u8>,
-    /// By time: number of components.
-    n_components: Vec<u32>,
     /// Nodes by representative, ascending: those of `r` are `members[first[r]..first[r + 1]]`.
     members: Vec<u32>,
     first: Vec<u32>,
@@ -101,7 +99,7 @@ impl MergeTree {
     ///
     /// # Errors
     ///
-    /// An internal contradiction: a walk that ends nowhere, or nodes left over.
+    /// [`Error::Internal`] for a walk without an end, and for components that do not merge.
     pub(super) fn sweep(
         direction: Direction,
         points: &[CriticalPoint],
@@ -111,7 +109,7 @@ impl MergeTree {
         Self::of_extrema(direction, points, extremum)
     }
 
-    /// Sweeps over all nodes where the samples beside them are given as the nodes of the extrema that walks from there end at.
+    /// Sweeps over nodes whose samples are already replaced by the nodes of the extrema at which their walks end.
     ///
     /// # Errors
     ///
@@ -134,7 +132,6 @@ impl MergeTree {
             representative: vec![NONE; n],
             next: vec![NONE; n],
             n_children: vec![0; n],
-            n_components: vec![0; n + 1],
             members: Vec::new(),
             first: Vec::new(),
         };
@@ -161,9 +158,9 @@ impl MergeTree {
                 elder = union.find(self.extremum[a as usize]);
                 let other =
                     if point.index == join { union.find(self.extremum[b as usize]) } else { elder };
-                self.pass(&latest, elder, i)?;
+                self.connect(&latest, elder, i)?;
                 if other != elder {
-                    self.pass(&latest, other, i)?;
+                    self.connect(&latest, other, i)?;
                     let younger = if self.direction.before(elder, other) { other } else { elder };
                     elder = elder ^ other ^ younger;
                     self.parent[younger as usize] = elder;
@@ -174,9 +171,6 @@ impl MergeTree {
             }
             self.representative[i as usize] = elder;
             latest[elder as usize] = i;
-            // Time i + 1 is just above node i, time i just below it.
-            let time = if self.direction == Direction::Up { i + 1 } else { i };
-            self.n_components[time as usize] = n_components;
         }
         if n_components != 1 {
             return Err(Error::internal(format!(
@@ -187,8 +181,8 @@ impl MergeTree {
         Ok(())
     }
 
-    /// Lets the component of `representative` reach node `i`.
-    fn pass(&mut self, latest: &[u32], representative: u32, i: u32) -> Result<()> {
+    /// Connects the component of `representative` to node `i`.
+    fn connect(&mut self, latest: &[u32], representative: u32, i: u32) -> Result<()> {
         let previous = latest[representative as usize];
         if previous == NONE {
             return Err(Error::internal(format!(
@@ -221,8 +215,8 @@ impl MergeTree {
         self.members = members;
     }
 
-    /// The representative, at time `t`, of the component that `sample` (padded grid) lies in.
-    /// The sample must lie on the side of the sweep: below the isovalue (Up), or above it (Down).
+    /// The representative, at time `t`, of the component that contains `sample` (padded grid).
+    /// The sample must be on the side of the sweep: below the isovalue (Up), or above it (Down).
     pub(super) fn representative_at(&self, sample: u32, t: u32) -> u32 {
         let mut r = self.extremum[sample as usize];
         while self.parent[r as usize] != NONE && self.has_happened(self.absorbed_at[r as usize], t)
@@ -233,18 +227,13 @@ impl MergeTree {
     }
 
     /// The node at which an extremum was absorbed by an older one; none for the oldest and for
-    /// nodes that are no extrema of this side.
+    /// other nodes.
     pub(super) fn absorbed_at(&self, extremum: u32) -> Option<u32> {
         let node = self.absorbed_at[extremum as usize];
         (node != NONE).then_some(node)
     }
 
-    /// Number of components at time `t`.
-    pub(super) fn n_components_at(&self, t: u32) -> u32 {
-        self.n_components[t as usize]
-    }
-
-    /// Whether the sweep has passed `node` when it stands at time `t`.
+    /// Whether the sweep has passed `node` at time `t`.
     fn has_happened(&self, node: u32, t: u32) -> bool {
         match self.direction {
             Direction::Up => node < t,
@@ -252,7 +241,7 @@ impl MergeTree {
         }
     }
 
-    /// The node that the component of `representative` passed last, when the sweep stands at `t`.
+    /// The last node of the component of `representative` at time `t`.
     pub(super) fn latest_node(&self, representative: u32, t: u32) -> Option<u32> {
         let range = self.first[representative as usize] as usize
             ..self.first[representative as usize + 1] as usize;
@@ -265,14 +254,14 @@ impl MergeTree {
     }
 }
 
-/// Follows every walk to its end. The nodes of the extrema are marked by the top bit meanwhile.
+/// Follows every walk to its end. The top bit marks nodes of extrema during this.
 fn extremum_of_each_sample(
     direction: Direction,
     points: &[CriticalPoint],
     mut walk: Vec<u32>,
 ) -> Result<Vec<u32>> {
     const NODE: u32 = 1 << 31;
-    let lost = || Error::internal("a walk along the lattice does not end at an extremum");
+    let endless = || Error::internal("a walk along the lattice does not end at an extremum");
     for (i, point) in points.iter().enumerate() {
         if point.index == direction.indices().0 {
             let [sample, _] = direction.sectors(point);
@@ -284,7 +273,7 @@ fn extremum_of_each_sample(
         let mut s = sample;
         while walk[s] & NODE == 0 {
             if walk[s] as usize == s {
-                return Err(lost());
+                return Err(endless());
             }
             path.push(s);
             s = walk[s] as usize;

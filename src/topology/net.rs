@@ -1,20 +1,20 @@
-//! Events of the volume as it is: what is left when those that only the ramp makes are taken out.
+//! Events of the volume without the ramp: those that only the ramp makes are removed.
 //!
 //! # Theory
 //!
-//! On a plateau the ramp makes many events of one isovalue that undo each other. Between them lie
+//! On a plateau the ramp makes many events at one isovalue that cancel each other. Between them are
 //! arcs of the contour tree as short as the ramp. Contract those: every cluster of events becomes
-//! one node of the contour tree of the volume as it is, with arcs that have a length. What happens
-//! there follows from its arcs alone: with d below and u above, d - 1 merges and u - 1 splits (or
-//! an emergence, where d = 0, or a vanishing, where u = 0), and handles open or close by what is
-//! left of the change of the Euler characteristic. A cluster with one arc on either side and no
-//! such change is no event.
+//! one node of the contour tree without the ramp, whose arcs have a length. The arcs determine the
+//! net events: with d arcs below and u above, d - 1 merges and u - 1 splits (or an emergence, if
+//! d = 0, or a vanishing, if u = 0), and the rest of the change of the Euler characteristic is
+//! handles that open or close. A cluster with one arc on either side and no such change is not an
+//! event.
 //!
-//! This is the shortest list of events with the given effect: a handle that opens and closes at one
-//! isovalue, in no time, is not in it.
+//! This is the shortest list of events with this effect: it does not include a handle that opens and
+//! closes at one isovalue.
 
-use crate::topology::{Arc, TopologyEvent};
-use crate::topology::{Event, EventKind};
+use super::arcs::Arc;
+use super::event::{Event, EventKind, TopologyEvent};
 
 /// Events joined by arcs that only the ramp makes.
 #[derive(Clone, Default)]
@@ -27,8 +27,8 @@ struct Cluster {
     events: Vec<u32>,
 }
 
-/// The events of the volume as it is, ascending; within one place emergences come first, then
-/// merges, handles, splits, vanishings. Each lies where the first event of its kind does.
+/// The events without the ramp, ascending; within a cluster emergences come first, then merges,
+/// handles, splits, vanishings. Each has the position of the first event of its kind.
 pub(super) fn net_events(events: &[TopologyEvent], arcs: &[Arc]) -> Vec<Event> {
     let mut net: Vec<(usize, Event)> = Vec::new();
     for cluster in clusters(events.len(), arcs) {
@@ -47,14 +47,15 @@ pub(super) fn net_events(events: &[TopologyEvent], arcs: &[Arc]) -> Vec<Event> {
 }
 
 impl Cluster {
-    /// What happens, and how often.
+    /// The net events: kinds and numbers.
     fn changes(&self) -> [(EventKind, u32); 6] {
         let emerges = u32::from(self.n_below == 0 && self.n_above > 0);
         let vanishes = u32::from(self.n_above == 0 && self.n_below > 0);
         let merges = self.n_below.saturating_sub(1);
         let splits = self.n_above.saturating_sub(1);
-        let of_components = 2 * (emerges as i64 + splits as i64 - merges as i64 - vanishes as i64);
-        let handles = (self.euler_change - of_components) / 2;
+        let euler_of_components =
+            2 * (emerges as i64 + splits as i64 - merges as i64 - vanishes as i64);
+        let handles = (self.euler_change - euler_of_components) / 2;
         [
             (EventKind::Emerge, emerges),
             (EventKind::Merge, merges),

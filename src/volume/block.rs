@@ -2,34 +2,24 @@
 //!
 //! # Invariants
 //!
-//! A block has the range and the layer's side of the whole, and keeps where it lies in it: so the exact field of a block
-//! has the very keys that the whole's field has there ([`crate::topology::exact`]), and whatever depends on a few samples
-//! alone is the same in every block that has them.
+//! A block has the range and the layer's side of the whole, and its position in it. So the exact field of a block has the
+//! same keys as that of the whole ([`crate::topology::exact`]), and all that depends on a few samples is the same in every
+//! block that contains them.
 
-use serde::{Deserialize, Serialize};
-
-use super::decode::reserve;
-use super::{Outside, Placement, Samples, Volume};
+use super::grid::{BlockPosition, Outside, Volume};
+use super::memory::try_filled_vec;
+use super::placement::Placement;
+use super::samples::{Samples, with_samples};
 use crate::error::{Error, Result};
-use crate::volume::with_samples;
 
-/// Where a block of samples lies in a volume.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Within {
-    /// The block's first sample in the whole, along x, y, z.
-    pub first: [usize; 3],
-    /// Samples of the whole along x, y, z.
-    pub whole: [usize; 3],
-}
-
-/// What a block has of the volume that it is of.
+/// Properties of a volume that its blocks need.
 #[derive(Clone, Debug)]
-pub struct Whole<'a> {
+pub struct WholeVolume<'a> {
     /// Name.
     pub name: &'a str,
     /// Samples along x, y, z.
     pub dims: [usize; 3],
-    /// Where the whole's samples lie.
+    /// Placement of the whole.
     pub placement: Placement,
     /// Smallest and largest sample of the whole.
     pub range: (f64, f64),
@@ -42,12 +32,12 @@ impl Volume {
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for a block that is not inside, or has less than 2 samples along an axis; [`Error::Input`] where
+    /// [`Error::Usage`] for a block that is not inside, or has less than 2 samples along an axis; [`Error::Input`] if
     /// memory does not suffice.
     pub fn block(&self, first: [usize; 3], end: [usize; 3]) -> Result<Volume> {
         inside(first, end, self.dims)?;
         let samples = self.samples_of(first, end)?;
-        let whole = Whole {
+        let whole = WholeVolume {
             name: &self.name,
             dims: self.dims,
             placement: self.placement,
@@ -57,18 +47,18 @@ impl Volume {
         Volume::block_of(&whole, first, end, samples)
     }
 
-    /// The samples from `first` up to, not including, `end`, which lie inside, x fastest.
+    /// The samples from `first` up to, not including, `end`, which are inside, x fastest.
     pub(super) fn samples_of(&self, first: [usize; 3], end: [usize; 3]) -> Result<Samples> {
-        part_of_samples(&self.samples, self.dims, first, end)
+        crop_samples(&self.samples, self.dims, first, end)
     }
 
-    /// A block of a volume that is not there itself: its samples from `first` up to, not including, `end`, x fastest.
+    /// A block of a volume that is not in memory, with its samples from `first` up to, not including, `end`, x fastest.
     ///
     /// # Errors
     ///
-    /// As [`Volume::block`]; [`Error::Input`] if there are more or fewer samples, or some outside the whole's range.
+    /// As [`Volume::block`]; [`Error::Input`] for another number of samples, and for samples outside the whole's range.
     pub fn block_of(
-        whole: &Whole,
+        whole: &WholeVolume,
         first: [usize; 3],
         end: [usize; 3],
         samples: Samples,
@@ -79,7 +69,7 @@ impl Volume {
             let ([x, y, z], n) = (dims, samples.len());
             return Err(Error::input(format!("{name}: {n} samples, expected {x}x{y}x{z}")));
         }
-        // What is no number is not inside either.
+        // NaN is outside, too.
         let (low, high) = whole.range;
         let is_inside = |i: usize| (low..=high).contains(&samples.get(i));
         if let Some(i) = (0..samples.len()).find(|&i| !is_inside(i)) {
@@ -96,22 +86,22 @@ impl Volume {
             outside: whole.outside,
             range: whole.range,
             mask: None,
-            within: Some(Within { first, whole: whole.dims }),
+            within: Some(BlockPosition { first, whole: whole.dims }),
         })
     }
 
-    /// Where the volume lies in the one that it is a block of; a volume that is none is its own.
-    pub fn within(&self) -> Within {
-        self.within.unwrap_or(Within { first: [0; 3], whole: self.dims })
+    /// The position in the volume of which this is a block; other volumes are blocks of themselves.
+    pub fn block_position(&self) -> BlockPosition {
+        self.within.unwrap_or(BlockPosition { first: [0; 3], whole: self.dims })
     }
 }
 
-/// Of samples on a grid, x fastest, those from `first` up to, not including, `end`, which lie inside.
+/// The samples from `first` up to, not including, `end`, which are inside, of samples on a grid, x fastest.
 ///
 /// # Errors
 ///
-/// [`Error::Input`] where memory does not suffice.
-pub(crate) fn part_of_samples(
+/// [`Error::Input`] if memory does not suffice.
+pub(crate) fn crop_samples(
     samples: &Samples,
     [nx, ny, _]: [usize; 3],
     first: [usize; 3],
@@ -119,7 +109,7 @@ pub(crate) fn part_of_samples(
 ) -> Result<Samples> {
     Ok(with_samples!(samples, all => {
         let n = (0..3).map(|a| end[a] - first[a]).product();
-        let mut kept = reserve(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
+        let mut kept = try_filled_vec(n, all[0]).map_err(|e| Error::input(e.to_string()))?;
         let rows = (first[2]..end[2]).flat_map(|k| (first[1]..end[1]).map(move |j| nx * (j + ny * k)));
         for (to, row) in kept.chunks_exact_mut((end[0] - first[0]).max(1)).zip(rows) {
             to.copy_from_slice(&all[row + first[0]..row + end[0]]);
@@ -171,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_outside_is_refused_in_one_line() {
+    fn a_block_outside_is_rejected() {
         let whole = phantom("gyroid:9").expect("a phantom");
         for (first, end) in [([0; 3], [10, 9, 9]), ([3; 3], [4; 3]), ([usize::MAX; 3], [9; 3])] {
             assert!(matches!(whole.block(first, end), Err(Error::Usage(_))));

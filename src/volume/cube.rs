@@ -1,54 +1,61 @@
 //! Gaussian CUBE files (`.cube`, `.cub`): text, as programs of quantum chemistry write densities and orbitals.
 //!
-//! Source: gaussian.com/cubegen and h5cube-spec.readthedocs.io. After two lines of comment come the number of atoms and the
-//! origin, three lines with the samples along an axis and the step between them, and the atoms. A negative number of atoms
-//! tells that a line of orbital numbers follows: channels, beside each other for each sample, as are the values where a
-//! fifth number tells how many there are. The axes may be sheared; the first is the slowest in the file, and is x here.
-//! Lengths are bohr, or angstrom where the numbers of samples are negative; the world is in angstrom.
+//! Source: gaussian.com/cubegen and h5cube-spec.readthedocs.io. Two comment lines are followed by the number of atoms and the
+//! origin, three lines with the number of samples along an axis and the step between them, and the atoms. After a negative
+//! number of atoms a line of orbital numbers follows: the channels of each sample. Otherwise a fifth number after the origin
+//! is the number of channels. The axes may be sheared; the first is the slowest in the file and becomes x.
+//! Lengths are in bohr, or in angstrom if the numbers of samples are negative; the world is in angstrom.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
-use super::decode::{invalid, read_error, reserve};
+use super::data_error::{invalid, read_error};
+use super::layout::Channel;
+use super::memory::try_filled_vec;
+use super::placement::{Placement, Unit};
+use super::read_options::ReadOptions;
+use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
-use super::stream::Channel;
-use super::text::{Stream, finite, shortened};
-use super::{Grid, Placement, ReadOptions, Samples, Unit};
+use super::text::{TextReader, check_text_length, finite, shortened};
 use crate::error::Result;
 
 /// A bohr in angstrom (CODATA 2018).
-const BOHR: f64 = 0.529_177_210_903;
+const ANGSTROM_PER_BOHR: f64 = 0.529_177_210_903;
 
-/// Reads a CUBE file, as the text comes: no more of it is kept than a word.
+/// Reads a CUBE file word by word, without keeping its text.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, and where a channel must be chosen.
+/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, and if a channel must be chosen.
 pub(crate) fn read(
     path: &Path,
     (file, length): (File, u64),
     options: &ReadOptions,
-) -> Result<Grid> {
-    let mut text = Stream::new(BufReader::with_capacity(1 << 16, file));
+) -> Result<SampleGrid> {
+    let mut text = TextReader::new(BufReader::with_capacity(1 << 16, file));
     parse(&mut text, length, options).map_err(|e| read_error(path, e))
 }
 
-/// What stands before the samples.
-struct Header {
+/// The header of a CUBE file.
+struct CubeHeader {
     dims: [usize; 3],
     placement: Placement,
     n_channels: usize,
 }
 
-fn parse(text: &mut Stream<impl BufRead>, length: u64, options: &ReadOptions) -> io::Result<Grid> {
-    let Header { dims, placement, n_channels } = header(text)?;
+fn parse(
+    text: &mut TextReader<impl BufRead>,
+    length: u64,
+    options: &ReadOptions,
+) -> io::Result<SampleGrid> {
+    let CubeHeader { dims, placement, n_channels } = header(text)?;
     let index = one_of("channel", options.channel, n_channels)?;
     let samples = samples(text, length, dims, Channel { index, of: n_channels })?;
-    Ok((dims, Samples::F64(samples), placement))
+    Ok(SampleGrid { dims, samples: Samples::F64(samples), placement })
 }
 
-fn header(text: &mut Stream<impl BufRead>) -> io::Result<Header> {
+fn header(text: &mut TextReader<impl BufRead>) -> io::Result<CubeHeader> {
     // Comments may be in any encoding.
     for _ in 0..2 {
         text.line_bytes()?;
@@ -77,20 +84,21 @@ fn header(text: &mut Stream<impl BufRead>) -> io::Result<Header> {
     for _ in 0..n_atoms.unsigned_abs() {
         text.line_bytes()?;
     }
-    let n_channels = if n_atoms < 0 { orbitals(text)? } else { n_values as usize };
-    let scale = if is_angstrom { 1.0 } else { BOHR };
+    let n_channels = if n_atoms < 0 { read_orbitals(text)? } else { n_values as usize };
+    let scale = if is_angstrom { 1.0 } else { ANGSTROM_PER_BOHR };
     let steps = steps.map(|step| step.map(|x| x * scale));
     let placed = Placement::from_steps(origin.map(|x| x * scale), steps);
-    Ok(Header { dims, placement: Placement { unit: Unit::Angstrom, ..placed }, n_channels })
+    Ok(CubeHeader { dims, placement: Placement { unit: Unit::Angstrom, ..placed }, n_channels })
 }
 
-/// How many orbitals there are; their numbers are passed over.
-fn orbitals(text: &mut Stream<impl BufRead>) -> io::Result<usize> {
+/// Reads the number of orbitals and skips their numbers.
+fn read_orbitals(text: &mut TextReader<impl BufRead>) -> io::Result<usize> {
     let ends = || invalid("the file ends before its samples");
     let word = text.word()?.ok_or_else(ends)?;
     let n = word.parse().ok().filter(|n| (1..=1 << 16).contains(n));
-    let n =
-        n.ok_or_else(|| invalid(format!("'{}', expected how many orbitals", shortened(word))))?;
+    let n = n.ok_or_else(|| {
+        invalid(format!("'{}', expected the number of orbitals", shortened(word)))
+    })?;
     for _ in 0..n {
         let word = text.word()?.ok_or_else(ends)?;
         if word.parse::<i64>().is_err() {
@@ -103,9 +111,9 @@ fn orbitals(text: &mut Stream<impl BufRead>) -> io::Result<usize> {
     Ok(n)
 }
 
-/// The samples of a channel, each put where it belongs: in the file z is fastest.
+/// Reads the samples of a channel and reorders them: in the file z is fastest.
 fn samples(
-    text: &mut Stream<impl BufRead>,
+    text: &mut TextReader<impl BufRead>,
     length: u64,
     dims: [usize; 3],
     channel: Channel,
@@ -114,11 +122,8 @@ fn samples(
     let what = format!("{nx}x{ny}x{nz} samples of {}", channel.of);
     let all = dims.iter().try_fold(channel.of, |n, &d| n.checked_mul(d));
     let all = all.ok_or_else(|| invalid(format!("{what}, more than memory can hold")))?;
-    // A number and the space behind it take two bytes.
-    if all as u64 > length / 2 + 1 {
-        return Err(invalid(format!("{length} bytes of text, too few for {what}")));
-    }
-    let mut samples = reserve(all / channel.of, 0.0)?;
+    check_text_length(length, all, &what)?;
+    let mut samples = try_filled_vec(all / channel.of, 0.0)?;
     for i in 0..all {
         let word = text.word()?;
         let word =

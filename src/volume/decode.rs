@@ -1,110 +1,36 @@
-//! Turns the bytes of a file into samples of their native type.
+//! Converts the bytes of a file to samples of their native type.
 //!
 //! Every reader ends here: it has found the type, the byte order and the number of samples, and
 //! has checked that number against the length of the file. Samples are read straight into the
-//! vector the volume keeps. Its memory is taken at once as far as the file vouches for it, so a volume of plain samples
-//! needs its own size and a little more, never twice; beyond that, as with gzip, whose bytes may stand for a thousand
-//! each or for none, it doubles as samples arrive. Types without a variant in [`Samples`] are widened on the way where that loses nothing:
+//! vector that the volume keeps. As much memory is allocated at once as the file has bytes for, so a volume of uncompressed
+//! samples needs little more than its own size. Beyond that, as for gzip, the vector doubles while samples are read.
+//! Types without a variant in [`Samples`] are widened without loss:
 //! float16 to float32, 64 bit integers to float64 (up to 2^53 in magnitude; beyond is an error).
 
-use std::fmt;
 use std::io::{self, Read};
-use std::path::Path;
 
 use bytemuck::Pod;
 use half::f16;
 
-use crate::error::Error;
-use crate::volume::Samples;
-use crate::volume::stream::Channel;
+use super::data_error::invalid;
+use super::layout::{Channel, SampleType};
+use super::memory::{try_filled_vec, try_reserve};
+use super::samples::{Samples, with_samples};
 
-/// A number type a volume file may hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum SampleType {
-    U8,
-    I8,
-    U16,
-    I16,
-    U32,
-    I32,
-    U64,
-    I64,
-    F16,
-    F32,
-    F64,
-}
-
-/// All types with the name that messages, flags and file names use.
-const NAMES: [(&str, SampleType); 11] = [
-    ("uint8", SampleType::U8),
-    ("int8", SampleType::I8),
-    ("uint16", SampleType::U16),
-    ("int16", SampleType::I16),
-    ("uint32", SampleType::U32),
-    ("int32", SampleType::I32),
-    ("uint64", SampleType::U64),
-    ("int64", SampleType::I64),
-    ("float16", SampleType::F16),
-    ("float32", SampleType::F32),
-    ("float64", SampleType::F64),
-];
-
-impl SampleType {
-    /// The type called `name` (`uint8`, `float32`, ..., in any case, or short: `u8`, `f32`).
-    pub(crate) fn from_name(name: &str) -> Option<Self> {
-        let name = name.to_ascii_lowercase();
-        let short = |long: &str| {
-            let digits = long.trim_start_matches(|c: char| c.is_ascii_alphabetic());
-            format!("{}{digits}", &long[..1])
-        };
-        NAMES.iter().find(|(long, _)| name == *long || name == short(long)).map(|&(_, t)| t)
-    }
-
-    /// The names of all types, for messages.
-    pub(crate) fn list() -> String {
-        NAMES.map(|(name, _)| name).join(", ")
-    }
-
-    /// Bytes of one sample in the file.
-    pub(crate) fn n_bytes(self) -> usize {
-        match self {
-            SampleType::U8 | SampleType::I8 => 1,
-            SampleType::U16 | SampleType::I16 | SampleType::F16 => 2,
-            SampleType::U32 | SampleType::I32 | SampleType::F32 => 4,
-            SampleType::U64 | SampleType::I64 | SampleType::F64 => 8,
-        }
-    }
-}
-
-impl fmt::Display for SampleType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = NAMES.iter().find(|(_, t)| t == self).map_or("unknown", |&(name, _)| name);
-        f.write_str(name)
-    }
-}
-
-/// Number of samples and bytes of `dims` samples of a type; `None` beyond the address space.
-pub(crate) fn size_of_grid(dims: [usize; 3], sample_type: SampleType) -> Option<(usize, usize)> {
-    let n = dims.iter().try_fold(1usize, |n, &d| n.checked_mul(d))?;
-    // No vector may be larger than isize::MAX bytes.
-    let bytes = n.checked_mul(sample_type.n_bytes()).filter(|&b| isize::try_from(b).is_ok())?;
-    Some((n, bytes))
-}
-
-/// The next `n` samples of `reader`; the file is known to hold the bytes of `n_earned` of them.
+/// Reads the next `n` samples; the file has the bytes of at least `n_backed` of them.
 ///
 /// # Errors
 ///
 /// `UnexpectedEof` if the data end early, `OutOfMemory`, `InvalidData` for a 64 bit integer that
-/// float64 cannot hold, and what `reader` says.
+/// float64 cannot hold, and errors of `reader`.
 pub(crate) fn read_samples(
     reader: &mut impl Read,
     sample_type: SampleType,
     big_endian: bool,
     n: usize,
-    n_earned: usize,
+    n_backed: usize,
 ) -> io::Result<Samples> {
-    let n = Growth { n, n_earned };
+    let n = Growth { n, n_backed };
     let swap = big_endian != cfg!(target_endian = "big");
     Ok(match sample_type {
         SampleType::U8 => Samples::U8(read_vec(reader, n, false, u8::swap_bytes)?),
@@ -135,36 +61,21 @@ pub(crate) fn read_samples(
     })
 }
 
-/// What went wrong while reading samples of `path`: of the system, or of what the file holds.
-pub(crate) fn read_error(path: &Path, e: io::Error) -> Error {
-    match e.kind() {
-        io::ErrorKind::InvalidData | io::ErrorKind::OutOfMemory => {
-            Error::input(format!("{}: {e}", path.display()))
-        }
-        _ => Error::io(path, e),
-    }
-}
-
-/// An error about what a file holds.
-pub(crate) fn invalid(message: impl Into<String>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, message.into())
-}
-
-/// The samples times `slope` plus `intercept`: what is stored becomes what was measured. Integers stay such where all
-/// results are some of at most 32 bits; else float32 holds what came from at most 16 bits and from float32, float64 the rest.
+/// The samples times `slope` plus `intercept`: from stored to measured values. Integers stay integers if all results are
+/// integers of at most 32 bits. Otherwise samples of at most 16 bits and float32 become float32, all others float64.
 pub(crate) fn rescaled(samples: Samples, slope: f64, intercept: f64) -> Samples {
     if (slope, intercept) == (1.0, 0.0) {
         return samples;
     }
-    let of = |v: f64| v * slope + intercept;
+    let rescale = |v: f64| v * slope + intercept;
     if samples.is_integer()
         && slope.fract() == 0.0
         && intercept.fract() == 0.0
-        && let Some(integers) = whole(&samples, of)
+        && let Some(integers) = integers(&samples, rescale)
     {
         return integers;
     }
-    let values = (0..samples.len()).map(|i| of(samples.get(i)));
+    let values = (0..samples.len()).map(|i| rescale(samples.get(i)));
     if samples.is_wide() {
         Samples::F64(values.collect())
     } else {
@@ -172,8 +83,8 @@ pub(crate) fn rescaled(samples: Samples, slope: f64, intercept: f64) -> Samples 
     }
 }
 
-/// Integers after a change that leaves them such, if 16 or 32 bits hold all of them.
-fn whole(samples: &Samples, of: impl Fn(f64) -> f64) -> Option<Samples> {
+/// The mapped samples as integers, if 16 or 32 bits hold all of them; `of` maps integers to integers.
+fn integers(samples: &Samples, of: impl Fn(f64) -> f64) -> Option<Samples> {
     let ends = |(low, high): (f64, f64), i| {
         let v = of(samples.get(i));
         (low.min(v), high.max(v))
@@ -187,18 +98,18 @@ fn whole(samples: &Samples, of: impl Fn(f64) -> f64) -> Option<Samples> {
     fits.then(|| Samples::I32(values.map(|v| v as i32).collect()))
 }
 
-/// One number of each sample, of those that lie beside each other.
-pub(crate) fn picked(samples: Samples, channel: Channel) -> Samples {
+/// One number of each sample; the numbers of a sample are adjacent.
+pub(crate) fn select_channel(samples: Samples, channel: Channel) -> Samples {
     if channel == Channel::ONLY {
         return samples;
     }
-    crate::volume::with_samples!(samples, s => {
+    with_samples!(samples, s => {
         s.chunks_exact(channel.of).map(|sample| sample[channel.index]).collect::<Vec<_>>().into()
     })
 }
 
-/// The samples of a grid whose axis `order[a]` is axis a of the one they are in, and its dimensions.
-pub(crate) fn permuted(
+/// Reorders the axes: axis a of the given samples becomes axis `order[a]`. Returns the new dimensions too.
+pub(crate) fn permute_axes(
     samples: Samples,
     dims: [usize; 3],
     order: [usize; 3],
@@ -209,8 +120,8 @@ pub(crate) fn permuted(
     let mut new_dims = [0; 3];
     (0..3).for_each(|a| new_dims[order[a]] = dims[a]);
     let stride = [1, new_dims[0], new_dims[0] * new_dims[1]];
-    let moved = crate::volume::with_samples!(samples, s => {
-        let mut moved = reserve(s.len(), s[0])?;
+    let moved = with_samples!(samples, s => {
+        let mut moved = try_filled_vec(s.len(), s[0])?;
         for (i, &v) in s.iter().enumerate() {
             let at = [i % dims[0], i / dims[0] % dims[1], i / (dims[0] * dims[1])];
             moved[(0..3).map(|a| at[a] * stride[order[a]]).sum::<usize>()] = v;
@@ -220,26 +131,18 @@ pub(crate) fn permuted(
     Ok((moved, new_dims))
 }
 
-/// A vector of `n` times `fill`, or an error where memory does not suffice.
-pub(crate) fn reserve<T: Copy>(n: usize, fill: T) -> io::Result<Vec<T>> {
-    let mut values = Vec::new();
-    take_memory(&mut values, n)?;
-    values.resize(n, fill);
-    Ok(values)
-}
-
-/// How a vector grows to `n` values: at once to `n_earned`, then by doubling, each time only when all it holds has arrived.
+/// How a vector grows to `n` values: at once to `n_backed`, then by doubling, each time only when it is full.
 #[derive(Clone, Copy, Debug)]
 struct Growth {
     n: usize,
-    n_earned: usize,
+    n_backed: usize,
 }
 
 impl Growth {
-    /// Values read at a time: so many are taken before any arrived.
+    /// Values per read: the least allocation.
     const CHUNK: usize = 1 << 14;
 
-    /// Reads all values; `read` fills the next ones.
+    /// Reads all values; `read` fills a slice with the next ones.
     fn fill<T: Copy>(
         self,
         zero: T,
@@ -249,8 +152,8 @@ impl Growth {
         while values.len() < self.n {
             let so_far = values.len();
             if so_far == values.capacity() {
-                let capacity = self.n.min((2 * so_far).max(self.n_earned).max(Self::CHUNK));
-                take_memory(&mut values, capacity - so_far)?;
+                let capacity = self.n.min((2 * so_far).max(self.n_backed).max(Self::CHUNK));
+                try_reserve(&mut values, capacity - so_far)?;
             }
             let n = values.capacity().min(self.n) - so_far;
             values.resize(so_far + n.min(Self::CHUNK), zero);
@@ -260,17 +163,7 @@ impl Growth {
     }
 }
 
-/// Room for `n` more values, or an error where memory does not suffice.
-fn take_memory<T>(values: &mut Vec<T>, n: usize) -> io::Result<()> {
-    values.try_reserve_exact(n).map_err(|_| {
-        io::Error::new(
-            io::ErrorKind::OutOfMemory,
-            format!("{} bytes of memory are not available", n.saturating_mul(size_of::<T>())),
-        )
-    })
-}
-
-/// Values read in place, each swapped where the file has the other byte order.
+/// Reads values in place, and swaps their bytes if the file has the other byte order.
 fn read_vec<T: Pod>(
     reader: &mut impl Read,
     n: Growth,
@@ -286,7 +179,7 @@ fn read_vec<T: Pod>(
     })
 }
 
-/// Values of `N` bytes each, converted one by one.
+/// Reads values of `N` bytes each and converts them one by one.
 fn read_widened<T: Copy + Default, const N: usize>(
     reader: &mut impl Read,
     n: Growth,
@@ -303,15 +196,14 @@ fn read_widened<T: Copy + Default, const N: usize>(
     })
 }
 
-/// A 64 bit integer as f64, if f64 holds it exactly.
+/// A 64 bit integer as f64, if f64 represents it exactly.
 pub(crate) fn exact_f64(v: i128) -> io::Result<f64> {
     if v.unsigned_abs() <= 1 << 53 {
         Ok(v as f64)
     } else {
-        Err(io::Error::new(
-            io::ErrorKind::InvalidData,
-            format!("sample {v}, expected integers of at most 2^53, which float64 holds exactly"),
-        ))
+        Err(invalid(format!(
+            "sample {v}, expected integers of at most 2^53, which float64 holds exactly"
+        )))
     }
 }
 
@@ -349,13 +241,13 @@ mod tests {
     }
 
     #[test]
-    fn memory_is_taken_for_what_arrives_and_at_once_for_what_is_earned() {
-        let capacity = |n_there: usize, n: usize, n_earned: usize| {
+    fn memory_grows_with_the_data_beyond_what_the_file_length_backs() {
+        let capacity = |n_there: usize, n: usize, n_backed: usize| {
             let mut there = vec![7u8; n_there];
             there.extend([8; 3]);
             let mut largest = 0;
             let mut rest = &there[..n_there];
-            let growth = Growth { n, n_earned };
+            let growth = Growth { n, n_backed };
             let read = growth.fill(0u8, |part| {
                 largest += part.len();
                 rest.read_exact(part)
@@ -365,26 +257,8 @@ mod tests {
         assert_eq!(capacity(100_000, 100_000, 100_000), (Some((100_000, 100_000)), 100_000));
         assert_eq!(capacity(100_000, 100_000, 0), (Some((100_000, 100_000)), 100_000));
         assert_eq!(capacity(5, 5, 0), (Some((5, 5)), 5));
-        // It ends early: no more than a chunk beyond what was there was asked for.
+        // The data end early: at most a chunk beyond them was requested.
         let (none, asked) = capacity(100_000, 1 << 40, 10);
         assert_eq!((none, asked <= 100_000 + Growth::CHUNK), (None, true));
-    }
-
-    #[test]
-    fn every_type_is_found_by_its_long_and_short_name() {
-        for (name, sample_type) in NAMES {
-            assert_eq!(SampleType::from_name(name), Some(sample_type));
-            assert_eq!(sample_type.to_string(), name);
-        }
-        assert_eq!(SampleType::from_name("u8"), Some(SampleType::U8));
-        assert_eq!(SampleType::from_name("F32"), Some(SampleType::F32));
-        assert_eq!(SampleType::from_name("float"), None);
-    }
-
-    #[test]
-    fn the_size_of_a_grid_does_not_overflow() {
-        assert_eq!(size_of_grid([2, 3, 4], SampleType::F64), Some((24, 192)));
-        assert_eq!(size_of_grid([1 << 21, 1 << 21, 1 << 21], SampleType::F64), None);
-        assert_eq!(size_of_grid([usize::MAX, 2, 2], SampleType::U8), None);
     }
 }

@@ -1,9 +1,8 @@
-//! How often each value occurs among the samples of a volume.
+//! Histograms of the samples of a volume.
 
-use super::Volume;
+use super::grid::Volume;
 
-/// Bins over the range: two for each value of 16 bits would not change a picture, and a percentile
-/// is within a 65,536th of the range.
+/// Bins over the range: a percentile is exact to a 65,536th of the range.
 const N_BINS: usize = 1 << 16;
 
 /// A histogram of samples over their range.
@@ -16,12 +15,12 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// The histogram of a volume's samples, of those inside its mask where it has one.
+    /// The histogram of the samples of a volume; with a mask, of those inside it.
     pub fn of(volume: &Volume) -> Self {
         Self::of_values(volume.values(), volume.range())
     }
 
-    /// The histogram of values, all of which lie in a range.
+    /// The histogram of values, all of which are in the range.
     pub fn of_values(values: impl Iterator<Item = f64>, range: (f64, f64)) -> Self {
         let mut histogram = Histogram { range, counts: vec![0; N_BINS], total: 0 };
         histogram.add(values);
@@ -38,17 +37,17 @@ impl Histogram {
         }
     }
 
-    /// How many values lie in each bin.
+    /// Number of values in each bin.
     pub(super) fn counts(&self) -> &[u64] {
         &self.counts
     }
 
-    /// How many values there are.
+    /// Number of values.
     pub(super) fn total(&self) -> u64 {
         self.total
     }
 
-    /// Counts `n` more values of a bin; not where there is no such bin, or are more than can be counted.
+    /// Adds `n` values to a bin. Returns false if there is no such bin, or the count overflows.
     pub(super) fn add_to(&mut self, bin: usize, n: u64) -> bool {
         let Some(total) = self.total.checked_add(n) else { return false };
         let Some(count) = self.counts.get_mut(bin) else { return false };
@@ -57,7 +56,7 @@ impl Histogram {
         true
     }
 
-    /// The value below which `percent` (0 to 100) of the samples lie, to within a 65,536th of the range.
+    /// The value below which `percent` (0 to 100) of the samples are, to within a 65,536th of the range.
     pub fn percentile(&self, percent: f64) -> f64 {
         let (low, high) = self.range;
         let wanted = percent / 100.0 * self.total as f64;
@@ -65,7 +64,7 @@ impl Histogram {
         for (i, &count) in self.counts.iter().enumerate() {
             let next = below + count as f64;
             if count > 0 && next >= wanted {
-                // Equal samples lie at the start of their bin.
+                // The start of the bin, exact for equal samples.
                 return low + (high - low) * (i as f64 / N_BINS as f64);
             }
             below = next;
@@ -73,8 +72,8 @@ impl Histogram {
         high
     }
 
-    /// The value that parts the samples in two with the largest variance between the parts (Otsu 1979), in the middle of
-    /// where it is largest.
+    /// The threshold with the largest variance between the samples on both sides (Otsu 1979); the middle of all such
+    /// thresholds.
     pub fn otsu(&self) -> f64 {
         let mean_of = |i: usize| i as f64 + 0.5;
         let all: f64 = self.counts.iter().enumerate().map(|(i, &n)| mean_of(i) * n as f64).sum();
@@ -99,7 +98,7 @@ impl Histogram {
         low + (high - low) * (0.5 * (first + last) as f64 + 1.0) / N_BINS as f64
     }
 
-    /// How many samples lie in each of `n` equal parts of `low` to `high`; those outside do not count.
+    /// Number of samples in each of `n` equal parts of `low` to `high`; samples outside are ignored.
     pub fn parts(&self, n: usize, (low, high): (f64, f64)) -> Vec<u64> {
         let (first, last) = self.range;
         let mut parts = vec![0; n];

@@ -1,28 +1,29 @@
-//! What is kept of a volume where its samples are not: spectra, their files and pages tell it.
+//! The description of a volume without its samples, for spectra, their files and pages.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Outside, Placement, Volume};
+use super::grid::{Outside, Volume};
+use super::placement::Placement;
 
-/// What is known of the volume a spectrum was computed from.
+/// The description of the volume a spectrum was computed from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VolumeInfo {
     /// Name of the volume.
     pub name: String,
     /// Samples along x, y, z.
     pub dims: [usize; 3],
-    /// Sample type as flags spell it.
+    /// Sample type: `uint8`, `float32`, ...
     pub sample_type: String,
     /// Smallest and largest sample.
     pub range: (f64, f64),
-    /// Where the samples lie in the world.
+    /// The placement of the samples in the world.
     pub placement: Placement,
     /// Side of the layer around the volume.
     pub outside: Outside,
 }
 
 impl Volume {
-    /// What is kept of it where its samples are not.
+    /// The description of the volume without its samples.
     pub fn info(&self) -> VolumeInfo {
         VolumeInfo {
             name: self.name().to_string(),

@@ -1,9 +1,9 @@
-//! Isovalues as people write them: `37.2`, `50%` of the range, `p99` of the samples, `2.5sigma` above their mean, and
-//! `top:1%`, above which that share of the samples lies. The page reads them by the same rules (`page/isovalue.js`).
+//! Isovalues as users write them: `37.2`, `50%` of the range, `p99` of the samples, `2.5sigma` above their mean, and
+//! `top:1%`, which 1 % of the samples exceed. The page has the same rules (`page/isovalue.js`).
 
 use std::str::FromStr;
 
-use super::Statistics;
+use super::statistics::Statistics;
 use crate::error::{Error, Result};
 
 /// An isovalue as it was written.
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 /// use isospectrum::Isovalue;
 ///
 /// assert_eq!("50%".parse::<Isovalue>()?.resolve((0.0, 8.0), None)?, 4.0);
-/// // Nothing is known of the samples.
+/// // A percentile needs the samples.
 /// assert!("p99".parse::<Isovalue>()?.resolve((0.0, 8.0), None).is_err());
 /// # Ok::<(), isospectrum::Error>(())
 /// ```
@@ -23,23 +23,23 @@ pub enum Isovalue {
     Absolute(f64),
     /// `50%`: that share of the way from the low to the high end of the range.
     Percent(f64),
-    /// `p99`: what that many per cent of the samples do not exceed. `top:1%` is the same.
+    /// `p99`: the value that 99 % of the samples do not exceed. `top:1%` is the same.
     Percentile(f64),
-    /// `2.5sigma`: so many standard deviations of the samples above their mean.
+    /// `2.5sigma`: 2.5 standard deviations of the samples above their mean.
     Sigma(f64),
 }
 
 impl Isovalue {
-    /// The value of the field that this means in a range, given the samples.
+    /// The value of the field for a range and statistics of the samples.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where the samples are needed and not known.
+    /// [`Error::Usage`] if statistics are needed and missing.
     pub fn resolve(self, (low, high): (f64, f64), samples: Option<&Statistics>) -> Result<f64> {
-        let known = |written: String| {
+        let statistics = |written: String| {
             samples.ok_or_else(|| {
                 Error::Usage(format!(
-                    "{written} needs the samples, which are not known here, expected a number or a percentage such as 50%"
+                    "{written} needs statistics of the samples, which are not available; expected a number or a percentage such as 50%"
                 ))
             })
         };
@@ -47,9 +47,9 @@ impl Isovalue {
             Isovalue::Absolute(value) => value,
             // Weighted, so that 0% and 100% are the ends exactly.
             Isovalue::Percent(percent) => low * (1.0 - percent / 100.0) + high * (percent / 100.0),
-            Isovalue::Percentile(percent) => known(format!("p{percent}"))?.percentile(percent),
+            Isovalue::Percentile(percent) => statistics(format!("p{percent}"))?.percentile(percent),
             Isovalue::Sigma(n) => {
-                let samples = known(format!("{n}sigma"))?;
+                let samples = statistics(format!("{n}sigma"))?;
                 samples.mean + n * samples.deviation
             }
         })
@@ -128,6 +128,6 @@ mod tests {
             assert!(at(wrong).is_err(), "{wrong}");
         }
         let error = Isovalue::Sigma(2.5).resolve((0.0, 1.0), None).expect_err("no samples");
-        assert!(error.to_string().contains("2.5sigma needs the samples"), "{error}");
+        assert!(error.to_string().contains("2.5sigma"), "{error}");
     }
 }

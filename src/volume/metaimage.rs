@@ -1,7 +1,7 @@
 //! MetaImage: a text header, then the samples in the same file (`.mha`), in another one, or in one per slice (`.mhd`).
 //!
-//! Source: the MetaIO documentation (itk.org/Wiki/MetaIO/Documentation) and, where it is silent, ITK, which wrote most of
-//! these files: the world is LPS in millimetres, the rows of `TransformMatrix` are the directions of the axes.
+//! Source: the MetaIO documentation (itk.org/Wiki/MetaIO/Documentation) and, for what it leaves open, ITK, which wrote most
+//! of these files: the world is LPS in millimetres, the rows of `TransformMatrix` are the directions of the axes.
 
 mod header;
 
@@ -9,85 +9,92 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::decode::{invalid, read_error, reserve, size_of_grid};
+use super::data_error::{invalid, read_error};
+use super::layout::{Channel, Compression, SampleLayout, size_of_grid};
+use super::plain::PlainSamples;
+use super::read_options::ReadOptions;
+use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
-use super::slabs::Plain;
-use super::stream::{self, Channel, Layout, Packing};
-use super::{Grid, ReadOptions, Samples, text};
+use super::stream;
+use super::text;
 use crate::error::{Error, Result};
 use crate::input;
-use header::{Data, Header};
+use header::{DataLocation, MetaHeader};
 
-/// Reads a MetaImage file, which is open, and the files of samples that it names.
+/// Reads a MetaImage file, which is open, and its files of samples.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] if a file cannot be read; [`Error::Input`] for other or damaged files, and where a frame or channel must be
+/// [`Error::Io`] if a file cannot be read; [`Error::Input`] for other or damaged files, and if a frame or channel must be
 /// chosen.
-pub(crate) fn read(path: &Path, (file, _): (File, u64), options: &ReadOptions) -> Result<Grid> {
+pub(crate) fn read(
+    path: &Path,
+    (file, _): (File, u64),
+    options: &ReadOptions,
+) -> Result<SampleGrid> {
     let mut reader = BufReader::new(file);
     let header = header::parse(&mut reader)
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
     let layout = layout(&header, options).map_err(|e| read_error(path, e))?;
     let samples = match &header.data {
-        Data::Local => read_one(&mut reader, &header, &layout).map_err(|e| read_error(path, e))?,
-        Data::File(name) => {
-            let data = folder(path).join(name);
+        DataLocation::Local => {
+            read_one(&mut reader, &header, &layout).map_err(|e| read_error(path, e))?
+        }
+        DataLocation::File(name) => {
+            let data = input::sibling(path, name);
             let mut reader = BufReader::new(input::open(&data)?.0);
             read_one(&mut reader, &header, &layout).map_err(|e| read_error(&data, e))?
         }
-        Data::Slices(names) => read_slices(path, names, &header, &layout)?,
+        DataLocation::Slices(names) => read_slices(path, names, &header, &layout)?,
     };
-    Ok((header.dims, samples, header.placement))
+    Ok(SampleGrid { dims: header.dims, samples, placement: header.placement })
 }
 
-/// Where the samples of a MetaImage file are, if they are plain, of one number each and in one file.
+/// Where the samples of a MetaImage file are, if they are uncompressed, of one number each and in one file.
 ///
 /// # Errors
 ///
 /// As [`read`].
-pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
+pub(super) fn plain(path: &Path) -> Result<Option<PlainSamples>> {
     let mut reader = BufReader::new(input::open(path)?.0);
     let header = header::parse(&mut reader)
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
-    let Header { dims, sample_type, big_endian, placement, .. } = header;
-    if header.is_text || header.is_packed || header.n_channels != 1 || header.n_frames != 1 {
+    let MetaHeader { dims, sample_type, big_endian, placement, .. } = header;
+    if header.is_text || header.is_compressed || header.n_channels != 1 || header.n_frames != 1 {
         return Ok(None);
     }
     let (data, before) = match &header.data {
-        Data::Local => {
+        DataLocation::Local => {
             let before = reader.stream_position().map_err(|e| Error::io(path, e))?;
             (path.to_owned(), before)
         }
-        Data::File(name) => (folder(path).join(name), 0),
-        Data::Slices(_) => return Ok(None),
+        DataLocation::File(name) => (input::sibling(path, name), 0),
+        DataLocation::Slices(_) => return Ok(None),
     };
     let left = input::open(&data)?.1.saturating_sub(before);
     let all = size_of_grid(dims, sample_type).map_or(u64::MAX, |(_, bytes)| bytes as u64);
-    // -1: the samples are the end of the file.
+    // -1: the samples end with the file.
     let skip = header.header_size.unwrap_or(left.saturating_sub(all));
     let start = before.saturating_add(skip);
-    Ok(Some(Plain { path: data, start, dims, sample_type, big_endian, placement }))
+    Ok(Some(PlainSamples { path: data, start, dims, sample_type, big_endian, placement }))
 }
 
-/// The files that hold the samples where they are others than that of the header.
-pub(crate) fn others(path: &Path) -> Vec<PathBuf> {
+/// The files with the samples; none if these follow the header.
+pub(crate) fn data_files(path: &Path) -> Vec<PathBuf> {
     let header =
         input::open(path).ok().and_then(|(f, _)| header::parse(&mut BufReader::new(f)).ok());
     match header.map(|header| header.data) {
-        Some(Data::File(name)) => vec![folder(path).join(name)],
-        Some(Data::Slices(names)) => names.iter().map(|name| folder(path).join(name)).collect(),
-        Some(Data::Local) | None => Vec::new(),
+        Some(DataLocation::File(name)) => vec![input::sibling(path, &name)],
+        Some(DataLocation::Slices(names)) => {
+            names.iter().map(|name| input::sibling(path, name)).collect()
+        }
+        Some(DataLocation::Local) | None => Vec::new(),
     }
 }
 
-fn folder(path: &Path) -> &Path {
-    path.parent().unwrap_or(Path::new(""))
-}
-
-fn layout(header: &Header, options: &ReadOptions) -> io::Result<Layout> {
+fn layout(header: &MetaHeader, options: &ReadOptions) -> io::Result<SampleLayout> {
     let channel = one_of("channel", options.channel, header.n_channels)?;
-    let mut layout = Layout {
+    let mut layout = SampleLayout {
         dims: header.dims,
         sample_type: header.sample_type,
         big_endian: header.big_endian,
@@ -95,19 +102,22 @@ fn layout(header: &Header, options: &ReadOptions) -> io::Result<Layout> {
         skip: 0,
     };
     let frame = one_of("frame", options.frame, header.n_frames)?;
-    let before = layout.size()?.1.checked_mul(frame as u64);
-    layout.skip = before.ok_or_else(|| invalid(format!("no frame {frame} in a file")))?;
+    layout.skip_volumes(frame, 0)?;
     Ok(layout)
 }
 
-/// The samples behind the position of `reader`.
-fn read_one(reader: &mut BufReader<File>, header: &Header, layout: &Layout) -> io::Result<Samples> {
+/// Reads the samples from the position of `reader` on.
+fn read_one(
+    reader: &mut BufReader<File>,
+    header: &MetaHeader,
+    layout: &SampleLayout,
+) -> io::Result<Samples> {
     let start = reader.stream_position()?;
     let left = reader.get_ref().metadata()?.len().saturating_sub(start);
     if header.is_text {
         return read_text(reader, left, layout);
     }
-    // -1: the samples are the end of the file.
+    // -1: the samples end with the file.
     let skip = match header.header_size {
         Some(skip) => skip,
         None => {
@@ -119,55 +129,66 @@ fn read_one(reader: &mut BufReader<File>, header: &Header, layout: &Layout) -> i
         return Err(invalid(format!("{left} bytes, expected {skip} before the samples")));
     }
     reader.seek(SeekFrom::Start(start + skip))?;
-    let packing = if header.is_packed { Packing::Zlib } else { Packing::Plain };
-    if header.is_packed && reader.fill_buf()?.starts_with(&[0x1f, 0x8b]) {
-        return stream::read(reader, left - skip, Packing::Gzip, layout);
+    let compression = if header.is_compressed { Compression::Zlib } else { Compression::None };
+    if header.is_compressed && reader.fill_buf()?.starts_with(&[0x1f, 0x8b]) {
+        return stream::read(reader, left - skip, Compression::Gzip, layout);
     }
-    stream::read(reader, left - skip, packing, layout)
+    stream::read(reader, left - skip, compression, layout)
 }
 
-fn read_text(reader: &mut BufReader<File>, left: u64, layout: &Layout) -> io::Result<Samples> {
+fn read_text(
+    reader: &mut BufReader<File>,
+    left: u64,
+    layout: &SampleLayout,
+) -> io::Result<Samples> {
     if layout.channel.of > 1 || layout.skip > 0 {
         return Err(invalid("text of several frames or channels, expected one"));
     }
-    let mut bytes = reserve(usize::try_from(left).unwrap_or(usize::MAX), 0u8)?;
-    reader.read_exact(&mut bytes)?;
-    text::samples(&bytes, layout.sample_type, layout.size()?.0, &layout.what())
+    text::read_samples(reader, left, layout.sample_type, layout.size()?.0, &layout.describe())
 }
 
-/// One file after the other, each a slice.
-fn read_slices(path: &Path, names: &[String], header: &Header, layout: &Layout) -> Result<Samples> {
+/// Reads one file after the other, each with a slice.
+fn read_slices(
+    path: &Path,
+    names: &[String],
+    header: &MetaHeader,
+    layout: &SampleLayout,
+) -> Result<Samples> {
     let n_slices = header.dims[2] * header.n_frames;
-    if names.len() != n_slices || header.is_packed || header.is_text {
-        let kind = if header.is_packed || header.is_text { "packed or text" } else { "plain" };
+    let is_plain = !header.is_compressed && !header.is_text;
+    if names.len() != n_slices || !is_plain {
+        let kind = if is_plain { "plain" } else { "compressed or text" };
         return Err(Error::input(format!(
             "{}: {} {kind} files of slices, expected {n_slices} plain ones",
             path.display(),
             names.len()
         )));
     }
-    let slice = Layout { dims: [header.dims[0], header.dims[1], 1], skip: 0, ..*layout };
+    let slice = SampleLayout { dims: [header.dims[0], header.dims[1], 1], skip: 0, ..*layout };
     let n_bytes = slice.size().map_err(|e| read_error(path, e))?.1;
     let frame = (layout.skip / n_bytes.max(1)) as usize;
-    let mut slices = Slices {
-        files: names[frame..frame + header.dims[2]].iter().map(|n| folder(path).join(n)).collect(),
+    let mut slices = SliceFiles {
+        files: names[frame..frame + header.dims[2]]
+            .iter()
+            .map(|n| input::sibling(path, n))
+            .collect(),
         next: 0,
         open: None,
         n_bytes,
         header_size: header.header_size,
     };
-    let mut n_earned = 0;
+    let mut n_backed = 0;
     for file in &slices.files {
-        n_earned += input::open(file)?.1;
+        n_backed += input::open(file)?.1;
     }
-    let all = Layout { skip: 0, ..*layout };
-    let read = stream::unpacked(&mut slices, n_earned, &all);
+    let all = SampleLayout { skip: 0, ..*layout };
+    let read = stream::read_decompressed(&mut slices, n_backed, &all);
     let at = slices.files[slices.next.saturating_sub(1).min(slices.files.len() - 1)].clone();
     read.map_err(|e| read_error(&at, e))
 }
 
-/// The samples of many files in a row.
-struct Slices {
+/// A reader of the samples of many files, one after the other.
+struct SliceFiles {
     files: Vec<PathBuf>,
     next: usize,
     open: Option<io::Take<BufReader<File>>>,
@@ -175,8 +196,8 @@ struct Slices {
     header_size: Option<u64>,
 }
 
-impl Slices {
-    /// Opens the next file, at its samples.
+impl SliceFiles {
+    /// Opens the next file at its samples; false after the last.
     fn advance(&mut self) -> io::Result<bool> {
         let Some(file) = self.files.get(self.next) else { return Ok(false) };
         self.next += 1;
@@ -193,7 +214,7 @@ impl Slices {
     }
 }
 
-impl Read for Slices {
+impl Read for SliceFiles {
     fn read(&mut self, wanted: &mut [u8]) -> io::Result<usize> {
         loop {
             let n = match &mut self.open {

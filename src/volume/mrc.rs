@@ -1,9 +1,9 @@
 //! MRC and CCP4 maps (`.mrc`, `.map`, `.ccp4`, `.rec`), plain or gzip: a header of 1024 bytes, then the samples.
 //!
 //! Source: "MRC2014: Extensions to the MRC format header" (Cheng et al. 2015), ccpem.ac.uk/mrc_format. Axes are put into the
-//! order x, y, z of the cell, whatever order `MAPC`, `MAPR`, `MAPS` tell; the cell's angles shear the world, which is in
-//! angstrom. Where the header has an origin (words 50 to 52) the first sample lies there, else as the start (words 5 to 7)
-//! tells, in steps of the cell.
+//! order x, y, z of the cell, from the order in `MAPC`, `MAPR`, `MAPS`; the cell's angles shear the world, which is in
+//! angstrom. The first sample is at the origin of the header (words 50 to 52), or if that is 0, at the start (words 5 to 7)
+//! in steps of the cell.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -11,28 +11,32 @@ use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 
-use super::decode::{SampleType, invalid, permuted, read_error};
+use super::data_error::{invalid, read_error};
+use super::decode::permute_axes;
+use super::layout::{Channel, Compression, SampleLayout, SampleType};
+use super::placement::{Placement, Unit};
+use super::read_options::ReadOptions;
+use super::samples::SampleGrid;
 use super::select::one_of;
-use super::stream::{self, Channel, Layout, Packing};
-use super::{Grid, Placement, ReadOptions, Unit};
+use super::stream;
 use crate::error::{Error, Result};
 
 /// Bytes of the header.
-const HEADER: usize = 1024;
+const HEADER_BYTES: usize = 1024;
 
 /// Reads a map, which is open.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] if it cannot be read; [`Error::Input`] for other files, damaged ones, complex samples, and where a frame of a
+/// [`Error::Io`] if it cannot be read; [`Error::Input`] for other files, damaged ones, complex samples, and if a frame of a
 /// stack of volumes must be chosen.
 pub(crate) fn read(
     path: &Path,
     (file, length): (File, u64),
     options: &ReadOptions,
-) -> Result<Grid> {
-    let packing = Packing::of_name(path);
-    let header = if packing == Packing::Gzip {
+) -> Result<SampleGrid> {
+    let compression = Compression::of_name(path);
+    let header = if compression == Compression::Gzip {
         read_header(MultiGzDecoder::new(BufReader::new(file)))
     } else {
         read_header(file)
@@ -40,14 +44,14 @@ pub(crate) fn read(
     let header = header.map_err(|e| read_error(path, e))?;
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let layout = header.layout(options).map_err(|e| read_error(path, e))?;
-    let samples = stream::read(&mut BufReader::new(file), length, packing, &layout);
-    let moved = samples.and_then(|samples| permuted(samples, layout.dims, header.order));
-    let (samples, dims) = moved.map_err(|e| read_error(path, e))?;
-    Ok((dims, samples, header.placement))
+    let samples = stream::read(&mut BufReader::new(file), length, compression, &layout);
+    let samples = samples.and_then(|samples| permute_axes(samples, layout.dims, header.order));
+    let (samples, dims) = samples.map_err(|e| read_error(path, e))?;
+    Ok(SampleGrid { dims, samples, placement: header.placement })
 }
 
-/// What the header tells.
-struct Header {
+/// The header of a map.
+struct MrcHeader {
     /// Samples along columns, rows and sections; sections of one volume.
     dims: [usize; 3],
     n_frames: usize,
@@ -55,32 +59,29 @@ struct Header {
     big_endian: bool,
     /// Bytes before the samples.
     offset: u64,
-    /// Which axis of the cell columns, rows and sections run along.
+    /// Axes of the cell along columns, rows and sections.
     order: [usize; 3],
     placement: Placement,
 }
 
-impl Header {
-    fn layout(&self, options: &ReadOptions) -> io::Result<Layout> {
+impl MrcHeader {
+    fn layout(&self, options: &ReadOptions) -> io::Result<SampleLayout> {
         let frame = one_of("frame", options.frame, self.n_frames)?;
-        let mut layout = Layout {
+        let mut layout = SampleLayout {
             dims: self.dims,
             sample_type: self.sample_type,
             big_endian: self.big_endian,
             channel: Channel::ONLY,
             skip: 0,
         };
-        let before = layout.size()?.1.checked_mul(frame as u64);
-        layout.skip = before
-            .and_then(|n| n.checked_add(self.offset))
-            .ok_or_else(|| invalid(format!("no frame {frame} in a file")))?;
+        layout.skip_volumes(frame, self.offset)?;
         Ok(layout)
     }
 }
 
-/// The header's words, numbered from 1 as its definition does.
+/// The 4-byte words of the header, numbered from 1 as in its definition.
 struct Words {
-    bytes: [u8; HEADER],
+    bytes: [u8; HEADER_BYTES],
     big_endian: bool,
 }
 
@@ -103,11 +104,13 @@ impl Words {
     }
 }
 
-fn read_header(mut reader: impl Read) -> io::Result<Header> {
-    let mut bytes = [0; HEADER];
+fn read_header(mut reader: impl Read) -> io::Result<MrcHeader> {
+    let mut bytes = [0; HEADER_BYTES];
     reader.read_exact(&mut bytes).map_err(|e| match e.kind() {
-        io::ErrorKind::UnexpectedEof => invalid(format!("no map: fewer than {HEADER} bytes")),
-        io::ErrorKind::InvalidInput => invalid(format!("damaged gzip data: {e}")),
+        io::ErrorKind::UnexpectedEof => {
+            invalid(format!("not a map: fewer than {HEADER_BYTES} bytes"))
+        }
+        io::ErrorKind::InvalidInput => invalid(format!("damaged compressed data: {e}")),
         _ => e,
     })?;
     let is_order = |words: &Words| {
@@ -118,17 +121,19 @@ fn read_header(mut reader: impl Read) -> io::Result<Header> {
     };
     // The machine stamp is often wrong; the axes and the mode are small numbers in one byte order only.
     let orders = [false, true].map(|big_endian| Words { bytes, big_endian });
-    let words = orders.into_iter().find(is_order).ok_or_else(|| {
-        invalid("no MRC or CCP4 map: axis order and mode are none of the format's")
-    })?;
+    let words = orders
+        .into_iter()
+        .find(is_order)
+        .ok_or_else(|| invalid("not an MRC or CCP4 map: unknown axis order or mode"))?;
     parse(&words)
 }
 
-fn parse(words: &Words) -> io::Result<Header> {
+fn parse(words: &Words) -> io::Result<MrcHeader> {
     let mut dims = [0; 3];
     for (n, word) in dims.iter_mut().zip(1..) {
-        let told = words.int(word);
-        *n = usize::try_from(told).map_err(|_| invalid(format!("{told} samples along an axis")))?;
+        let found = words.int(word);
+        *n = usize::try_from(found)
+            .map_err(|_| invalid(format!("{found} samples along an axis")))?;
     }
     let sample_type = match words.int(4) {
         0 => SampleType::I8,
@@ -148,31 +153,31 @@ fn parse(words: &Words) -> io::Result<Header> {
         [0, 0, 0] => [0, 1, 2],
         axes => axes.map(|axis| axis as usize - 1),
     };
-    // A space group above 400 tells a stack of volumes of so many sections.
+    // A space group above 400 marks a stack of volumes; word 10 is the number of sections of each.
     let sections = usize::try_from(words.int(10)).unwrap_or(0);
     let is_stack = (401..=630).contains(&words.int(23)) && sections > 0;
     let n_frames = if is_stack { dims[2] / sections } else { 1 };
     if is_stack {
         dims[2] = sections;
     }
-    Ok(Header {
+    Ok(MrcHeader {
         dims,
         n_frames,
         sample_type,
         big_endian: words.big_endian,
-        offset: HEADER as u64 + extended,
+        offset: HEADER_BYTES as u64 + extended,
         order,
         placement: placement(words, dims, order)?,
     })
 }
 
-/// Where the samples lie, once their axes are those of the cell.
+/// The placement of the samples in the axes of the cell.
 fn placement(words: &Words, dims: [usize; 3], order: [usize; 3]) -> io::Result<Placement> {
     let (lengths, angles) = (words.three(11), words.three(14));
-    let mut steps = cell(angles)
-        .ok_or_else(|| invalid(format!("cell angles {angles:?}, expected those of a cell")))?;
+    let mut steps = cell_vectors(angles)
+        .ok_or_else(|| invalid(format!("cell angles {angles:?}, which no cell has")))?;
     for a in 0..3 {
-        // Without intervals along the cell, as many as there are samples.
+        // Without a number of intervals along the cell there are as many as samples.
         let along = order.iter().position(|&axis| axis == a).map_or(0, |i| dims[i]);
         let n = match words.int(8 + a) {
             n if n > 0 => f64::from(n),
@@ -190,8 +195,9 @@ fn placement(words: &Words, dims: [usize; 3], order: [usize; 3]) -> io::Result<P
     Ok(Placement { unit: Unit::Angstrom, ..Placement::from_steps(origin, steps) })
 }
 
-/// Unit vectors along a cell's edges: the first along x, the second in the plane of x and y. `None` for angles of no cell.
-fn cell(angles: [f64; 3]) -> Option<[[f64; 3]; 3]> {
+/// Unit vectors along the edges of a cell: the first along x, the second in the plane of x and y. `None` for impossible
+/// angles.
+fn cell_vectors(angles: [f64; 3]) -> Option<[[f64; 3]; 3]> {
     let angles = if angles == [0.0; 3] { [90.0; 3] } else { angles };
     // Right angles exactly.
     let cosine = |angle: f64| if angle == 90.0 { 0.0 } else { angle.to_radians().cos() };

@@ -2,7 +2,7 @@
 //! each plain or gzip.
 //!
 //! Source: nifti1.h and nifti2.h of the NIfTI Data Format Working Group (nifti.nimh.nih.gov). The world is that of the
-//! sform where the header has one, else of the qform, both RAS in millimetres; with neither only the spacing is known
+//! sform if the header has one, else of the qform, both RAS in millimetres; without either only the spacing is known
 //! ("method 1"), and no space. Samples are scaled by slope and intercept, unless the slope is 0.
 
 mod header;
@@ -13,25 +13,28 @@ use std::path::{Path, PathBuf};
 
 use flate2::bufread::MultiGzDecoder;
 
-use super::decode::{invalid, read_error, rescaled};
+use super::data_error::read_error;
+use super::decode::rescaled;
+use super::layout::{Channel, Compression, SampleLayout};
+use super::read_options::ReadOptions;
+use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
-use super::stream::{self, Channel, Layout, Packing};
-use super::{Grid, ReadOptions, Samples};
+use super::stream;
 use crate::error::Result;
 use crate::input;
-use header::Header;
+use header::NiftiHeader;
 
-/// Reads a NIfTI file, which is open, and, where the samples are in another one, that.
+/// Reads a NIfTI file, which is open, or a pair of header and image file.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if a file cannot be read; [`crate::Error::Input`] for other files, damaged ones, those of complex or
-/// 128 bit numbers, and where a frame or channel must be chosen.
+/// 128 bit numbers, and if a frame or channel must be chosen.
 pub(crate) fn read(
     path: &Path,
     (file, length): (File, u64),
     options: &ReadOptions,
-) -> Result<Grid> {
+) -> Result<SampleGrid> {
     let (path, (file, length)) = match header_file(path) {
         Some(header) => {
             let opened = input::open(&header)?;
@@ -47,11 +50,12 @@ pub(crate) fn read(
         (File::open(&data).map_err(|e| crate::Error::io(&data, e))?, length)
     };
     let samples = read_data(&data, (file, length), &header, options);
-    Ok((header.dims, samples.map_err(|e| read_error(&data, e))?, header.placement))
+    let samples = samples.map_err(|e| read_error(&data, e))?;
+    Ok(SampleGrid { dims: header.dims, samples, placement: header.placement })
 }
 
-/// The files that hold a volume beside the one that is named.
-pub(crate) fn others(path: &Path) -> Vec<PathBuf> {
+/// The other file of a pair.
+pub(crate) fn companion_files(path: &Path) -> Vec<PathBuf> {
     match header_file(path) {
         Some(header) => vec![header],
         None if is_header(path) => vec![image_file(path)],
@@ -60,7 +64,7 @@ pub(crate) fn others(path: &Path) -> Vec<PathBuf> {
 }
 
 fn is_gzip(path: &Path) -> bool {
-    Packing::of_name(path) == Packing::Gzip
+    Compression::of_name(path) == Compression::Gzip
 }
 
 fn is_header(path: &Path) -> bool {
@@ -72,23 +76,23 @@ fn is_header(path: &Path) -> bool {
 fn header_file(path: &Path) -> Option<PathBuf> {
     let name = path.to_string_lossy();
     let is_image = name.to_ascii_lowercase().trim_end_matches(".gz").ends_with(".img");
-    is_image.then(|| beside(path, "hdr"))
+    is_image.then(|| companion_file(path, "hdr"))
 }
 
 /// The samples of a `.hdr` file.
 fn image_file(path: &Path) -> PathBuf {
-    beside(path, "img")
+    companion_file(path, "img")
 }
 
-/// The file of the same name with another ending, plain or gzip, whichever there is; plain if neither.
-fn beside(path: &Path, extension: &str) -> PathBuf {
+/// The file of the same name with another extension, plain or gzip, whichever exists; plain if neither does.
+fn companion_file(path: &Path, extension: &str) -> PathBuf {
     let stem = if is_gzip(path) { path.with_extension("") } else { path.to_owned() };
     let plain = stem.with_extension(extension);
-    let packed = stem.with_extension(format!("{extension}.gz"));
-    if !plain.exists() && packed.exists() { packed } else { plain }
+    let gzip = stem.with_extension(format!("{extension}.gz"));
+    if !plain.exists() && gzip.exists() { gzip } else { plain }
 }
 
-fn read_header(path: &Path, file: File) -> io::Result<Header> {
+fn read_header(path: &Path, file: File) -> io::Result<NiftiHeader> {
     let reader = BufReader::new(file);
     if is_gzip(path) { header::read(MultiGzDecoder::new(reader)) } else { header::read(reader) }
 }
@@ -96,30 +100,26 @@ fn read_header(path: &Path, file: File) -> io::Result<Header> {
 fn read_data(
     path: &Path,
     (file, length): (File, u64),
-    header: &Header,
+    header: &NiftiHeader,
     options: &ReadOptions,
 ) -> io::Result<Samples> {
     let frame = one_of("frame", options.frame, header.n_frames)?;
     let channel = one_of("channel", options.channel, header.n_channels)?;
-    // Vectors are stored one component of the whole volume after the other, colours sample by sample.
+    // Vectors are stored component by component, colours sample by sample.
     let (volume, channel) = if header.is_interleaved {
         (frame, Channel { index: channel, of: header.n_channels })
     } else {
         (frame + channel * header.n_frames, Channel::ONLY)
     };
-    let mut layout = Layout {
+    let mut layout = SampleLayout {
         dims: header.dims,
         sample_type: header.sample_type,
         big_endian: header.big_endian,
         channel,
         skip: 0,
     };
-    let (_, bytes_each) = layout.size()?;
-    let before = bytes_each.checked_mul(volume as u64);
-    layout.skip = before.and_then(|n| n.checked_add(header.offset)).ok_or_else(|| {
-        invalid(format!("volume {volume} of {bytes_each} bytes, more than a file can hold"))
-    })?;
+    layout.skip_volumes(volume, header.offset)?;
     let mut reader = BufReader::new(file);
-    let samples = stream::read(&mut reader.by_ref(), length, Packing::of_name(path), &layout)?;
+    let samples = stream::read(&mut reader.by_ref(), length, Compression::of_name(path), &layout)?;
     Ok(rescaled(samples, header.slope, header.intercept))
 }

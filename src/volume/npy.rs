@@ -4,11 +4,11 @@
 //!
 //! # Axes
 //!
-//! Element `a[i, j, k]` is the sample at z = i, y = j, x = k, so an array of a volume has the
+//! Element `a[i, j, k]` is the sample at z = i, y = j, x = k, so an array has the
 //! shape (nz, ny, nx). That is what `numpy.fromfile(...).reshape(nz, ny, nx)` gives for a RAW
 //! file, and what image stacks have. It holds for Fortran order too: the order in memory is
 //! invisible to NumPy's users and two equal arrays must be one volume. Arrays indexed `a[x, y, z]`
-//! (NIfTI readers make them) are to be saved as `a.T`; read as they are they come out mirrored.
+//! (from NIfTI readers) must be saved as `a.T`; otherwise the volume is mirrored.
 //!
 //! Arrays in C order are read straight into the volume; for Fortran order, whose z is fastest, a
 //! second copy exists while the samples are reordered.
@@ -17,31 +17,35 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 
+use super::data_error::{invalid, read_error};
+use super::decode::read_samples;
+use super::layout::{SampleType, size_of_grid};
+use super::memory::try_filled_vec;
+use super::placement::Placement;
+use super::plain::PlainSamples;
+use super::samples::{SampleGrid, Samples, with_samples};
 use crate::error::Result;
-use crate::volume::decode::{SampleType, invalid, read_error, read_samples, reserve, size_of_grid};
-use crate::volume::slabs::Plain;
-use crate::volume::{Grid, Placement, Samples};
 
 /// Longest header accepted, in bytes. That of a plain array takes 128.
-const LONGEST_HEADER: usize = 1 << 16;
+const MAX_HEADER_BYTES: usize = 1 << 16;
 
-/// What a header says about the samples.
+/// The header of an array.
 #[derive(Debug, PartialEq)]
-struct Header {
+struct NpyHeader {
     /// As NumPy spells it, e.g. `<f4`.
     descr: String,
     fortran_order: bool,
     shape: Vec<u64>,
 }
 
-/// Reads a `.npy` file, which is open and has so many bytes.
+/// Reads a `.npy` file, which is open and has `length` bytes.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if the file cannot be read; [`crate::Error::Input`] for anything but a 3-D array of
-/// real numbers, and for a file that is not exactly as long as its shape asks for.
-pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<Grid> {
-    array(&mut BufReader::new(file), length, 1).map_err(|e| read_error(path, e))
+/// real numbers, and for a file that is not exactly as long as its shape needs.
+pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<SampleGrid> {
+    read_array(&mut BufReader::new(file), length, 1).map_err(|e| read_error(path, e))
 }
 
 /// Where the samples of a `.npy` file are, if x is fastest.
@@ -49,7 +53,7 @@ pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<Grid> {
 /// # Errors
 ///
 /// As [`read`].
-pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
+pub(super) fn plain(path: &Path) -> Result<Option<PlainSamples>> {
     let found = || {
         let (file, length) = crate::input::open(path).map_err(io::Error::other)?;
         let (text, start) = header_text(&mut BufReader::new(file))?;
@@ -58,20 +62,24 @@ pub(super) fn plain(path: &Path) -> Result<Option<Plain>> {
         let dims = dims_of(&header.shape).map_err(invalid)?;
         let path = path.to_owned();
         let placement = Placement::default();
-        let plain = Plain { path, start, dims, sample_type, big_endian, placement };
-        // One that is longer is refused by who reads it as a whole.
+        let plain = PlainSamples { path, start, dims, sample_type, big_endian, placement };
+        // A longer file is rejected by `read`.
         let is_plain = !header.fortran_order && plain.end().is_some_and(|end| end >= length);
         Ok(is_plain.then_some(plain))
     };
     found().map_err(|e| read_error(path, e))
 }
 
-/// The array of a stream of `length` bytes, each of which a byte of the file vouches for, or for `ratio` of them.
+/// Reads the array of a stream of `length` bytes, of which the file has at least every `ratio`-th.
 ///
 /// # Errors
 ///
-/// `InvalidData` as [`read`], and what the stream says.
-pub(super) fn array(reader: &mut impl Read, length: u64, ratio: u64) -> io::Result<Grid> {
+/// `InvalidData` as [`read`], and errors of the stream.
+pub(super) fn read_array(
+    reader: &mut impl Read,
+    length: u64,
+    ratio: u64,
+) -> io::Result<SampleGrid> {
     let (text, n_before) = header_text(reader)?;
     let header = parse_header(&text).map_err(invalid)?;
     let (sample_type, big_endian) = type_of(&header.descr).map_err(invalid)?;
@@ -86,13 +94,13 @@ pub(super) fn array(reader: &mut impl Read, length: u64, ratio: u64) -> io::Resu
             "{found} bytes of samples, expected {expected} for shape {shape:?} {sample_type}"
         ))
     })?;
-    let n_earned = n / usize::try_from(ratio).unwrap_or(usize::MAX).max(1);
-    let stored = read_samples(reader, sample_type, big_endian, n, n_earned)?;
-    let samples = if header.fortran_order { x_fastest(stored, dims)? } else { stored };
-    Ok((dims, samples, Placement::default()))
+    let n_backed = n / usize::try_from(ratio).unwrap_or(usize::MAX).max(1);
+    let stored = read_samples(reader, sample_type, big_endian, n, n_backed)?;
+    let samples = if header.fortran_order { x_fastest(&stored, dims)? } else { stored };
+    Ok(SampleGrid { dims, samples, placement: Placement::default() })
 }
 
-/// The header's text, and how many bytes it takes, with `reader` left at the first sample.
+/// Reads the text of the header, up to the first sample. Returns the bytes before it, too.
 fn header_text(reader: &mut impl Read) -> io::Result<(String, u64)> {
     let short = |e: io::Error| match e.kind() {
         io::ErrorKind::UnexpectedEof => invalid("the header ends early"),
@@ -101,7 +109,7 @@ fn header_text(reader: &mut impl Read) -> io::Result<(String, u64)> {
     let mut magic = [0; 8];
     reader.read_exact(&mut magic).map_err(short)?;
     if magic[..6] != *b"\x93NUMPY" {
-        return Err(invalid("no .npy file: it does not start with \\x93NUMPY"));
+        return Err(invalid("not a .npy file: it does not start with \\x93NUMPY"));
     }
     let (n, n_before) = match magic[6] {
         1 => {
@@ -116,8 +124,8 @@ fn header_text(reader: &mut impl Read) -> io::Result<(String, u64)> {
         }
         version => return Err(invalid(format!(".npy version {version}, expected 1 to 3"))),
     };
-    if n > LONGEST_HEADER {
-        let message = format!("a header of {n} bytes, expected at most {LONGEST_HEADER}");
+    if n > MAX_HEADER_BYTES {
+        let message = format!("a header of {n} bytes, expected at most {MAX_HEADER_BYTES}");
         return Err(invalid(message));
     }
     let mut text = vec![0; n];
@@ -128,9 +136,8 @@ fn header_text(reader: &mut impl Read) -> io::Result<(String, u64)> {
 
 /// Parses `{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3, 4), }`.
 ///
-/// NumPy writes this one shape of Python literal, so that and no more is understood: there is no
-/// nesting that a file could use up the stack with.
-fn parse_header(text: &str) -> Result<Header, String> {
+/// Only this form of Python literal is supported, which NumPy writes: without nesting, which could exhaust the stack.
+fn parse_header(text: &str) -> Result<NpyHeader, String> {
     let damaged = || "the header is not a dictionary of descr, fortran_order and shape".to_owned();
     let (mut descr, mut fortran_order, mut shape) = (None, None, None);
     let inside = text.trim().strip_prefix('{').and_then(|t| t.strip_suffix('}'));
@@ -169,7 +176,7 @@ fn parse_header(text: &str) -> Result<Header, String> {
     }
     match (descr, fortran_order, shape) {
         (Some(descr), Some(fortran_order), Some(shape)) => {
-            Ok(Header { descr, fortran_order, shape })
+            Ok(NpyHeader { descr, fortran_order, shape })
         }
         _ => Err(damaged()),
     }
@@ -181,7 +188,7 @@ fn quoted(text: &str) -> Option<(&str, &str)> {
     text[1..].split_once(quote)
 }
 
-/// The numbers of a tuple; Python 2 wrote some with an L behind them.
+/// The numbers of a tuple; Python 2 wrote some with a suffix L.
 fn parse_shape(inside: &str) -> Option<Vec<u64>> {
     let inside = inside.trim();
     let inside = inside.strip_suffix(',').unwrap_or(inside);
@@ -227,32 +234,21 @@ fn dims_of(shape: &[u64]) -> Result<[usize; 3], String> {
     };
     let mut dims = [0; 3];
     for (d, n) in dims.iter_mut().zip([nx, ny, nz]) {
-        *d = usize::try_from(n).map_err(|_| format!("an axis of {n} samples, more than fits"))?;
+        *d = usize::try_from(n)
+            .map_err(|_| format!("an axis of {n} samples, more than memory can hold"))?;
     }
     Ok(dims)
 }
 
 /// Samples with z fastest, reordered to have x fastest.
-fn x_fastest(samples: Samples, dims: [usize; 3]) -> std::io::Result<Samples> {
-    Ok(match samples {
-        Samples::U8(s) => Samples::U8(reordered(&s, dims)?),
-        Samples::I8(s) => Samples::I8(reordered(&s, dims)?),
-        Samples::U16(s) => Samples::U16(reordered(&s, dims)?),
-        Samples::I16(s) => Samples::I16(reordered(&s, dims)?),
-        Samples::U32(s) => Samples::U32(reordered(&s, dims)?),
-        Samples::I32(s) => Samples::I32(reordered(&s, dims)?),
-        Samples::F32(s) => Samples::F32(reordered(&s, dims)?),
-        Samples::F64(s) => Samples::F64(reordered(&s, dims)?),
-    })
+fn x_fastest(samples: &Samples, dims: [usize; 3]) -> io::Result<Samples> {
+    Ok(with_samples!(samples, s => transposed(s, dims)?.into()))
 }
 
 /// The transpose of each x-z slice, in square blocks that fit the cache.
-fn reordered<T: Copy + Default>(
-    z_fastest: &[T],
-    [nx, ny, nz]: [usize; 3],
-) -> std::io::Result<Vec<T>> {
+fn transposed<T: Copy + Default>(z_fastest: &[T], [nx, ny, nz]: [usize; 3]) -> io::Result<Vec<T>> {
     const BLOCK: usize = 32;
-    let mut x_fastest = reserve(z_fastest.len(), T::default())?;
+    let mut x_fastest = try_filled_vec(z_fastest.len(), T::default())?;
     for z0 in (0..nz).step_by(BLOCK) {
         for y in 0..ny {
             for x0 in (0..nx).step_by(BLOCK) {
@@ -273,7 +269,8 @@ mod tests {
 
     #[test]
     fn the_header_is_the_one_numpy_writes() {
-        let known = Header { descr: "<f4".to_owned(), fortran_order: true, shape: vec![2, 3, 4] };
+        let known =
+            NpyHeader { descr: "<f4".to_owned(), fortran_order: true, shape: vec![2, 3, 4] };
         let text = "{'descr': '<f4', 'fortran_order': True, 'shape': (2, 3, 4), }          \n";
         assert_eq!(parse_header(text), Ok(known));
         let python2 = "{\"shape\": (2L, 3L), \"descr\": \"|u1\", \"fortran_order\": False}";

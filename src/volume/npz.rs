@@ -1,7 +1,7 @@
 //! NumPy's `.npz`: a ZIP of `.npy` files, stored (`numpy.savez`) or deflated (`numpy.savez_compressed`), each by its name.
 //!
-//! Source: `numpy/lib/npyio.py`, and APPNOTE.TXT of PKWARE for ZIP, which crate `zip` reads. Sizes in a ZIP are claims like
-//! others: memory is taken as samples arrive, and the checksum of each array is checked.
+//! Source: `numpy/lib/npyio.py`, and APPNOTE.TXT of PKWARE for ZIP, which crate `zip` reads. Sizes in a ZIP may be wrong:
+//! memory grows while samples are read, and the checksum of each array is verified.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read as _};
@@ -9,23 +9,25 @@ use std::path::Path;
 
 use zip::{CompressionMethod, ZipArchive};
 
-use super::decode::{invalid, read_error};
+use super::data_error::{invalid, read_error};
+use super::npy;
+use super::read_options::ReadOptions;
+use super::samples::SampleGrid;
 use super::select::by_name;
 use super::stream::DEFLATE_RATIO;
-use super::{Grid, ReadOptions, npy};
 use crate::error::Result;
 
-/// Reads an array of a `.npz` file: the only one, or the one that the options name.
+/// Reads an array of a `.npz` file: the only one, or the one named in the options.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Io`] if the file cannot be read; [`crate::Error::Input`] for damaged ones, where an array must be chosen,
-/// and as reading a `.npy` file.
-pub(crate) fn read(path: &Path, opened: (File, u64), options: &ReadOptions) -> Result<Grid> {
-    array(opened, options.array.as_deref()).map_err(|e| read_error(path, e))
+/// [`crate::Error::Io`] if the file cannot be read; [`crate::Error::Input`] for damaged ones, if an array must be chosen,
+/// and as for a `.npy` file.
+pub(crate) fn read(path: &Path, opened: (File, u64), options: &ReadOptions) -> Result<SampleGrid> {
+    read_chosen(opened, options.array.as_deref()).map_err(|e| read_error(path, e))
 }
 
-fn array((file, length): (File, u64), name: Option<&str>) -> io::Result<Grid> {
+fn read_chosen((file, length): (File, u64), name: Option<&str>) -> io::Result<SampleGrid> {
     let damaged = |e: zip::result::ZipError| invalid(format!("damaged ZIP: {e}"));
     let mut zip = ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
     let files: Vec<(usize, String)> = (0..zip.len())
@@ -37,20 +39,22 @@ fn array((file, length): (File, u64), name: Option<&str>) -> io::Result<Grid> {
     let names: Vec<&str> = files.iter().map(|(_, name)| name.as_str()).collect();
     let chosen = by_name(&names, name, None)?;
     let mut entry = zip.by_index(files[chosen].0).map_err(damaged)?;
-    let (size, packed) = (entry.size(), entry.compressed_size().min(length));
+    let (size, compressed) = (entry.size(), entry.compressed_size().min(length));
     let ratio = match entry.compression() {
         CompressionMethod::Stored => 1,
         _ => DEFLATE_RATIO,
     };
-    if size > packed.saturating_mul(ratio) {
-        return Err(invalid(format!("{packed} bytes, too few for the {size} bytes of an array")));
+    if size > compressed.saturating_mul(ratio) {
+        return Err(invalid(format!(
+            "{compressed} bytes, too few for the {size} bytes of an array"
+        )));
     }
     let of_array = |e: io::Error| match e.kind() {
         io::ErrorKind::UnexpectedEof => invalid("the array ends early"),
         _ => e,
     };
-    let grid = npy::array(&mut entry, size, ratio).map_err(of_array)?;
-    // Reading past the end checks the checksum.
+    let grid = npy::read_array(&mut entry, size, ratio).map_err(of_array)?;
+    // Reading past the end verifies the checksum.
     if entry.read(&mut [0]).map_err(of_array)? != 0 {
         return Err(invalid(format!("more than the {size} bytes of the array")));
     }

@@ -1,19 +1,21 @@
-//! Built-in analytic volumes: to try the program without data, and oracles for tests.
+//! Built-in analytic volumes: to try the program without data, and as oracles of tests.
 //!
-//! A phantom is named by `NAME[:SIZE]` (`noise` also by `noise:SIZE:SEED`) and fills a cube of
+//! A phantom is named `NAME[:SIZE]` (or `noise:SIZE:SEED`) and is a cube of
 //! SIZE samples per axis with unit spacing. Formulas use coordinates from -1 (first sample) to 1
 //! (last sample) along each axis. Except in `hydrogen`, centres and phases are shifted by
-//! irrational amounts, so that no two samples are equal merely by symmetry.
+//! irrational amounts, so that no two samples are equal by symmetry alone.
 //!
 //! `hydrogen` imitates the data set "hydrogen atom" of SFB 382 (volvis.org): the electron density
 //! of a hydrogen atom in a strong magnetic field, a ring between two lobes, quantised to 8 bits.
-//! Symmetry and quantisation leave it full of ties and plateaus, as the original is.
+//! Like the original it has many ties and plateaus, by symmetry and quantisation.
 
 use std::f64::consts::{PI, SQRT_2};
 
+use super::grid::Volume;
+use super::placement::Placement;
+use super::samples::Samples;
 use crate::error::{Error, Result};
 use crate::random::Random;
-use crate::volume::{Placement, Samples, Volume};
 
 /// Smallest and largest number of samples per axis of a phantom.
 const SIZES: std::ops::RangeInclusive<usize> = 4..=1024;
@@ -22,7 +24,7 @@ const SIZES: std::ops::RangeInclusive<usize> = 4..=1024;
 const PHANTOMS: [(&str, usize); 6] =
     [("hydrogen", 64), ("sphere", 32), ("torus", 48), ("blobs", 48), ("gyroid", 48), ("noise", 32)];
 
-/// Where `sphere`, `torus` and `blobs` are centred: near 0, at irrational distances from it.
+/// The centre of `sphere`, `torus` and `blobs`: near 0, at irrational distances from it.
 /// (sqrt(2) - 1) / 20, (sqrt(3) - 1) / 25, (sqrt(5) - 2) / 15.
 const CENTRE: [f64; 3] =
     [0.020_710_678_118_654_75, 0.029_282_032_302_755_1, 0.015_737_865_166_652_6];
@@ -45,7 +47,7 @@ pub fn phantom_names() -> Vec<&'static str> {
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] for an unknown name, a size outside 4 to 1024 or a seed that is no number.
+/// [`Error::Usage`] for an unknown name, a size outside 4 to 1024 or an invalid seed.
 pub fn phantom(spec: &str) -> Result<Volume> {
     let mut parts = spec.split(':');
     let name = parts.next().unwrap_or_default();
@@ -73,7 +75,7 @@ pub fn phantom(spec: &str) -> Result<Volume> {
     }
     let samples = match name {
         "hydrogen" => {
-            // The nucleus lies on a sample, as in the data set: that one has the value 250.
+            // The nucleus is on a sample, as in the data set, with the value 250.
             let shift = (2 * (size / 2)) as f64 / (size - 1) as f64 - 1.0;
             Samples::U8(sampled(size, |p| (250.0 * hydrogen(minus(p, [shift; 3]))).round() as u8))
         }

@@ -1,34 +1,35 @@
-//! Where the samples of a volume lie in the world.
+//! The placement of the samples of a volume in the world.
 //!
 //! # Theory
 //!
-//! Sample (i, j, k) lies at origin + D * (spacing * (i, j, k)). The columns of D are unit vectors and any three that
-//! span space: a right-handed rotation, a mirror image, or sheared, as the cells of crystals and tilted gantries are.
+//! The position of sample (i, j, k) is origin + D * (spacing * (i, j, k)). The columns of D are linearly independent unit
+//! vectors: a rotation, a reflection, or sheared, as for the cells of crystals and tilted gantries.
 //!
-//! The voxel frame takes the axes as perpendicular, so a sheared world is its affine image. Topology is the same in both.
-//! Tolerances and radius ratios hold in the voxel frame; a length there is [`Placement::stretch`] times as long in
-//! the world, where the spacing is one and the same, and areas and volumes are measured in the world.
+//! The voxel frame has perpendicular axes, so a sheared world is its affine image. Topology is the same in both.
+//! Tolerances and radius ratios hold in the voxel frame; for isotropic spacing a length there is [`Placement::stretch`]
+//! times as long in the world. Areas and volumes are measured in the world.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Spacings from the first to the second, and origins up to the second: with them all positions of the world frame,
-/// and areas there, are normal numbers in the f32 of exported meshes.
-const SPACINGS: (f64, f64) = (1e-15, 1e15);
+/// Smallest and largest spacing, and largest coordinate of an origin: within these, positions and areas in the world are
+/// normal numbers in the f32 of exported meshes.
+const MIN_SPACING: f64 = 1e-15;
+const MAX_SPACING: f64 = 1e15;
 
-/// How far the lengths of directions may be from 1, and the cosines between those that count as perpendicular.
-const OFF: f64 = 1e-3;
+/// Largest deviation of the squared length of a direction from 1, and largest cosine between perpendicular directions.
+const DIRECTION_TOLERANCE: f64 = 1e-3;
 
-/// Least volume that three directions may span.
-const LEAST_SPAN: f64 = 1e-3;
+/// Smallest volume that the three directions may span.
+const MIN_SPAN: f64 = 1e-3;
 
-/// What lengths of the world are measured in.
+/// The unit of lengths in the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Unit {
-    /// Not told.
+    /// Unknown.
     #[default]
     Unknown,
     /// Metres.
@@ -46,7 +47,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The unit behind a name or a sign, as files spell it.
+    /// The unit of a name or symbol in a file.
     pub fn from_name(name: &str) -> Option<Unit> {
         Some(match name.trim().to_lowercase().as_str() {
             "m" | "metre" | "meter" | "metres" | "meters" => Unit::M,
@@ -60,7 +61,7 @@ impl Unit {
         })
     }
 
-    /// How many millimetres it is long.
+    /// Its length in millimetres.
     pub fn in_mm(self) -> Option<f64> {
         Some(match self {
             Unit::Unknown => return None,
@@ -88,17 +89,17 @@ impl fmt::Display for Unit {
     }
 }
 
-/// What the axes of the world mean.
+/// The meaning of the axes of the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 #[non_exhaustive]
 pub enum Space {
-    /// Nothing that is known.
+    /// Unknown.
     #[default]
     Unknown,
-    /// A patient's left, posterior, superior; in millimetres. So DICOM and ITK.
+    /// A patient's left, posterior, superior, in millimetres, as in DICOM and ITK.
     Lps,
-    /// A patient's right, anterior, superior; in millimetres. So NIfTI and 3D Slicer.
+    /// A patient's right, anterior, superior, in millimetres, as in NIfTI and 3D Slicer.
     Ras,
 }
 
@@ -112,7 +113,7 @@ impl fmt::Display for Space {
     }
 }
 
-/// Where the samples lie in the world.
+/// The placement of samples in the world.
 ///
 /// ```
 /// use isospectrum::Placement;
@@ -129,16 +130,16 @@ pub struct Placement {
     pub spacing: [f64; 3],
     /// Unit direction of each grid axis in the world; `direction[a]` is that of axis `a`. They need not be perpendicular.
     pub direction: [[f64; 3]; 3],
-    /// What origin and spacing are measured in; millimetres wherever the space is that of a patient.
+    /// Unit of origin and spacing; millimetres in the space of a patient.
     #[serde(default)]
     pub unit: Unit,
-    /// What the axes of the world mean.
+    /// The meaning of the axes of the world.
     #[serde(default)]
     pub space: Space,
 }
 
 impl Placement {
-    /// A world that is the index frame, of no unit and no space.
+    /// The world equals the index frame; unit and space are unknown.
     pub const IDENTITY: Placement = Placement {
         origin: [0.0; 3],
         spacing: [1.0; 3],
@@ -147,15 +148,15 @@ impl Placement {
         space: Space::Unknown,
     };
 
-    /// The placement with the vectors from a sample to the next along each axis. One of no length is left to
-    /// [`Placement::check`].
+    /// The placement with the given vectors from a sample to the next along each axis. [`Placement::check`] rejects vectors
+    /// of length 0.
     pub fn from_steps(origin: [f64; 3], steps: [[f64; 3]; 3]) -> Self {
         let spacing = steps.map(|[x, y, z]| x.hypot(y).hypot(z));
         let direction = std::array::from_fn(|a| steps[a].map(|x| x / spacing[a]));
         Placement { origin, spacing, direction, ..Placement::IDENTITY }
     }
 
-    /// The same place, told in millimetres where the unit is known: what the spaces of patients are in.
+    /// The same placement in the space of a patient: in millimetres, converted if the unit is known.
     pub fn of_patient(mut self, space: Space) -> Self {
         let mm = self.unit.in_mm().unwrap_or(1.0);
         if mm != 1.0 {
@@ -165,29 +166,29 @@ impl Placement {
         Placement { unit: Unit::Mm, space, ..self }
     }
 
-    /// Whether this is a frame that a grid may have.
+    /// Checks that a grid may have this placement.
     ///
     /// # Errors
     ///
-    /// What is wrong: a number that is not finite or too large, a spacing that is not positive or extreme, directions
-    /// that are not of unit length to within 1e-3 or lie (nearly) in a plane. Left-handed and sheared frames are fine.
+    /// A description: a number that is not finite or too large, a spacing that is not positive or extreme, directions
+    /// that are not of unit length to within 1e-3 or (nearly) in a plane. Left-handed and sheared frames are valid.
     pub fn check(&self) -> Result<(), String> {
-        if self.spacing.iter().any(|s| !(SPACINGS.0..=SPACINGS.1).contains(s)) {
+        if self.spacing.iter().any(|s| !(MIN_SPACING..=MAX_SPACING).contains(s)) {
             return Err(format!(
                 "spacing {:?}, expected positive numbers from {:e} to {:e}",
-                self.spacing, SPACINGS.0, SPACINGS.1
+                self.spacing, MIN_SPACING, MAX_SPACING
             ));
         }
-        if self.origin.iter().any(|x| !(-SPACINGS.1..=SPACINGS.1).contains(x)) {
+        if self.origin.iter().any(|x| !(-MAX_SPACING..=MAX_SPACING).contains(x)) {
             return Err(format!(
                 "origin {:?}, expected finite numbers up to {:e}",
-                self.origin, SPACINGS.1
+                self.origin, MAX_SPACING
             ));
         }
-        let is_unit = |u: &[f64; 3]| (dot(*u, *u) - 1.0).abs() <= OFF;
-        if !self.direction.iter().all(is_unit) || self.span().abs() < LEAST_SPAN {
+        let is_unit = |u: &[f64; 3]| (dot(*u, *u) - 1.0).abs() <= DIRECTION_TOLERANCE;
+        if !self.direction.iter().all(is_unit) || self.span().abs() < MIN_SPAN {
             return Err(format!(
-                "axis directions {:?}, expected unit vectors that do not lie in a plane",
+                "axis directions {:?}, expected linearly independent unit vectors",
                 self.direction
             ));
         }
@@ -200,7 +201,7 @@ impl Placement {
         x.min(y).min(z)
     }
 
-    /// The volume of a voxel in the world: what volumes of the voxel frame are counted in.
+    /// The volume of a voxel in the world: the unit of volumes in the voxel frame.
     pub fn voxel_volume(&self) -> f64 {
         self.voxel().powi(3) * self.span().abs()
     }
@@ -208,7 +209,7 @@ impl Placement {
     /// World position of a point of the index frame.
     pub fn world(&self, index: [f64; 3]) -> [f64; 3] {
         let along = |a: usize| self.spacing[a] * index[a];
-        self.plus_origin(self.turned([along(0), along(1), along(2)]))
+        self.plus_origin(self.rotate([along(0), along(1), along(2)]))
     }
 
     /// World position of a point of the voxel frame.
@@ -216,10 +217,10 @@ impl Placement {
         self.plus_origin(self.around_origin(p))
     }
 
-    /// As [`Placement::world_of_voxel`], less the origin.
+    /// As [`Placement::world_of_voxel`], relative to the origin.
     pub fn around_origin(&self, p: [f32; 3]) -> [f64; 3] {
         let voxel = self.voxel();
-        self.turned(p.map(|x| voxel * f64::from(x)))
+        self.rotate(p.map(|x| voxel * f64::from(x)))
     }
 
     /// Point of the voxel frame at a world position, the inverse of [`Placement::world_of_voxel`].
@@ -230,13 +231,13 @@ impl Placement {
         [cross(b, c), cross(c, a), cross(a, b)].map(|normal| dot(normal, from_origin) / scale)
     }
 
-    /// Unit normal, in the world, of a surface with a normal of the voxel frame. It turns as what is perpendicular to it
-    /// requires, which is the inverse transpose of the directions. A normal of no length stays.
+    /// Unit normal in the world of a surface with normal `n` in the voxel frame, by the inverse transpose of the directions.
+    /// A zero vector stays.
     pub fn normal(&self, n: [f32; 3]) -> [f32; 3] {
         self.normals()(n)
     }
 
-    /// As [`Placement::normal`], for many: what does not depend on the normal is found once.
+    /// [`Placement::normal`] as a function, for many normals.
     pub fn normals(&self) -> impl Fn([f32; 3]) -> [f32; 3] {
         let [a, b, c] = self.direction;
         let side = self.span().signum();
@@ -249,7 +250,7 @@ impl Placement {
         }
     }
 
-    /// Volume that the directions span: 1 where they are perpendicular, below 0 where they are left-handed.
+    /// Volume that the directions span (their determinant): 1 or -1 if they are perpendicular, negative if left-handed.
     pub fn span(&self) -> f64 {
         let [a, b, c] = self.direction;
         dot(a, cross(b, c))
@@ -258,18 +259,18 @@ impl Placement {
     /// Whether the axes are not perpendicular, to within 1e-3.
     pub fn is_sheared(&self) -> bool {
         let [a, b, c] = self.direction;
-        [dot(a, b), dot(b, c), dot(c, a)].iter().any(|cosine| cosine.abs() > OFF)
+        [dot(a, b), dot(b, c), dot(c, a)].iter().any(|cosine| cosine.abs() > DIRECTION_TOLERANCE)
     }
 
-    /// The least and the largest length in the world of what is a spacing long in the voxel frame, in spacings. Both are 1
-    /// unless the axes are sheared: they are the singular values of the directions.
+    /// Smallest and largest factor by which lengths grow from the voxel frame to the world, for isotropic spacing: the
+    /// singular values of the directions. Both are 1 unless the axes are sheared.
     pub fn stretch(&self) -> (f64, f64) {
         let directions = glam::DMat3::from_cols_array_2d(&self.direction);
         let (low, high) = symmetric_eigenvalues(directions.transpose() * directions);
         (low.max(0.0).sqrt(), high.sqrt())
     }
 
-    fn turned(&self, p: [f64; 3]) -> [f64; 3] {
+    fn rotate(&self, p: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {
             let along = |a: usize| self.direction[a][i] * p[a];
             along(0) + along(1) + along(2)
@@ -295,7 +296,7 @@ pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Least and largest eigenvalue of a symmetric matrix, by the cosines of a third of an angle (Smith 1961).
+/// Smallest and largest eigenvalue of a symmetric matrix (Smith 1961, trigonometric solution).
 fn symmetric_eigenvalues(m: glam::DMat3) -> (f64, f64) {
     let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
     let off = m - glam::DMat3::from_diagonal(glam::DVec3::splat(mean));
@@ -334,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_of_the_voxel_frame_is_found_again() {
+    fn a_point_of_the_voxel_frame_survives_the_round_trip_through_the_world() {
         for mirrored in [1.0, -1.0] {
             let mut p = hexagonal();
             p.direction[2][2] *= mirrored;
@@ -344,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_stay_perpendicular_to_what_they_were_perpendicular_to() {
+    fn normals_stay_perpendicular_to_their_plane() {
         for mirrored in [1.0, -1.0] {
             let mut p = hexagonal();
             p.direction[2][2] *= mirrored;
@@ -365,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_no_grid_has_are_refused() {
+    fn invalid_frames_are_rejected() {
         let with = |direction| Placement { direction, ..Placement::default() };
         let x = [1.0, 0.0, 0.0];
         for direction in [
@@ -374,8 +375,8 @@ mod tests {
             [x, [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]],
             [x, [0.0, 1.0, 0.0], [0.0, 0.0, f64::NAN]],
         ] {
-            let said = with(direction).check().expect_err("no frame");
-            assert!(said.contains("axis directions"), "{said}");
+            let message = with(direction).check().expect_err("no frame");
+            assert!(message.contains("axis directions"), "{message}");
         }
         let flat = Placement::from_steps([0.0; 3], [x, [0.0; 3], [0.0, 0.0, 1.0]]);
         assert!(flat.check().expect_err("no step").contains("spacing"));

@@ -1,16 +1,19 @@
-//! What is done to a volume before anything else: a region is cut out, noise is filtered, samples are made fewer.
+//! Preprocessing of a volume: crop, filter, downsample, mask.
 //!
-//! The steps are done in the order of the fields of [`Preparation`]. They are recorded in a spectrum, so that whoever has the
-//! volume can do them again and verify the spectrum against the result.
+//! The steps have the order of the fields of [`Preparation`]. A spectrum stores them, so that it can be verified against the
+//! original volume.
 
 mod filter;
 
 use serde::{Deserialize, Serialize};
 
-use super::{MaskRecord, Placement, Samples, Volume};
+use super::grid::Volume;
+use super::mask::record::MaskRecord;
+use super::placement::Placement;
+use super::samples::Samples;
 use crate::error::{Error, Result};
 
-/// Steps before the sweep, each where it was asked for.
+/// Steps before the sweep; each is optional.
 ///
 /// ```
 /// use isospectrum::{Preparation, volume::phantom};
@@ -22,49 +25,49 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Preparation {
-    /// First sample and the one behind the last, along x, y, z.
+    /// Index of the first sample, and one past the last, along x, y, z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crop: Option<[[usize; 2]; 3]>,
-    /// Each sample becomes the median of those up to so many away along every axis.
+    /// Each sample becomes the median of those up to this many samples away along every axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub median: Option<usize>,
     /// Standard deviations of a Gaussian along x, y, z, in samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smooth: Option<[f64; 3]>,
-    /// Blocks of so many samples along every axis become one, their mean.
+    /// Blocks of this many samples along every axis become one, their mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub downsample: Option<usize>,
-    /// Surfaces end where this mask of the volume's samples, as many as there were before all steps, does. Filters see all
-    /// samples; it is laid over what they give.
+    /// A mask of the samples before all steps, at which surfaces end. Filters use all samples; the mask is applied to their
+    /// result.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mask: Option<MaskRecord>,
 }
 
 /// Largest radius of a median, and standard deviation of a Gaussian, in samples.
-const LARGEST: f64 = 64.0;
+const MAX_RADIUS: f64 = 64.0;
 
 impl Preparation {
-    /// Whether nothing is done.
+    /// Whether there are no steps.
     pub fn is_none(&self) -> bool {
         *self == Preparation::default()
     }
 
-    /// What a spectrum says was done to its volume.
+    /// The preparation in the metadata of a spectrum.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] if it says what this version does not know.
-    pub(crate) fn of_json(done: &serde_json::Value) -> Result<Self> {
-        Preparation::deserialize(done)
-            .map_err(|_| Error::input("the spectrum's preparation of its volume is not known"))
+    /// [`Error::Input`] for steps that this version does not support.
+    pub(crate) fn of_json(json: &serde_json::Value) -> Result<Self> {
+        Preparation::deserialize(json)
+            .map_err(|_| Error::input("unsupported preparation of the volume in the spectrum"))
     }
 
     /// The volume after all steps.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for a region outside the volume, and for radii that are none; [`Error::Input`] where what is left is
-    /// no volume ([`Volume::new`]), the mask is one for another or memory does not suffice.
+    /// [`Error::Usage`] for a region outside the volume, and for invalid radii; [`Error::Input`] if [`Volume::new`] rejects
+    /// the result, the mask does not fit or memory does not suffice.
     pub fn apply(&self, volume: Volume) -> Result<Volume> {
         self.check(&volume)?;
         let mut mask = self.mask.as_ref().map(|mask| mask.mask(&volume)).transpose()?;
@@ -86,7 +89,7 @@ impl Preparation {
             mask = mask.map(|mask| mask.downsampled(n));
         }
         match mask {
-            Some(mask) => mask.laid_over(&volume),
+            Some(mask) => mask.apply_to(&volume),
             None => Ok(volume),
         }
     }
@@ -103,11 +106,11 @@ impl Preparation {
                 dims[a]
             )));
         }
-        let is_radius = |r: f64| (0.0..=LARGEST).contains(&r);
+        let is_radius = |r: f64| (0.0..=MAX_RADIUS).contains(&r);
         let radii = self.smooth.iter().flatten().copied();
         if let Some(r) = radii.chain(self.median.map(|r| r as f64)).find(|&r| !is_radius(r)) {
             return Err(Error::Usage(format!(
-                "a filter that reaches {r} samples, expected 0 to {LARGEST}"
+                "filter radius of {r} samples, expected 0 to {MAX_RADIUS}"
             )));
         }
         if self.downsample.is_some_and(|n| n < 1) {
@@ -117,8 +120,8 @@ impl Preparation {
     }
 }
 
-/// A volume of the same name and layer.
-fn remade(
+/// A volume with the name and the layer's side of another.
+fn with_grid(
     volume: &Volume,
     samples: Samples,
     dims: [usize; 3],
@@ -132,25 +135,25 @@ fn cropped(volume: &Volume, region: [[usize; 2]; 3]) -> Result<Volume> {
     let samples = volume.samples_of(region.map(|r| r[0]), region.map(|r| r[1]))?;
     let first = region.map(|[first, _]| first as f64);
     let placement = Placement { origin: volume.placement().world(first), ..*volume.placement() };
-    remade(volume, samples, dims, placement)
+    with_grid(volume, samples, dims, placement)
 }
 
-/// Means of blocks; what is left over at the upper ends is in none.
+/// Means of blocks; an incomplete block at an upper end is dropped.
 fn downsampled(volume: &Volume, n: usize) -> Result<Volume> {
     let dims = volume.dims().map(|d| d / n);
     if n == 1 || dims.iter().any(|&d| d < 2) {
         return match n {
             1 => Ok(volume.clone()),
             _ => Err(Error::Usage(format!(
-                "blocks of {n} samples, expected at least 2 of them along each axis"
+                "blocks of {n} samples, expected at least 2 blocks along each axis"
             ))),
         };
     }
     let samples = filter::block_means(volume.samples(), volume.dims(), n);
-    // A block lies in the middle of its samples.
+    // A block is at the centre of its samples.
     let middle = [0.5 * (n as f64 - 1.0); 3];
     let mut placement = *volume.placement();
     placement.origin = placement.world(middle);
     placement.spacing = placement.spacing.map(|s| s * n as f64);
-    remade(volume, samples, dims, placement)
+    with_grid(volume, samples, dims, placement)
 }

@@ -1,58 +1,57 @@
 //! RAW: samples without a header, x fastest, then y, then z.
 //!
-//! What the file does not say, its name may (`name_128x128x128_uint8.raw`, the habit of the
-//! open scientific visualisation data sets) or [`ReadOptions`]; options win over the name. The
-//! byte order is little endian unless the options say otherwise. Where neither tells, a header of the same name beside it
-//! may (`name.nhdr`, `name.mhd`). A file that ends in `.gz` is inflated.
+//! Dimensions and sample type are part of the file name (`name_128x128x128_uint8.raw`, as in the Open SciVis Datasets) or
+//! come from [`ReadOptions`], which take precedence. The byte order is little endian unless the options set it.
+//! Without either, a companion header of the same name is read (`name.nhdr`, `name.mhd`). A file that ends in `.gz` is
+//! decompressed.
 
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use super::data_error::read_error;
+use super::decode::read_samples;
+use super::layout::{Channel, Compression, SampleLayout, SampleType, size_of_grid};
+use super::placement::Placement;
+use super::plain::PlainSamples;
+use super::read_options::ReadOptions;
+use super::samples::SampleGrid;
+use super::stream;
+use super::{metaimage, nrrd};
 use crate::error::{Error, Result};
-use crate::volume::decode::{SampleType, read_error, read_samples, size_of_grid};
-use crate::volume::slabs::{Plain, wrong_length};
-use crate::volume::stream::{self, Channel, Layout, Packing};
-use crate::volume::{Grid, Placement, ReadOptions, metaimage, nrrd};
 
-/// Reads a RAW file, which is open and has so many bytes.
+/// Reads a RAW file, which is open and has `length` bytes.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] if the file cannot be read; [`Error::Input`] if neither name nor options tell
-/// dimensions and type, or the file does not have exactly the bytes they ask for;
+/// [`Error::Io`] if the file cannot be read; [`Error::Input`] if neither name nor options give
+/// dimensions and type, or the file does not have exactly the bytes that these need;
 /// [`Error::Usage`] for an unknown sample type among the options.
 pub(crate) fn read(
     path: &Path,
-    (mut file, found): (File, u64),
+    (mut file, length): (File, u64),
     options: &ReadOptions,
-) -> Result<Grid> {
-    if let Some(header) = header_beside(path).filter(|_| !is_told(path, options)) {
+) -> Result<SampleGrid> {
+    if let Some(header) = described_by_header(path, options) {
         return read_by_header(path, &header, options);
     }
-    let is_gzip = Packing::of_name(path) == Packing::Gzip;
-    let (dims, sample_type) = told(path, options)?;
-    if is_gzip {
-        let channel = Channel::ONLY;
-        let layout = Layout { dims, sample_type, big_endian: options.big_endian, channel, skip: 0 };
-        let samples = stream::read_all(&mut BufReader::new(file), found, Packing::Gzip, &layout)
-            .map_err(|e| read_error(path, e))?;
-        return Ok((dims, samples, Placement::default()));
-    }
-    let size = size_of_grid(dims, sample_type);
-    let n = size.filter(|&(_, bytes)| bytes as u64 == found).map(|(n, _)| n);
-    let n = n.ok_or_else(|| {
-        let expected = size.map(|(_, bytes)| bytes as u64);
-        wrong_length(path, (found, expected), (dims, sample_type))
-    })?;
-    let samples = read_samples(&mut file, sample_type, options.big_endian, n, n)
-        .map_err(|e| read_error(path, e))?;
-    Ok((dims, samples, Placement::default()))
+    let plain = layout(path, options)?;
+    let PlainSamples { dims, sample_type, big_endian, placement, .. } = plain;
+    let samples = if Compression::of_name(path) == Compression::Gzip {
+        let layout =
+            SampleLayout { dims, sample_type, big_endian, channel: Channel::ONLY, skip: 0 };
+        stream::read_all(&mut BufReader::new(file), length, Compression::Gzip, &layout)
+    } else {
+        let n = size_of_grid(dims, sample_type).filter(|&(_, bytes)| bytes as u64 == length);
+        let (n, _) = n.ok_or_else(|| plain.wrong_length(length))?;
+        read_samples(&mut file, sample_type, big_endian, n, n)
+    };
+    Ok(SampleGrid { dims, samples: samples.map_err(|e| read_error(path, e))?, placement })
 }
 
-/// What name and options tell.
-fn told(path: &Path, options: &ReadOptions) -> Result<([usize; 3], SampleType)> {
-    let is_gzip = Packing::of_name(path) == Packing::Gzip;
+/// The layout of the samples by name and options.
+fn layout(path: &Path, options: &ReadOptions) -> Result<PlainSamples> {
+    let is_gzip = Compression::of_name(path) == Compression::Gzip;
     let stem = if is_gzip { path.with_extension("") } else { path.to_owned() };
     let name = stem.file_stem().unwrap_or_default().to_string_lossy();
     let shown = path.display();
@@ -71,78 +70,77 @@ fn told(path: &Path, options: &ReadOptions) -> Result<([usize; 3], SampleType)> 
             ))
         })?,
     };
-    Ok((dims, sample_type))
-}
-
-/// Where the samples of a RAW file are, if they are not packed.
-///
-/// # Errors
-///
-/// As [`read`].
-pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<Plain>> {
-    if Packing::of_name(path) == Packing::Gzip {
-        return Ok(None);
-    }
-    if let Some(header) = header_beside(path).filter(|_| !is_told(path, options)) {
-        let is_meta = header.extension().is_some_and(|e| e == "mhd");
-        let is_told_too =
-            options.dims.is_some() || options.sample_type.is_some() || options.big_endian;
-        return if is_meta && !is_told_too { metaimage::plain(&header) } else { Ok(None) };
-    }
-    let (dims, sample_type) = told(path, options)?;
-    let plain = Plain {
+    Ok(PlainSamples {
         path: path.to_owned(),
         start: 0,
         dims,
         sample_type,
         big_endian: options.big_endian,
         placement: Placement::default(),
-    };
-    let found = crate::input::open(path)?.1;
-    if plain.end() != Some(found) {
-        return Err(wrong_length(path, (found, plain.end()), (dims, sample_type)));
+    })
+}
+
+/// Where the samples of a RAW file are; none if it is compressed or its header describes other than plain samples.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<PlainSamples>> {
+    if Compression::of_name(path) == Compression::Gzip {
+        return Ok(None);
+    }
+    if let Some(header) = described_by_header(path, options) {
+        let is_plain = is_mhd(&header) && !options.describes_layout();
+        return if is_plain { metaimage::plain(&header) } else { Ok(None) };
+    }
+    let plain = layout(path, options)?;
+    let length = crate::input::open(path)?.1;
+    if plain.end() != Some(length) {
+        return Err(plain.wrong_length(length));
     }
     Ok(Some(plain))
 }
 
-/// Whether name and options tell what is in a file.
-fn is_told(path: &Path, options: &ReadOptions) -> bool {
-    let (dims, sample_type) = told_by_name(path);
-    (options.dims.is_some() || dims.is_some())
-        && (options.sample_type.is_some() || sample_type.is_some())
+/// The companion header of a file whose name and options do not give dimensions and type.
+fn described_by_header(path: &Path, options: &ReadOptions) -> Option<PathBuf> {
+    let (dims, sample_type) = parse_raw_name(path);
+    let is_known = (options.dims.is_some() || dims.is_some())
+        && (options.sample_type.is_some() || sample_type.is_some());
+    if is_known { None } else { companion_header(path) }
 }
 
-/// The header of the same name beside a RAW file, if there is one and it is of this file.
-pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
-    let is_ours = |header: &PathBuf| {
-        let told = if header.extension().is_some_and(|e| e == "mhd") {
-            metaimage::others(header)
-        } else {
-            nrrd::data_files(header)
-        };
-        told.iter().any(|file| file.file_name() == path.file_name())
+/// The header (`.nhdr` or `.mhd`) that has the name of a RAW file and refers to it.
+pub(crate) fn companion_header(path: &Path) -> Option<PathBuf> {
+    let refers_to_file = |header: &PathBuf| {
+        let files =
+            if is_mhd(header) { metaimage::data_files(header) } else { nrrd::data_files(header) };
+        files.iter().any(|file| file.file_name() == path.file_name())
     };
-    ["nhdr", "mhd"].map(|e| path.with_extension(e)).into_iter().find(is_ours)
+    ["nhdr", "mhd"].map(|e| path.with_extension(e)).into_iter().find(refers_to_file)
 }
 
-/// Reads a RAW file as a header beside it tells.
-fn read_by_header(path: &Path, header: &Path, options: &ReadOptions) -> Result<Grid> {
-    if options.dims.is_some() || options.sample_type.is_some() || options.big_endian {
+fn is_mhd(header: &Path) -> bool {
+    header.extension().is_some_and(|e| e == "mhd")
+}
+
+/// Reads a RAW file as its companion header describes it.
+fn read_by_header(path: &Path, header: &Path, options: &ReadOptions) -> Result<SampleGrid> {
+    if options.describes_layout() {
         return Err(Error::Usage(format!(
-            "{}: {} tells what is in it, expected both --dims and --type or neither",
+            "{}: {} describes its samples, expected both --dims and --type or neither",
             path.display(),
             header.display()
         )));
     }
     let opened = crate::input::open(header)?;
-    if header.extension().is_some_and(|e| e == "mhd") {
+    if is_mhd(header) {
         metaimage::read(header, opened, options)
     } else {
         nrrd::read(header, opened.0)
     }
 }
 
-/// The words of a file name, last first: what describes the samples stands at the end.
+/// The words of a file name, last first: the description of the samples is at the end.
 fn words(name: &str) -> impl Iterator<Item = &str> {
     name.rsplit(['_', '-', '.', ' '])
 }
@@ -161,8 +159,8 @@ fn type_in_name(name: &str) -> Option<SampleType> {
     words(name).find_map(SampleType::from_name)
 }
 
-/// What the name of a RAW file says: dimensions and sample type, each if it does.
-pub fn told_by_name(path: &Path) -> (Option<[usize; 3]>, Option<String>) {
+/// Dimensions and sample type in the name of a RAW file, each if it has one.
+pub fn parse_raw_name(path: &Path) -> (Option<[usize; 3]>, Option<String>) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     (dims_in_name(&name), type_in_name(&name).map(|t| t.to_string()))
 }

@@ -1,15 +1,15 @@
-//! Which part of a file is the volume, where it holds several: a frame in time, a channel, an array by name.
+//! Selects the volume in a file that has several: a frame in time, a channel, an array by name.
 
 use std::io;
 
-use super::decode::invalid;
+use super::data_error::invalid;
 use super::text::shortened;
 
-/// The one of `n` frames (or channels) that was asked for by its flag, or the only one.
+/// The chosen one of `n` frames (or channels), or the only one.
 ///
 /// # Errors
 ///
-/// `InvalidData` that tells the flag where there are several, and the last where there are not so many.
+/// `InvalidData` with the flag if one of several must be chosen, and with the range if the number is too large.
 pub(crate) fn one_of(what: &str, given: Option<usize>, n: usize) -> io::Result<usize> {
     match given {
         None if n == 1 => Ok(0),
@@ -22,11 +22,11 @@ pub(crate) fn one_of(what: &str, given: Option<usize>, n: usize) -> io::Result<u
     }
 }
 
-/// The index of the array of this name; of none that is named, the active one or the only one.
+/// The index of the array of the given name; without a name that of the active or the only one.
 ///
 /// # Errors
 ///
-/// `InvalidData` with the names there are.
+/// `InvalidData` with the names of the arrays.
 pub(crate) fn by_name(
     names: &[&str],
     given: Option<&str>,

@@ -1,72 +1,40 @@
-//! A volume in a file of plain samples, of which any block is read without the rest.
+//! A volume in a file of uncompressed samples, of which any block can be read without the rest.
 //!
 //! # Invariants
 //!
-//! What a header claims was held against the length of the file, so a block takes no more memory than the file has bytes.
+//! The size in the header was checked against the length of the file, so a block needs no more memory than the file.
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use super::decode::{SampleType, read_error, read_samples, size_of_grid};
-use super::{
-    Kind, Placement, ReadOptions, Samples, Statistics, Tally, check_grid, check_range, metaimage,
-    not_finite, npy, range_of, raw, replace_not_finite,
-};
+use super::data_error::read_error;
+use super::decode::read_samples;
+use super::format::VolumeFormat;
+use super::grid::{check_grid, check_range, not_finite};
+use super::placement::Placement;
+use super::plain::PlainSamples;
+use super::read_options::ReadOptions;
+use super::samples::{Samples, range_of, replace_not_finite, with_samples};
+use super::statistics::{Statistics, Tally};
+use super::{metaimage, npy, raw};
 use crate::error::{Error, Result};
 use crate::input;
-use crate::volume::with_samples;
 
-/// Bytes of samples that are read at a time where all of a volume is looked at: disks and vectors are at their best from a
-/// megabyte on.
-const SLAB: usize = 1 << 24;
+/// Bytes per read where all samples are read in order: disks are fastest from a megabyte on.
+const SLAB_BYTES: usize = 1 << 24;
 
-/// Plain samples, x fastest, in a file.
-#[derive(Clone, Debug)]
-pub(crate) struct Plain {
-    pub(crate) path: PathBuf,
-    /// Where the first one is, bytes.
-    pub(crate) start: u64,
-    pub(crate) dims: [usize; 3],
-    pub(crate) sample_type: SampleType,
-    pub(crate) big_endian: bool,
-    /// Where they lie in the world.
-    pub(crate) placement: Placement,
-}
-
-impl Plain {
-    /// Where they end, bytes; none where that is more than memory can hold.
-    pub(super) fn end(&self) -> Option<u64> {
-        let (_, bytes) = size_of_grid(self.dims, self.sample_type)?;
-        self.start.checked_add(bytes as u64)
-    }
-}
-
-/// A file has other bytes than expected; those may be more than memory can hold.
-pub(super) fn wrong_length(
-    path: &Path,
-    (found, expected): (u64, Option<u64>),
-    ([x, y, z], sample_type): ([usize; 3], SampleType),
-) -> Error {
-    let expected =
-        expected.map_or("more than memory can hold".to_owned(), |bytes| bytes.to_string());
-    Error::input(format!(
-        "{}: {found} bytes, expected {expected} for {x}x{y}x{z} {sample_type}",
-        path.display()
-    ))
-}
-
-/// See the module.
+/// A volume in a file, read in blocks.
 #[derive(Clone, Debug)]
 pub struct Slabs {
-    plain: Plain,
+    plain: PlainSamples,
     name: String,
     nan_as: Option<f64>,
 }
 
 impl Slabs {
-    /// The samples of a volume that [`read_volume`](super::read_volume) reads; none where they are packed or ordered otherwise: the
-    /// volume must be read as a whole then.
+    /// The samples of a volume that [`read_volume`](super::read_volume) reads; none if they are compressed or in another order,
+    /// so that the volume must be read as a whole.
     ///
     /// # Errors
     ///
@@ -75,56 +43,54 @@ impl Slabs {
         if path.is_dir() || options.frame.is_some() || options.channel.is_some() {
             return Ok(None);
         }
-        let kind = match Kind::of_name(path) {
-            None if options.dims.is_some() && options.sample_type.is_some() => Kind::Raw,
-            Some(kind) => kind,
+        let format = match VolumeFormat::from_name(path) {
+            None if options.describes_raw() => VolumeFormat::Raw,
+            Some(format) => format,
             None => return Ok(None),
         };
-        kind.check(path, options)?;
-        let plain = match kind {
-            Kind::Raw => raw::plain(path, options)?,
-            Kind::Npy => npy::plain(path)?,
-            Kind::MetaImage => metaimage::plain(path)?,
+        format.check_options(path, options)?;
+        let plain = match format {
+            VolumeFormat::Raw => raw::plain(path, options)?,
+            VolumeFormat::Npy => npy::plain(path)?,
+            VolumeFormat::MetaImage => metaimage::plain(path)?,
             _ => None,
         };
         let Some(mut plain) = plain else { return Ok(None) };
         let length = input::open(&plain.path)?.1;
         if plain.end().is_none_or(|end| end > length) {
-            let kind = (plain.dims, plain.sample_type);
-            return Err(wrong_length(&plain.path, (length, plain.end()), kind));
+            return Err(plain.wrong_length(length));
         }
-        plain.placement.spacing = options.spacing.unwrap_or(plain.placement.spacing);
-        plain.placement.origin = options.origin.unwrap_or(plain.placement.origin);
+        options.replace_placement(&mut plain.placement);
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         check_grid(&name, plain.dims, &plain.placement)?;
         Ok(Some(Slabs { plain, name, nan_as: options.nan_as }))
     }
 
-    /// What the volume is called.
+    /// Name of the volume.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The type of the samples, as flags spell it.
+    /// The type of the samples: `uint8`, `float32`, ...
     pub fn type_name(&self) -> String {
         self.plain.sample_type.to_string()
     }
 
-    /// Where the samples lie in the world.
+    /// The placement of the samples in the world.
     pub fn placement(&self) -> &Placement {
         &self.plain.placement
     }
 
-    /// Shows all samples, some planes at a time: the first one's number along z, and the samples.
+    /// Calls `visit` for all samples, some planes at a time, with the index of the first plane along z.
     ///
     /// # Errors
     ///
-    /// As [`Slabs::read`], and those of `show`.
-    pub fn each(&self, mut show: impl FnMut(usize, &Samples) -> Result<()>) -> Result<()> {
-        let Plain { dims: [nx, ny, nz], sample_type, .. } = self.plain;
-        let n = (SLAB / (nx * ny * sample_type.n_bytes())).max(1);
+    /// As [`Slabs::read`], and those of `visit`.
+    pub fn for_each(&self, mut visit: impl FnMut(usize, &Samples) -> Result<()>) -> Result<()> {
+        let PlainSamples { dims: [nx, ny, nz], sample_type, .. } = self.plain;
+        let n = (SLAB_BYTES / (nx * ny * sample_type.n_bytes())).max(1);
         for first in (0..nz).step_by(n) {
-            show(first, &self.read([0, 0, first], [nx, ny, nz.min(first + n)])?)?;
+            visit(first, &self.read([0, 0, first], [nx, ny, nz.min(first + n)])?)?;
         }
         Ok(())
     }
@@ -133,11 +99,11 @@ impl Slabs {
     ///
     /// # Errors
     ///
-    /// As [`Slabs::read`], and [`Error::Input`] where [`Volume::new`](super::Volume::new) refuses the samples.
+    /// As [`Slabs::read`], and [`Error::Input`] if [`Volume::new`](super::Volume::new) rejects the samples.
     pub fn range(&self) -> Result<(f64, f64)> {
-        let Plain { dims, .. } = self.plain;
+        let PlainSamples { dims, .. } = self.plain;
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        self.each(|first, samples| {
+        self.for_each(|first, samples| {
             let before = dims[0] * dims[1] * first;
             let range = with_samples!(samples, s => range_of(s));
             let range =
@@ -148,14 +114,14 @@ impl Slabs {
         check_range(&self.name, (low, high)).map(|()| (low, high))
     }
 
-    /// What is known of the samples, whose range is given.
+    /// Statistics of the samples in the given range.
     ///
     /// # Errors
     ///
     /// As [`Slabs::read`].
     pub fn statistics(&self, range: (f64, f64)) -> Result<Statistics> {
         let mut tally = Tally::new(range);
-        self.each(|_, samples| {
+        self.for_each(|_, samples| {
             tally.add_all(samples);
             Ok(())
         })?;
@@ -171,12 +137,12 @@ impl Slabs {
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for a block outside; [`Error::Io`], [`Error::Input`] where it cannot be read.
+    /// [`Error::Usage`] for a block outside; [`Error::Io`], [`Error::Input`] if it cannot be read.
     pub fn read(&self, first: [usize; 3], end: [usize; 3]) -> Result<Samples> {
-        let Plain { path, dims, .. } = &self.plain;
+        let PlainSamples { path, dims, .. } = &self.plain;
         if (0..3).any(|a| first[a] >= end[a] || end[a] > dims[a]) {
             return Err(Error::Usage(format!(
-                "samples {first:?} to {end:?}, expected some of {dims:?}"
+                "samples {first:?} to {end:?}, expected a block of {dims:?}"
             )));
         }
         let mut samples =
@@ -193,10 +159,10 @@ impl Slabs {
         first: [usize; 3],
         end: [usize; 3],
     ) -> std::io::Result<Samples> {
-        let Plain { start, dims, sample_type, big_endian, .. } = self.plain;
+        let PlainSamples { start, dims, sample_type, big_endian, .. } = self.plain;
         let size = sample_type.n_bytes();
         let n = end[0] - first[0];
-        // The block's bytes as if it were a file: then one reader makes samples of them.
+        // The bytes of the block, for `read_samples`.
         let mut bytes: Vec<u8> = Vec::new();
         let mut rows = vec![0; dims[0] * (end[1] - first[1]) * size];
         for z in first[2]..end[2] {
@@ -214,12 +180,14 @@ impl Slabs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::PathBuf;
+
     use crate::volume::{phantom, read_volume};
 
-    /// A file of every kind that is read by blocks.
+    /// A file of every format that can be read in blocks.
     fn files(folder: &Path) -> Vec<PathBuf> {
         let volume = phantom("noise:9:2").expect("a phantom");
-        let crop = super::super::Preparation {
+        let crop = crate::volume::Preparation {
             crop: Some([[0, 9], [0, 7], [0, 5]]),
             ..Default::default()
         };
@@ -279,13 +247,13 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_became_shorter_is_refused_in_one_line() {
+    fn a_file_that_became_shorter_is_rejected() {
         let folder = tempfile::tempdir().expect("a folder");
         for path in files(folder.path()).into_iter().take(3) {
             let bytes = std::fs::read(&path).expect("there");
             std::fs::write(&path, &bytes[..bytes.len() - 9]).expect("written");
-            let refused = Slabs::of(&path, &ReadOptions::default()).expect_err("too short");
-            assert!(refused.to_string().contains("bytes"), "{refused}");
+            let error = Slabs::of(&path, &ReadOptions::default()).expect_err("too short");
+            assert!(error.to_string().contains("bytes"), "{error}");
         }
     }
 }

@@ -1,16 +1,18 @@
-//! Mean, standard deviation and percentiles of the samples of a volume: what isovalues are written by.
+//! Mean, standard deviation and percentiles of the samples of a volume, by which isovalues can be given.
 
 use num_traits::AsPrimitive as _;
 use serde::{Deserialize, Serialize};
 
-use super::{Histogram, Samples, Volume};
+use super::grid::Volume;
+use super::histogram::Histogram;
+use super::samples::{Samples, with_samples};
 use crate::error::{Error, Result};
-use crate::volume::with_samples;
 
-/// Percentiles that are known: every half per cent, and finer towards both ends, where densities have their isovalues.
-const TAIL: [f64; 10] = [0.0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
+/// Percents of the stored percentiles below the first half per cent (the other end is symmetric): finer towards the ends,
+/// where isovalues of densities are. In between every half per cent is stored.
+const TAIL_PERCENTS: [f64; 10] = [0.0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3];
 
-/// What is known of the samples of a volume without them.
+/// Statistics of the samples of a volume.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -18,15 +20,15 @@ pub struct Statistics {
     pub mean: f64,
     /// Their standard deviation.
     pub deviation: f64,
-    /// Percents, from 0 to 100 and strictly increasing, each with the value that so many of the samples do not exceed.
+    /// Percents, from 0 to 100 and strictly increasing, each with the value that this share of the samples does not exceed.
     percentiles: Vec<(f64, f64)>,
 }
 
 impl Statistics {
-    /// Under this name the parameters of a spectrum tell those of its volume.
+    /// The key of the statistics in the metadata of a spectrum.
     pub const NAME: &str = "samples";
 
-    /// Those of a volume, of its samples inside the mask where it has one.
+    /// Statistics of the samples of a volume; with a mask, of those inside it.
     pub fn of(volume: &Volume) -> Statistics {
         let mut tally = Tally::new(volume.range());
         match volume.mask() {
@@ -36,7 +38,7 @@ impl Statistics {
         tally.statistics()
     }
 
-    /// The value that `percent` (0 to 100) of the samples do not exceed: straight between known percentiles.
+    /// The value that `percent` (0 to 100) of the samples do not exceed, interpolated between the stored percentiles.
     pub fn percentile(&self, percent: f64) -> f64 {
         let next = self.percentiles.partition_point(|p| p.0 < percent);
         let (percent_after, after) = self.percentiles[next.min(self.percentiles.len() - 1)];
@@ -48,43 +50,43 @@ impl Statistics {
         before * (1.0 - t) + after * t
     }
 
-    /// As a spectrum's parameters tell them; none where they do not, or not so that percentiles can be found.
-    pub(crate) fn of_json(told: &serde_json::Value) -> Option<Statistics> {
-        let told = Statistics::deserialize(told).ok()?;
-        let pairs = &told.percentiles;
-        let is_good = pairs.len() >= 2
+    /// From the metadata of a spectrum; none if they are missing or invalid.
+    pub(crate) fn of_json(json: &serde_json::Value) -> Option<Statistics> {
+        let statistics = Statistics::deserialize(json).ok()?;
+        let pairs = &statistics.percentiles;
+        let is_valid = pairs.len() >= 2
             && pairs.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 <= w[1].1)
             && pairs.iter().all(|p| p.1.is_finite())
-            && told.mean.is_finite()
-            && told.deviation.is_finite();
-        is_good.then_some(told)
+            && statistics.mean.is_finite()
+            && statistics.deviation.is_finite();
+        is_valid.then_some(statistics)
     }
 }
 
-/// Statistics in the making. What comes out does not depend on the order of the samples, nor on how many came at a time or were
-/// counted elsewhere: sums are whole numbers.
+/// Accumulates statistics. The result does not depend on the order of the samples or on how they are divided between
+/// tallies, because sums are integers.
 #[derive(Clone, Debug)]
 pub struct Tally {
-    /// From the middle of the range: squares of what is far from zero would lose digits.
+    /// The middle of the range, which is subtracted first: squares of values far from zero would lose digits.
     middle: f64,
-    /// How many units a value is, a power of two: no value is further than [`MOST_UNITS`] from the middle.
+    /// Integer units per unit of value, a power of two: no value is farther than [`MAX_UNITS`] from the middle.
     units: f64,
     sum: i128,
     squares: i128,
     histogram: Histogram,
 }
 
-/// The squares of 2^35 samples so far from the middle fit into 128 bits; 2^-46 of the range is less than means are told by, and
-/// differences of whole samples of up to 32 bits are whole numbers of units.
-const MOST_UNITS: f64 = (1u64 << 46) as f64;
+/// Largest distance from the middle in integer units: squares of 2^35 samples at this distance fit 128 bits, 2^-46 of the
+/// range is finer than any printed mean, and integers of up to 32 bits are exact.
+const MAX_UNITS: f64 = (1u64 << 46) as f64;
 
 impl Tally {
-    /// Of nothing yet; all samples to come lie in a range.
+    /// An empty tally; all samples must be in the range.
     pub fn new((low, high): (f64, f64)) -> Tally {
         let histogram = Histogram::of_values(std::iter::empty(), (low, high));
-        // The exponent as the number has it: logarithms may round to either side of it.
+        // From the bits of the number: a logarithm may round up or down.
         let exponent = (0.5 * high - 0.5 * low).to_bits() >> 52;
-        let units = MOST_UNITS / (2.0 * f64::from_bits(exponent << 52));
+        let units = MAX_UNITS / (2.0 * f64::from_bits(exponent << 52));
         Tally { middle: 0.5 * low + 0.5 * high, units, sum: 0, squares: 0, histogram }
     }
 
@@ -97,12 +99,12 @@ impl Tally {
         }));
     }
 
-    /// Takes more samples.
+    /// Adds samples.
     pub fn add_all(&mut self, samples: &Samples) {
         with_samples!(samples, s => self.add(s.iter().map(|&v| v.as_())));
     }
 
-    /// As bytes: both sums (i128), and of each bin that is not empty its number (u32) and count (u64); little endian.
+    /// Both sums (i128), then index (u32) and count (u64) of each bin that is not empty; little endian.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = [self.sum, self.squares].map(i128::to_le_bytes).concat();
         for (i, &n) in self.histogram.counts().iter().enumerate().filter(|bin| *bin.1 > 0) {
@@ -112,13 +114,13 @@ impl Tally {
         bytes
     }
 
-    /// Takes what another tally of the same range has counted.
+    /// Adds the bytes of another tally of the same range.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] for bytes that are none of a tally.
+    /// [`Error::Input`] for damaged bytes.
     pub fn add_bytes(&mut self, bytes: &[u8]) -> Result<()> {
-        let wrong = || Error::input("statistics that are none");
+        let wrong = || Error::input("damaged statistics");
         let (sums, bins) = bytes.split_at_checked(32).ok_or_else(wrong)?;
         let number = |bytes: &[u8]| bytes.iter().rev().fold(0u128, |n, &b| n << 8 | u128::from(b));
         let [sum, squares] = [0, 16].map(|at| number(&sums[at..at + 16]) as i128);
@@ -134,13 +136,16 @@ impl Tally {
         })
     }
 
-    /// What is known of all samples so far.
+    /// The statistics of all samples so far.
     pub fn statistics(&self) -> Statistics {
         let n = self.histogram.total() as f64;
-        // In units, whose squares are numbers whatever the range is.
+        // In integer units: squares stay finite for any range.
         let (mean, squares) = (self.sum as f64 / n, self.squares as f64 / n);
         let halves = (1..=199).map(|i| 0.5 * f64::from(i));
-        let percents = TAIL.into_iter().chain(halves).chain(TAIL.iter().rev().map(|p| 100.0 - p));
+        let percents = TAIL_PERCENTS
+            .into_iter()
+            .chain(halves)
+            .chain(TAIL_PERCENTS.iter().rev().map(|p| 100.0 - p));
         Statistics {
             mean: self.middle + mean / self.units,
             deviation: (squares - mean * mean).max(0.0).sqrt() / self.units,
@@ -173,12 +178,12 @@ mod tests {
             // A sample is a 4,000th of all, and a bin a 65,536th of the range.
             assert!((found.percentile(percent) - expected).abs() <= 1.1, "{percent}");
         }
-        let told = serde_json::to_value(&found).expect("JSON");
-        assert_eq!(Statistics::of_json(&told), Some(found));
+        let json = serde_json::to_value(&found).expect("JSON");
+        assert_eq!(Statistics::of_json(&json), Some(found));
     }
 
     #[test]
-    fn what_is_counted_in_parts_is_the_same_in_any_order() {
+    fn tallies_of_parts_add_up_to_the_same_in_any_order() {
         for (offset, scale) in [(0.0f32, 1.0f32), (1e6, 1.0), (-3e-20, 1e-22), (0.0, 1e30)] {
             let value = |i: usize| offset + scale * ((i * 7919 % 4001) as f32).sin();
             let volume = volume((0..4000).map(value).collect());
@@ -194,7 +199,7 @@ mod tests {
             let from = f64::from(offset);
             let mean = from + all.iter().map(|&v| f64::from(v) - from).sum::<f64>() / 4000.0;
             let (low, high) = volume.range();
-            // A mean is told to 2^-46 of the range, and as exactly as a number is.
+            // A mean is exact to 2^-46 of the range, and to the precision of f64.
             let exact = 1e-12 * (high - low) + 4.0 * f64::EPSILON * mean.abs();
             assert!((whole.mean - mean).abs() < exact, "{mean} {}", whole.mean);
             let bytes = joined.to_bytes();
@@ -207,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_wrongly_is_not_known() {
+    fn invalid_metadata_have_no_statistics() {
         for wrong in [
             "null",
             "{\"mean\":1,\"deviation\":1,\"percentiles\":[]}",
@@ -215,8 +220,8 @@ mod tests {
             "{\"mean\":1,\"deviation\":1,\"percentiles\":[[0,2],[100,1]]}",
             "{\"mean\":1,\"percentiles\":[[0,1],[100,2]]}",
         ] {
-            let told = serde_json::from_str(wrong).expect("JSON");
-            assert_eq!(Statistics::of_json(&told), None, "{wrong}");
+            let json = serde_json::from_str(wrong).expect("JSON");
+            assert_eq!(Statistics::of_json(&json), None, "{wrong}");
         }
     }
 }

@@ -1,118 +1,55 @@
-//! Samples in a stream that may be packed and may hold several numbers per sample.
+//! Samples in a stream that may be compressed and may have several numbers per sample.
 //!
-//! A header is free to lie, so what it claims is held against the length of the file before memory is taken: exactly for
-//! plain data, and by the greatest possible compression (1032 to 1 for deflate, zlib technical notes) for packed ones, whose
-//! memory grows with what is inflated, and of which no byte beyond the samples is kept.
+//! A header may declare any size, so it is checked against the length of the file before memory is allocated: exactly for
+//! uncompressed data, and by the largest possible compression (1032 to 1 for deflate, zlib technical notes) for compressed
+//! data. Their memory grows with the decompressed bytes, and bytes after the samples are not kept.
 
 use std::io::{self, BufRead, Read};
-use std::path::Path;
 
 use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
 
-use super::decode::{SampleType, invalid, read_samples, size_of_grid};
-use crate::volume::Samples;
+use super::data_error::invalid;
+use super::decode::read_samples;
+use super::layout::{Channel, Compression, SampleLayout};
+use super::samples::Samples;
 
-/// Most bytes that one byte of a deflate stream can stand for.
+/// Most bytes that one byte of a deflate stream can expand to.
 pub(crate) const DEFLATE_RATIO: u64 = 1032;
 
-/// How bytes are packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Packing {
-    Plain,
-    Gzip,
-    Zlib,
-}
-
-impl Packing {
-    /// How a file of this name is packed: gzip by `.gz`, in any case.
-    pub(crate) fn of_name(path: &Path) -> Packing {
-        let is_gzip = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
-        if is_gzip { Packing::Gzip } else { Packing::Plain }
-    }
-}
-
-/// One of the numbers that each sample is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Channel {
-    pub(crate) index: usize,
-    pub(crate) of: usize,
-}
-
-impl Channel {
-    /// Samples of one number.
-    pub(crate) const ONLY: Channel = Channel { index: 0, of: 1 };
-}
-
-/// What is where in a stream.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Layout {
-    pub(crate) dims: [usize; 3],
-    pub(crate) sample_type: SampleType,
-    pub(crate) big_endian: bool,
-    /// Numbers per sample, one beside the other.
-    pub(crate) channel: Channel,
-    /// Bytes before the samples, unpacked.
-    pub(crate) skip: u64,
-}
-
-impl Layout {
-    /// The samples in words.
-    pub(crate) fn what(&self) -> String {
-        let [x, y, z] = self.dims;
-        let times = if self.channel.of > 1 { format!("{} x ", self.channel.of) } else { "".into() };
-        format!("{times}{x}x{y}x{z} {}", self.sample_type)
-    }
-
-    /// Number of samples, and of the bytes that they and all before them take.
-    ///
-    /// # Errors
-    ///
-    /// `InvalidData` if that is more than memory can hold.
-    pub(crate) fn size(&self) -> io::Result<(usize, u64)> {
-        let size = size_of_grid(self.dims, self.sample_type).and_then(|(n, bytes)| {
-            let all = (bytes as u64).checked_mul(self.channel.of as u64)?;
-            Some((n, all.checked_add(self.skip)?))
-        });
-        let too_many = || invalid(format!("{} samples, more than memory can hold", self.what()));
-        size.ok_or_else(too_many)
-    }
-}
-
-/// Reads the samples of a stream of which the file has `left` bytes. What follows them is not looked at.
+/// Reads the samples of a stream of which the file has `left` bytes. Bytes after the samples are ignored.
 ///
 /// # Errors
 ///
-/// `InvalidData` where the stream is too short, damaged, or claims more than its length can stand for.
+/// `InvalidData` if the stream is too short, damaged, or declares more than its length can expand to.
 pub(crate) fn read(
     reader: &mut impl BufRead,
     left: u64,
-    packing: Packing,
-    layout: &Layout,
+    compression: Compression,
+    layout: &SampleLayout,
 ) -> io::Result<Samples> {
     let (_, n_bytes) = layout.size()?;
-    let what = layout.what();
-    match packing {
-        Packing::Plain => {
+    let what = layout.describe();
+    match compression {
+        Compression::None => {
             if left < n_bytes {
-                let (found, skip) = (left.saturating_sub(layout.skip), layout.skip);
-                let expected = n_bytes - skip;
-                return Err(invalid(format!(
-                    "{found} bytes of samples, expected {expected} for {what}"
-                )));
+                let found = left.saturating_sub(layout.skip);
+                return Err(layout.wrong_length(found, n_bytes - layout.skip));
             }
-            unpacked(reader, left, layout)
+            read_decompressed(reader, left, layout)
         }
-        Packing::Gzip | Packing::Zlib => {
+        Compression::Gzip | Compression::Zlib => {
             if n_bytes > left.saturating_mul(DEFLATE_RATIO) {
                 return Err(invalid(format!(
-                    "{left} bytes of packed data, too few for the {n_bytes} bytes of {what}"
+                    "{left} bytes of compressed data, too few for the {n_bytes} bytes of {what}"
                 )));
             }
-            let read = match packing {
-                Packing::Gzip => to_the_end(&mut MultiGzDecoder::new(reader), left, layout),
-                _ => to_the_end(&mut ZlibDecoder::new(reader), left, layout),
+            let read = match compression {
+                Compression::Gzip => {
+                    read_with_checksum(&mut MultiGzDecoder::new(reader), left, layout)
+                }
+                _ => read_with_checksum(&mut ZlibDecoder::new(reader), left, layout),
             };
-            read.map_err(|e| damaged(e, n_bytes, &what))
+            read.map_err(|e| describe_damage(e, n_bytes, &what))
         }
     }
 }
@@ -121,71 +58,79 @@ pub(crate) fn read(
 pub(crate) fn read_all(
     reader: &mut impl BufRead,
     left: u64,
-    packing: Packing,
-    layout: &Layout,
+    compression: Compression,
+    layout: &SampleLayout,
 ) -> io::Result<Samples> {
-    let samples = read(reader, left, packing, layout)?;
-    // Packed data that go on leave bytes behind: the checksum was not reached.
+    let samples = read(reader, left, compression, layout)?;
+    // Longer compressed data leave bytes unread: the checksum was not reached.
     let rest = io::copy(&mut reader.take(1), &mut io::sink())?;
     if rest > 0 {
-        let ((_, n_bytes), what) = (layout.size()?, layout.what());
+        let ((_, n_bytes), what) = (layout.size()?, layout.describe());
         return Err(invalid(format!(
-            "the packed data hold more than the {n_bytes} bytes of {what}"
+            "the compressed data have more than the {n_bytes} bytes of {what}"
         )));
     }
     Ok(samples)
 }
 
-/// The samples of a reader that unpacks, with the checksum behind them if they are the last.
-fn to_the_end(reader: &mut impl Read, left: u64, layout: &Layout) -> io::Result<Samples> {
-    let samples = unpacked(reader, left, layout)?;
-    // Reading past the end checks what follows the data.
+/// Reads samples from a decompressor, with the checksum that follows if they are the last.
+fn read_with_checksum(
+    reader: &mut impl Read,
+    left: u64,
+    layout: &SampleLayout,
+) -> io::Result<Samples> {
+    let samples = read_decompressed(reader, left, layout)?;
+    // Reading past the end verifies the checksum.
     let _more = reader.read(&mut [0])?;
     Ok(samples)
 }
 
-/// Says what is wrong with packed data.
-pub(crate) fn damaged(e: io::Error, n_bytes: u64, what: &str) -> io::Error {
+/// Describes an error of compressed data.
+pub(crate) fn describe_damage(e: io::Error, n_bytes: u64, what: &str) -> io::Error {
     match e.kind() {
         io::ErrorKind::UnexpectedEof => {
-            invalid(format!("the packed data end early, expected {n_bytes} bytes for {what}"))
+            invalid(format!("the compressed data end early, expected {n_bytes} bytes for {what}"))
         }
-        // What flate2 says of a stream that is none, or whose checksum is wrong.
-        io::ErrorKind::InvalidInput => invalid(format!("damaged packed data: {e}")),
+        // flate2, for other than a stream of its format, and for a wrong checksum.
+        io::ErrorKind::InvalidInput => invalid(format!("damaged compressed data: {e}")),
         _ => e,
     }
 }
 
-/// The samples of a reader that has unpacked what `left` bytes of the file stand for.
-pub(crate) fn unpacked(reader: &mut impl Read, left: u64, layout: &Layout) -> io::Result<Samples> {
+/// Reads samples from a decompressed stream; `left` is the number of bytes that the file has for them.
+pub(crate) fn read_decompressed(
+    reader: &mut impl Read,
+    left: u64,
+    layout: &SampleLayout,
+) -> io::Result<Samples> {
     let (n, _) = layout.size()?;
     let skipped = io::copy(&mut reader.by_ref().take(layout.skip), &mut io::sink())?;
     if skipped < layout.skip {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    let Layout { sample_type, big_endian, channel, .. } = *layout;
+    let SampleLayout { sample_type, big_endian, channel, .. } = *layout;
     let size = sample_type.n_bytes();
-    // Samples rarely deflate to more than they were.
-    let n_earned = usize::try_from(left).unwrap_or(usize::MAX) / size / channel.of.max(1);
+    // Samples rarely deflate to more bytes than they had.
+    let n_backed = usize::try_from(left).unwrap_or(usize::MAX) / size / channel.of.max(1);
     if channel == Channel::ONLY {
-        return read_samples(reader, sample_type, big_endian, n, n_earned);
+        return read_samples(reader, sample_type, big_endian, n, n_backed);
     }
-    let mut picked = Picked { reader, size, channel, rows: Vec::new() };
-    read_samples(&mut picked, sample_type, big_endian, n, n_earned)
+    let mut picked = OneChannel { reader, size, channel, rows: Vec::new() };
+    read_samples(&mut picked, sample_type, big_endian, n, n_backed)
 }
 
-/// Hands on one number of each sample.
-struct Picked<'a, R> {
+/// A reader of one number of each sample.
+struct OneChannel<'a, R> {
     reader: &'a mut R,
     /// Bytes of a number.
     size: usize,
     channel: Channel,
-    /// Whole samples, as many as are read at a time.
+    /// Buffer for whole samples.
     rows: Vec<u8>,
 }
 
-impl<R: Read> Read for Picked<'_, R> {
-    /// Only whole numbers are asked for, and are handed on.
+impl<R: Read> Read for OneChannel<'_, R> {
+    /// The caller asks for whole numbers only.
     fn read(&mut self, wanted: &mut [u8]) -> io::Result<usize> {
         let row = self.size * self.channel.of;
         let n = (wanted.len() / self.size).min((1 << 16) / row.max(1) + 1);
@@ -202,11 +147,12 @@ impl<R: Read> Read for Picked<'_, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::volume::layout::SampleType;
 
     #[test]
     fn one_channel_of_several_is_picked() {
         let data: Vec<u8> = (0..3 * 8 * 2u16).flat_map(u16::to_be_bytes).collect();
-        let layout = Layout {
+        let layout = SampleLayout {
             dims: [2, 2, 4],
             sample_type: SampleType::U16,
             big_endian: true,
@@ -214,8 +160,9 @@ mod tests {
             skip: 0,
         };
         let left = data.len() as u64;
-        let samples = read(&mut &data[..], left, Packing::Plain, &layout).expect("all are there");
+        let samples =
+            read(&mut &data[..], left, Compression::None, &layout).expect("all are there");
         assert_eq!(samples, Samples::U16((0..16).map(|i| 3 * i + 1).collect()));
-        assert!(read(&mut &data[2..], left - 2, Packing::Plain, &layout).is_err());
+        assert!(read(&mut &data[2..], left - 2, Compression::None, &layout).is_err());
     }
 }

@@ -1,63 +1,94 @@
-//! Samples and headers that are text.
+//! Text: samples, header lines, numbers.
 
 use std::io::{self, BufRead, Read as _};
 use std::str::FromStr;
 
-use super::decode::{SampleType, exact_f64, invalid, reserve};
-use crate::volume::Samples;
+use super::data_error::invalid;
+use super::decode::exact_f64;
+use super::layout::SampleType;
+use super::memory::try_filled_vec;
+use super::samples::Samples;
 
-/// The start of a text, so that a damaged file cannot fill the screen.
+/// The first 40 characters of a text from a file, escaped, for messages.
 pub(crate) fn shortened(text: &str) -> String {
     let start: String = text.chars().take(40).flat_map(char::escape_default).collect();
     if text.chars().nth(40).is_some() { start + "..." } else { start }
 }
 
-/// Longest line and longest word of a header or of samples, bytes: numbers of any format are far shorter.
-const LONGEST: usize = 1 << 16;
+/// Longest line and longest word in bytes: numbers of any format are far shorter.
+const MAX_LINE_BYTES: usize = 1 << 16;
 
-/// A text that is read as it comes: lines first, then words, which white space or commas part.
-pub(crate) struct Stream<R> {
+/// Longest header accepted, in bytes: bounds the memory for a file without line ends.
+const MAX_HEADER_BYTES: u64 = 1 << 20;
+
+/// The lines of a text header.
+pub(super) struct HeaderLines<'a, R> {
+    reader: io::Take<&'a mut R>,
+}
+
+impl<'a, R: BufRead> HeaderLines<'a, R> {
+    pub(super) fn new(reader: &'a mut R) -> Self {
+        HeaderLines { reader: reader.take(MAX_HEADER_BYTES) }
+    }
+
+    /// The next line without white space at its end; none at the end of the file.
+    ///
+    /// # Errors
+    ///
+    /// For a header that is too long, without the name of the file.
+    pub(super) fn next(&mut self) -> Result<Option<String>, String> {
+        let mut line = Vec::new();
+        let n = self.reader.read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
+        if n > 0 && line.last() != Some(&b'\n') && self.reader.limit() == 0 {
+            return Err(format!("the header is longer than {MAX_HEADER_BYTES} bytes"));
+        }
+        Ok((n > 0).then(|| String::from_utf8_lossy(&line).trim_end().to_owned()))
+    }
+}
+
+/// Reads a text without keeping it: first lines, then words, which are separated by white space or commas.
+pub(crate) struct TextReader<R> {
     reader: R,
     text: Vec<u8>,
 }
 
-impl<R: BufRead> Stream<R> {
+impl<R: BufRead> TextReader<R> {
     pub(crate) fn new(reader: R) -> Self {
-        Stream { reader, text: Vec::new() }
+        TextReader { reader, text: Vec::new() }
     }
 
     /// The bytes of the next line, without its end.
     ///
     /// # Errors
     ///
-    /// `InvalidData` where there is none, or one that is too long.
+    /// `InvalidData` at the end of the file, and for a line that is too long.
     pub(crate) fn line_bytes(&mut self) -> io::Result<&[u8]> {
         self.text.clear();
-        let most = LONGEST as u64;
-        if self.reader.by_ref().take(most).read_until(b'\n', &mut self.text)? == 0 {
+        let limit = MAX_LINE_BYTES as u64;
+        if self.reader.by_ref().take(limit).read_until(b'\n', &mut self.text)? == 0 {
             return Err(invalid("the file ends before its samples"));
         }
-        if self.text.len() == LONGEST && self.text.last() != Some(&b'\n') {
-            return Err(invalid(format!("a line of more than {LONGEST} bytes")));
+        if self.text.len() == MAX_LINE_BYTES && self.text.last() != Some(&b'\n') {
+            return Err(invalid(format!("a line of more than {MAX_LINE_BYTES} bytes")));
         }
         Ok(self.text.trim_ascii_end())
     }
 
-    /// The next line, without what is around it.
+    /// The next line, trimmed.
     ///
     /// # Errors
     ///
-    /// As [`Stream::line_bytes`], and where it is no text.
+    /// As [`TextReader::line_bytes`], and for a line that is not UTF-8.
     pub(crate) fn line(&mut self) -> io::Result<&str> {
         let bytes = self.line_bytes()?;
         std::str::from_utf8(bytes).map(str::trim).map_err(|_| invalid("a line that is not text"))
     }
 
-    /// The next word, on whatever line; none at the end.
+    /// The next word; none at the end of the file.
     ///
     /// # Errors
     ///
-    /// `InvalidData` where it is no text, or too long.
+    /// `InvalidData` for a word that is not UTF-8 or too long.
     pub(crate) fn word(&mut self) -> io::Result<Option<&str>> {
         let is_space = |b: u8| b.is_ascii_whitespace() || b == b',';
         self.text.clear();
@@ -73,8 +104,8 @@ impl<R: BufRead> Stream<R> {
             self.text.extend_from_slice(&ready[start..end]);
             let is_whole = end < ready.len();
             self.reader.consume(end);
-            if self.text.len() > LONGEST {
-                return Err(invalid(format!("a word of more than {LONGEST} bytes")));
+            if self.text.len() > MAX_LINE_BYTES {
+                return Err(invalid(format!("a word of more than {MAX_LINE_BYTES} bytes")));
             }
             if at_end || is_whole {
                 break;
@@ -88,21 +119,48 @@ impl<R: BufRead> Stream<R> {
     }
 }
 
+/// Exactly `n` samples as text in the last `length` bytes of a file.
+///
+/// # Errors
+///
+/// As [`samples`].
+pub(super) fn read_samples(
+    reader: &mut impl BufRead,
+    length: u64,
+    sample_type: SampleType,
+    n: usize,
+    description: &str,
+) -> io::Result<Samples> {
+    check_text_length(length, n, description)?;
+    let mut bytes = try_filled_vec(usize::try_from(length).unwrap_or(usize::MAX), 0u8)?;
+    reader.read_exact(&mut bytes)?;
+    samples(&bytes, sample_type, n, description)
+}
+
+/// Checks that `n` numbers fit `length` bytes of text: a number and a separator take at least two.
+///
+/// # Errors
+///
+/// `InvalidData` if they do not.
+pub(super) fn check_text_length(length: u64, n: usize, description: &str) -> io::Result<()> {
+    if n as u64 <= length / 2 + 1 {
+        return Ok(());
+    }
+    Err(invalid(format!("{length} bytes of text, too few for {description}")))
+}
+
 /// Exactly `n` samples separated by white space or commas.
 ///
 /// # Errors
 ///
-/// `InvalidData` where they are more, fewer, or no numbers of their type; `what` they are.
+/// `InvalidData` for more or fewer, and for other than numbers of the type. `what` describes the samples.
 pub(crate) fn samples(
     bytes: &[u8],
     sample_type: SampleType,
     n: usize,
     what: &str,
 ) -> io::Result<Samples> {
-    // A number and the space behind it take two bytes.
-    if n > bytes.len() / 2 + 1 {
-        return Err(invalid(format!("{} bytes of text, too few for {what}", bytes.len())));
-    }
+    check_text_length(bytes.len() as u64, n, what)?;
     let text = std::str::from_utf8(bytes)
         .map_err(|_| invalid("text samples that are not text".to_owned()))?;
     Ok(match sample_type {
@@ -123,7 +181,7 @@ pub(crate) fn samples(
 
 /// Exactly `n` numbers separated by white space or commas.
 fn numbers<T: FromStr + Copy + Default>(text: &str, n: usize, what: &str) -> io::Result<Vec<T>> {
-    let mut values = reserve(n, T::default())?;
+    let mut values = try_filled_vec(n, T::default())?;
     let mut words =
         text.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|w| !w.is_empty());
     for (i, value) in values.iter_mut().enumerate() {
@@ -140,19 +198,20 @@ fn numbers<T: FromStr + Copy + Default>(text: &str, n: usize, what: &str) -> io:
     Ok(values)
 }
 
-/// All numbers of a text, exactly `N`; `None` if it is anything else.
+/// The numbers of a text if it consists of exactly `N`.
 pub(crate) fn exactly<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     let values: Option<Vec<T>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
     values?.try_into().ok()
 }
 
-/// As [`exactly`] for numbers that are finite.
+/// As [`exactly`], for finite numbers.
 pub(crate) fn finite<const N: usize>(text: &str) -> Option<[f64; N]> {
     exactly(text).filter(|values: &[f64; N]| values.iter().all(|v| v.is_finite()))
 }
 
-/// The names of a pattern of C's printf with one whole number; `None` if it is none, or tells more than `most`.
-pub(crate) fn numbered(pattern: &str, numbers: [&str; 3], most: usize) -> Option<Vec<String>> {
+/// The names of a printf pattern with one `%d` for first, last and step; `None` for other patterns and for more than
+/// `max` names.
+pub(crate) fn numbered(pattern: &str, numbers: [&str; 3], max: usize) -> Option<Vec<String>> {
     let [first, last, step] = numbers.map(|n| n.parse::<u32>().ok());
     let (first, last, step) = (first?, last?, step.filter(|&s| s > 0)?);
     let (before, rest) = pattern.split_once('%')?;
@@ -160,7 +219,7 @@ pub(crate) fn numbered(pattern: &str, numbers: [&str; 3], most: usize) -> Option
     let is_padded = width.starts_with('0');
     let width: usize = if width.is_empty() { 0 } else { width.parse().ok().filter(|&w| w < 20)? };
     let n = (last.checked_sub(first)? / step) as usize + 1;
-    if n > most.min(1 << 16) {
+    if n > max.min(1 << 16) {
         return None;
     }
     let name = |i: usize| {

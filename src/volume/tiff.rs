@@ -1,11 +1,11 @@
 //! TIFF and BigTIFF: each page a slice, as microscopes and Fiji write them; and folders of numbered slices (`slices`).
 //!
 //! Source: TIFF 6.0; the OME-TIFF specification (docs.openmicroscopy.org); for ImageJ its `TiffEncoder` and `TiffDecoder`.
-//! The crate `tiff` decodes pages; what this module adds is which page is which slice, channel and frame, and how far
-//! apart they are: by the OME-XML or ImageJ's lines in the description of the first page. Without either all pages are
-//! slices, and the spacing is not known: resolutions of plain files are those of printers.
+//! The crate `tiff` decodes pages; this module adds slice, channel and frame of each page, and the spacing, from the
+//! OME-XML or ImageJ's lines in the description of the first page. Without either all pages are slices, and the spacing is
+//! unknown: the resolution of other files is meant for printing.
 //!
-//! ImageJ writes what is larger than 4 GiB with one directory: its pages follow each other in the file.
+//! ImageJ writes files larger than 4 GiB with one directory for all pages, which are contiguous in the file.
 
 mod description;
 mod directories;
@@ -19,77 +19,86 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
-use super::decode::{SampleType, exact_f64, invalid, picked, read_error, read_samples};
+use super::data_error::{invalid, read_error};
+use super::decode::{exact_f64, read_samples, select_channel};
+use super::layout::{Channel, SampleType};
+use super::placement::Placement;
+use super::read_options::ReadOptions;
+use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
-use super::stream::{Channel, DEFLATE_RATIO};
+use super::stream::DEFLATE_RATIO;
 use super::text::shortened;
-use super::{Grid, Placement, ReadOptions, Samples};
 use crate::error::Result;
 use description::Described;
 
-/// Most bytes of a page that a byte of the file may stand for: LZW, which can tell of more than deflate, does not in practice.
-const PACKING_RATIO: u64 = DEFLATE_RATIO;
+/// Most bytes of a page per byte of the file. LZW could compress more than deflate, but does not in practice.
+const MAX_COMPRESSION_RATIO: u64 = DEFLATE_RATIO;
 
-/// Most pages of a file.
-const MOST_PAGES: usize = 1 << 20;
+/// Most pages of a file: ends chains of directories that form a circle.
+const MAX_PAGES: usize = 1 << 20;
 
 /// Reads a TIFF file, which is open.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, pages of different kinds, packings
-/// other than LZW and deflate, and where a frame or channel must be chosen.
+/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, pages that differ, compression
+/// other than LZW and deflate, and if a frame or channel must be chosen.
 pub(crate) fn read(
     path: &Path,
     (file, length): (File, u64),
     options: &ReadOptions,
-) -> Result<Grid> {
+) -> Result<SampleGrid> {
     read_grid(file, length, options).map_err(|e| read_error(path, e))
 }
 
-fn read_grid(file: File, length: u64, options: &ReadOptions) -> io::Result<Grid> {
+fn read_grid(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
     let mut pages = Pages::open(file, length)?;
     let n_pages = pages.count()?;
     let described = description::read(&pages.first.description)?;
-    let is_run_on = n_pages == 1 && described.n_pages.is_some_and(|n| n > 1);
-    let n_pages = if is_run_on { described.n_pages.unwrap_or(1) } else { n_pages };
+    let is_contiguous = n_pages == 1 && described.n_pages.is_some_and(|n| n > 1);
+    let n_pages = if is_contiguous { described.n_pages.unwrap_or(1) } else { n_pages };
     let order = described.order(n_pages)?;
     let frame = one_of("frame", options.frame, order.n_frames)?;
-    // Colours of a page, or channels of pages of their own.
+    // Channels are colours of a page or separate pages.
     let n_colours = pages.first.n_colours;
     if n_colours > 1 && order.n_channels > 1 {
-        return Err(invalid("pages of colours in several channels, expected one or the other"));
+        return Err(invalid("several channels with several colours, expected one or the other"));
     }
     let index = one_of("channel", options.channel, n_colours.max(order.n_channels))?;
     let (page_channel, colour) = if n_colours > 1 { (0, index) } else { (index, 0) };
     let wanted: Vec<usize> =
         (0..order.n_slices).map(|z| order.page(page_channel, z, frame)).collect();
     let colour = Channel { index: colour, of: n_colours };
-    let samples = if is_run_on { pages.run_on(&wanted)? } else { pages.read(&wanted, colour)? };
+    let samples = if is_contiguous {
+        pages.read_contiguous(&wanted)?
+    } else {
+        pages.read(&wanted, colour)?
+    };
     let [width, height] = pages.first.size;
-    Ok(([width, height, wanted.len()], samples, placement(&pages.first, &described)))
+    let placement = placement(&pages.first, &described);
+    Ok(SampleGrid { dims: [width, height, wanted.len()], samples, placement })
 }
 
-/// Where the samples lie, as far as the file tells.
+/// The placement of the samples, as far as the file has it.
 fn placement(first: &Page, described: &Described) -> Placement {
     let mut placement = Placement { unit: described.unit, ..Placement::IDENTITY };
     for a in 0..3 {
-        let told = described.spacing[a].or_else(|| {
-            // ImageJ keeps the spacing of pixels as the resolution, in its own unit.
+        let spacing = described.spacing[a].or_else(|| {
+            // ImageJ stores the pixel spacing as resolution, in its own unit.
             let resolution = if described.is_imagej && a < 2 { first.resolution[a] } else { None };
             resolution.map(|per_unit| 1.0 / per_unit)
         });
-        if let Some(spacing) = told.filter(|s| s.is_finite() && *s > 0.0) {
+        if let Some(spacing) = spacing.filter(|s| s.is_finite() && *s > 0.0) {
             placement.spacing[a] = spacing;
         }
     }
     if described.spacing.iter().chain(&first.resolution).all(Option::is_none) || !described.is_any {
-        log::info!("no spacing in the file: samples are taken as 1 apart (--spacing X,Y,Z)");
+        log::info!("no spacing in the file, 1 is assumed (--spacing X,Y,Z)");
     }
     placement
 }
 
-/// What there is to know of a page.
+/// The properties of a page.
 #[derive(Clone, Debug, PartialEq)]
 struct Page {
     size: [usize; 2],
@@ -100,7 +109,7 @@ struct Page {
     resolution: [Option<f64>; 2],
 }
 
-/// The pages of a file, one after the other.
+/// The pages of a file, read in order.
 struct Pages {
     decoder: Decoder<BufReader<File>>,
     length: u64,
@@ -113,30 +122,31 @@ impl Pages {
         directories::check(&mut reader, length)?;
         let decoder = Decoder::new(reader).map_err(wrong)?;
         let mut limits = Limits::default();
-        let most = usize::try_from(length.saturating_mul(PACKING_RATIO)).unwrap_or(usize::MAX);
-        limits.decoding_buffer_size = most;
-        limits.intermediate_buffer_size = most;
+        let max_bytes =
+            usize::try_from(length.saturating_mul(MAX_COMPRESSION_RATIO)).unwrap_or(usize::MAX);
+        limits.decoding_buffer_size = max_bytes;
+        limits.intermediate_buffer_size = max_bytes;
         limits.ifd_value_size = usize::try_from(length).unwrap_or(usize::MAX);
         let mut decoder = decoder.with_limits(limits);
         let first = page(&mut decoder, length)?;
         Ok(Pages { decoder, length, first })
     }
 
-    /// How many pages there are; goes back to the first.
+    /// Counts the pages and returns to the first.
     fn count(&mut self) -> io::Result<usize> {
         let mut n = 1;
         while self.decoder.more_images() {
             self.decoder.next_image().map_err(wrong)?;
             n += 1;
-            if n > MOST_PAGES {
-                return Err(invalid(format!("more than {MOST_PAGES} pages")));
+            if n > MAX_PAGES {
+                return Err(invalid(format!("more than {MAX_PAGES} pages")));
             }
         }
         self.decoder.seek_to_image(0).map_err(wrong)?;
         Ok(n)
     }
 
-    /// The samples of pages in ascending order.
+    /// Reads the samples of pages in ascending order.
     fn read(&mut self, wanted: &[usize], colour: Channel) -> io::Result<Samples> {
         let mut at = 0;
         joined(wanted.iter().map(|&index| {
@@ -154,7 +164,7 @@ impl Pages {
                 )));
             }
             let decoded = self.decoder.read_image().map_err(wrong)?;
-            let samples = picked(samples_of(decoded)?, colour);
+            let samples = select_channel(samples_of(decoded)?, colour);
             if samples.len() != size[0] * size[1] {
                 return Err(invalid(format!("page {index} has {} samples", samples.len())));
             }
@@ -162,14 +172,14 @@ impl Pages {
         }))
     }
 
-    /// The samples of pages that follow each other in the file, with one directory.
-    fn run_on(&mut self, wanted: &[usize]) -> io::Result<Samples> {
+    /// Reads the samples of contiguous pages with one directory.
+    fn read_contiguous(&mut self, wanted: &[usize]) -> io::Result<Samples> {
         let offset: Option<Vec<u64>> =
             self.decoder.find_tag_unsigned_vec(Tag::StripOffsets).map_err(wrong)?;
-        let packing: Option<u16> =
+        let compression: Option<u16> =
             self.decoder.find_tag_unsigned(Tag::Compression).map_err(wrong)?;
-        let (Some(&[start, ..]), None | Some(1)) = (offset.as_deref(), packing) else {
-            return Err(invalid("one packed page where ImageJ tells of several"));
+        let (Some(&[start, ..]), None | Some(1)) = (offset.as_deref(), compression) else {
+            return Err(invalid("one compressed page, expected several according to ImageJ"));
         };
         let Page { size: [width, height], sample_type, .. } = self.first;
         let n = width * height;
@@ -187,19 +197,16 @@ impl Pages {
     }
 }
 
-/// The samples of pages, one behind the other.
+/// The samples of pages, one after the other.
 fn joined(pages: impl Iterator<Item = io::Result<Samples>>) -> io::Result<Samples> {
     let mut all: Option<Samples> = None;
     for page in pages {
-        match &mut all {
-            Some(all) => all.append(page?)?,
-            None => all = Some(page?),
-        }
+        Samples::append_to(&mut all, page)?;
     }
     all.ok_or_else(|| invalid("no pages"))
 }
 
-/// What the directory of the present page tells.
+/// The properties of the current page.
 fn page(decoder: &mut Decoder<BufReader<File>>, length: u64) -> io::Result<Page> {
     let (width, height) = decoder.dimensions().map_err(wrong)?;
     let (n_colours, bits) = match decoder.colortype().map_err(wrong)? {
@@ -229,7 +236,7 @@ fn page(decoder: &mut Decoder<BufReader<File>>, length: u64) -> io::Result<Page>
     };
     let size = [width as usize, height as usize];
     let bytes = size[0] as u64 * size[1] as u64 * (n_colours * sample_type.n_bytes()) as u64;
-    if bytes > length.saturating_mul(PACKING_RATIO) {
+    if bytes > length.saturating_mul(MAX_COMPRESSION_RATIO) {
         return Err(invalid(format!(
             "a page of {width}x{height} {sample_type}, more than {length} bytes can hold"
         )));
@@ -248,7 +255,7 @@ fn page(decoder: &mut Decoder<BufReader<File>>, length: u64) -> io::Result<Page>
     Ok(Page { size, n_colours, sample_type, description, resolution })
 }
 
-/// What was decoded, widened as every reader does.
+/// The samples of a page, with types that `Samples` does not have widened.
 fn samples_of(decoded: DecodingResult) -> io::Result<Samples> {
     Ok(match decoded {
         DecodingResult::U8(v) => Samples::U8(v),
@@ -269,14 +276,14 @@ fn samples_of(decoded: DecodingResult) -> io::Result<Samples> {
     })
 }
 
-/// What the decoder says, in a line.
+/// The error of the decoder in one line.
 fn wrong(e: TiffError) -> io::Error {
     match e {
         TiffError::IoError(e) if e.kind() != io::ErrorKind::UnexpectedEof => e,
         TiffError::IoError(_) => invalid("the file ends inside a page"),
         other => {
-            let said: String = other.to_string().chars().filter(|c| !c.is_control()).collect();
-            invalid(format!("no TIFF that is read: {}", shortened(&said)))
+            let text: String = other.to_string().chars().filter(|c| !c.is_control()).collect();
+            invalid(format!("unsupported or damaged TIFF: {}", shortened(&text)))
         }
     }
 }

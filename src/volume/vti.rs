@@ -1,11 +1,12 @@
 //! VTK XML image data (`.vti`).
 //!
-//! Source: "VTK XML formats" (docs.vtk.org) and `vtkXMLImageDataReader`. Read are point or cell data of one piece: text,
-//! base64, or appended, raw or base64, each plain or in blocks of zlib, with 32 or 64 bit lengths in either byte order.
-//! Appended raw data make the file no XML, so what follows their tag is never given to the parser.
+//! Source: "VTK XML formats" (docs.vtk.org) and `vtkXMLImageDataReader`. Point or cell data of one piece are read: text,
+//! base64, or appended, raw or base64, each uncompressed or in blocks of zlib, with 32 or 64 bit lengths in either byte
+//! order. Appended raw data are not valid XML, so the parser does not see anything after their tag.
 
 mod array;
 mod blocks;
+mod xml;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -13,39 +14,46 @@ use std::path::Path;
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::decode::{invalid, read_error};
+use super::data_error::{invalid, read_error};
+use super::layout::{Channel, SampleLayout};
+use super::placement::Placement;
+use super::read_options::ReadOptions;
+use super::samples::{SampleGrid, Samples};
 use super::select::{by_name, one_of};
-use super::stream::{Channel, Layout};
 use super::text::{exactly, finite, shortened};
-use super::{Grid, Placement, ReadOptions, Samples};
 use crate::error::Result;
-use array::{Array, Place};
-use blocks::Encoding;
+use array::{ArrayData, VtiArray};
+use blocks::VtiEncoding;
+use xml::{attribute, wrong_xml};
 
 /// Reads a VTI file, which is open.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for anything but image data of one piece, damaged files,
-/// and where an array or channel must be chosen.
-pub(crate) fn read(path: &Path, (file, _): (File, u64), options: &ReadOptions) -> Result<Grid> {
+/// and if an array or channel must be chosen.
+pub(crate) fn read(
+    path: &Path,
+    (file, _): (File, u64),
+    options: &ReadOptions,
+) -> Result<SampleGrid> {
     read_grid(file, options).map_err(|e| read_error(path, e))
 }
 
-/// What a file says before its samples.
-struct Head {
+/// The XML before the appended samples.
+struct VtiHeader {
     extent: [i64; 6],
     placement: Placement,
-    encoding: Encoding,
-    arrays: Vec<Array>,
+    encoding: VtiEncoding,
+    arrays: Vec<VtiArray>,
     /// The active array of the points.
     active: Option<String>,
 }
 
-fn read_grid(file: File, options: &ReadOptions) -> io::Result<Grid> {
+fn read_grid(file: File, options: &ReadOptions) -> io::Result<SampleGrid> {
     let mut parser = Parser::new(BufReader::new(file), options.array.as_deref());
     let (head, appended) = parser.head()?;
-    let Head { extent, mut placement, encoding, arrays, active } = head;
+    let VtiHeader { extent, mut placement, encoding, arrays, active } = head;
     if arrays.is_empty() {
         return Err(invalid("no array of points or cells, expected samples"));
     }
@@ -61,28 +69,28 @@ fn read_grid(file: File, options: &ReadOptions) -> io::Result<Grid> {
         dims[a] =
             n.ok_or_else(|| invalid(format!("extent {extent:?}, expected ascending pairs")))?;
     }
-    // Cells lie between points.
+    // The samples of cells are at their centres.
     let first = [0, 1, 2].map(|a| extent[2 * a] as f64 + 0.5 * cells as f64);
     placement.origin = placement.world(first);
-    let layout = Layout {
+    let layout = SampleLayout {
         dims,
         sample_type: array.sample_type()?,
         big_endian: encoding.big_endian,
         channel: Channel { index, of: array.n_channels },
         skip: 0,
     };
-    let samples = match &array.place {
-        Place::Text(text) => array::of_text(text, &layout)?,
-        Place::Base64(text) => blocks::read_base64(text.as_bytes(), encoding, &layout)?,
-        Place::Appended(offset) => {
+    let samples = match &array.data {
+        ArrayData::Text(text) => array::read_text(text, &layout)?,
+        ArrayData::Base64(text) => blocks::read_base64(text.as_bytes(), encoding, &layout)?,
+        ArrayData::Appended(offset) => {
             let appended = appended.ok_or_else(|| invalid("no appended data in the file"))?;
             read_appended(parser.into_inner(), appended, *offset, encoding, &layout)?
         }
     };
-    Ok((dims, samples, placement))
+    Ok(SampleGrid { dims, samples, placement })
 }
 
-/// How appended data are written.
+/// The encoding of appended data.
 struct Appended {
     is_base64: bool,
 }
@@ -91,17 +99,17 @@ fn read_appended(
     mut reader: BufReader<File>,
     appended: Appended,
     offset: u64,
-    encoding: Encoding,
-    layout: &Layout,
+    encoding: VtiEncoding,
+    layout: &SampleLayout,
 ) -> io::Result<Samples> {
-    // White space, then an underscore.
+    // The data start after white space and an underscore.
     loop {
         let mut byte = [0];
         reader.read_exact(&mut byte)?;
         match byte[0] {
             b'_' => break,
             b if b.is_ascii_whitespace() => {}
-            _ => return Err(invalid("appended data that do not begin with '_'")),
+            _ => return Err(invalid("appended data that do not start with '_'")),
         }
     }
     let length = reader.get_ref().metadata()?.len();
@@ -114,18 +122,18 @@ fn read_appended(
     if !appended.is_base64 {
         return blocks::read(&mut reader, left, encoding, layout);
     }
-    // Up to the end of the text, or as far as another array's padding.
-    let most = layout.size()?.1.saturating_mul(2).saturating_add(1 << 20).min(left);
+    // Up to the end of the text; twice the size and a megabyte leave room for base64 and padding.
+    let max_bytes = layout.size()?.1.saturating_mul(2).saturating_add(1 << 20).min(left);
     let mut text = Vec::new();
-    reader.take(most).read_to_end(&mut text)?;
+    reader.take(max_bytes).read_to_end(&mut text)?;
     let end = text.iter().position(|&b| b == b'<').unwrap_or(text.len());
     blocks::read_base64(&text[..end], encoding, layout)
 }
 
-/// Goes through the XML up to the samples that are appended.
+/// Parses the XML up to the appended samples.
 struct Parser<'a, R: BufRead> {
     reader: quick_xml::Reader<R>,
-    /// The array that is wanted: the text of others is not kept.
+    /// The chosen array: the text of others is not kept.
     wanted: Option<&'a str>,
 }
 
@@ -138,16 +146,16 @@ impl<'a, R: BufRead> Parser<'a, R> {
         self.reader.into_inner()
     }
 
-    fn head(&mut self) -> io::Result<(Head, Option<Appended>)> {
-        let mut head = Head {
+    fn head(&mut self) -> io::Result<(VtiHeader, Option<Appended>)> {
+        let mut head = VtiHeader {
             extent: [0; 6],
             placement: Placement::IDENTITY,
-            encoding: Encoding::PLAIN,
+            encoding: VtiEncoding::PLAIN,
             arrays: Vec::new(),
             active: None,
         };
         let (mut buffer, mut is_image, mut of_cells, mut n_pieces) = (Vec::new(), false, None, 0);
-        // Whether text belongs to the last array.
+        // Whether the parser is inside an array.
         let mut is_inside = false;
         loop {
             buffer.clear();
@@ -169,7 +177,7 @@ impl<'a, R: BufRead> Parser<'a, R> {
                     }
                     "CellData" => of_cells = Some(true),
                     "DataArray" if of_cells.is_some() => {
-                        head.arrays.push(array::of_tag(&tag, of_cells == Some(true))?);
+                        head.arrays.push(array::parse_tag(&tag, of_cells == Some(true))?);
                         is_inside = true;
                     }
                     "AppendedData" => {
@@ -204,25 +212,8 @@ fn check_image(is_image: bool) -> io::Result<()> {
     if is_image { Ok(()) } else { Err(invalid("no ImageData in the file, expected a VTI file")) }
 }
 
-fn wrong_xml(said: &str) -> io::Error {
-    let said: String = said.chars().filter(|c| !c.is_control()).take(120).collect();
-    invalid(format!("no XML: {said}"))
-}
-
-/// An attribute of a tag.
-fn attribute(tag: &BytesStart<'_>, name: &str) -> io::Result<Option<String>> {
-    let found = tag.try_get_attribute(name).map_err(|e| wrong_xml(&e.to_string()))?;
-    found
-        .map(|value| {
-            let value =
-                quick_xml::escape::unescape(&value.value).map_err(|e| wrong_xml(&e.to_string()))?;
-            Ok(value.into_owned())
-        })
-        .transpose()
-}
-
-fn encoding(tag: &BytesStart<'_>) -> io::Result<Encoding> {
-    let mut encoding = Encoding::PLAIN;
+fn encoding(tag: &BytesStart<'_>) -> io::Result<VtiEncoding> {
+    let mut encoding = VtiEncoding::PLAIN;
     if attribute(tag, "type")?.is_some_and(|kind| kind != "ImageData") {
         return Err(invalid("a VTK file of another kind, expected ImageData"));
     }
@@ -237,7 +228,7 @@ fn encoding(tag: &BytesStart<'_>) -> io::Result<Encoding> {
             )));
         }
     };
-    encoding.is_packed = match attribute(tag, "compressor")?.as_deref() {
+    encoding.is_compressed = match attribute(tag, "compressor")?.as_deref() {
         None | Some("") => false,
         Some("vtkZLibDataCompressor") => true,
         Some(other) => {

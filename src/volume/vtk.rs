@@ -1,42 +1,47 @@
 //! Legacy VTK files (`.vtk`) of structured points, text or binary.
 //!
-//! Source: "Simple Legacy Formats" (docs.vtk.org). Binary numbers are big endian. Arrays are those of `SCALARS`, `VECTORS`,
-//! `NORMALS` and `FIELD`, of points or of cells.
+//! Source: "Simple Legacy Formats" (docs.vtk.org). Binary numbers are big endian. Arrays of points and of cells are read:
+//! `SCALARS`, `VECTORS`, `NORMALS`, `TENSORS` and `FIELD`.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-use super::decode::{SampleType, invalid, picked, read_error};
+use super::data_error::{invalid, read_error};
+use super::decode::select_channel;
+use super::layout::{Channel, Compression, SampleLayout, SampleType};
+use super::placement::Placement;
+use super::read_options::ReadOptions;
+use super::samples::SampleGrid;
 use super::select::{by_name, one_of};
-use super::stream::{Channel, Layout};
+use super::stream;
+use super::text;
 use super::text::{exactly, finite, shortened};
-use super::{Grid, Placement, ReadOptions, stream, text};
 use crate::error::Result;
 
-/// Longest line that is looked at, bytes.
-const LONGEST_LINE: u64 = 1 << 16;
+/// Longest line, in bytes.
+const MAX_LINE_BYTES: u64 = 1 << 16;
 
-/// Most arrays of a file.
-const MOST_ARRAYS: usize = 4096;
+/// Most arrays of a file: bounds the memory for their names.
+const MAX_ARRAYS: usize = 4096;
 
 /// Reads a legacy VTK file, which is open.
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for anything but structured points, damaged files, and
-/// where an array or channel must be chosen.
+/// if an array or channel must be chosen.
 pub(crate) fn read(
     path: &Path,
     (file, length): (File, u64),
     options: &ReadOptions,
-) -> Result<Grid> {
+) -> Result<SampleGrid> {
     let mut lines = Lines { reader: BufReader::new(file), length };
     read_grid(&mut lines, options).map_err(|e| read_error(path, e))
 }
 
-/// An array, and where its numbers begin.
-struct Array {
+/// An array, and the byte at which its numbers start.
+struct VtkArray {
     name: String,
     sample_type: Option<SampleType>,
     type_name: String,
@@ -55,9 +60,9 @@ impl Lines {
     fn next(&mut self) -> io::Result<Option<String>> {
         loop {
             let mut line = Vec::new();
-            let n = self.reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
-            if n as u64 == LONGEST_LINE {
-                return Err(invalid(format!("a line of more than {LONGEST_LINE} bytes")));
+            let n = self.reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
+            if n as u64 == MAX_LINE_BYTES {
+                return Err(invalid(format!("a line of more than {MAX_LINE_BYTES} bytes")));
             }
             let text = String::from_utf8_lossy(&line).trim().to_owned();
             if n == 0 || !text.is_empty() {
@@ -71,46 +76,46 @@ impl Lines {
     }
 }
 
-fn read_grid(lines: &mut Lines, options: &ReadOptions) -> io::Result<Grid> {
+fn read_grid(lines: &mut Lines, options: &ReadOptions) -> io::Result<SampleGrid> {
     let first = lines.next()?.unwrap_or_default();
     if !first.starts_with("# vtk DataFile Version") {
-        return Err(invalid("no VTK file: the first line is not '# vtk DataFile Version'"));
+        return Err(invalid("not a VTK file: the first line is not '# vtk DataFile Version'"));
     }
     // The title may be empty.
     let mut title = Vec::new();
-    lines.reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut title)?;
+    lines.reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut title)?;
     let is_text = match lines.next()?.as_deref() {
         Some("ASCII") => true,
         Some("BINARY") => false,
-        _ => return Err(invalid("a third line that is neither ASCII nor BINARY")),
+        _ => return Err(invalid("the third line is neither ASCII nor BINARY")),
     };
-    let mut head = Head::default();
+    let mut head = VtkHeader::default();
     let mut arrays = Vec::new();
     while let Some(line) = lines.next()? {
         let words: Vec<&str> = line.split_whitespace().collect();
-        head.take(&words, &line)?;
-        match arrays_of(&words, &line, lines, &head)? {
-            Some(Told::Array(array)) => arrays.push(array),
-            Some(Told::Fields(n)) => read_fields(lines, n, is_text, &head, &mut arrays)?,
+        head.parse_line(&words, &line)?;
+        match parse_array_line(&words, &line, lines, &head)? {
+            Some(ArrayLine::Array(array)) => arrays.push(array),
+            Some(ArrayLine::Fields(n)) => read_fields(lines, n, is_text, &head, &mut arrays)?,
             None => continue,
         }
-        if arrays.len() > MOST_ARRAYS {
-            return Err(invalid(format!("more than {MOST_ARRAYS} arrays")));
+        if arrays.len() > MAX_ARRAYS {
+            return Err(invalid(format!("more than {MAX_ARRAYS} arrays")));
         }
         let last = arrays.last().filter(|_| !line.starts_with("FIELD"));
-        last.map_or(Ok(()), |array| pass_over(lines, array, is_text, &head))?;
+        last.map_or(Ok(()), |array| skip_array(lines, array, is_text, &head))?;
     }
-    chosen(lines, head, &arrays, is_text, options)
+    read_chosen(lines, head, &arrays, is_text, options)
 }
 
-/// Reads the samples of the array that was asked for.
-fn chosen(
+/// Reads the samples of the chosen array.
+fn read_chosen(
     lines: &mut Lines,
-    head: Head,
-    arrays: &[Array],
+    head: VtkHeader,
+    arrays: &[VtkArray],
     is_text: bool,
     options: &ReadOptions,
-) -> io::Result<Grid> {
+) -> io::Result<SampleGrid> {
     if arrays.is_empty() {
         return Err(invalid("no array of points or cells, expected samples"));
     }
@@ -121,33 +126,32 @@ fn chosen(
     let left = lines.length.saturating_sub(array.start);
     let samples = if is_text {
         let (n, _) = layout.size()?;
-        let all = n.checked_mul(layout.channel.of).filter(|&all| all as u64 <= left / 2 + 1);
-        let what = layout.what();
-        let all =
-            all.ok_or_else(|| invalid(format!("{left} bytes of text, too few for {what}")))?;
+        let what = layout.describe();
+        let all = n.saturating_mul(layout.channel.of);
+        text::check_text_length(left, all, &what)?;
         let numbers = words(&mut lines.reader, all, &what)?;
-        picked(text::samples(&numbers, layout.sample_type, all, &what)?, layout.channel)
+        select_channel(text::samples(&numbers, layout.sample_type, all, &what)?, layout.channel)
     } else {
-        stream::read(&mut lines.reader, left, stream::Packing::Plain, &layout)?
+        stream::read(&mut lines.reader, left, Compression::None, &layout)?
     };
     let mut placement = head.placement;
     if array.is_of_cells {
         placement.origin = placement.world([0.5; 3]);
     }
-    Ok((layout.dims, samples, placement))
+    Ok(SampleGrid { dims: layout.dims, samples, placement })
 }
 
-/// What a file says before its arrays.
+/// The lines before the arrays.
 #[derive(Default)]
-struct Head {
+struct VtkHeader {
     dims: Option<[usize; 3]>,
     placement: Placement,
-    /// Whether arrays are of cells, and how many samples they have, once that was said.
-    of: Option<(bool, usize)>,
+    /// Whether arrays are of cells, and their number of samples, after a line of `POINT_DATA` or `CELL_DATA`.
+    section: Option<(bool, usize)>,
 }
 
-impl Head {
-    fn take(&mut self, words: &[&str], line: &str) -> io::Result<()> {
+impl VtkHeader {
+    fn parse_line(&mut self, words: &[&str], line: &str) -> io::Result<()> {
         let wrong = || invalid(format!("line '{}', expected numbers", shortened(line)));
         let rest = line.split_once(char::is_whitespace).map_or("", |(_, rest)| rest);
         match words[0] {
@@ -169,24 +173,21 @@ impl Head {
             }
             "POINT_DATA" | "CELL_DATA" => {
                 let [n] = exactly(rest).ok_or_else(wrong)?;
-                self.of = Some((words[0] == "CELL_DATA", n));
+                self.section = Some((words[0] == "CELL_DATA", n));
                 Ok(())
             }
             _ => Ok(()),
         }
     }
 
-    fn layout(&self, array: &Array, options: &ReadOptions) -> io::Result<Layout> {
+    fn layout(&self, array: &VtkArray, options: &ReadOptions) -> io::Result<SampleLayout> {
         let dims = self.dims.ok_or_else(|| invalid("no line of DIMENSIONS"))?;
         let cells = usize::from(array.is_of_cells);
         let index = one_of("channel", options.channel, array.n_channels)?;
-        Ok(Layout {
+        Ok(SampleLayout {
             dims: dims.map(|n| n.saturating_sub(cells)),
             sample_type: array.sample_type.ok_or_else(|| {
-                invalid(format!(
-                    "numbers of type '{}', expected one of VTK's",
-                    shortened(&array.type_name)
-                ))
+                invalid(format!("unknown number type '{}'", shortened(&array.type_name)))
             })?,
             big_endian: true,
             channel: Channel { index, of: array.n_channels },
@@ -195,35 +196,35 @@ impl Head {
     }
 }
 
-/// What a line tells of arrays.
-enum Told {
-    Array(Array),
-    /// So many arrays of a field follow, each with a line of its own.
+/// A line that starts arrays.
+enum ArrayLine {
+    Array(VtkArray),
+    /// The number of arrays of a field, each with its own line.
     Fields(usize),
 }
 
-fn arrays_of(
+fn parse_array_line(
     words: &[&str],
     line: &str,
     lines: &mut Lines,
-    head: &Head,
-) -> io::Result<Option<Told>> {
-    let wrong = || invalid(format!("line '{}', which is not VTK", shortened(line)));
+    head: &VtkHeader,
+) -> io::Result<Option<ArrayLine>> {
+    let wrong = || invalid(format!("line '{}', which is not valid VTK", shortened(line)));
     if let ["FIELD", _, n] = words {
-        return Ok(Some(Told::Fields(n.parse().map_err(|_| wrong())?)));
+        return Ok(Some(ArrayLine::Fields(n.parse().map_err(|_| wrong())?)));
     }
-    let Some((is_of_cells, _)) = head.of else { return Ok(None) };
+    let Some((is_of_cells, _)) = head.section else { return Ok(None) };
     let (name, type_name, n_channels) = match words {
         ["SCALARS", name, type_name] => (name, type_name, 1),
         ["SCALARS", name, type_name, n] => (name, type_name, n.parse().map_err(|_| wrong())?),
         ["VECTORS" | "NORMALS", name, type_name] => (name, type_name, 3),
         ["TENSORS", name, type_name] => (name, type_name, 9),
         ["METADATA"] => {
-            // Lines up to an empty one.
+            // Metadata end with an empty line.
             let mut line = vec![0];
             while !line.trim_ascii().is_empty() {
                 line.clear();
-                lines.reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
+                lines.reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
             }
             return Ok(None);
         }
@@ -242,7 +243,8 @@ fn arrays_of(
         }
     }
     let start = lines.position()?;
-    array(name, type_name, n_channels, is_of_cells, start).map(|array| Some(Told::Array(array)))
+    array(name, type_name, n_channels, is_of_cells, start)
+        .map(|array| Some(ArrayLine::Array(array)))
 }
 
 fn array(
@@ -251,7 +253,7 @@ fn array(
     n: usize,
     is_of_cells: bool,
     start: u64,
-) -> io::Result<Array> {
+) -> io::Result<VtkArray> {
     if !(1..=1 << 16).contains(&n) {
         return Err(invalid(format!("{n} numbers per sample, expected 1 or more")));
     }
@@ -269,18 +271,23 @@ fn array(
         _ => None,
     };
     let (name, type_name) = (name.to_owned(), type_name.to_owned());
-    Ok(Array { name, sample_type, type_name, n_channels: n, is_of_cells, start })
+    Ok(VtkArray { name, sample_type, type_name, n_channels: n, is_of_cells, start })
 }
 
-/// Leaves the reader behind the numbers of an array.
-fn pass_over(lines: &mut Lines, array: &Array, is_text: bool, head: &Head) -> io::Result<()> {
-    let n_samples = head.of.map_or(0, |(_, n)| n);
-    pass_numbers(lines, array, n_samples, is_text)
-}
-
-fn pass_numbers(
+/// Skips the numbers of an array.
+fn skip_array(
     lines: &mut Lines,
-    array: &Array,
+    array: &VtkArray,
+    is_text: bool,
+    head: &VtkHeader,
+) -> io::Result<()> {
+    let n_samples = head.section.map_or(0, |(_, n)| n);
+    skip_numbers(lines, array, n_samples, is_text)
+}
+
+fn skip_numbers(
+    lines: &mut Lines,
+    array: &VtkArray,
     n_samples: usize,
     is_text: bool,
 ) -> io::Result<()> {
@@ -288,9 +295,10 @@ fn pass_numbers(
     if is_text {
         return skip_words(&mut lines.reader, n);
     }
-    let size = array.sample_type.map(SampleType::n_bytes).ok_or_else(|| {
-        invalid(format!("numbers of type '{}', expected one of VTK's", shortened(&array.type_name)))
-    })?;
+    let size = array
+        .sample_type
+        .map(SampleType::n_bytes)
+        .ok_or_else(|| invalid(format!("unknown number type '{}'", shortened(&array.type_name))))?;
     let end = array.start.saturating_add((n as u64).saturating_mul(size as u64));
     if end > lines.length {
         let left = lines.length - array.start;
@@ -299,18 +307,18 @@ fn pass_numbers(
     lines.reader.seek(io::SeekFrom::Start(end)).map(|_| ())
 }
 
-/// The arrays of a field; those before the samples of points or cells are only passed over.
+/// Reads the arrays of a field; arrays that are not of points or cells are skipped.
 fn read_fields(
     lines: &mut Lines,
     n: usize,
     is_text: bool,
-    head: &Head,
-    arrays: &mut Vec<Array>,
+    head: &VtkHeader,
+    arrays: &mut Vec<VtkArray>,
 ) -> io::Result<()> {
     for _ in 0..n {
         let line = lines.next()?.ok_or_else(|| invalid("the file ends inside a field"))?;
         if line == "METADATA" {
-            arrays_of(&["METADATA"], &line, lines, head)?;
+            parse_array_line(&["METADATA"], &line, lines, head)?;
         }
         let line = if line == "METADATA" { lines.next()?.unwrap_or_default() } else { line };
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -320,20 +328,20 @@ fn read_fields(
         let n_channels = n_channels.parse().map_err(|_| wrong())?;
         let n_samples = n_samples.parse().map_err(|_| wrong())?;
         let start = lines.position()?;
-        let is_of_cells = head.of.is_some_and(|(is_of_cells, _)| is_of_cells);
+        let is_of_cells = head.section.is_some_and(|(is_of_cells, _)| is_of_cells);
         let array = array(name, type_name, n_channels, is_of_cells, start)?;
-        pass_numbers(lines, &array, n_samples, is_text)?;
-        if head.of.is_some_and(|(_, n)| n == n_samples) {
+        skip_numbers(lines, &array, n_samples, is_text)?;
+        if head.section.is_some_and(|(_, n)| n == n_samples) {
             arrays.push(array);
         }
-        if arrays.len() > MOST_ARRAYS {
-            return Err(invalid(format!("more than {MOST_ARRAYS} arrays")));
+        if arrays.len() > MAX_ARRAYS {
+            return Err(invalid(format!("more than {MAX_ARRAYS} arrays")));
         }
     }
     Ok(())
 }
 
-/// The next `n` words of a text, each with a space behind it.
+/// The next `n` words of a text, separated by white space.
 fn words(reader: &mut impl BufRead, n: usize, what: &str) -> io::Result<Vec<u8>> {
     let mut found = Vec::new();
     let n_found = each_word(reader, n, |part| found.extend_from_slice(part))?;
@@ -348,7 +356,7 @@ fn skip_words(reader: &mut impl BufRead, n: usize) -> io::Result<()> {
     if n_found < n { Err(invalid(format!("{n_found} numbers, expected {n}"))) } else { Ok(()) }
 }
 
-/// Gives the bytes of the next `n` words, and the spaces before and behind them, to a function; how many words there were.
+/// Passes the bytes of the next `n` words, with white space, to a function. Returns the number of words.
 fn each_word(
     reader: &mut impl BufRead,
     n: usize,

@@ -45,7 +45,7 @@ fn isovalues_are_written_by_the_range_and_by_the_samples() {
     // A format that tells nothing of the samples.
     folder.run(&["convert", "s.isp", "s.thesis"]);
     let line = folder.fails(&["extract", "s.thesis", "-c", "p90", "-o", "m.ply"], 2);
-    assert!(line.contains("p90 needs the samples"), "{line}");
+    assert!(line.contains("p90 needs"), "{line}");
     assert_eq!(isovalue_of(&folder, "s.thesis", "25%"), of("25%"));
 }
 

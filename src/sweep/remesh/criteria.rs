@@ -57,7 +57,7 @@ pub(crate) struct Criteria<'a> {
 impl<'a> Criteria<'a> {
     /// The criteria of a sweep at an isovalue.
     pub(crate) fn new(field: &'a Field, isovalue: f64, parameters: &Parameters) -> Self {
-        let d = field.volume().within().whole.into_iter().min().unwrap_or(1) as f32;
+        let d = field.volume().block_position().whole.into_iter().min().unwrap_or(1) as f32;
         Criteria {
             field,
             isovalue: field.isovalue(isovalue),

@@ -8,14 +8,15 @@
 //!
 //! The Hessian has a zero diagonal, so s = 1 is always of index 1 and s = -1 of index 2. For
 //! h = 0 and efg != 0 there is one, at x = (bg - cf - de) / (2ef) and so on, of index 2 if
-//! efg > 0, else 1, with the value a + (bx + cy + dz) / 2. Everything is decided by the floating
-//! point filter of `estimate` first and by big integers where that leaves a sign open.
+//! efg > 0, else 1, with the value a + (bx + cy + dz) / 2. Predicates use the floating point filter
+//! of `estimate` first, and big integers if the filter cannot determine a sign.
 
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
-use super::{ExactField, ORDER_BITS, estimate::Estimate};
+use super::estimate::Estimate;
+use super::field::{ExactField, ORDER_BITS};
 
 /// Coefficients of the trilinear field of one cell, in V units.
 #[derive(Clone, Copy, Debug)]
@@ -346,7 +347,7 @@ impl ExactField<'_> {
     /// The value of a body saddle in volume units without the ramp (to 10^-6 of a level).
     pub fn body_saddle_value(&self, saddle: &BodySaddle) -> f64 {
         let order_key = saddle.order_key();
-        self.not_before(self.value(order_key >> ORDER_BITS), order_key)
+        self.first_isovalue(self.value(order_key >> ORDER_BITS), order_key)
     }
 
     /// The position of a body saddle in the index frame.
@@ -357,8 +358,8 @@ impl ExactField<'_> {
     }
 }
 
-/// Whether along every axis the four edge differences of a cell show both signs (or a tie, which
-/// leaves it open): without that a partial derivative vanishes nowhere in the cell.
+/// Whether along every axis the four edge differences of a cell have both signs, or a tie: otherwise
+/// a partial derivative vanishes nowhere in the cell.
 pub(crate) fn can_hold_body_saddle<T: Copy + Ord>(v: &[T; 8]) -> bool {
     [[0, 2, 4, 6], [0, 1, 4, 5], [0, 1, 2, 3]].iter().zip([1, 2, 4]).all(|(edges, step)| {
         let rises = edges.iter().all(|&c| v[c] < v[c + step]);

@@ -4,14 +4,14 @@
 //! face iff one diagonal lies wholly below the other; its value is
 //! (p00 p11 - p10 p01) / (p00 + p11 - p10 - p01), whose sign against an isovalue is the asymptotic
 //! decider (Nielson and Hamann, "The asymptotic decider", Visualization 1991). In space it is
-//! critical iff the field of both cells beside the face, read on the line through the saddle,
-//! rises away from the face (index 1) or falls away from it (index 2).
+//! critical iff in both adjacent cells the field along the normal through the saddle rises away from
+//! the face (index 1) or falls away from it (index 2).
 
 use std::cmp::Ordering;
 
 use num_bigint::BigInt;
 
-use super::{ExactField, ORDER_BITS, RAMP_WEIGHTS};
+use super::field::{ExactField, ORDER_BITS, RAMP_WEIGHTS};
 
 /// A saddle of the bilinear field on a face of the grid.
 #[derive(Clone, Copy, Debug)]
@@ -86,15 +86,15 @@ impl FaceSaddle {
     }
 }
 
-/// Whether the saddle between two separated diagonals lies above an isovalue key that separates
-/// them: compares the products of the distances to it, exactly, in 256 bits.
+/// Whether the saddle between two separated diagonals lies above an isovalue key. Compares the
+/// products of the distances to it, exactly, in 256 bits.
 ///
 /// The saddle is (h0 h1 - l0 l1) / (h0 + h1 - l0 - l1) after shifting the isovalue to zero.
 #[inline]
 pub(crate) fn is_saddle_above(low: [i128; 2], high: [i128; 2], isovalue_key: i128) -> bool {
     let [l0, l1] = low.map(|l| isovalue_key - l);
     let [h0, h1] = high.map(|h| h - isovalue_key);
-    // An isovalue not between the diagonals: above both or below both.
+    // The isovalue is not between the diagonals: below or above both.
     if l0 < 0 || l1 < 0 {
         return true;
     }
@@ -125,8 +125,8 @@ impl ExactField<'_> {
         let offsets = [0, strides[i], strides[j], strides[i] + strides[j]];
         let levels = self.levels_at(corner, offsets);
         let [a, b, c, d] = levels;
-        // Levels alone reject nearly every face; the ramp can only separate diagonals whose
-        // levels touch, and it is affine on a face of one level.
+        // Levels reject nearly every face: the ramp can only separate diagonals whose levels
+        // touch, and it is affine on a face of one level.
         if (a.max(d) > b.min(c) && b.max(c) > a.min(d)) || (a == d && b == c && a == b) {
             return None;
         }
@@ -147,12 +147,12 @@ impl ExactField<'_> {
         }
     }
 
-    /// How the field starts from a face saddle into the cell beside the face, `upper` the one at
-    /// higher coordinates: `Greater` if it rises. `None` where there is no cell.
+    /// How the field changes from a face saddle into an adjacent cell, `upper` the one at higher
+    /// coordinates: `Greater` if it rises. `None` if there is no cell.
     pub fn face_inward(&self, saddle: &FaceSaddle, upper: bool) -> Option<Ordering> {
         let at = self.padded_position(saddle.corner)[saddle.axis] as usize;
         let stride = self.strides()[saddle.axis];
-        let beside = if upper {
+        let neighbour = if upper {
             (at + 1 < self.dims[saddle.axis]).then(|| saddle.corner + stride)?
         } else {
             (at > 0).then(|| saddle.corner - stride)?
@@ -160,16 +160,16 @@ impl ExactField<'_> {
         let strides = self.strides();
         let [i, j] = [(saddle.axis + 1) % 3, (saddle.axis + 2) % 3];
         let keys = [
-            self.key(beside),
-            self.key(beside + strides[i]),
-            self.key(beside + strides[j]),
-            self.key(beside + strides[i] + strides[j]),
+            self.key(neighbour),
+            self.key(neighbour + strides[i]),
+            self.key(neighbour + strides[j]),
+            self.key(neighbour + strides[i] + strides[j]),
         ];
         Some(inward(saddle.keys, keys))
     }
 
     /// The index of a face saddle as a critical point in space: 1 (two components of lower values
-    /// meet), 2 (of higher values), or `None` where it is regular, as most are. On the border of
+    /// meet), 2 (of higher values), or `None` if it is regular, as most are. On the border of
     /// the padded grid, where a face has one cell, there are no saddles.
     pub fn face_saddle_index(&self, saddle: &FaceSaddle) -> Option<u8> {
         match (self.face_inward(saddle, false)?, self.face_inward(saddle, true)?) {
@@ -186,10 +186,10 @@ impl ExactField<'_> {
         let (x, y) = ((h0 - l0) as f64, (h1 - l0) as f64);
         let den = (h0 + h1 - l0 - l1) as f64;
         let above = if den > 0.0 { x * y / den } else { 0.0 };
-        self.not_before(self.scale.value(l0 as f64 + above), saddle.order_key())
+        self.first_isovalue(self.scale.value(l0 as f64 + above), saddle.order_key())
     }
 
-    /// The position of a face saddle in the index frame of the whole that the volume is a block of.
+    /// The position of a face saddle in the index frame of the whole, if the volume is a block.
     pub fn face_saddle_position(&self, saddle: &FaceSaddle) -> [f64; 3] {
         let mut position = self.whole_position(saddle.corner);
         let [u, w] = saddle.parameters();
@@ -199,18 +199,18 @@ impl ExactField<'_> {
     }
 }
 
-/// The sign of the bilinear field of `beside` at the saddle of `face`, minus the saddle value.
+/// The sign of the bilinear field of the opposite face at the saddle of `face`, minus the saddle value.
 ///
 /// With everything relative to p00 and d = |p00 + p11 - p10 - p01|, the saddle lies at
 /// (u, w) / d and has the value -s u w / d, so the sign is that of
 /// (d-u)(d-w) n00 + u (d-w) n10 + (d-u) w n01 + u w (n11 + s d).
-fn inward(face: [i128; 4], beside: [i128; 4]) -> Ordering {
+fn inward(face: [i128; 4], opposite: [i128; 4]) -> Ordering {
     let [p00, p10, p01, p11] = face;
     let s = if p00 + p11 > p10 + p01 { 1 } else { -1 };
     let den = s * (p00 + p11 - p10 - p01);
     let (u, w) = (s * (p00 - p01), s * (p00 - p10));
     let (uu, ww) = (den - u, den - w);
-    let n = beside.map(|x| x - p00);
+    let n = opposite.map(|x| x - p00);
     let terms = [[uu, ww, n[0]], [u, ww, n[1]], [uu, w, n[2]], [u, w, n[3] + s * den]];
     let mut sum = 0.0;
     let mut magnitude = 0.0;
@@ -219,7 +219,7 @@ fn inward(face: [i128; 4], beside: [i128; 4]) -> Ordering {
         sum += term;
         magnitude += term.abs();
     }
-    // Each term carries five roundings and the sum three: 8 half units; sixteen are charged.
+    // Each term has five roundings and the sum three: 8 half units; the bound is sixteen.
     if f64::abs(sum) > 8.0 * f64::EPSILON * magnitude {
         return if sum > 0.0 { Ordering::Greater } else { Ordering::Less };
     }

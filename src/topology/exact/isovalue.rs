@@ -1,15 +1,51 @@
 //! From isovalues to keys without the volume.
 //!
-//! The topology of a volume outlives its [`ExactField`], but is asked by isovalue.
+//! The topology of a volume outlives its exact field, but is queried by isovalue.
 
-use super::{ExactField, LevelScale};
+/// Most steps between the minimum and the maximum of floating point samples, as a power of two; at least half of them
+/// are used.
+const FLOAT_LEVEL_BITS: u32 = 44;
+
+/// From volume values to levels and back: `level = (value - origin) / step`.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum LevelScale {
+    /// Levels are the samples.
+    Identity,
+    /// Levels are whole steps of 2^-[`FLOAT_LEVEL_BITS`] times four `quarters` above the minimum.
+    Steps { low: f64, quarters: f64 },
+}
+
+impl LevelScale {
+    /// The level of a volume value with its fraction. Monotone, so order is kept.
+    pub(super) fn level(self, value: f64) -> f64 {
+        let level = match self {
+            LevelScale::Identity => value,
+            // Quartered, so that no difference of finite numbers overflows.
+            LevelScale::Steps { low, quarters } => {
+                (value * 0.25 - low * 0.25) / quarters * (1u64 << FLOAT_LEVEL_BITS) as f64
+            }
+        };
+        let bound = (1u64 << 52) as f64;
+        level.clamp(-bound, bound)
+    }
+
+    /// The volume value of a level.
+    pub(super) fn value(self, level: f64) -> f64 {
+        match self {
+            LevelScale::Identity => level,
+            LevelScale::Steps { low, quarters } => {
+                low + level / (1u64 << FLOAT_LEVEL_BITS) as f64 * quarters * 4.0
+            }
+        }
+    }
+}
 
 /// The map from isovalues to keys of one field, without its samples.
 #[derive(Clone, Copy, Debug)]
 pub struct IsovalueKeys {
-    scale: LevelScale,
-    m_bits: u32,
-    ramp_range: i128,
+    pub(super) scale: LevelScale,
+    pub(super) m_bits: u32,
+    pub(super) ramp_range: i128,
 }
 
 impl IsovalueKeys {
@@ -26,12 +62,5 @@ impl IsovalueKeys {
     /// The ramp's largest magnitude in V units: keys of one level differ by less.
     pub fn ramp_range(&self) -> i128 {
         self.ramp_range
-    }
-}
-
-impl ExactField<'_> {
-    /// The map of [`ExactField::isovalue_key`] on its own.
-    pub fn isovalue_keys(&self) -> IsovalueKeys {
-        IsovalueKeys { scale: self.scale, m_bits: self.m_bits, ramp_range: self.ramp_range }
     }
 }

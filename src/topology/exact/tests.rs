@@ -3,7 +3,7 @@ use std::cmp::Ordering;
 use num_bigint::BigInt;
 
 use super::*;
-use crate::volume::{Outside, Placement};
+use crate::volume::{Outside, Placement, Samples, Volume};
 use random::Random;
 
 #[allow(dead_code, reason = "the tests in tests/ use more of it")]
@@ -34,7 +34,7 @@ fn random_volume(random: &mut Random, kind: u64) -> Volume {
 }
 
 #[test]
-fn levels_tell_floating_point_samples_of_few_digits_from_all_below_them() {
+fn a_floating_point_sample_of_few_digits_has_a_higher_level_than_all_below_it() {
     let mut samples: Vec<f32> = (0..27).map(|i| i as f32 * 0.375).collect();
     samples[26] = 9.0;
     let volume = volume([3; 3], Samples::F32(samples.clone()));
@@ -154,7 +154,7 @@ fn a_sample_is_inside_exactly_if_it_exceeds_the_isovalue() {
                 for v in 0..field.n_vertices() as u32 {
                     let is_inside = field.key(v) > key;
                     assert_eq!(is_inside, field.level(v) > field.isovalue_level(isovalue));
-                    // Floating point samples are told apart from 2^-44 of the range upwards.
+                    // Floating point samples have different levels from 2^-44 of the range on.
                     let f = field.sample(v);
                     if volume.samples().is_integer() || (f - isovalue).abs() > 1e-12 {
                         assert_eq!(is_inside, f > isovalue, "sample {f} at {isovalue}");

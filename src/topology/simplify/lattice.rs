@@ -1,8 +1,8 @@
-//! Samples on their lattice while they change, and which of two is lower.
+//! Samples that change, and their order.
 //!
 //! # Invariants
 //!
-//! Of equal samples the one with the higher number is lower, as under the ramp of the exact field. The layer around
+//! Of equal samples the one with the higher index is lower, as with the ramp of the exact field. The layer around
 //! the volume is a neighbour of every sample at the border, lower than all samples or higher.
 
 use rayon::prelude::*;
@@ -10,16 +10,16 @@ use rayon::prelude::*;
 use crate::topology::exact::power_of_two_from;
 use crate::volume::{Outside, Volume};
 
-/// Samples, a plane of z after the other, x fastest in each.
+/// Samples in planes of z, x fastest in each.
 pub(super) struct Lattice {
     pub(super) dims: [usize; 3],
     pub(super) planes: Vec<Vec<f64>>,
-    pub(super) order: Order,
+    pub(super) order: TieOrder,
     pub(super) grain: Grain,
 }
 
-/// What all samples are multiples of: a power of two, coarser than what the exact field tells apart. So both have
-/// one order, ties included.
+/// All samples are multiples of the grain: a power of two, coarser than the levels of the exact field. So both have the
+/// same order, including ties.
 #[derive(Clone, Copy)]
 pub(super) struct Grain {
     pub(super) size: f64,
@@ -27,9 +27,9 @@ pub(super) struct Grain {
 }
 
 impl Grain {
-    /// That of a volume of such a range.
+    /// The grain for a range of samples.
     pub(super) fn of_range((low, high): (f64, f64)) -> Self {
-        // Halved and halved again, so that nothing overflows. Multiples stay below 2^50, sums of them exact.
+        // Quarters do not overflow. Multiples stay below 2^50, sums of them exact.
         let range = power_of_two_from(high * 0.25 - low * 0.25);
         let largest = power_of_two_from(0.25 * low.abs().max(high.abs()));
         let size = (range / (1u64 << 38) as f64).max(largest / (1u64 << 46) as f64);
@@ -39,26 +39,26 @@ impl Grain {
     /// The nearest multiple.
     #[inline]
     pub(super) fn round(self, value: f64) -> f64 {
-        // Beyond 2^52 numbers are whole.
+        // From 2^52 on, f64 numbers are integers.
         const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
         ((value * self.inverse + WHOLE) - WHOLE) * self.size
     }
 }
 
-/// Which way is down, where samples do not tell.
+/// The order of equal samples and of the layer.
 #[derive(Clone, Copy)]
-pub(super) struct Order {
+pub(super) struct TieOrder {
     /// Whether the layer around the volume is lower than all samples.
     pub(super) layer_is_low: bool,
-    /// Whether everything is upside down: of equal samples the one with the lower number is lower.
-    pub(super) is_turned: bool,
+    /// Whether the field is negated: then of equal samples the one with the lower index is lower.
+    pub(super) is_negated: bool,
 }
 
-impl Order {
+impl TieOrder {
     /// Whether a value at sample `a` is lower than one at sample `b`.
     #[inline]
     pub(super) fn is_lower(self, at_a: f64, a: usize, at_b: f64, b: usize) -> bool {
-        at_a < at_b || (at_a == at_b && a != b && (a > b) != self.is_turned)
+        at_a < at_b || (at_a == at_b && a != b && (a > b) != self.is_negated)
     }
 }
 
@@ -71,7 +71,7 @@ impl Lattice {
         Lattice {
             dims: volume.dims(),
             planes: (0..volume.dims()[2]).into_par_iter().map(of_plane).collect(),
-            order: Order { layer_is_low: volume.outside() == Outside::Low, is_turned: false },
+            order: TieOrder { layer_is_low: volume.outside() == Outside::Low, is_negated: false },
             grain,
         }
     }
@@ -83,7 +83,7 @@ impl Lattice {
         samples
     }
 
-    /// How many samples a plane has.
+    /// Number of samples of a plane.
     fn plane(&self) -> usize {
         self.dims[0] * self.dims[1]
     }
@@ -103,7 +103,7 @@ impl Lattice {
         self.order.is_lower(self.get(a), a, self.get(b), b)
     }
 
-    /// The samples along the lattice edges of one, and whether it lies at the border.
+    /// The neighbours of a sample along lattice edges, and whether the sample is at the border.
     pub(super) fn neighbours(&self, sample: usize) -> ([Option<usize>; 6], bool) {
         let [nx, ny, _] = self.dims;
         let position = [sample % nx, sample / nx % ny, sample / (nx * ny)];
@@ -116,12 +116,12 @@ impl Lattice {
         (found, found.contains(&None))
     }
 
-    /// Every sample without a lower neighbour, ascending in number.
+    /// All samples without a lower neighbour, ascending.
     pub(super) fn minima(&self) -> Vec<usize> {
         (0..self.dims[2]).into_par_iter().flat_map_iter(|z| self.minima_of(z)).collect()
     }
 
-    /// Those of a plane.
+    /// The minima of a plane.
     fn minima_of(&self, z: usize) -> Vec<usize> {
         let [nx, ny, nz] = self.dims;
         let first = z * nx * ny;
@@ -136,12 +136,12 @@ impl Lattice {
             let (plane, below, above) = (&self.planes[z], &self.planes[z - 1], &self.planes[z + 1]);
             found.extend(Some(first + row).filter(|&s| self.is_minimum(s)));
             for i in row + 1..row + nx - 1 {
-                // Of neighbours with a lower number, and with a higher one.
+                // The lowest neighbour with a lower index, and with a higher one.
                 let before = plane[i - 1].min(plane[i - nx]).min(below[i]);
                 let after = plane[i + 1].min(plane[i + nx]).min(above[i]);
                 let value = plane[i];
                 if before >= value && after >= value {
-                    let is_tied = if self.order.is_turned { before } else { after } == value;
+                    let is_tied = if self.order.is_negated { before } else { after } == value;
                     found.extend((!is_tied).then_some(first + i));
                 }
             }
@@ -158,10 +158,10 @@ impl Lattice {
         !drains
     }
 
-    /// Turns everything upside down, the layer and the order of equal samples too.
-    pub(super) fn turn(&mut self) {
+    /// Negates the field, with the layer and the order of equal samples.
+    pub(super) fn negate(&mut self) {
         self.planes.par_iter_mut().flatten().for_each(|x| *x = -*x);
         self.order.layer_is_low = !self.order.layer_is_low;
-        self.order.is_turned = !self.order.is_turned;
+        self.order.is_negated = !self.order.is_negated;
     }
 }

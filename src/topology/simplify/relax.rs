@@ -1,37 +1,36 @@
-//! What draining leaves of corners and rims smoothed: as in `smooth`, but the field gets no extremum which it did not have before.
+//! Smooths the corners and rims that draining leaves, without new extrema.
 //!
 //! # Theory
 //!
-//! Each sample goes to the mean of its neighbours, within its bounds (Gauss-Seidel, projected). One that moves past a neighbour may become an extremum, or leave one beside it. Such a move ends before
-//! that neighbour: the monotonicity constraints of Weinkauf, Gingold, Sorkine (2010), Jacobson, Weinkauf, Sorkine
-//! (2012) and Guenther, Jacobson, Reininghaus, Seidel, Sorkine-Hornung, Weinkauf (2014), which there come from a
-//! tree that is chosen first, and here from what the samples are at each move. So no iteration makes an extremum,
-//! whenever it ends, and those that there are may move, or vanish into a neighbour.
+//! Each sample moves to the mean of its neighbours, within its bounds (projected Gauss-Seidel). A sample that moves past a
+//! neighbour may become an extremum, or make the neighbour one. Such a move ends before that neighbour: the monotonicity
+//! constraints of Weinkauf, Gingold, Sorkine (2010), Jacobson, Weinkauf, Sorkine (2012) and Guenther, Jacobson,
+//! Reininghaus, Seidel, Sorkine-Hornung, Weinkauf (2014), which derive them from a tree chosen in advance. Here they come
+//! from the current samples at each move. So no move makes an extremum; existing ones may move or vanish.
 //!
-//! Threads change nothing: every third plane moves at a time, and reads no further than the two planes on either side.
+//! The result does not depend on threads: every third plane moves at a time, and reads only the two planes on either side.
 
 use num_traits::AsPrimitive;
 use rayon::prelude::*;
 
-use super::lattice::{Grain, Lattice, Order};
+use super::lattice::{Grain, Lattice, TieOrder};
 
-/// How a field is relaxed.
+/// Parameters of [`relax`].
 #[derive(Clone, Copy)]
 pub(super) struct Relaxation {
-    /// How far a sample may come from the given one; those that are farther already come no farther.
+    /// Largest distance of a sample from the given one; samples that are farther away do not move farther.
     pub(super) radius: f64,
-    /// Iterations.
-    pub(super) passes: usize,
+    pub(super) iterations: usize,
 }
 
-/// Relaxes a field; `given` tells the samples that it must stay near to.
+/// Relaxes a field near the `given` samples.
 pub(super) fn relax<G: AsPrimitive<f64> + Sync>(
     lattice: &mut Lattice,
     given: &[G],
     relaxation: Relaxation,
 ) {
     let (dims, order, grain) = (lattice.dims, lattice.order, lattice.grain);
-    for _ in 0..relaxation.passes {
+    for _ in 0..relaxation.iterations {
         for turn in 0..3.min(dims[2]) {
             let planes = &mut lattice.planes;
             let plane_size = dims[0] * dims[1];
@@ -39,7 +38,7 @@ pub(super) fn relax<G: AsPrimitive<f64> + Sync>(
                 (turn..dims[2]).step_by(3).map(|z| (z, std::mem::take(&mut planes[z]))).collect();
             let still = &*planes;
             moving.par_iter_mut().for_each(|(z, plane)| {
-                Slab { dims, z: *z, plane, still, order, grain }
+                MovingPlane { dims, z: *z, plane, still, order, grain }
                     .relax(&given[*z * plane_size..], relaxation);
             });
             for (z, plane) in moving {
@@ -49,23 +48,23 @@ pub(super) fn relax<G: AsPrimitive<f64> + Sync>(
     }
 }
 
-/// A plane that moves among those that do not.
-struct Slab<'a> {
+/// A moving plane among planes that do not move.
+struct MovingPlane<'a> {
     dims: [usize; 3],
     z: usize,
     plane: &'a mut [f64],
     still: &'a [Vec<f64>],
-    order: Order,
+    order: TieOrder,
     grain: Grain,
 }
 
-/// The neighbours that a sample has: number and value.
-struct Around {
+/// The neighbours of a sample: index and value.
+struct Neighbours {
     of: [(usize, f64); 6],
     n: usize,
 }
 
-impl Slab<'_> {
+impl MovingPlane<'_> {
     fn relax<G: AsPrimitive<f64>>(&mut self, given: &[G], relaxation: Relaxation) {
         let [nx, ny, nz] = self.dims;
         let still = self.still;
@@ -75,7 +74,7 @@ impl Slab<'_> {
             for x in 0..nx {
                 let i = row + x;
                 if !(is_inner && y > 0 && y + 1 < ny && x > 0 && x + 1 < nx) {
-                    let around = self.around(self.z * nx * ny + i);
+                    let around = self.neighbours(self.z * nx * ny + i);
                     let mut values = [0.0; 6];
                     around.of.iter().zip(&mut values).for_each(|(&(_, x), value)| *value = x);
                     self.move_one(i, &values[..around.n], given[i].as_(), relaxation);
@@ -100,21 +99,22 @@ impl Slab<'_> {
             .min((given + relaxation.radius).max(value));
         let wanted = self.grain.round(wanted);
         let (low, high) = (wanted.min(value), wanted.max(value));
-        // Most samples pass no neighbour.
+        // Most samples do not pass a neighbour.
         let n_passed: usize = neighbours.iter().map(|&x| usize::from(low <= x && x <= high)).sum();
         if n_passed == 0 {
             self.plane[i] = wanted;
         } else if wanted != value {
             let sample = self.z * self.plane.len() + i;
-            let around = self.around(sample);
+            let around = self.neighbours(sample);
             self.plane[i] = self.allowed(sample, value, wanted, &around.of[..around.n]);
         }
     }
 
-    /// How far a sample may go on its way: all of it, or half-way to the nearest neighbour that it must not pass.
+    /// The allowed value on the way from `value` to `wanted`: all of it, or half-way to the nearest neighbour that the sample
+    /// must not pass.
     fn allowed(&self, sample: usize, value: f64, wanted: f64, neighbours: &[(usize, f64)]) -> f64 {
         let rises = wanted > value;
-        // Turned so that the way goes up.
+        // Negated where the sample falls.
         let up = |x: f64| if rises { x } else { -x };
         let mut limit = f64::INFINITY;
         let (mut had_one_ahead, mut has_one_ahead) = (false, false);
@@ -131,7 +131,7 @@ impl Slab<'_> {
                 limit = limit.min(up(at_n));
             }
         }
-        // The layer may lie ahead of it.
+        // The layer may be ahead of it.
         let layer_is_ahead = neighbours.len() < 6 && self.order.layer_is_low != rises;
         if had_one_ahead && !has_one_ahead && !layer_is_ahead {
             limit = limit.min(last);
@@ -148,7 +148,7 @@ impl Slab<'_> {
     fn has_other(&self, n: usize, at_n: f64, sample: usize, below: bool) -> bool {
         let [nx, ny, nz] = self.dims;
         let size = nx * ny;
-        // In the plane of the sample or beside it: no division.
+        // In the plane of the sample or next to it: no division.
         let z = if n >= (self.z + 1) * size {
             self.z + 1
         } else if n < self.z * size {
@@ -175,7 +175,7 @@ impl Slab<'_> {
     }
 
     #[inline]
-    fn around(&self, sample: usize) -> Around {
+    fn neighbours(&self, sample: usize) -> Neighbours {
         let [nx, ny, nz] = self.dims;
         let size = nx * ny;
         let z = sample / size;
@@ -184,7 +184,7 @@ impl Slab<'_> {
         let x = i - y * nx;
         let plane = |z: usize| if z == self.z { &*self.plane } else { self.still[z].as_slice() };
         let own = plane(z);
-        let mut around = Around { of: [(0, 0.0); 6], n: 0 };
+        let mut around = Neighbours { of: [(0, 0.0); 6], n: 0 };
         let mut add = |there: bool, n: usize, values: &[f64], i: usize| {
             if there {
                 around.of[around.n] = (n, values[i]);

@@ -1,72 +1,73 @@
-//! A field of little slope near a given one, wherever its extrema come to lie.
+//! Smooths a field near a given one; extrema may move.
 //!
 //! # Theory
 //!
-//! Of all fields between two bounds the one of least Dirichlet energy (the sum of squared differences along lattice
-//! edges) has fewest saddles; a sample that the bounds leave free is the mean of its neighbours there, and no extremum. It
-//! is found by going from sample to sample and moving each there and somewhat beyond (successive over-relaxation), within
-//! its bounds.
+//! Of all fields between two bounds, the one with the least Dirichlet energy (the sum of squared differences along lattice
+//! edges) has few saddles: a sample that no bound constrains is the mean of its neighbours, and not an extremum. It is found
+//! by projected successive over-relaxation: each sample moves to the mean and somewhat beyond, within its bounds.
 //!
-//! Where the bounds hold a sample alone, the field has a spike there, and saddles around it. With bounds around the given field
-//! itself these are what is left of noise. So the bounds are around a *middle*, the given field blurred a little within P, and
-//! P / 2 wide on either side of it: they hold no sample alone. What is left of extrema is drained afterwards.
+//! Where a bound constrains a single sample, the field has a spike with saddles around it. Bounds around the given field
+//! leave many of them. So the bounds are P / 2 on either side of a *middle*, the given field slightly blurred within P,
+//! which do not constrain single samples. Remaining extrema are drained afterwards.
 //!
 //! # Invariants
 //!
-//! No sample comes farther than 1.5 P from the given one. Threads change nothing: every second plane moves at a time, and reads
-//! no further than the planes beside it; in a plane every second sample moves, and then the others.
+//! No sample is farther than 1.5 P from the given one. The result does not depend on threads: every second plane moves at a
+//! time, and reads only the adjacent planes; in a plane every second sample moves, then the others.
 
 use num_traits::AsPrimitive;
 use rayon::prelude::*;
 
 use super::lattice::{Grain, Lattice};
 
-/// How often the middle is blurred by weights of 1/4, 1/2, 1/4 along each axis: a standard deviation of one voxel. Once leaves
-/// bonsai 22,004 handles in place of 15,752 (of 112,402); four times takes it farther from what was given.
+/// Number of blurs of the middle with weights 1/4, 1/2, 1/4 along each axis: a standard deviation of one voxel. One blur
+/// leaves bonsai 22,004 handles instead of 15,752 (of 112,402); four move it farther from the given field.
 const BLURS: usize = 2;
 
-/// How wide the bounds are on either side of the middle, over P. 1 instead leaves as many events, farther from what was given.
+/// Width of the bounds on either side of the middle, over P. 1 leaves as many events, farther from the given field.
 const WIDTH: f64 = 0.5;
 
-/// The same over the middle's range, if that is less: bounds of half of it would let the field become constant.
-const WIDTH_OF_RANGE: f64 = 0.25;
+/// Largest width over the range of the middle: with half of the range the field could become constant.
+const MAX_WIDTH_OVER_RANGE: f64 = 0.25;
 
-/// How far a sample goes beyond the mean of its neighbours.
-const OVER: f64 = 1.5;
+/// Over-relaxation factor.
+const OVER_RELAXATION: f64 = 1.5;
 
-/// Iterations in which samples go that far, and those after them in which they go to the mean: what overshoots at the end makes
-/// handles. With 20 as many events are left, but more to drain, and isosurfaces in what was noise are rougher.
-const PASSES: [usize; 2] = [40, 2];
+/// Iterations with over-relaxation, then without: an overshoot at the end makes handles. With 20 as many events remain, but
+/// more to drain, and isosurfaces are rougher where there was noise.
+const ITERATIONS: [usize; 2] = [40, 2];
 
-/// Steps of the offset of the middle from the given sample: of P, so many.
-const STEPS: f64 = i16::MAX as f64;
+/// Steps per P of the offset between middle and given sample.
+const OFFSET_STEPS: f64 = i16::MAX as f64;
 
-/// Smooths a field that is the given one.
+/// Smooths a lattice that equals the given field; `radius` is P.
 pub(super) fn smooth<G: AsPrimitive<f64> + Sync>(lattice: &mut Lattice, given: &[G], radius: f64) {
     let dims @ [nx, ny, _] = lattice.dims;
     for _ in 0..BLURS {
         lattice.planes.par_iter_mut().for_each(|plane| blur_plane(plane, dims));
         blur_across(&mut lattice.planes);
     }
-    let unit = radius / STEPS;
-    let offset =
-        |(&x, given): (&f64, &G)| ((x - given.as_()) / unit).clamp(-STEPS, STEPS).round() as i16;
+    let unit = radius / OFFSET_STEPS;
+    let offset = |(&x, given): (&f64, &G)| {
+        ((x - given.as_()) / unit).clamp(-OFFSET_STEPS, OFFSET_STEPS).round() as i16
+    };
     let offsets: Vec<Vec<i16>> = lattice
         .planes
         .par_iter()
         .zip(given.par_chunks(nx * ny))
         .map(|(plane, given)| plane.iter().zip(given).map(offset).collect())
         .collect();
-    let width = (WIDTH * radius).min(WIDTH_OF_RANGE * range_of_middles(given, &offsets, unit));
-    for (passes, over) in PASSES.into_iter().zip([OVER, 1.0]) {
-        for _ in 0..passes {
+    let width =
+        (WIDTH * radius).min(MAX_WIDTH_OVER_RANGE * range_of_middles(given, &offsets, unit));
+    for (iterations, over) in ITERATIONS.into_iter().zip([OVER_RELAXATION, 1.0]) {
+        for _ in 0..iterations {
             let motion = Motion { unit, width, over, grain: lattice.grain };
-            pass(lattice, given, &offsets, motion);
+            iterate(lattice, given, &offsets, motion);
         }
     }
 }
 
-/// How far the lowest and the highest sample of the middle are apart.
+/// The range of the middle.
 fn range_of_middles<G: AsPrimitive<f64> + Sync>(
     given: &[G],
     offsets: &[Vec<i16>],
@@ -89,7 +90,7 @@ fn middle(given: f64, offset: i16, unit: f64) -> f64 {
     given + unit * f64::from(offset)
 }
 
-/// Blurs a plane along x and along y; beyond its border lies what lies at it.
+/// Blurs a plane along x and along y; samples beyond the border equal those at it.
 fn blur_plane(plane: &mut [f64], [nx, ny, _]: [usize; 3]) {
     for row in plane.chunks_mut(nx) {
         let mut before = row[0];
@@ -118,8 +119,8 @@ fn blur_across(planes: &mut [Vec<f64>]) {
         let own = &mut own[z];
         match after.first() {
             Some(after) => {
-                let beside = before.par_iter_mut().zip(after);
-                own.par_iter_mut().zip(beside).for_each(|(own, (before, &after))| {
+                let neighbours = before.par_iter_mut().zip(after);
+                own.par_iter_mut().zip(neighbours).for_each(|(own, (before, &after))| {
                     let value = *own;
                     *own = blurred(*before, value, after);
                     *before = value;
@@ -137,19 +138,19 @@ fn blurred(before: f64, value: f64, after: f64) -> f64 {
     0.25 * before + 0.5 * value + 0.25 * after
 }
 
-/// How a sample moves.
+/// Parameters of the motion of samples.
 #[derive(Clone, Copy)]
 struct Motion {
-    /// What offsets of the middle are multiples of.
+    /// Unit of the offsets of the middle.
     unit: f64,
-    /// How far a sample may be from the middle.
+    /// Largest distance of a sample from the middle.
     width: f64,
     over: f64,
     grain: Grain,
 }
 
 impl Motion {
-    /// Where a sample goes.
+    /// The new value of a sample.
     #[inline]
     fn moved(self, value: f64, mean: f64, (given, offset): (f64, i16)) -> f64 {
         let wanted = value + self.over * (mean - value);
@@ -159,7 +160,7 @@ impl Motion {
 }
 
 /// One iteration.
-fn pass<G: AsPrimitive<f64> + Sync>(
+fn iterate<G: AsPrimitive<f64> + Sync>(
     lattice: &mut Lattice,
     given: &[G],
     offsets: &[Vec<i16>],
@@ -174,9 +175,9 @@ fn pass<G: AsPrimitive<f64> + Sync>(
         moving.par_iter_mut().for_each(|(z, plane)| {
             let z = *z;
             let given = &given[z * nx * ny..(z + 1) * nx * ny];
-            let beside = [z.checked_sub(1), Some(z + 1)]
+            let adjacent = [z.checked_sub(1), Some(z + 1)]
                 .map(|z| z.and_then(|z| still.get(z)).map(Vec::as_slice));
-            let mut slab = Slab { dims, plane, beside, given, offsets: &offsets[z] };
+            let mut slab = SmoothedPlane { dims, plane, adjacent, given, offsets: &offsets[z] };
             for colour in 0..2 {
                 (0..ny).for_each(|y| slab.row(y, (colour + y + z) % 2, motion));
             }
@@ -187,20 +188,20 @@ fn pass<G: AsPrimitive<f64> + Sync>(
     }
 }
 
-/// A plane that moves, between two that do not.
-struct Slab<'a, G> {
+/// A moving plane between two that do not move.
+struct SmoothedPlane<'a, G> {
     dims: [usize; 3],
     plane: &'a mut [f64],
-    beside: [Option<&'a [f64]>; 2],
+    adjacent: [Option<&'a [f64]>; 2],
     given: &'a [G],
     offsets: &'a [i16],
 }
 
-impl<G: AsPrimitive<f64>> Slab<'_, G> {
+impl<G: AsPrimitive<f64>> SmoothedPlane<'_, G> {
     /// Moves every second sample of a row, from `first` on.
     fn row(&mut self, y: usize, first: usize, motion: Motion) {
         let [nx, ny, _] = self.dims;
-        let (Some(below), Some(above)) = (self.beside[0], self.beside[1]) else {
+        let (Some(below), Some(above)) = (self.adjacent[0], self.adjacent[1]) else {
             (first..nx).step_by(2).for_each(|x| self.at_border(x, y, motion));
             return;
         };
@@ -229,9 +230,9 @@ impl<G: AsPrimitive<f64>> Slab<'_, G> {
             (y > 0).then(|| plane[i - nx]),
             (y + 1 < ny).then(|| plane[i + nx]),
         ];
-        let beside = self.beside.map(|plane| plane.map(|plane| plane[i]));
+        let across = self.adjacent.map(|plane| plane.map(|plane| plane[i]));
         let (mut sum, mut n) = (0.0, 0.0);
-        for value in in_plane.into_iter().chain(beside).flatten() {
+        for value in in_plane.into_iter().chain(across).flatten() {
             sum += value;
             n += 1.0;
         }

@@ -7,83 +7,81 @@
 //!
 //! # Invariants
 //!
-//! Only values that the caller wants are kept, each at most [`MOST_OF_A_VALUE`] long; what else is there is passed over, so a
-//! length that the file claims costs nothing.
+//! Only values that the visitor wants are kept, of at most [`MAX_VALUE_BYTES`] each. All others are skipped, so a
+//! wrong length allocates no memory.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek as _, SeekFrom};
 
 use flate2::bufread::DeflateDecoder;
 
-use crate::volume::decode::invalid;
+use super::tags::{
+    FUNCTIONAL_GROUPS, GROUP_MACROS, ITEM, ITEM_END, PIXEL_DATA, SEQUENCE_END, TRANSFER_SYNTAX,
+    format_tag,
+};
+use crate::volume::data_error::invalid;
 
-/// Most bytes of a value that is kept: 65 thousand offsets of frames.
-const MOST_OF_A_VALUE: u32 = 1 << 20;
+/// Most bytes of a value that is kept: 65 thousand frame offsets.
+const MAX_VALUE_BYTES: u32 = 1 << 20;
 
-/// Most sequences within each other; files have four or five.
-const DEEPEST: usize = 32;
+/// Most nested sequences; files have four or five.
+const MAX_DEPTH: usize = 32;
 
-/// The length that stands for "until the delimiter".
+/// The length that means "until the delimiter".
 const UNDEFINED: u32 = u32::MAX;
 
-const ITEM: u32 = 0xfffe_e000;
-const ITEM_END: u32 = 0xfffe_e00d;
-const SEQUENCE_END: u32 = 0xfffe_e0dd;
-const TRANSFER_SYNTAX: u32 = 0x0002_0010;
-/// The samples.
-pub(super) const PIXEL_DATA: u32 = 0x7fe0_0010;
-
-/// How elements are written.
+/// The encoding of elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Encoding {
-    /// Whether elements tell their types.
+pub(super) struct ElementEncoding {
+    /// Whether elements have a type (value representation).
     explicit: bool,
     pub(super) big_endian: bool,
-    /// Whether all behind the meta information is deflated.
+    /// Whether everything after the meta information is deflated.
     pub(super) deflated: bool,
 }
 
-/// The bytes of a file behind its meta information.
+/// The data set of a file: the bytes after its meta information.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
-    pub(super) encoding: Encoding,
-    /// The identifier of the transfer syntax; empty where the file tells none.
+    pub(super) encoding: ElementEncoding,
+    /// UID of the transfer syntax; empty if the file has none.
     pub(super) syntax: String,
-    /// Where it begins in the file.
+    /// First byte in the file.
     pub(super) start: u64,
 }
 
-/// Where the samples are: bytes from the beginning of the (inflated) body.
+/// The position of the samples, in bytes from the start of the (decompressed) data set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PixelData {
     pub(super) offset: u64,
-    /// None where they are in fragments, as packed ones are.
+    /// None if they are in fragments, as compressed samples are.
     pub(super) length: Option<u32>,
-    /// Whether they are 16-bit words whatever a sample is.
+    /// Whether they are 16-bit words, whatever the size of a sample.
     pub(super) is_words: bool,
 }
 
-/// Takes the values that are wanted. `path` has the tags of the sequences that an element lies in.
+/// Receives the values that it wants. `path` has the tags of the sequences around an element.
 pub(super) trait Visitor {
-    /// Whether a value (or a sequence that has it) is wanted.
+    /// Whether it wants a value (or a sequence).
     fn wants(&self, path: &[u32], tag: u32) -> bool;
-    /// The next item of a sequence begins.
+    /// An item of a sequence starts.
     fn item(&mut self, path: &[u32]) -> io::Result<()>;
     /// A value.
     fn value(&mut self, path: &[u32], tag: u32, bytes: &[u8], big_endian: bool) -> io::Result<()>;
 }
 
-/// Whether a file may be DICOM by its first bytes: 132 with a preamble, else the first element of a body.
-pub(super) fn begins(head: &[u8]) -> bool {
-    has_preamble(head) || head.get(..8).is_some_and(|b| guess(b).is_some() || b[..2] == [2, 0])
+/// Whether the first 132 bytes of a file are a DICOM preamble, or start with an element.
+pub(super) fn starts_like_dicom(head: &[u8]) -> bool {
+    has_preamble(head)
+        || head.get(..8).is_some_and(|b| guess_encoding(b).is_some() || b[..2] == [2, 0])
 }
 
 fn has_preamble(head: &[u8]) -> bool {
     head.get(128..132) == Some(b"DICM")
 }
 
-/// How a body without meta information is written, by its first element, which is of group 8 and of few bytes.
-fn guess(first: &[u8]) -> Option<Encoding> {
+/// The encoding of a data set without meta information, by its first element, which is short and of group 8.
+fn guess_encoding(first: &[u8]) -> Option<ElementEncoding> {
     let big_endian = match first[..2] {
         [8, 0] => false,
         [0, 8] => true,
@@ -92,7 +90,7 @@ fn guess(first: &[u8]) -> Option<Encoding> {
     let explicit = is_type([first[4], first[5]]);
     let element = if big_endian { first[2] } else { first[3] };
     let is_short = explicit || (!big_endian && first[6] == 0 && first[7] == 0);
-    (element == 0 && is_short).then_some(Encoding { explicit, big_endian, deflated: false })
+    (element == 0 && is_short).then_some(ElementEncoding { explicit, big_endian, deflated: false })
 }
 
 fn is_type(code: [u8; 2]) -> bool {
@@ -100,18 +98,20 @@ fn is_type(code: [u8; 2]) -> bool {
 }
 
 impl Body {
-    /// Finds the body of a file, and how it is written.
+    /// Finds the data set of a file and its encoding.
     pub(super) fn of(file: &File, length: u64) -> io::Result<Body> {
         let mut reader = BufReader::new(file);
         let mut head = Vec::new();
         reader.by_ref().take(132).read_to_end(&mut head)?;
-        if !begins(&head) {
-            return Err(invalid("no DICOM file: it begins neither with DICM nor with an element"));
+        if !starts_like_dicom(&head) {
+            return Err(invalid(
+                "not a DICOM file: it starts neither with DICM nor with an element",
+            ));
         }
         let start = if has_preamble(&head) { 132 } else { 0 };
         reader.seek(SeekFrom::Start(start))?;
-        let meta = Encoding { explicit: true, big_endian: false, deflated: false };
-        let mut meta = Elements::new(Source::Plain(reader, length), start, meta);
+        let meta = ElementEncoding { explicit: true, big_endian: false, deflated: false };
+        let mut meta = Elements::new(ByteSource::Plain(reader, length), start, meta);
         let mut syntax = String::new();
         loop {
             let start = meta.at;
@@ -119,9 +119,10 @@ impl Body {
             meta.read(&mut first)?;
             meta.back(8)?;
             if first[..2] != [2, 0] {
-                let encoding = if syntax.is_empty() { guess(&first) } else { encoding_of(&syntax) };
                 let encoding =
-                    encoding.ok_or_else(|| invalid("no DICOM element behind the first bytes"))?;
+                    if syntax.is_empty() { guess_encoding(&first) } else { encoding_of(&syntax) };
+                let encoding =
+                    encoding.ok_or_else(|| invalid("no DICOM element after the first bytes"))?;
                 return Ok(Body { encoding, syntax, start });
             }
             let element = meta.next()?.ok_or(io::ErrorKind::UnexpectedEof)?;
@@ -134,7 +135,7 @@ impl Body {
         }
     }
 
-    /// The body of the file from a byte on.
+    /// Opens the data set at a byte.
     pub(super) fn open(
         &self,
         file: File,
@@ -146,7 +147,7 @@ impl Body {
         Ok(elements.source)
     }
 
-    /// Hands the visitor its values up to the samples of the image, and tells where these are.
+    /// Passes the visitor its values up to the samples of the image, and returns the position of these.
     pub(super) fn walk(
         &self,
         file: File,
@@ -157,76 +158,76 @@ impl Body {
         Elements::new(source, 0, self.encoding).walk(visitor)
     }
 
-    fn source<F: Read + io::Seek>(&self, mut file: F, length: u64) -> io::Result<Source<F>> {
+    fn source<F: Read + io::Seek>(&self, mut file: F, length: u64) -> io::Result<ByteSource<F>> {
         file.seek(SeekFrom::Start(self.start))?;
         let reader = BufReader::new(file);
         Ok(if self.encoding.deflated {
-            Source::Deflated(DeflateDecoder::new(reader))
+            ByteSource::Deflated(DeflateDecoder::new(reader))
         } else {
-            Source::Plain(reader, length.saturating_sub(self.start))
+            ByteSource::Plain(reader, length.saturating_sub(self.start))
         })
     }
 }
 
-/// What a transfer syntax says of the elements; packed ones differ in their samples only.
-fn encoding_of(syntax: &str) -> Option<Encoding> {
+/// The encoding of a transfer syntax. Compressed ones differ in their samples only.
+fn encoding_of(syntax: &str) -> Option<ElementEncoding> {
     let (explicit, big_endian, deflated) = match syntax {
         "1.2.840.10008.1.2" => (false, false, false),
         "1.2.840.10008.1.2.1.99" => (true, false, true),
         "1.2.840.10008.1.2.2" => (true, true, false),
         _ => (true, false, false),
     };
-    Some(Encoding { explicit, big_endian, deflated })
+    Some(ElementEncoding { explicit, big_endian, deflated })
 }
 
-/// Bytes of a file, as they are (with how many there are) or inflated.
-enum Source<F> {
+/// Bytes of a file, plain (with their number) or inflated.
+enum ByteSource<F> {
     Plain(BufReader<F>, u64),
     Deflated(DeflateDecoder<BufReader<F>>),
 }
 
-impl<F: Read> Read for Source<F> {
+impl<F: Read> Read for ByteSource<F> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self {
-            Source::Plain(reader, _) => reader.read(buffer),
-            Source::Deflated(reader) => reader.read(buffer),
+            ByteSource::Plain(reader, _) => reader.read(buffer),
+            ByteSource::Deflated(reader) => reader.read(buffer),
         }
     }
 }
 
-/// Tag, type and length of an element. Delimiters have no type, nor have implicit elements.
+/// Tag, type and length of an element. Delimiters and implicit elements have no type.
 struct Element {
     tag: u32,
     kind: [u8; 2],
     length: u32,
 }
 
-/// What the walk is inside of.
+/// A sequence or an item around the current element.
 struct Level {
     /// The tag of a sequence; of an item that of its sequence.
     tag: u32,
-    is: Is,
+    kind: LevelKind,
     end: Option<u64>,
-    /// Whether elements outside tell their types.
+    /// Whether elements outside have a type.
     explicit_outside: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Is {
+enum LevelKind {
     Sequence,
     Item,
-    /// Packed samples: their items hold no elements.
+    /// Compressed samples: their items have no elements.
     Fragments,
 }
 
 struct Elements<F> {
-    source: Source<F>,
+    source: ByteSource<F>,
     at: u64,
-    encoding: Encoding,
+    encoding: ElementEncoding,
 }
 
 impl<F: Read + io::Seek> Elements<F> {
-    fn new(source: Source<F>, at: u64, encoding: Encoding) -> Self {
+    fn new(source: ByteSource<F>, at: u64, encoding: ElementEncoding) -> Self {
         Elements { source, at, encoding }
     }
 
@@ -238,22 +239,22 @@ impl<F: Read + io::Seek> Elements<F> {
 
     /// Goes back in a plain file.
     fn back(&mut self, n: i64) -> io::Result<()> {
-        if let Source::Plain(reader, _) = &mut self.source {
+        if let ByteSource::Plain(reader, _) = &mut self.source {
             reader.seek_relative(-n)?;
             self.at -= n.unsigned_abs();
         }
         Ok(())
     }
 
-    /// Passes over bytes that are there.
+    /// Skips bytes that exist.
     fn skip(&mut self, n: u64) -> io::Result<()> {
         match &mut self.source {
-            Source::Plain(reader, length) => {
+            ByteSource::Plain(reader, length) => {
                 let is_there = self.at.checked_add(n).is_some_and(|end| end <= *length);
                 let n = i64::try_from(n).ok().filter(|_| is_there);
                 reader.seek_relative(n.ok_or(io::ErrorKind::UnexpectedEof)?)?;
             }
-            Source::Deflated(reader) => {
+            ByteSource::Deflated(reader) => {
                 if io::copy(&mut reader.take(n), &mut io::sink())? < n {
                     return Err(io::ErrorKind::UnexpectedEof.into());
                 }
@@ -263,11 +264,11 @@ impl<F: Read + io::Seek> Elements<F> {
         Ok(())
     }
 
-    /// A value; memory grows with what is there.
+    /// Reads a value. Memory grows with the bytes that exist.
     fn bytes(&mut self, length: u32) -> io::Result<Vec<u8>> {
-        if length > MOST_OF_A_VALUE {
+        if length > MAX_VALUE_BYTES {
             return Err(invalid(format!(
-                "a value of {length} bytes, expected at most {MOST_OF_A_VALUE}"
+                "a value of {length} bytes, expected at most {MAX_VALUE_BYTES}"
             )));
         }
         let mut bytes = Vec::new();
@@ -279,7 +280,7 @@ impl<F: Read + io::Seek> Elements<F> {
         Ok(bytes)
     }
 
-    /// The head of the next element; none at the end of the file.
+    /// Reads tag, type and length of the next element; none at the end of the file.
     fn next(&mut self) -> io::Result<Option<Element>> {
         let mut head = [0; 8];
         if self.source.read(&mut head[..1])? == 0 {
@@ -301,7 +302,7 @@ impl<F: Read + io::Seek> Elements<F> {
         }
         let kind = [e, f];
         if !is_type(kind) {
-            return Err(invalid(format!("element {} has no type", shown(tag))));
+            return Err(invalid(format!("element {} has no type", format_tag(tag))));
         }
         let length = match &kind {
             b"OB" | b"OD" | b"OF" | b"OL" | b"OV" | b"OW" | b"SQ" | b"SV" | b"UC" | b"UN"
@@ -318,7 +319,7 @@ impl<F: Read + io::Seek> Elements<F> {
     fn walk(&mut self, visitor: &mut impl Visitor) -> io::Result<Option<PixelData>> {
         let mut levels: Vec<Level> = Vec::new();
         loop {
-            self.leave_what_has_ended(&mut levels)?;
+            self.pop_finished_levels(&mut levels)?;
             let Some(element) = self.next()? else {
                 return if levels.is_empty() {
                     Ok(None)
@@ -329,7 +330,8 @@ impl<F: Read + io::Seek> Elements<F> {
             match element.tag {
                 ITEM => self.enter_item(&element, &mut levels, visitor)?,
                 ITEM_END | SEQUENCE_END => {
-                    let level = levels.pop().ok_or_else(|| invalid("an end of no sequence"))?;
+                    let level =
+                        levels.pop().ok_or_else(|| invalid("an end outside of a sequence"))?;
                     self.encoding.explicit = level.explicit_outside;
                 }
                 PIXEL_DATA if levels.is_empty() => {
@@ -337,13 +339,13 @@ impl<F: Read + io::Seek> Elements<F> {
                     let is_words = element.kind != *b"OB";
                     return Ok(Some(PixelData { offset: self.at, length, is_words }));
                 }
-                _ => self.enter_or_pass(&element, &mut levels, visitor)?,
+                _ => self.enter_or_skip(&element, &mut levels, visitor)?,
             }
         }
     }
 
-    /// Leaves sequences and items whose length has been walked.
-    fn leave_what_has_ended(&mut self, levels: &mut Vec<Level>) -> io::Result<()> {
+    /// Leaves sequences and items that end here.
+    fn pop_finished_levels(&mut self, levels: &mut Vec<Level>) -> io::Result<()> {
         while let Some(end) = levels.last().and_then(|level| level.end) {
             if self.at < end {
                 break;
@@ -366,20 +368,20 @@ impl<F: Read + io::Seek> Elements<F> {
     ) -> io::Result<()> {
         let explicit_outside = self.encoding.explicit;
         match levels.last() {
-            Some(&Level { is: Is::Fragments, .. }) => self.skip(u64::from(element.length)),
-            Some(&Level { is: Is::Sequence, tag, .. }) => {
+            Some(&Level { kind: LevelKind::Fragments, .. }) => self.skip(u64::from(element.length)),
+            Some(&Level { kind: LevelKind::Sequence, tag, .. }) => {
                 visitor.item(&path(levels))?;
                 let end = self.end(element.length);
-                levels.push(Level { tag, is: Is::Item, end, explicit_outside });
+                levels.push(Level { tag, kind: LevelKind::Item, end, explicit_outside });
                 Ok(())
             }
-            _ => Err(invalid("an item of no sequence")),
+            _ => Err(invalid("an item outside of a sequence")),
         }
     }
 
-    /// Takes a value, or enters a sequence, where they are wanted; passes over others. Of sequences without a length the end
-    /// must be looked for.
-    fn enter_or_pass(
+    /// Reads a value or enters a sequence if the visitor wants it, else skips it. A sequence without a length is entered to
+    /// find its end.
+    fn enter_or_skip(
         &mut self,
         element: &Element,
         levels: &mut Vec<Level>,
@@ -387,15 +389,16 @@ impl<F: Read + io::Seek> Elements<F> {
     ) -> io::Result<()> {
         let &Element { tag, kind, length } = element;
         let path = path(levels);
-        let is_sequence = &kind == b"SQ" || length == UNDEFINED || is_group_of_frames(tag);
+        let is_sequence = &kind == b"SQ" || length == UNDEFINED || is_functional_group(tag);
         let wanted = visitor.wants(&path, tag);
         if is_sequence && (wanted || length == UNDEFINED) {
-            if levels.len() >= 2 * DEEPEST {
-                return Err(invalid(format!("more than {DEEPEST} sequences within each other")));
+            if levels.len() >= 2 * MAX_DEPTH {
+                return Err(invalid(format!("more than {MAX_DEPTH} nested sequences")));
             }
-            let is = if tag == PIXEL_DATA { Is::Fragments } else { Is::Sequence };
+            let level_kind =
+                if tag == PIXEL_DATA { LevelKind::Fragments } else { LevelKind::Sequence };
             let explicit_outside = self.encoding.explicit;
-            levels.push(Level { tag, is, end: self.end(length), explicit_outside });
+            levels.push(Level { tag, kind: level_kind, end: self.end(length), explicit_outside });
             if &kind == b"UN" {
                 self.encoding.explicit = false;
             }
@@ -413,18 +416,12 @@ impl<F: Read + io::Seek> Elements<F> {
     }
 }
 
-/// Whether an element is a sequence that implicit files may give a length: theirs do not tell types.
-fn is_group_of_frames(tag: u32) -> bool {
-    use super::header::{GROUPS_OF_FRAMES, PARTS_OF_GROUPS};
-    GROUPS_OF_FRAMES.contains(&tag) || PARTS_OF_GROUPS.contains(&tag)
+/// Whether an element is a sequence by its tag: implicit elements have no type.
+fn is_functional_group(tag: u32) -> bool {
+    FUNCTIONAL_GROUPS.contains(&tag) || GROUP_MACROS.contains(&tag)
 }
 
-/// The tags of the sequences.
+/// The tags of the sequences around the current element.
 fn path(levels: &[Level]) -> Vec<u32> {
-    levels.iter().filter(|level| level.is == Is::Sequence).map(|level| level.tag).collect()
-}
-
-/// A tag as the standard writes it.
-pub(super) fn shown(tag: u32) -> String {
-    format!("({:04x},{:04x})", tag >> 16, tag & 0xffff)
+    levels.iter().filter(|level| level.kind == LevelKind::Sequence).map(|level| level.tag).collect()
 }

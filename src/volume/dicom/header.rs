@@ -1,24 +1,18 @@
-//! What the elements of a DICOM file tell of its image.
+//! The elements of a DICOM file that describe its image.
 //!
-//! Source: DICOM PS3.3, C.7.6 (image plane and pixels), C.7.6.16 (groups of frames), C.8.8.3 (frames of a dose).
+//! Source: DICOM PS3.3, C.7.6 (image plane and pixels), C.7.6.16 (functional groups), C.8.8.3 (dose grids).
 
 use std::io;
 
-use super::elements::{Visitor, shown};
-use crate::volume::decode::invalid;
+use super::elements::Visitor;
+use super::tags::{self, FUNCTIONAL_GROUPS, GROUP_MACROS, format_tag};
+use crate::volume::data_error::invalid;
 use crate::volume::text::shortened;
 
-/// What all frames of a file share, and what each has: sequences.
-pub(super) const GROUPS_OF_FRAMES: [u32; 2] = [SHARED, PER_FRAME];
-const SHARED: u32 = 0x5200_9229;
-const PER_FRAME: u32 = 0x5200_9230;
-/// Position, orientation, pixel measures and transformation of values: sequences in these.
-pub(super) const PARTS_OF_GROUPS: [u32; 4] = [0x0020_9113, 0x0020_9116, 0x0028_9110, 0x0028_9145];
+/// Most frames of a file: bounds their memory.
+const MAX_FRAMES: usize = 1 << 20;
 
-/// Most frames of a file.
-const MOST_FRAMES: usize = 1 << 20;
-
-/// What is told of an image, of all frames, or of one.
+/// Geometry and rescaling of an image, of all its frames, or of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Plane {
     pub(super) position: Option<[f64; 3]>,
@@ -31,7 +25,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// This where it tells, else the other.
+    /// These properties, else the other ones.
     pub(super) fn or(self, other: Plane) -> Plane {
         Plane {
             position: self.position.or(other.position),
@@ -42,37 +36,50 @@ impl Plane {
         }
     }
 
-    /// Keeps a value that is one of a plane's.
-    fn take(&mut self, tag: u32, bytes: &[u8]) -> io::Result<()> {
+    /// Sets the property of an element, if it is one.
+    fn set(&mut self, tag: u32, bytes: &[u8]) -> io::Result<()> {
         match tag {
-            0x0020_0032 => self.position = numbers(tag, bytes)?,
-            0x0020_0037 => self.orientation = numbers(tag, bytes)?,
-            0x0028_0030 => self.spacing = numbers(tag, bytes)?,
-            0x0028_1052 => self.intercept = numbers(tag, bytes)?.map(|[n]| n),
-            // The scaling of a dose is a slope.
-            0x0028_1053 | 0x3004_000e => self.slope = numbers(tag, bytes)?.map(|[n]| n),
+            tags::IMAGE_POSITION => self.position = numbers(tag, bytes)?,
+            tags::IMAGE_ORIENTATION => self.orientation = numbers(tag, bytes)?,
+            tags::PIXEL_SPACING => self.spacing = numbers(tag, bytes)?,
+            tags::RESCALE_INTERCEPT => self.intercept = numbers(tag, bytes)?.map(|[n]| n),
+            // The scaling of a dose grid is a slope.
+            tags::RESCALE_SLOPE | tags::DOSE_SCALING => {
+                self.slope = numbers(tag, bytes)?.map(|[n]| n)
+            }
             _ => {}
         }
         Ok(())
     }
 }
 
+/// A slice: a frame of an image, or the whole image.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slice {
+    /// Index of the image.
+    pub(super) image: usize,
+    pub(super) frame: usize,
+    pub(super) plane: Plane,
+    /// Temporal position and instance number.
+    pub(super) time: (f64, f64),
+}
+
 /// The image of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Header {
+pub(super) struct DicomHeader {
     pub(super) series: String,
     pub(super) description: String,
     pub(super) series_number: f64,
-    /// Number of the time (TemporalPositionIdentifier), and of the file among those of the series.
+    /// TemporalPositionIdentifier.
     pub(super) time: f64,
     pub(super) instance: f64,
     pub(super) photometric: String,
     /// Columns and rows.
     pub(super) size: [usize; 2],
     pub(super) n_frames: Option<usize>,
-    /// Numbers of each sample.
+    /// Numbers per sample.
     pub(super) n_channels: usize,
-    /// Whether these are planes one behind the other.
+    /// Whether channels are stored as planes, one after the other.
     pub(super) is_planar: bool,
     pub(super) bits_allocated: u16,
     pub(super) bits_stored: u16,
@@ -81,55 +88,63 @@ pub(super) struct Header {
     pub(super) image: Plane,
     pub(super) shared: Plane,
     pub(super) frames: Vec<Plane>,
-    /// Distances of the frames of a dose along the normal.
+    /// Offsets of the frames of a dose grid along the normal.
     pub(super) offsets: Vec<f64>,
 }
 
-const IMAGE: [u32; 22] = [
-    0x0008_103e,
-    0x0020_000e,
-    0x0020_0011,
-    0x0020_0013,
-    0x0020_0032,
-    0x0020_0037,
-    0x0020_0100,
-    0x0028_0002,
-    0x0028_0004,
-    0x0028_0006,
-    0x0028_0008,
-    0x0028_0010,
-    0x0028_0011,
-    0x0028_0030,
-    0x0028_0100,
-    0x0028_0101,
-    0x0028_0102,
-    0x0028_0103,
-    0x0028_1052,
-    0x0028_1053,
-    0x3004_000c,
-    0x3004_000e,
+/// Elements of an image, outside all sequences.
+const IMAGE_TAGS: [u32; 22] = [
+    tags::SERIES_DESCRIPTION,
+    tags::SERIES_UID,
+    tags::SERIES_NUMBER,
+    tags::INSTANCE_NUMBER,
+    tags::IMAGE_POSITION,
+    tags::IMAGE_ORIENTATION,
+    tags::TEMPORAL_POSITION,
+    tags::SAMPLES_PER_PIXEL,
+    tags::PHOTOMETRIC_INTERPRETATION,
+    tags::PLANAR_CONFIGURATION,
+    tags::NUMBER_OF_FRAMES,
+    tags::ROWS,
+    tags::COLUMNS,
+    tags::PIXEL_SPACING,
+    tags::BITS_ALLOCATED,
+    tags::BITS_STORED,
+    tags::HIGH_BIT,
+    tags::PIXEL_REPRESENTATION,
+    tags::RESCALE_INTERCEPT,
+    tags::RESCALE_SLOPE,
+    tags::GRID_FRAME_OFFSETS,
+    tags::DOSE_SCALING,
 ];
 
-const PLANE: [u32; 5] = [0x0020_0032, 0x0020_0037, 0x0028_0030, 0x0028_1052, 0x0028_1053];
+/// Elements of a plane, in the functional groups.
+const PLANE_TAGS: [u32; 5] = [
+    tags::IMAGE_POSITION,
+    tags::IMAGE_ORIENTATION,
+    tags::PIXEL_SPACING,
+    tags::RESCALE_INTERCEPT,
+    tags::RESCALE_SLOPE,
+];
 
-impl Visitor for Header {
+impl Visitor for DicomHeader {
     fn wants(&self, path: &[u32], tag: u32) -> bool {
         match path {
-            [] => IMAGE.contains(&tag) || GROUPS_OF_FRAMES.contains(&tag),
-            [group] => GROUPS_OF_FRAMES.contains(group) && PARTS_OF_GROUPS.contains(&tag),
+            [] => IMAGE_TAGS.contains(&tag) || FUNCTIONAL_GROUPS.contains(&tag),
+            [group] => FUNCTIONAL_GROUPS.contains(group) && GROUP_MACROS.contains(&tag),
             [group, part] => {
-                GROUPS_OF_FRAMES.contains(group)
-                    && PARTS_OF_GROUPS.contains(part)
-                    && PLANE.contains(&tag)
+                FUNCTIONAL_GROUPS.contains(group)
+                    && GROUP_MACROS.contains(part)
+                    && PLANE_TAGS.contains(&tag)
             }
             _ => false,
         }
     }
 
     fn item(&mut self, path: &[u32]) -> io::Result<()> {
-        if path == [PER_FRAME] {
-            if self.frames.len() == MOST_FRAMES {
-                return Err(invalid(format!("more than {MOST_FRAMES} frames")));
+        if path == [tags::PER_FRAME_GROUPS] {
+            if self.frames.len() == MAX_FRAMES {
+                return Err(invalid(format!("more than {MAX_FRAMES} frames")));
             }
             self.frames.push(Plane::default());
         }
@@ -138,55 +153,55 @@ impl Visitor for Header {
 
     fn value(&mut self, path: &[u32], tag: u32, bytes: &[u8], big_endian: bool) -> io::Result<()> {
         match path {
-            [] => self.take(tag, bytes, big_endian),
-            [SHARED, ..] => self.shared.take(tag, bytes),
-            _ => self.frames.last_mut().map_or(Ok(()), |frame| frame.take(tag, bytes)),
+            [] => self.set(tag, bytes, big_endian),
+            [tags::SHARED_GROUPS, ..] => self.shared.set(tag, bytes),
+            _ => self.frames.last_mut().map_or(Ok(()), |frame| frame.set(tag, bytes)),
         }
     }
 }
 
-impl Header {
-    fn take(&mut self, tag: u32, bytes: &[u8], big_endian: bool) -> io::Result<()> {
+impl DicomHeader {
+    fn set(&mut self, tag: u32, bytes: &[u8], big_endian: bool) -> io::Result<()> {
         let short = || match *bytes {
             [a, b] if big_endian => Ok(u16::from_be_bytes([a, b])),
             [a, b] => Ok(u16::from_le_bytes([a, b])),
-            _ => Err(invalid(format!("{} has {} bytes, expected 2", shown(tag), bytes.len()))),
+            _ => Err(invalid(format!("{} has {} bytes, expected 2", format_tag(tag), bytes.len()))),
         };
         match tag {
-            0x0008_103e => self.description = text(bytes),
-            0x0020_000e => self.series = text(bytes),
-            0x0020_0011 => self.series_number = numbers(tag, bytes)?.map_or(0.0, |[n]| n),
-            // Where it is no number the order of names counts.
-            0x0020_0013 => {
+            tags::SERIES_DESCRIPTION => self.description = text(bytes),
+            tags::SERIES_UID => self.series = text(bytes),
+            tags::SERIES_NUMBER => self.series_number = numbers(tag, bytes)?.map_or(0.0, |[n]| n),
+            // Without a number, files are ordered by name.
+            tags::INSTANCE_NUMBER => {
                 self.instance = numbers(tag, bytes).ok().flatten().map_or(0.0, |[n]| n);
             }
-            0x0020_0100 => self.time = numbers(tag, bytes)?.map_or(0.0, |[n]| n),
-            0x0028_0002 => self.n_channels = usize::from(short()?),
-            0x0028_0004 => self.photometric = text(bytes),
-            0x0028_0006 => self.is_planar = short()? == 1,
-            0x0028_0008 => {
+            tags::TEMPORAL_POSITION => self.time = numbers(tag, bytes)?.map_or(0.0, |[n]| n),
+            tags::SAMPLES_PER_PIXEL => self.n_channels = usize::from(short()?),
+            tags::PHOTOMETRIC_INTERPRETATION => self.photometric = text(bytes),
+            tags::PLANAR_CONFIGURATION => self.is_planar = short()? == 1,
+            tags::NUMBER_OF_FRAMES => {
                 let n = numbers(tag, bytes)?.map(|[n]| n);
-                self.n_frames = n.map(|n| n.clamp(0.0, MOST_FRAMES as f64) as usize);
+                self.n_frames = n.map(|n| n.clamp(0.0, MAX_FRAMES as f64) as usize);
             }
-            0x0028_0010 => self.size[1] = usize::from(short()?),
-            0x0028_0011 => self.size[0] = usize::from(short()?),
-            0x0028_0100 => self.bits_allocated = short()?,
-            0x0028_0101 => self.bits_stored = short()?,
-            0x0028_0102 => self.high_bit = short()?,
-            0x0028_0103 => self.is_signed = short()? == 1,
-            0x3004_000c => self.offsets = list(tag, bytes)?,
-            _ => self.image.take(tag, bytes)?,
+            tags::ROWS => self.size[1] = usize::from(short()?),
+            tags::COLUMNS => self.size[0] = usize::from(short()?),
+            tags::BITS_ALLOCATED => self.bits_allocated = short()?,
+            tags::BITS_STORED => self.bits_stored = short()?,
+            tags::HIGH_BIT => self.high_bit = short()?,
+            tags::PIXEL_REPRESENTATION => self.is_signed = short()? == 1,
+            tags::GRID_FRAME_OFFSETS => self.offsets = list(tag, bytes)?,
+            _ => self.image.set(tag, bytes)?,
         }
         Ok(())
     }
 }
 
-/// Text without what it is filled up with.
+/// Text without padding.
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).trim_matches(['\0', ' ']).to_owned()
 }
 
-/// Numbers as text; none where the value is empty.
+/// The numbers of a value, which are text; empty if the value is.
 fn list(tag: u32, bytes: &[u8]) -> io::Result<Vec<f64>> {
     let text = text(bytes);
     if text.is_empty() {
@@ -194,11 +209,12 @@ fn list(tag: u32, bytes: &[u8]) -> io::Result<Vec<f64>> {
     }
     let number = |n: &str| n.trim().parse().ok().filter(|n: &f64| n.is_finite());
     let all: Option<Vec<f64>> = text.split('\\').map(number).collect();
-    let wrong = || invalid(format!("{} is '{}', expected numbers", shown(tag), shortened(&text)));
+    let wrong =
+        || invalid(format!("{} is '{}', expected numbers", format_tag(tag), shortened(&text)));
     all.ok_or_else(wrong)
 }
 
-/// So many numbers as text; none where the value is empty.
+/// The `N` numbers of a value; none if the value is empty.
 fn numbers<const N: usize>(tag: u32, bytes: &[u8]) -> io::Result<Option<[f64; N]>> {
     let all = list(tag, bytes)?;
     if all.is_empty() {
@@ -206,5 +222,5 @@ fn numbers<const N: usize>(tag: u32, bytes: &[u8]) -> io::Result<Option<[f64; N]
     }
     let n = all.len();
     let all = <[f64; N]>::try_from(all);
-    all.map(Some).map_err(|_| invalid(format!("{} has {n} numbers, expected {N}", shown(tag))))
+    all.map(Some).map_err(|_| invalid(format!("{} has {n} numbers, expected {N}", format_tag(tag))))
 }

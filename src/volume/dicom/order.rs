@@ -1,28 +1,26 @@
-//! Puts slices in their order along the normal, and finds where they lie.
+//! Orders slices along their normal, and finds their placement.
 //!
 //! # Theory
 //!
-//! DICOM PS3.3, C.7.6.2.1.1: a pixel lies at the position of its slice, plus the direction of a row times its column, plus the
-//! direction of a column times its row. The step from a slice to the next is that of their positions: where it is not along
-//! the normal, as with a tilted gantry, the volume is sheared.
+//! DICOM PS3.3, C.7.6.2.1.1: the position of a pixel is that of its slice, plus the direction of a row times its column, plus
+//! the direction of a column times its row. The step between slices is the difference of their positions. If it is not
+//! parallel to the normal, as with a tilted gantry, the volume is sheared.
 
 use std::io;
 
-use super::Slice;
-use super::header::Plane;
-use crate::volume::placement::{cross, dot};
+use super::header::{Plane, Slice};
+use crate::volume::placement::{Placement, Space, Unit, cross, dot};
 use crate::volume::select::one_of;
-use crate::volume::{Placement, Space, Unit};
 
-/// How far a slice may lie from where even steps have it, in steps. Positions are decimals, in files down to hundredths of a
-/// millimetre: two that are rounded differ by 0.01 mm, which is 2 % of the thinnest slices of scanners (0.5 mm).
-const UNEVEN: f64 = 0.02;
+/// Largest distance of a slice from its evenly spaced position, in steps. Files round positions to hundredths of a
+/// millimetre: two of them differ by 0.01 mm, which is 2 % of the thinnest slices of scanners (0.5 mm).
+const MAX_UNEVENNESS: f64 = 0.02;
 
-/// Slices that are nearer than this share of all lie at the same place: far less than a share of a step, whatever a step is.
-const SAME: f64 = 1e-6;
+/// Slices closer than this fraction of the whole extent have the same position: far less than a step for any number of slices.
+const SAME_POSITION: f64 = 1e-6;
 
-/// How much the directions of slices of one series may differ: they are rounded, too.
-const TURNED: f64 = 1e-3;
+/// Largest difference between the directions, and relative difference between the spacings, of slices: both are rounded.
+const MAX_DIFFERENCE: f64 = 1e-3;
 
 /// The direction in which slices follow each other, from those of a row and a column.
 pub(super) fn normal(orientation: &[f64; 6]) -> [f64; 3] {
@@ -30,31 +28,32 @@ pub(super) fn normal(orientation: &[f64; 6]) -> [f64; 3] {
     cross([a, b, c], [d, e, f])
 }
 
-/// Keeps the slices of one of several volumes in time: as many slices lie at each place. Which volume is theirs is told by
-/// the scanner's number of the time, else by the order in which slices were made.
+/// Keeps the slices of one of several volumes in time, if every position has the same number of slices. Slices of a
+/// position are ordered by temporal position, then by instance number.
 ///
 /// # Errors
 ///
-/// `InvalidData` where one must be chosen, and where there is none of that number.
-pub(super) fn at_time(slices: &mut Vec<Slice>, given: Option<usize>) -> io::Result<()> {
+/// `InvalidData` if one must be chosen, and if the number is too large.
+pub(super) fn select_frame(slices: &mut Vec<Slice>, given: Option<usize>) -> io::Result<()> {
     let n = slices.first().and_then(|slice| slice.plane.orientation).map(|o| normal(&o));
     let height = |slice: &Slice| Some(dot(slice.plane.position?, n?));
     let heights: Option<Vec<f64>> = slices.iter().map(height).collect();
     let mut placed: Vec<(f64, Slice)> = match heights {
         Some(heights) => heights.into_iter().zip(slices.iter().copied()).collect(),
-        // What is not told is complained of later.
+        // `sort` reports missing positions.
         None => return Ok(()),
     };
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
     let all = placed.last().map_or(0.0, |last| last.0 - placed[0].0);
-    let n_places = placed.chunk_by(|a, b| b.0 - a.0 <= SAME * all).count();
+    let n_places = placed.chunk_by(|a, b| b.0 - a.0 <= SAME_POSITION * all).count();
     let n_times = placed.len() / n_places.max(1);
-    let is_even = placed.chunk_by(|a, b| b.0 - a.0 <= SAME * all).all(|p| p.len() == n_times);
+    let is_even =
+        placed.chunk_by(|a, b| b.0 - a.0 <= SAME_POSITION * all).all(|p| p.len() == n_times);
     if !is_even || n_times < 2 || n_places < 2 {
         return one_of("frame", given, 1).map(|_| ());
     }
     let frame = one_of("frame", given, n_times)?;
-    let chosen = placed.chunk_by_mut(|a, b| b.0 - a.0 <= SAME * all).map(|place| {
+    let chosen = placed.chunk_by_mut(|a, b| b.0 - a.0 <= SAME_POSITION * all).map(|place| {
         place.sort_by(|(_, a), (_, b)| {
             let of_times = a.time.0.total_cmp(&b.time.0).then(a.time.1.total_cmp(&b.time.1));
             of_times.then((a.image, a.frame).cmp(&(b.image, b.frame)))
@@ -65,18 +64,18 @@ pub(super) fn at_time(slices: &mut Vec<Slice>, given: Option<usize>) -> io::Resu
     Ok(())
 }
 
-/// Sorts slices along their normal; where the volume lies.
+/// Sorts slices along their normal and returns the placement of the volume. `shown` names a slice.
 ///
 /// # Errors
 ///
-/// What is wrong, with the slices named as `shown` does: positions, directions or distances that are not told or not the same,
-/// slices at the same place, missing ones, and steps that are not even.
+/// A description, for missing or different positions, directions or spacings, slices at the same position, missing slices
+/// and uneven steps.
 pub(super) fn sort(
     slices: &mut Vec<Slice>,
     shown: &dyn Fn(&Slice) -> String,
 ) -> Result<Placement, String> {
     let first = slices.first().ok_or("no slices")?;
-    let Told { orientation, spacing, .. } = told(&first.plane, &shown(first))?;
+    let PlaneGeometry { orientation, spacing, .. } = geometry(&first.plane, &shown(first))?;
     let n = normal(&orientation);
     let length = dot(n, n).sqrt();
     if !(0.9..=1.1).contains(&length) {
@@ -88,23 +87,20 @@ pub(super) fn sort(
     let mut placed = Vec::with_capacity(slices.len());
     for slice in slices.iter() {
         let name = shown(slice);
-        let Told { position, orientation: directions, spacing: distances } =
-            told(&slice.plane, &name)?;
-        if (0..6).any(|i| (directions[i] - orientation[i]).abs() > TURNED) {
-            return Err(format!(
-                "{name} is turned against {}, expected parallel slices",
-                shown(first)
-            ));
+        let PlaneGeometry { position, orientation: directions, spacing: distances } =
+            geometry(&slice.plane, &name)?;
+        if (0..6).any(|i| (directions[i] - orientation[i]).abs() > MAX_DIFFERENCE) {
+            return Err(format!("{name} is not parallel to {}", shown(first)));
         }
-        if (0..2).any(|i| (distances[i] / spacing[i] - 1.0).abs() > TURNED) {
+        if (0..2).any(|i| (distances[i] / spacing[i] - 1.0).abs() > MAX_DIFFERENCE) {
             return Err(format!(
-                "{name} has pixels {distances:?} apart, expected {spacing:?} as {}",
+                "{name} has pixel spacing {distances:?}, expected {spacing:?} as {}",
                 shown(first)
             ));
         }
         placed.push((dot(position, n) / length, position, *slice));
     }
-    // The order of names where places are the same.
+    // Stable: slices at the same position stay in order of their names.
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
     *slices = placed.iter().map(|p| p.2).collect();
     let positions: Vec<[f64; 3]> = placed.iter().map(|p| p.1).collect();
@@ -118,7 +114,7 @@ pub(super) fn sort(
     Ok(Placement { unit: Unit::Mm, space: Space::Lps, ..placement })
 }
 
-/// The step from slice to slice, of which there are several; `heights` are along the normal.
+/// The step between slices; none for a single one. `heights` are along the normal.
 fn step(
     heights: &[f64],
     positions: &[[f64; 3]],
@@ -131,38 +127,41 @@ fn step(
     let gaps: Vec<f64> = heights.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mut sorted = gaps.clone();
     sorted.sort_by(f64::total_cmp);
-    // Of two the smaller: the other one has a gap.
+    // Of two the smaller: the other is a gap.
     let usual = sorted[(gaps.len() - 1) / 2];
     let all = heights[n - 1] - heights[0];
     let between = |i| format!("{} (at {:.3} mm) and {}", shown(i), heights[i], shown(i + 1));
-    if let Some(i) = gaps.iter().position(|&gap| gap <= SAME * all) {
+    if let Some(i) = gaps.iter().position(|&gap| gap <= SAME_POSITION * all) {
         return Err(format!(
-            "{} lie at the same place, expected one slice each, or as many at each place (of several volumes in time)",
+            "{} are at the same position, expected one slice per position, or the same number at each (several volumes in time)",
             between(i)
         ));
     }
     for (i, &gap) in gaps.iter().enumerate() {
-        if (gap - usual).abs() <= 2.0 * UNEVEN * usual {
+        if (gap - usual).abs() <= 2.0 * MAX_UNEVENNESS * usual {
             continue;
         }
         let times = (gap / usual).round();
-        if times >= 2.0 && (gap - times * usual).abs() <= 2.0 * UNEVEN * usual {
+        if times >= 2.0 && (gap - times * usual).abs() <= 2.0 * MAX_UNEVENNESS * usual {
             return Err(format!(
-                "{} are {gap:.3} mm apart, the others {usual:.3}: expected no gaps, {} missing",
+                "{} are {gap:.3} mm apart, the others {usual:.3}: {} missing",
                 between(i),
                 times - 1.0
             ));
         }
-        return Err(format!("{} are {gap:.3} mm apart, expected {usual:.3} as others", between(i)));
+        return Err(format!(
+            "{} are {gap:.3} mm apart, expected {usual:.3} as for the others",
+            between(i)
+        ));
     }
     let (first, last) = (positions[0], positions[n - 1]);
     let step: [f64; 3] = std::array::from_fn(|a| (last[a] - first[a]) / (n - 1) as f64);
     for (i, position) in positions.iter().enumerate() {
         let off: [f64; 3] = std::array::from_fn(|a| position[a] - first[a] - step[a] * i as f64);
         let off = dot(off, off).sqrt();
-        if off > UNEVEN * dot(step, step).sqrt() {
+        if off > MAX_UNEVENNESS * dot(step, step).sqrt() {
             return Err(format!(
-                "{} lies {off:.3} mm from where even steps from {} to {} have it",
+                "{} is {off:.3} mm away from its position in even steps from {} to {}",
                 shown(i),
                 shown(0),
                 shown(n - 1)
@@ -172,22 +171,22 @@ fn step(
     Ok(Some(step))
 }
 
-/// Position, directions and distances of a slice, all of which must be told.
-struct Told {
+/// Position, directions and pixel spacing of a slice.
+struct PlaneGeometry {
     position: [f64; 3],
     orientation: [f64; 6],
     spacing: [f64; 2],
 }
 
-fn told(plane: &Plane, name: &str) -> Result<Told, String> {
-    let none = |what: &str| format!("no {what} in {name}, which tells where a slice lies");
-    let position = plane.position.ok_or_else(|| none("ImagePositionPatient"))?;
-    let orientation = plane.orientation.ok_or_else(|| none("ImageOrientationPatient"))?;
-    let spacing = plane.spacing.ok_or_else(|| none("PixelSpacing"))?;
+fn geometry(plane: &Plane, name: &str) -> Result<PlaneGeometry, String> {
+    let missing = |what: &str| format!("no {what} in {name}, which the position of a slice needs");
+    let position = plane.position.ok_or_else(|| missing("ImagePositionPatient"))?;
+    let orientation = plane.orientation.ok_or_else(|| missing("ImageOrientationPatient"))?;
+    let spacing = plane.spacing.ok_or_else(|| missing("PixelSpacing"))?;
     if !spacing.iter().all(|&s| s > 0.0) {
-        return Err(format!("{name}: pixels {spacing:?} apart, expected positive distances"));
+        return Err(format!("{name}: pixel spacing {spacing:?}, expected positive numbers"));
     }
-    Ok(Told { position, orientation, spacing })
+    Ok(PlaneGeometry { position, orientation, spacing })
 }
 
 #[cfg(test)]
@@ -227,19 +226,19 @@ mod tests {
         for (positions, expected) in [
             (
                 at(&[0.0, 1.0, 3.0, 4.0]),
-                "s1 (at 1.000 mm) and s2 are 2.000 mm apart, the others 1.000: expected no gaps, 1 missing",
+                "s1 (at 1.000 mm) and s2 are 2.000 mm apart, the others 1.000: 1 missing",
             ),
-            (at(&[0.0, 1.0, 1.0, 2.0]), "s1 (at 1.000 mm) and s2 lie at the same place"),
+            (at(&[0.0, 1.0, 1.0, 2.0]), "s1 (at 1.000 mm) and s2 are at the same position"),
             (
                 at(&[0.0, 1.0, 2.0, 3.3]),
                 "s2 (at 2.000 mm) and s3 are 1.300 mm apart, expected 1.000",
             ),
-            (at(&[0.0, 1.0, 1.0, 1.0]), "s1 (at 1.000 mm) and s2 lie at the same place"),
-            (at(&[0.0, 0.0]), "s0 (at 0.000 mm) and s1 lie at the same place"),
-            (vec![[0.0; 3], [0.3, 0.0, 1.0], [0.0, 0.0, 2.0]], "s1 lies 0.300 mm from"),
+            (at(&[0.0, 1.0, 1.0, 1.0]), "s1 (at 1.000 mm) and s2 are at the same position"),
+            (at(&[0.0, 0.0]), "s0 (at 0.000 mm) and s1 are at the same position"),
+            (vec![[0.0; 3], [0.3, 0.0, 1.0], [0.0, 0.0, 2.0]], "s1 is 0.300 mm away"),
         ] {
-            let said = sorted(&positions).expect_err("no even steps");
-            assert!(said.contains(expected), "{said}");
+            let message = sorted(&positions).expect_err("no even steps");
+            assert!(message.contains(expected), "{message}");
         }
         // Rounded to hundredths of a millimetre.
         assert!(sorted(&at(&[0.0, 0.63, 1.25, 1.88, 2.5])).is_ok());

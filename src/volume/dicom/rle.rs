@@ -1,19 +1,19 @@
-//! Samples packed by run lengths.
+//! Run length encoding of frames, and the fragments of all compressed frames.
 //!
-//! Source: DICOM PS3.5, annex G. Each frame is a fragment: how many segments there are and where, then the segments, one for
-//! each byte of a sample, the highest first.
+//! Source: DICOM PS3.5, annex G. Each frame is a fragment: number and offsets of the segments, then the segments, one for
+//! each byte of a sample, the most significant first.
 
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
-use crate::volume::decode::invalid;
+use crate::volume::data_error::invalid;
 
-/// Most bytes that one byte of runs can stand for: two stand for up to 128.
-const RATIO: usize = 64;
+/// Most bytes that one byte of runs can expand to: two expand to up to 128.
+const MAX_COMPRESSION_RATIO: usize = 64;
 
-/// Bytes of the head of a frame.
-const HEAD: usize = 64;
+/// Bytes of the header of a frame.
+const HEADER_BYTES: usize = 64;
 
-/// Where the fragments are, as offsets and lengths, behind the table that comes first; `at` is where that begins.
+/// Offset and length of each fragment after the offset table, which starts at byte `at`.
 ///
 /// # Errors
 ///
@@ -30,7 +30,7 @@ pub(super) fn fragments(file: impl Read + Seek, mut at: u64) -> io::Result<Vec<(
         match [a, b, c, d] {
             [0xfe, 0xff, 0x00, 0xe0] => all.push((at + 8, length)),
             [0xfe, 0xff, 0xdd, 0xe0] => break,
-            _ => return Err(invalid("samples that are no fragments, expected them packed")),
+            _ => return Err(invalid("samples without fragments, expected compressed ones")),
         }
         reader.seek_relative(i64::from(length))?;
         at += 8 + u64::from(length);
@@ -41,31 +41,36 @@ pub(super) fn fragments(file: impl Read + Seek, mut at: u64) -> io::Result<Vec<(
     Ok(all)
 }
 
-/// The bytes of `n` samples of `size` bytes of each of their numbers, little endian, one sample after the other.
+/// Decompresses `n` samples of `n_channels` numbers of `size` bytes, little endian, one sample after the other.
 ///
 /// # Errors
 ///
-/// `InvalidData` where the segments are not as many or not as long as that.
-pub(super) fn unpacked(bytes: &[u8], n: usize, size: usize, of: usize) -> io::Result<Vec<u8>> {
-    let n_segments = size * of;
+/// `InvalidData` for another number of segments, or shorter ones.
+pub(super) fn decompress(
+    bytes: &[u8],
+    n: usize,
+    size: usize,
+    n_channels: usize,
+) -> io::Result<Vec<u8>> {
+    let n_segments = size * n_channels;
     let word = |i: usize| {
         let word = bytes.get(4 * i..4 * i + 4).and_then(|word| word.try_into().ok());
-        word.map(u32::from_le_bytes).ok_or_else(|| invalid("runs without a head"))
+        word.map(u32::from_le_bytes).ok_or_else(|| invalid("runs without a header"))
     };
-    if word(0)? as usize != n_segments || n_segments > 15 || bytes.len() < HEAD {
+    if word(0)? as usize != n_segments || n_segments > 15 || bytes.len() < HEADER_BYTES {
         let found = word(0)?;
         return Err(invalid(format!("{found} segments of runs, expected {n_segments}")));
     }
-    if n.saturating_mul(n_segments) > bytes.len().saturating_mul(RATIO) {
+    if n.saturating_mul(n_segments) > bytes.len().saturating_mul(MAX_COMPRESSION_RATIO) {
         return Err(invalid(format!("{} bytes of runs, too few for {n} samples", bytes.len())));
     }
     let mut all = vec![0; n * n_segments];
     for segment in 0..n_segments {
         let runs = bytes.get(word(1 + segment)? as usize..).unwrap_or_default();
-        // The highest byte of each number comes first, and is the last of it here.
+        // The most significant byte comes first in the file, last here.
         let byte = segment / size * size + size - 1 - segment % size;
         let to = all.iter_mut().skip(byte).step_by(n_segments);
-        if unpack(runs, to) < n {
+        if expand(runs, to) < n {
             return Err(invalid(format!(
                 "segment {segment} of runs ends early, expected {n} bytes"
             )));
@@ -74,11 +79,11 @@ pub(super) fn unpacked(bytes: &[u8], n: usize, size: usize, of: usize) -> io::Re
     Ok(all)
 }
 
-/// Fills `to` from runs; how many bytes there were.
-fn unpack<'a>(mut runs: &[u8], mut to: impl Iterator<Item = &'a mut u8>) -> usize {
+/// Expands runs into `to` and returns the number of bytes.
+fn expand<'a>(mut runs: &[u8], mut to: impl Iterator<Item = &'a mut u8>) -> usize {
     let mut n = 0;
     while let Some((&head, rest)) = runs.split_first() {
-        // 128 stands for nothing.
+        // 128 is no run.
         let (length, is_run) = match head {
             0..=127 => (usize::from(head) + 1, false),
             128 => (0, true),

@@ -1,46 +1,43 @@
 //! The text header of a MetaImage file: `Key = Value` lines, of which `ElementDataFile` is the last.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 
-use crate::volume::decode::SampleType;
-use crate::volume::text::{exactly, finite, numbered, shortened};
-use crate::volume::{Placement, Space, Unit};
-
-/// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
-const LONGEST: u64 = 1 << 20;
+use crate::volume::layout::SampleType;
+use crate::volume::placement::{Placement, Space, Unit};
+use crate::volume::text::{HeaderLines, exactly, finite, numbered, shortened};
 
 /// Where the samples are.
 #[derive(Debug)]
-pub(super) enum Data {
+pub(super) enum DataLocation {
     Local,
     File(String),
     /// A file per slice.
     Slices(Vec<String>),
 }
 
-/// What a header says about the samples.
+/// The header of a MetaImage file.
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct MetaHeader {
     pub(super) dims: [usize; 3],
     pub(super) n_frames: usize,
     pub(super) n_channels: usize,
     pub(super) sample_type: SampleType,
     pub(super) big_endian: bool,
     pub(super) is_text: bool,
-    pub(super) is_packed: bool,
-    /// Bytes before the samples in their file; `None` for -1, "the samples are its end".
+    pub(super) is_compressed: bool,
+    /// Bytes before the samples in their file; `None` for -1: the samples end with the file.
     pub(super) header_size: Option<u64>,
-    pub(super) data: Data,
+    pub(super) data: DataLocation,
     pub(super) placement: Placement,
 }
 
-/// Reads a header and leaves `reader` behind the line of its last field.
+/// Reads a header and leaves `reader` after the line of its last field.
 ///
 /// # Errors
 ///
-/// What is wrong, without the name of the file.
-pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
+/// A description without the name of the file.
+pub(super) fn parse(reader: &mut impl BufRead) -> Result<MetaHeader, String> {
     let (fields, listed) = read_fields(reader)?;
     let get = |name: &str| fields.get(name).map(String::as_str);
     let kind = get("objecttype").unwrap_or("Image");
@@ -61,10 +58,10 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
         format!("'DimSize' is '{}', expected {n_axes} whole numbers", shortened(sizes))
     })?;
     let type_name = get("elementtype").ok_or("no 'ElementType' field")?;
-    let (sample_type, n_told) = element_type(type_name)
+    let (sample_type, n_of_type) = element_type(type_name)
         .ok_or_else(|| format!("ElementType '{}', expected a number type", shortened(type_name)))?;
     let n_channels = match get("elementnumberofchannels") {
-        None => n_told,
+        None => n_of_type,
         Some(n) => n.parse().ok().filter(|n| (1..=1 << 16).contains(n)).ok_or_else(|| {
             format!("'ElementNumberOfChannels' is '{}', expected 1 or more", shortened(n))
         })?,
@@ -75,14 +72,14 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
         n => Some(n.parse().map_err(|_| format!("'HeaderSize' is '{}'", shortened(n)))?),
     };
     let data = data(get("elementdatafile").unwrap_or_default(), listed, dims, n_frames)?;
-    Ok(Header {
+    Ok(MetaHeader {
         dims,
         n_frames,
         n_channels,
         sample_type,
         big_endian: flag(&["elementbyteordermsb", "binarydatabyteordermsb"]),
         is_text: get("binarydata").is_some_and(|value| !is_true(value)),
-        is_packed: flag(&["compresseddata"]),
+        is_compressed: flag(&["compresseddata"]),
         header_size,
         data,
         placement: placement(&get, n_axes == "4")?,
@@ -93,32 +90,23 @@ fn is_true(value: &str) -> bool {
     value.starts_with(['T', 't', '1', 'Y', 'y'])
 }
 
-/// The fields by name in lower case, and the lines behind `ElementDataFile = LIST`.
+/// The fields by name in lower case, and the lines after `ElementDataFile = LIST`.
 fn read_fields(
     reader: &mut impl BufRead,
 ) -> Result<(BTreeMap<String, String>, Vec<String>), String> {
-    let mut left = LONGEST;
-    let mut next_line = || -> Result<Option<String>, String> {
-        let mut line = Vec::new();
-        let n =
-            reader.by_ref().take(left).read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
-        left -= n as u64;
-        if n > 0 && left == 0 {
-            return Err(format!("the header does not end within {LONGEST} bytes"));
-        }
-        Ok((n > 0).then(|| String::from_utf8_lossy(&line).trim().to_owned()))
-    };
+    let mut lines = HeaderLines::new(reader);
     let mut fields = BTreeMap::new();
     loop {
-        let Some(line) = next_line()? else {
+        let Some(line) = lines.next()? else {
             return Err("no 'ElementDataFile' field, expected a MetaImage header".to_owned());
         };
+        let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
         let (name, value) = line
             .split_once(['=', ':'])
-            .ok_or_else(|| format!("header line '{}', expected 'Key = Value'", shortened(&line)))?;
+            .ok_or_else(|| format!("header line '{}', expected 'Key = Value'", shortened(line)))?;
         let (name, value) = (name.trim().to_ascii_lowercase(), value.trim().to_owned());
         let is_last = name == "elementdatafile";
         let is_list = is_last && value.starts_with("LIST");
@@ -127,16 +115,16 @@ fn read_fields(
             continue;
         }
         let mut listed = Vec::new();
-        while is_list && let Some(name) = next_line()? {
-            if !name.is_empty() {
-                listed.push(name);
+        while is_list && let Some(name) = lines.next()? {
+            if !name.trim().is_empty() {
+                listed.push(name.trim().to_owned());
             }
         }
         return Ok((fields, listed));
     }
 }
 
-/// The number type behind a name, and how many of them make a sample.
+/// The number type of a name, and how many of them make a sample.
 fn element_type(name: &str) -> Option<(SampleType, usize)> {
     let name = name.strip_prefix("MET_")?;
     let (name, n) = match name.strip_suffix("_ARRAY") {
@@ -165,22 +153,22 @@ fn data(
     listed: Vec<String>,
     dims: [usize; 3],
     n_frames: usize,
-) -> Result<Data, String> {
+) -> Result<DataLocation, String> {
     let words: Vec<&str> = named.split_whitespace().collect();
     match words[..] {
         [] => Err("an empty 'ElementDataFile', expected LOCAL, LIST or a file".to_owned()),
-        ["LOCAL" | "Local" | "local"] => Ok(Data::Local),
-        ["LIST"] | ["LIST", "2" | "2D"] => Ok(Data::Slices(listed)),
+        ["LOCAL" | "Local" | "local"] => Ok(DataLocation::Local),
+        ["LIST"] | ["LIST", "2" | "2D"] => Ok(DataLocation::Slices(listed)),
         ["LIST", ..] => Err(format!("'{}', expected a list of slices", shortened(named))),
         // `slice%03d.raw 1 60 1`.
         [pattern, first, last, ..] if pattern.contains('%') => {
             let step = words.get(3).copied().unwrap_or("1");
             let n_slices = dims[2].saturating_mul(n_frames);
-            numbered(pattern, [first, last, step], n_slices).map(Data::Slices).ok_or_else(|| {
-                format!("'{}', expected e.g. slice%03d.raw 1 60 1", shortened(named))
-            })
+            numbered(pattern, [first, last, step], n_slices).map(DataLocation::Slices).ok_or_else(
+                || format!("'{}', expected e.g. slice%03d.raw 1 60 1", shortened(named)),
+            )
         }
-        _ => Ok(Data::File(named.to_owned())),
+        _ => Ok(DataLocation::File(named.to_owned())),
     }
 }
 

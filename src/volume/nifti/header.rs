@@ -2,16 +2,17 @@
 
 use std::io::{self, Read};
 
-use crate::volume::decode::{SampleType, invalid};
-use crate::volume::{Placement, Space, Unit};
+use crate::volume::data_error::invalid;
+use crate::volume::layout::SampleType;
+use crate::volume::placement::{Placement, Space, Unit};
 
-/// What a header says about the samples.
+/// The header of a NIfTI file.
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct NiftiHeader {
     pub(super) dims: [usize; 3],
     pub(super) n_frames: usize,
     pub(super) n_channels: usize,
-    /// Whether the channels of a sample lie beside each other.
+    /// Whether the channels of a sample are adjacent.
     pub(super) is_interleaved: bool,
     pub(super) sample_type: SampleType,
     pub(super) big_endian: bool,
@@ -24,7 +25,7 @@ pub(super) struct Header {
     pub(super) placement: Placement,
 }
 
-/// Where the fields of a version lie.
+/// Byte offsets of the fields of a version.
 struct Offsets {
     magic: usize,
     dim: usize,
@@ -67,14 +68,14 @@ const VERSION_2: Offsets = Offsets {
     srow: 400,
 };
 
-/// The bytes of a header, read as its version has them.
-struct Fields {
+/// The bytes of a header, with the number types of its version.
+struct NiftiFields {
     bytes: Vec<u8>,
     big_endian: bool,
-    is_second: bool,
+    is_version_2: bool,
 }
 
-impl Fields {
+impl NiftiFields {
     fn array<const N: usize>(&self, at: usize) -> [u8; N] {
         let mut array = std::array::from_fn(|i| self.bytes.get(at + i).copied().unwrap_or(0));
         if self.big_endian {
@@ -93,7 +94,7 @@ impl Fields {
 
     /// A number that is 32 bits in version 1 and 64 in version 2, the `i`-th from `at` on.
     fn float(&self, at: usize, i: usize) -> f64 {
-        if self.is_second {
+        if self.is_version_2 {
             f64::from_le_bytes(self.array(at + 8 * i))
         } else {
             f32::from_le_bytes(self.array(at + 4 * i)).into()
@@ -102,7 +103,7 @@ impl Fields {
 
     /// A dimension: 16 bits in version 1, 64 in version 2.
     fn dim(&self, at: usize, i: usize) -> i64 {
-        if self.is_second {
+        if self.is_version_2 {
             i64::from_le_bytes(self.array(at + 8 * i))
         } else {
             self.i16(at + 2 * i)
@@ -114,39 +115,39 @@ impl Fields {
 ///
 /// # Errors
 ///
-/// `InvalidData` if it is none, ends early, or is of samples that are not read.
-pub(super) fn read(mut reader: impl Read) -> io::Result<Header> {
+/// `InvalidData` if it is another file, ends early, or has unsupported samples.
+pub(super) fn read(mut reader: impl Read) -> io::Result<NiftiHeader> {
     let mut bytes = Vec::new();
     reader.by_ref().take(540).read_to_end(&mut bytes).map_err(|e| match e.kind() {
         io::ErrorKind::InvalidInput | io::ErrorKind::UnexpectedEof => {
-            invalid(format!("damaged gzip data: {e}"))
+            invalid(format!("damaged compressed data: {e}"))
         }
         _ => e,
     })?;
     let size: [u8; 4] = bytes.get(..4).and_then(|b| b.try_into().ok()).unwrap_or_default();
-    let (is_second, big_endian) = match (u32::from_le_bytes(size), u32::from_be_bytes(size)) {
+    let (is_version_2, big_endian) = match (u32::from_le_bytes(size), u32::from_be_bytes(size)) {
         (348, _) => (false, false),
         (_, 348) => (false, true),
         (540, _) => (true, false),
         (_, 540) => (true, true),
-        _ => return Err(invalid("no NIfTI file: its header is not of 348 or 540 bytes")),
+        _ => return Err(invalid("not a NIfTI file: the size of its header is not 348 or 540")),
     };
-    let at = if is_second { VERSION_2 } else { VERSION_1 };
-    let length = if is_second { 540 } else { 348 };
+    let at = if is_version_2 { VERSION_2 } else { VERSION_1 };
+    let length = if is_version_2 { 540 } else { 348 };
     if bytes.len() < length {
         return Err(invalid(format!("{} bytes of header, expected {length}", bytes.len())));
     }
     let is_pair = match &bytes[at.magic..at.magic + 4] {
-        b"n+1\0" if !is_second => false,
-        b"ni1\0" if !is_second => true,
-        b"n+2\0" if is_second => false,
-        b"ni2\0" if is_second => true,
-        _ => return Err(invalid("no magic of NIfTI in the header (Analyze files are not read)")),
+        b"n+1\0" if !is_version_2 => false,
+        b"ni1\0" if !is_version_2 => true,
+        b"n+2\0" if is_version_2 => false,
+        b"ni2\0" if is_version_2 => true,
+        _ => return Err(invalid("no NIfTI magic in the header (Analyze files are not supported)")),
     };
-    parse(&Fields { bytes, big_endian, is_second }, &at, is_pair)
+    parse(&NiftiFields { bytes, big_endian, is_version_2 }, &at, is_pair)
 }
 
-fn parse(fields: &Fields, at: &Offsets, is_pair: bool) -> io::Result<Header> {
+fn parse(fields: &NiftiFields, at: &Offsets, is_pair: bool) -> io::Result<NiftiHeader> {
     let n_axes = fields.dim(at.dim, 0);
     if !(3..=7).contains(&n_axes) {
         return Err(invalid(format!("{n_axes} dimensions, expected 3 to 7")));
@@ -163,29 +164,29 @@ fn parse(fields: &Fields, at: &Offsets, is_pair: bool) -> io::Result<Header> {
     let beyond = all[6].saturating_mul(all[7]);
     if (n_colours > 1 && all[5] > 1) || beyond > 1 {
         return Err(invalid(
-            "samples of more than a frame and a channel, expected at most 5 dimensions",
+            "samples with more than frames and channels, expected at most 5 dimensions",
         ));
     }
-    let offset = if fields.is_second {
+    let offset = if fields.is_version_2 {
         i64::from_le_bytes(fields.array(at.vox_offset)) as f64
     } else {
         fields.float(at.vox_offset, 0)
     };
-    // Some writers leave it 0; the header is before the samples in any case.
-    let least = if is_pair {
+    // Some writers leave the offset 0; the header precedes the samples in any case.
+    let min_offset = if is_pair {
         0.0
-    } else if fields.is_second {
+    } else if fields.is_version_2 {
         544.0
     } else {
         352.0
     };
     if offset.is_nan() || offset.abs() >= 1e15 {
-        return Err(invalid(format!("samples at byte {offset}, expected a place in the file")));
+        return Err(invalid(format!("samples at byte {offset}, expected an offset in the file")));
     }
-    let width = if fields.is_second { 8 } else { 4 };
+    let width = if fields.is_version_2 { 8 } else { 4 };
     let (slope, intercept) = (fields.float(at.slope, 0), fields.float(at.slope + width, 0));
     let is_scaled = slope != 0.0 && slope.is_finite() && intercept.is_finite();
-    Ok(Header {
+    Ok(NiftiHeader {
         dims: [all[1], all[2], all[3]],
         n_frames: all[4],
         n_channels: n_colours.max(all[5]),
@@ -193,14 +194,14 @@ fn parse(fields: &Fields, at: &Offsets, is_pair: bool) -> io::Result<Header> {
         sample_type,
         big_endian: fields.big_endian,
         is_pair,
-        offset: offset.max(least) as u64,
+        offset: offset.max(min_offset) as u64,
         slope: if is_scaled { slope } else { 1.0 },
         intercept: if is_scaled { intercept } else { 0.0 },
         placement: placement(fields, at),
     })
 }
 
-/// The number type of a code, and how many of them make a sample.
+/// The number type of a data type code, and how many of them make a sample.
 fn sample_type(code: i64) -> io::Result<(SampleType, usize)> {
     Ok(match code {
         2 => (SampleType::U8, 1),
@@ -217,15 +218,15 @@ fn sample_type(code: i64) -> io::Result<(SampleType, usize)> {
         2304 => (SampleType::U8, 4),
         32 | 1792 | 2048 => return Err(invalid("complex samples, expected real numbers")),
         1536 => return Err(invalid("samples of 128 bits, expected at most 64")),
-        _ => return Err(invalid(format!("samples of type {code}, expected one of NIfTI's"))),
+        _ => return Err(invalid(format!("unknown data type {code}"))),
     })
 }
 
 /// The sform, else the qform, else the spacing alone.
-fn placement(fields: &Fields, at: &Offsets) -> Placement {
-    let code = |at: usize| if fields.is_second { fields.i32(at) } else { fields.i16(at) };
+fn placement(fields: &NiftiFields, at: &Offsets) -> Placement {
+    let code = |at: usize| if fields.is_version_2 { fields.i32(at) } else { fields.i16(at) };
     let units =
-        if fields.is_second { fields.i32(at.units) } else { i64::from(fields.bytes[at.units]) };
+        if fields.is_version_2 { fields.i32(at.units) } else { i64::from(fields.bytes[at.units]) };
     let unit = match units & 7 {
         1 => Unit::M,
         2 => Unit::Mm,
@@ -252,11 +253,11 @@ fn placement(fields: &Fields, at: &Offsets) -> Placement {
     Placement { spacing, unit, ..Placement::IDENTITY }
 }
 
-/// The columns of the rotation of a unit quaternion, of which the first part is not stored.
+/// The columns of the rotation matrix of a unit quaternion; its real part is not stored.
 fn rotation([b, c, d]: [f64; 3]) -> [[f64; 3]; 3] {
     let rest = 1.0 - (b * b + c * c + d * d);
     let (a, [b, c, d]) = if rest < 1e-7 {
-        // Half a turn, but for rounding.
+        // A turn by 180 degrees, up to rounding.
         let length = (b * b + c * c + d * d).sqrt();
         (0.0, [b, c, d].map(|x| x / length))
     } else {

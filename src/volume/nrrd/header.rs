@@ -2,36 +2,34 @@
 //!
 //! Source: "Definition of NRRD File Format", teem.sourceforge.net/nrrd/format.html. A header is a
 //! magic line, then one `field: value` per line in any order, and ends at a blank line (or, where
-//! the samples are in another file, at the end of its own). Fields that do not change what the
-//! samples are or where they lie (`content`, `units`, `labels`, ...) are passed over, as are
+//! the samples are in another file, at the end of its own). Fields that change neither samples nor
+//! placement (`content`, `labels`, ...) are ignored, as are
 //! `key:=value` pairs and comments.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 
-use crate::volume::decode::SampleType;
-use crate::volume::text::{numbered, shortened};
-use crate::volume::{Placement, Space, Unit};
-
-/// Longest header accepted, in bytes: bounds the memory that a file without line ends can take.
-const LONGEST: u64 = 1 << 20;
+use crate::volume::layout::SampleType;
+use crate::volume::placement::{Placement, Space, Unit};
+use crate::volume::text::{HeaderLines, exactly, numbered, shortened};
 
 /// How the samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(super) enum NrrdEncoding {
     Raw,
     Text,
     Gzip,
 }
 
-/// What a header says about the samples.
+/// The header of a NRRD file.
 #[derive(Debug)]
-pub(super) struct Header {
+pub(super) struct NrrdHeader {
     pub(super) dims: [usize; 3],
     pub(super) sample_type: SampleType,
     pub(super) big_endian: bool,
-    pub(super) encoding: Encoding,
-    /// Names of the files that hold the samples, as written, each as many slices along z; none if they follow the header.
+    pub(super) encoding: NrrdEncoding,
+    /// Names of the files with the samples, as written, each with as many slices along z; empty if the samples follow the
+    /// header.
     pub(super) data_files: Vec<String>,
     /// Lines to skip before the samples.
     pub(super) line_skip: u64,
@@ -40,13 +38,13 @@ pub(super) struct Header {
     pub(super) placement: Placement,
 }
 
-/// Reads a header and leaves `reader` behind the blank line.
+/// Reads a header and leaves `reader` after the blank line.
 ///
 /// # Errors
 ///
-/// What is wrong, without the name of the file.
-pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
-    let fields = Fields::read(reader)?;
+/// A description without the name of the file.
+pub(super) fn parse(reader: &mut impl BufRead) -> Result<NrrdHeader, String> {
+    let fields = NrrdFields::read(reader)?;
     let dimension: usize = fields.number("dimension")?.ok_or("no 'dimension' field")?;
     if dimension != 3 {
         return Err(format!("'dimension' is {dimension}, expected 3"));
@@ -60,11 +58,11 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
         Some("little") => false,
         Some("big") => true,
         Some(other) => return Err(format!("endian '{other}', expected little or big")),
-        None if sample_type.n_bytes() == 1 || encoding == Encoding::Text => false,
+        None if sample_type.n_bytes() == 1 || encoding == NrrdEncoding::Text => false,
         None => return Err(format!("no 'endian' field, which {sample_type} needs")),
     };
     check_kinds(&fields)?;
-    Ok(Header {
+    Ok(NrrdHeader {
         dims,
         sample_type,
         big_endian,
@@ -72,7 +70,7 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
         data_files: data_files(&fields, dims[2])?,
         line_skip: fields.number("line skip")?.unwrap_or(0),
         byte_skip: match fields.number::<i64>("byte skip")?.unwrap_or(0) {
-            -1 if encoding == Encoding::Raw => None,
+            -1 if encoding == NrrdEncoding::Raw => None,
             n => Some(u64::try_from(n).map_err(|_| {
                 format!("'byte skip' is {n}, expected 0 or more (or -1 with encoding raw)")
             })?),
@@ -81,27 +79,18 @@ pub(super) fn parse(reader: &mut impl BufRead) -> Result<Header, String> {
     })
 }
 
-/// The fields of a header by name, in lower case and with the spaces of the definition; and the lines of a list of files.
-struct Fields(BTreeMap<String, String>, Vec<String>);
+/// The fields of a header by name, in lower case and with the spaces of the definition, and the lines of a list of files.
+struct NrrdFields(BTreeMap<String, String>, Vec<String>);
 
-impl Fields {
+impl NrrdFields {
     fn read(reader: &mut impl BufRead) -> Result<Self, String> {
-        let mut reader = reader.take(LONGEST);
-        let mut line = Vec::new();
-        let mut next_line = || -> Result<Option<String>, String> {
-            line.clear();
-            let n = reader.read_until(b'\n', &mut line).map_err(|e| e.to_string())?;
-            if n > 0 && line.last() != Some(&b'\n') && reader.limit() == 0 {
-                return Err(format!("the header does not end within {LONGEST} bytes"));
-            }
-            Ok((n > 0).then(|| String::from_utf8_lossy(&line).trim_end().to_owned()))
-        };
-        let magic = next_line()?.unwrap_or_default();
+        let mut lines = HeaderLines::new(reader);
+        let magic = lines.next()?.unwrap_or_default();
         if !matches!(magic.strip_prefix("NRRD000").map(str::as_bytes), Some([b'1'..=b'5'])) {
-            return Err("no NRRD file: the first line is not NRRD0001 to NRRD0005".to_owned());
+            return Err("not a NRRD file: the first line is not NRRD0001 to NRRD0005".to_owned());
         }
         let mut fields = BTreeMap::new();
-        while let Some(line) = next_line()?.filter(|line| !line.is_empty()) {
+        while let Some(line) = lines.next()?.filter(|line| !line.is_empty()) {
             if line.starts_with('#') {
                 continue;
             }
@@ -124,16 +113,16 @@ impl Fields {
             if fields.insert(name.clone(), value.trim().to_owned()).is_some() {
                 return Err(format!("field '{}' appears twice", shortened(&name)));
             }
-            // The list is the end of the header.
+            // The list ends the header.
             if is_list {
                 let mut files = Vec::new();
-                while let Some(file) = next_line()?.filter(|file| !file.is_empty()) {
+                while let Some(file) = lines.next()?.filter(|file| !file.is_empty()) {
                     files.push(file);
                 }
-                return Ok(Fields(fields, files));
+                return Ok(NrrdFields(fields, files));
             }
         }
-        Ok(Fields(fields, Vec::new()))
+        Ok(NrrdFields(fields, Vec::new()))
     }
 
     fn get(&self, name: &str) -> Option<&str> {
@@ -153,15 +142,12 @@ impl Fields {
     /// Three values separated by spaces.
     fn three<T: std::str::FromStr>(&self, name: &str) -> Result<Option<[T; 3]>, String> {
         let Some(text) = self.get(name) else { return Ok(None) };
-        let values: Option<Vec<T>> = text.split_whitespace().map(|v| v.parse().ok()).collect();
-        match values.and_then(|v| <[T; 3]>::try_from(v).ok()) {
-            Some(three) => Ok(Some(three)),
-            None => Err(format!("'{name}' is '{}', expected 3 numbers", shortened(text))),
-        }
+        let three = exactly(text).map(Some);
+        three.ok_or_else(|| format!("'{name}' is '{}', expected 3 numbers", shortened(text)))
     }
 }
 
-/// The type behind every name the definition allows; `block` is not a number.
+/// The type for every name of the definition; `block` is not a number.
 fn type_from_name(name: &str) -> Option<SampleType> {
     Some(match name {
         "signed char" | "int8" | "int8_t" => SampleType::I8,
@@ -190,23 +176,23 @@ fn type_from_name(name: &str) -> Option<SampleType> {
     })
 }
 
-fn encoding(name: &str) -> Result<Encoding, String> {
+fn encoding(name: &str) -> Result<NrrdEncoding, String> {
     match name.to_ascii_lowercase().as_str() {
-        "raw" => Ok(Encoding::Raw),
-        "txt" | "text" | "ascii" => Ok(Encoding::Text),
-        "gz" | "gzip" => Ok(Encoding::Gzip),
+        "raw" => Ok(NrrdEncoding::Raw),
+        "txt" | "text" | "ascii" => Ok(NrrdEncoding::Text),
+        "gz" | "gzip" => Ok(NrrdEncoding::Gzip),
         _ => Err(format!("encoding '{}', expected raw, gzip or text", shortened(name))),
     }
 }
 
-/// Whether samples are in files that are listed: `LIST`, or `LIST 2`.
+/// Whether a list of data files follows: `LIST`, or `LIST 2`.
 fn is_list(value: &str) -> bool {
     value == "LIST" || value.starts_with("LIST ")
 }
 
-/// The files of samples: one, those of a list, or those of a pattern with the first number, the last and the step. Each holds
-/// a slice, or where they say that they hold 3 axes, as many slices as the others.
-fn data_files(fields: &Fields, n_slices: usize) -> Result<Vec<String>, String> {
+/// The data files: one, a list, or a pattern with first number, last number and step. Each has one slice, or the same
+/// number of slices if the field gives them 3 axes.
+fn data_files(fields: &NrrdFields, n_slices: usize) -> Result<Vec<String>, String> {
     let Some(value) = fields.get("data file") else { return Ok(Vec::new()) };
     let words: Vec<&str> = value.split_whitespace().collect();
     let (n_axes, n_files, files) = match &words[..] {
@@ -230,14 +216,14 @@ fn data_files(fields: &Fields, n_slices: usize) -> Result<Vec<String>, String> {
     };
     if !fits {
         return Err(format!(
-            "{n_files} data files of {n_axes} axes, expected some for {n_slices} slices"
+            "{n_files} data files of {n_axes} axes, expected files for {n_slices} slices"
         ));
     }
     Ok(files)
 }
 
-/// A 3-D array may still be a picture of colours: each axis must be one to interpolate along.
-fn check_kinds(fields: &Fields) -> Result<(), String> {
+/// Checks that samples can be interpolated along each axis: a 3-D array may also be a colour image.
+fn check_kinds(fields: &NrrdFields) -> Result<(), String> {
     for kind in fields.get("kinds").unwrap_or_default().split_whitespace() {
         let lower = kind.to_ascii_lowercase();
         if !matches!(lower.as_str(), "domain" | "space" | "time" | "none" | "???") {
@@ -247,8 +233,8 @@ fn check_kinds(fields: &Fields) -> Result<(), String> {
     Ok(())
 }
 
-/// Where the samples lie: space directions and origin, or spacings, or axis minima and maxima.
-fn placement(fields: &Fields, dims: [usize; 3]) -> Result<Placement, String> {
+/// The placement from space directions and origin, or spacings, or axis minima and maxima.
+fn placement(fields: &NrrdFields, dims: [usize; 3]) -> Result<Placement, String> {
     let space = space(fields)?;
     let mut placement = Placement::default();
     if let Some(text) = fields.get("space directions") {
@@ -272,26 +258,26 @@ fn placement(fields: &Fields, dims: [usize; 3]) -> Result<Placement, String> {
     }
     placement.unit = unit(fields);
     Ok(match space {
-        World::Patient(space) => placement.of_patient(space),
-        World::LeftAnterior => {
+        NrrdSpace::Patient(space) => placement.of_patient(space),
+        NrrdSpace::LeftAnterior => {
             placement.origin[0] *= -1.0;
             placement.direction.iter_mut().for_each(|axis| axis[0] *= -1.0);
             placement.of_patient(Space::Ras)
         }
-        World::Other => placement,
+        NrrdSpace::Other => placement,
     })
 }
 
-/// What a header calls its space.
-enum World {
+/// The space of a header.
+enum NrrdSpace {
     Patient(Space),
-    /// Right and left the other way round than in RAS.
+    /// As RAS with right and left exchanged.
     LeftAnterior,
     Other,
 }
 
-/// The unit of the space, or of the axes, if it is one for all.
-fn unit(fields: &Fields) -> Unit {
+/// The unit of the space or of the axes, if all are the same.
+fn unit(fields: &NrrdFields) -> Unit {
     let text = fields.get("space units").or_else(|| fields.get("units")).unwrap_or_default();
     let units: Option<Vec<Unit>> =
         text.split_whitespace().map(|u| Unit::from_name(u.trim_matches('"'))).collect();
@@ -301,9 +287,9 @@ fn unit(fields: &Fields) -> Unit {
     }
 }
 
-/// Spacing and origin from the per-axis fields; `nan` in them means "not known".
+/// Spacing and origin from the per-axis fields; `nan` in them means "unknown".
 fn axis_aligned(
-    fields: &Fields,
+    fields: &NrrdFields,
     dims: [usize; 3],
     placement: &mut Placement,
 ) -> Result<(), String> {
@@ -313,7 +299,7 @@ fn axis_aligned(
     let maxima = fields.three::<f64>("axis maxs")?.unwrap_or(unknown);
     let centers: Vec<&str> = fields.get("centers").unwrap_or_default().split_whitespace().collect();
     for a in 0..3 {
-        // Samples in the middle of cells lie half a spacing inside the extent of the axis.
+        // Cell-centred samples are half a spacing inside the extent of the axis.
         let cell = centers.get(a).is_some_and(|c| c.eq_ignore_ascii_case("cell"));
         let n_steps = if cell { dims[a] as f64 } else { dims[a] as f64 - 1.0 };
         if !spacings[a].is_nan() {
@@ -328,8 +314,8 @@ fn axis_aligned(
     Ok(())
 }
 
-/// The space must have three dimensions.
-fn space(fields: &Fields) -> Result<World, String> {
+/// The space, which must have three dimensions.
+fn space(fields: &NrrdFields) -> Result<NrrdSpace, String> {
     if let Some(n) = fields.number::<usize>("space dimension")?.filter(|&n| n != 3) {
         return Err(format!("'space dimension' is {n}, expected 3"));
     }
@@ -338,14 +324,14 @@ fn space(fields: &Fields) -> Result<World, String> {
         time if time.contains("time") => {
             Err(format!("space '{}', expected one of 3 dimensions", shortened(named)))
         }
-        "left-posterior-superior" | "lps" => Ok(World::Patient(Space::Lps)),
-        "right-anterior-superior" | "ras" => Ok(World::Patient(Space::Ras)),
-        "left-anterior-superior" | "las" => Ok(World::LeftAnterior),
-        _ => Ok(World::Other),
+        "left-posterior-superior" | "lps" => Ok(NrrdSpace::Patient(Space::Lps)),
+        "right-anterior-superior" | "ras" => Ok(NrrdSpace::Patient(Space::Ras)),
+        "left-anterior-superior" | "las" => Ok(NrrdSpace::LeftAnterior),
+        _ => Ok(NrrdSpace::Other),
     }
 }
 
-/// Vectors written `(x,y,z) (x,y,z)`, with spaces anywhere; `None` if they are not that.
+/// Vectors written `(x,y,z) (x,y,z)`, with spaces anywhere; `None` for anything else.
 fn vectors(text: &str) -> Option<Vec<[f64; 3]>> {
     let mut rest = text.trim();
     let mut vectors = Vec::new();
@@ -365,7 +351,7 @@ fn vectors(text: &str) -> Option<Vec<[f64; 3]>> {
 mod tests {
     use super::*;
 
-    fn header(lines: &str) -> Result<Header, String> {
+    fn header(lines: &str) -> Result<NrrdHeader, String> {
         let base = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 5 6\nencoding: raw\n";
         parse(&mut format!("{base}{lines}\n").as_bytes())
     }

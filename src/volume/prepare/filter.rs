@@ -1,18 +1,17 @@
-//! Filters on grids. Beyond the border the samples are those of a mirror at it: d c b a | a b c d | d c b a.
+//! Filters on grids. Samples are mirrored at the border: d c b a | a b c d | d c b a.
 //!
-//! Gaussians are cut off at four standard deviations and their weights sum up to 1; results are float32, or float64 where
-//! float32 does not hold what comes in. Slices are computed one by one, so nothing depends on the number of threads.
+//! Gaussians are cut off at four standard deviations and their weights sum up to 1. Results are float32, or float64 if
+//! float32 cannot represent the samples. Slices are independent, so results do not depend on the number of threads.
 
 use num_traits::AsPrimitive;
 use rayon::prelude::*;
 
-use crate::volume::Samples;
-use crate::volume::with_samples;
+use crate::volume::samples::{Samples, with_samples};
 
-/// How far a Gaussian reaches, in standard deviations.
-const REACH: f64 = 4.0;
+/// Cut-off of a Gaussian, in standard deviations.
+const CUT_OFF: f64 = 4.0;
 
-/// A Gaussian with these standard deviations along x, y, z, in samples.
+/// A Gaussian filter with the given standard deviations along x, y, z, in samples.
 pub(super) fn gaussian(samples: &Samples, dims: [usize; 3], sigma: [f64; 3]) -> Samples {
     if samples.is_wide() {
         let values = with_samples!(samples, s => s.iter().map(|v| v.as_()).collect());
@@ -22,7 +21,7 @@ pub(super) fn gaussian(samples: &Samples, dims: [usize; 3], sigma: [f64; 3]) -> 
     Samples::F32(smoothed(values, dims, sigma, f64::from, |v| v as f32))
 }
 
-/// Along one axis after the other.
+/// Smooths along one axis after the other.
 fn smoothed<T: Copy + Send + Sync>(
     mut values: Vec<T>,
     dims: [usize; 3],
@@ -59,16 +58,16 @@ fn smoothed<T: Copy + Send + Sync>(
     values
 }
 
-/// Weights of samples 0, 1, 2, ... away.
+/// Weights of samples at distances 0, 1, 2, ...
 fn weights(sigma: f64) -> Vec<f64> {
-    let reach = (REACH * sigma + 0.5) as usize;
+    let reach = (CUT_OFF * sigma + 0.5) as usize;
     let weights: Vec<f64> =
         (0..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
     let sum = weights[0] + 2.0 * weights[1..].iter().sum::<f64>();
     weights.into_iter().map(|w| w / sum).collect()
 }
 
-/// The mean around sample `i` of `n`.
+/// The weighted mean around sample `i` of `n`.
 fn weighted(weights: &[f64], i: usize, n: usize, value: impl Fn(usize) -> f64) -> f64 {
     let mut sum = weights[0] * value(i);
     for (away, weight) in weights.iter().enumerate().skip(1) {
@@ -82,14 +81,14 @@ fn weighted(weights: &[f64], i: usize, n: usize, value: impl Fn(usize) -> f64) -
     sum
 }
 
-/// The sample in the place of one beyond the border.
+/// The index of the mirrored sample for an index beyond the border.
 fn mirrored(i: i64, n: usize) -> usize {
     let n = n as i64;
     let within = i.rem_euclid(2 * n);
     (if within < n { within } else { 2 * n - 1 - within }) as usize
 }
 
-/// The median of a cube of samples around each.
+/// A median filter over a cube of samples.
 pub(super) fn median(samples: &Samples, dims: [usize; 3], radius: usize) -> Samples {
     with_samples!(samples, s => Samples::from(medians(s, dims, radius)))
 }
@@ -122,7 +121,7 @@ fn medians<T: Copy + Send + Sync + PartialOrd>(values: &[T], dims: [usize; 3], r
     medians
 }
 
-/// Means of blocks of n samples along every axis; float64 where the samples are wider than float32.
+/// Means of blocks of n samples along every axis; float64 if float32 cannot represent the samples.
 pub(super) fn block_means(samples: &Samples, dims: [usize; 3], n: usize) -> Samples {
     let means = with_samples!(samples, s => means(s, dims, n));
     if samples.is_wide() {

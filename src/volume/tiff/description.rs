@@ -4,17 +4,17 @@ use std::io;
 
 use quick_xml::events::{BytesStart, Event};
 
-use crate::volume::Unit;
-use crate::volume::decode::invalid;
+use crate::volume::data_error::invalid;
+use crate::volume::placement::Unit;
 use crate::volume::text::shortened;
 
-/// What a description tells of the pages.
+/// Pages and spacing by the description.
 #[derive(Debug, Default)]
 pub(super) struct Described {
-    /// Whether it tells of pages at all.
+    /// Whether it is OME-XML or of ImageJ.
     pub(super) is_any: bool,
     pub(super) is_imagej: bool,
-    /// How many pages there are.
+    /// Number of pages.
     pub(super) n_pages: Option<usize>,
     n_channels: usize,
     n_frames: usize,
@@ -25,17 +25,17 @@ pub(super) struct Described {
     pub(super) unit: Unit,
 }
 
-/// Which page is which.
+/// The order of slices, channels and frames among the pages.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Order {
+pub(super) struct PageOrder {
     pub(super) n_slices: usize,
     pub(super) n_channels: usize,
     pub(super) n_frames: usize,
     axes: [char; 3],
 }
 
-impl Order {
-    /// The page of a slice.
+impl PageOrder {
+    /// The index of a page.
     pub(super) fn page(&self, channel: usize, slice: usize, frame: usize) -> usize {
         let mut page = 0;
         for axis in self.axes.iter().rev() {
@@ -51,22 +51,22 @@ impl Order {
 }
 
 impl Described {
-    /// The order of so many pages.
+    /// The order of `n_pages` pages.
     ///
     /// # Errors
     ///
-    /// `InvalidData` where channels and frames do not divide them.
-    pub(super) fn order(&self, n_pages: usize) -> io::Result<Order> {
+    /// `InvalidData` if channels and frames do not divide them, or the description has another number.
+    pub(super) fn order(&self, n_pages: usize) -> io::Result<PageOrder> {
         let (n_channels, n_frames) = (self.n_channels.max(1), self.n_frames.max(1));
         let each = n_channels.saturating_mul(n_frames);
         if !n_pages.is_multiple_of(each) || self.n_pages.is_some_and(|n| n != n_pages) {
-            let told = self.n_pages.map_or(String::new(), |n| format!(", {n} in all"));
+            let in_all = self.n_pages.map_or(String::new(), |n| format!(", {n} in all"));
             return Err(invalid(format!(
-                "{n_pages} pages, expected {n_channels} channels of {n_frames} frames{told} as the description tells (files in several parts are not read)"
+                "{n_pages} pages, expected {n_channels} channels of {n_frames} frames{in_all} by the description (files in several parts are not supported)"
             )));
         }
         let axes = if self.is_any { self.axes } else { ['Z', 'C', 'T'] };
-        Ok(Order { n_slices: n_pages / each, n_channels, n_frames, axes })
+        Ok(PageOrder { n_slices: n_pages / each, n_channels, n_frames, axes })
     }
 }
 
@@ -74,7 +74,7 @@ impl Described {
 ///
 /// # Errors
 ///
-/// `InvalidData` where it is of a known form and damaged.
+/// `InvalidData` for damaged OME-XML.
 pub(super) fn read(text: &str) -> io::Result<Described> {
     if text.starts_with("ImageJ=") {
         return Ok(of_imagej(text));
@@ -158,7 +158,7 @@ fn of_pixels(tag: &BytesStart<'_>) -> io::Result<Described> {
         is_any: true,
         is_imagej: false,
         n_pages: None,
-        n_channels: if text_has_colours(n_channels, tag) { 1 } else { n_channels },
+        n_channels: if channels_are_colours(n_channels, tag) { 1 } else { n_channels },
         n_frames,
         axes,
         spacing,
@@ -168,7 +168,7 @@ fn of_pixels(tag: &BytesStart<'_>) -> io::Result<Described> {
 }
 
 /// Whether the channels are colours of each page.
-fn text_has_colours(n_channels: usize, tag: &BytesStart<'_>) -> bool {
+fn channels_are_colours(n_channels: usize, tag: &BytesStart<'_>) -> bool {
     let interleaved = tag.try_get_attribute("Interleaved").ok().flatten();
     n_channels > 1 && interleaved.is_some_and(|value| value.value == "true")
 }

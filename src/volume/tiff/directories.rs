@@ -1,18 +1,18 @@
-//! Checks the directories of a TIFF file before the decoder sees them: it takes memory for as many values as a directory
-//! claims, up to a limit that the first of them escapes.
+//! Checks the directories of a TIFF file before decoding: the decoder allocates memory for as many values as a directory
+//! declares, and does not apply its limit to the first.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use crate::volume::decode::invalid;
+use crate::volume::data_error::invalid;
 
 /// Bytes of a value, by the number of its type from 1 on.
 const SIZES: [u64; 18] = [1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8];
 
-/// Checks that every value of every directory lies in a file of `length` bytes, and leaves the reader at its start.
+/// Checks that every value of every directory is in a file of `length` bytes, and leaves the reader at the start.
 ///
 /// # Errors
 ///
-/// `InvalidData` where one does not, or the directories go in a circle. What is no TIFF at all is left to the decoder.
+/// `InvalidData` if one is not, or the directories form a circle. The decoder rejects files that are not TIFF.
 pub(super) fn check(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
     let found = check_all(reader, length);
     reader.seek(SeekFrom::Start(0))?;
@@ -37,7 +37,9 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
     let mut at = file.next(width)?;
     let mut n_left = length / 6 + 1;
     while at != 0 {
-        n_left = n_left.checked_sub(1).ok_or_else(|| invalid("pages that go in a circle"))?;
+        n_left = n_left
+            .checked_sub(1)
+            .ok_or_else(|| invalid("directories of pages that form a circle"))?;
         file.reader.seek(SeekFrom::Start(at))?;
         let n_entries = file.next(if is_big { 8 } else { 2 })?;
         if n_entries > length / 12 {
@@ -59,14 +61,14 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
     Ok(())
 }
 
-/// The numbers of a file.
+/// Reads numbers in the byte order of the file.
 struct Numbers<'a, R> {
     reader: &'a mut R,
     big_endian: bool,
 }
 
 impl<R: Read> Numbers<'_, R> {
-    /// The next number, of so many bytes.
+    /// The next number, of `width` bytes.
     fn next(&mut self, width: usize) -> io::Result<u64> {
         let mut bytes = [0; 8];
         self.reader.read_exact(&mut bytes[..width])?;

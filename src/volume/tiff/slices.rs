@@ -7,23 +7,26 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
-use crate::volume::decode::picked;
+use crate::volume::decode::select_channel;
+use crate::volume::format::is_slice_image;
+use crate::volume::layout::Channel;
+use crate::volume::placement::Placement;
+use crate::volume::read_options::ReadOptions;
+use crate::volume::samples::{SampleGrid, Samples};
 use crate::volume::select::one_of;
-use crate::volume::stream::Channel;
-use crate::volume::{Grid, Placement, ReadOptions, Samples};
 
-/// The files of slices in a folder, by their numbers: the last digits of their names.
+/// The slices of a folder by number: the last digits of the file name.
 ///
 /// # Errors
 ///
-/// [`Error::Io`] if the folder cannot be read; [`Error::Input`] where a slice has no number, two have one, or one is missing
+/// [`Error::Io`] if the folder cannot be read; [`Error::Input`] if a slice has no number, two have the same, or one is missing
 /// between others.
 pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let shown = folder.display();
     let mut found: BTreeMap<u64, PathBuf> = BTreeMap::new();
     for entry in std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))? {
         let path = entry.map_err(|e| Error::io(folder, e))?.path();
-        if !is_picture(&path) {
+        if !is_slice_image(&path) {
             continue;
         }
         let number = number(&path).ok_or_else(|| {
@@ -31,7 +34,7 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
         })?;
         if let Some(other) = found.insert(number, path.clone()) {
             return Err(Error::input(format!(
-                "{}: slice {number}, as is {}",
+                "{}: slice {number}, the same as {}",
                 path.display(),
                 other.display()
             )));
@@ -44,19 +47,13 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     };
     if let Some(pair) = numbers.windows(2).find(|pair| pair[1] - pair[0] != step) {
         return Err(Error::input(format!(
-            "{shown}: slices {} and {} are {} apart, the first two {step}: expected no gaps",
+            "{shown}: slices {} and {} are {} numbers apart, the first two {step}; expected no gaps",
             pair[0],
             pair[1],
             pair[1] - pair[0]
         )));
     }
     Ok(found.into_values().collect())
-}
-
-/// Whether a file is a slice by the extension of its name.
-pub(crate) fn is_picture(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    matches!(extension.as_str(), "tif" | "tiff" | "png")
 }
 
 /// The last digits of a name.
@@ -72,63 +69,66 @@ fn number(path: &Path) -> Option<u64> {
 /// # Errors
 ///
 /// [`Error::Io`] if one cannot be read; [`Error::Input`] for damaged ones, and those that differ in size or type.
-pub(crate) fn read(folder: &Path, options: &ReadOptions) -> Result<Grid> {
+pub(crate) fn read(folder: &Path, options: &ReadOptions) -> Result<SampleGrid> {
     let files = files(folder)?;
-    let mut all: Option<(Samples, [usize; 3], Placement)> = None;
+    let mut all: Option<SampleGrid> = None;
     for path in &files {
-        let (dims, samples, placement) = read_slice(path, options)?;
-        let Some((before, first, _)) = &mut all else {
-            all = Some((samples, dims, placement));
+        let slice = read_slice(path, options)?;
+        let Some(SampleGrid { samples, dims, .. }) = &mut all else {
+            all = Some(slice);
             continue;
         };
-        let is_same = std::mem::discriminant(before) == std::mem::discriminant(&samples);
-        if dims != *first || !is_same {
+        let is_same_type =
+            std::mem::discriminant(samples) == std::mem::discriminant(&slice.samples);
+        if slice.dims != *dims || !is_same_type {
             return Err(Error::input(format!(
                 "{}: a slice of {}x{} {}, expected {}x{} {} as the first",
                 path.display(),
+                slice.dims[0],
+                slice.dims[1],
+                slice.samples.type_name(),
                 dims[0],
                 dims[1],
-                samples.type_name(),
-                first[0],
-                first[1],
-                before.type_name()
+                samples.type_name()
             )));
         }
-        before.append(samples).map_err(|e| Error::input(format!("{}: {e}", folder.display())))?;
+        let appended = samples.append(slice.samples);
+        appended.map_err(|e| Error::input(format!("{}: {e}", folder.display())))?;
     }
-    let (samples, [x, y, _], placement) = all.ok_or_else(|| none(folder))?;
-    Ok(([x, y, files.len()], samples, placement))
+    let mut all = all.ok_or_else(|| no_slices(folder))?;
+    all.dims[2] = files.len();
+    Ok(all)
 }
 
-/// What to say of a folder without slices.
-fn none(folder: &Path) -> Error {
+/// The error for a folder without slices.
+fn no_slices(folder: &Path) -> Error {
     Error::input(format!(
         "{}: a folder without slices, expected numbered .tif or .png files, or DICOM files of a series",
         folder.display()
     ))
 }
 
-fn read_slice(path: &Path, options: &ReadOptions) -> Result<Grid> {
+fn read_slice(path: &Path, options: &ReadOptions) -> Result<SampleGrid> {
     let opened = input::open(path)?;
     let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
     let grid =
         if is_png { read_png(path, opened, options)? } else { super::read(path, opened, options)? };
-    if grid.0[2] != 1 {
-        let n = grid.0[2];
-        return Err(Error::input(format!("{}: {n} pages, expected a slice", path.display())));
+    if grid.dims[2] != 1 {
+        let n = grid.dims[2];
+        return Err(Error::input(format!("{}: {n} pages, expected one", path.display())));
     }
     Ok(grid)
 }
 
-fn read_png(path: &Path, (file, length): (File, u64), options: &ReadOptions) -> Result<Grid> {
+fn read_png(path: &Path, (file, length): (File, u64), options: &ReadOptions) -> Result<SampleGrid> {
     let wrong = |e: String| Error::input(format!("{}: {e}", path.display()));
     let mut decoder = png::Decoder::new(BufReader::new(file));
-    // A byte of deflate stands for at most so many.
-    let most = usize::try_from(length.saturating_mul(super::PACKING_RATIO)).unwrap_or(usize::MAX);
-    decoder.set_limits(png::Limits { bytes: most });
+    let max_bytes =
+        usize::try_from(length.saturating_mul(super::MAX_COMPRESSION_RATIO)).unwrap_or(usize::MAX);
+    decoder.set_limits(png::Limits { bytes: max_bytes });
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(|e| wrong(e.to_string()))?;
-    let n_bytes = reader.output_buffer_size().filter(|&n| n <= most);
+    let n_bytes = reader.output_buffer_size().filter(|&n| n <= max_bytes);
     let n_bytes =
         n_bytes.ok_or_else(|| wrong(format!("more pixels than {length} bytes can hold")))?;
     let mut bytes = vec![0; n_bytes];
@@ -144,9 +144,9 @@ fn read_png(path: &Path, (file, length): (File, u64), options: &ReadOptions) -> 
         }
         other => return Err(wrong(format!("pixels of {other:?} bits, expected 8 or 16"))),
     };
-    let samples = picked(samples, Channel { index, of });
+    let samples = select_channel(samples, Channel { index, of });
     let dims = [info.width as usize, info.height as usize, 1];
-    Ok((dims, samples, Placement::IDENTITY))
+    Ok(SampleGrid { dims, samples, placement: Placement::IDENTITY })
 }
 
 #[cfg(test)]

@@ -4,34 +4,36 @@ use std::io;
 
 use quick_xml::events::BytesStart;
 
-use super::attribute;
-use crate::volume::Samples;
-use crate::volume::decode::{SampleType, invalid, picked};
-use crate::volume::stream::Layout;
-use crate::volume::text::{self, shortened};
+use super::xml::attribute;
+use crate::volume::data_error::invalid;
+use crate::volume::decode::select_channel;
+use crate::volume::layout::{SampleLayout, SampleType};
+use crate::volume::samples::Samples;
+use crate::volume::text;
+use crate::volume::text::shortened;
 
-/// Where the samples of an array are.
+/// The samples of an array.
 #[derive(Debug)]
-pub(super) enum Place {
+pub(super) enum ArrayData {
     /// In its element, as numbers.
     Text(String),
     /// In its element, as base64.
     Base64(String),
-    /// So many bytes into what is appended.
+    /// At this byte of the appended data.
     Appended(u64),
 }
 
 #[derive(Debug)]
-pub(super) struct Array {
+pub(super) struct VtiArray {
     pub(super) name: String,
     pub(super) is_of_cells: bool,
     pub(super) n_channels: usize,
-    pub(super) place: Place,
+    pub(super) data: ArrayData,
     type_name: String,
 }
 
-/// What the tag of an array tells.
-pub(super) fn of_tag(tag: &BytesStart<'_>, is_of_cells: bool) -> io::Result<Array> {
+/// Parses the tag of an array.
+pub(super) fn parse_tag(tag: &BytesStart<'_>, is_of_cells: bool) -> io::Result<VtiArray> {
     let text = |name: &str| Ok::<_, io::Error>(attribute(tag, name)?.unwrap_or_default());
     let n_channels = match text("NumberOfComponents")?.as_str() {
         "" => 1,
@@ -39,12 +41,12 @@ pub(super) fn of_tag(tag: &BytesStart<'_>, is_of_cells: bool) -> io::Result<Arra
             invalid(format!("NumberOfComponents '{}', expected 1 or more", shortened(n)))
         })?,
     };
-    let place = match text("format")?.as_str() {
-        "ascii" | "" => Place::Text(String::new()),
-        "binary" => Place::Base64(String::new()),
+    let data = match text("format")?.as_str() {
+        "ascii" | "" => ArrayData::Text(String::new()),
+        "binary" => ArrayData::Base64(String::new()),
         "appended" => {
             let offset = text("offset")?;
-            Place::Appended(offset.trim().parse().map_err(|_| {
+            ArrayData::Appended(offset.trim().parse().map_err(|_| {
                 invalid(format!("offset '{}', expected a number", shortened(&offset)))
             })?)
         }
@@ -53,29 +55,29 @@ pub(super) fn of_tag(tag: &BytesStart<'_>, is_of_cells: bool) -> io::Result<Arra
             return Err(invalid(format!("format '{other}', expected ascii, binary or appended")));
         }
     };
-    Ok(Array { name: text("Name")?, is_of_cells, n_channels, place, type_name: text("type")? })
+    Ok(VtiArray { name: text("Name")?, is_of_cells, n_channels, data, type_name: text("type")? })
 }
 
-impl Array {
-    /// The type is looked at only where the array is chosen.
+impl VtiArray {
+    /// The number type, which only the chosen array needs.
     pub(super) fn sample_type(&self) -> io::Result<SampleType> {
         SampleType::from_name(&self.type_name).ok_or_else(|| {
             invalid(format!("type '{}', expected a number type", shortened(&self.type_name)))
         })
     }
 
-    /// Takes text of its element.
+    /// Appends text of the element.
     pub(super) fn add_text(&mut self, more: &str) {
-        if let Place::Text(text) | Place::Base64(text) = &mut self.place {
+        if let ArrayData::Text(text) | ArrayData::Base64(text) = &mut self.data {
             text.push_str(more);
         }
     }
 }
 
-/// Samples written as numbers.
-pub(super) fn of_text(text: &str, layout: &Layout) -> io::Result<Samples> {
+/// Reads samples that are text.
+pub(super) fn read_text(text: &str, layout: &SampleLayout) -> io::Result<Samples> {
     let (n, _) = layout.size()?;
     let all = n.checked_mul(layout.channel.of).ok_or_else(|| invalid("too many samples"))?;
-    let samples = text::samples(text.as_bytes(), layout.sample_type, all, &layout.what())?;
-    Ok(picked(samples, layout.channel))
+    let samples = text::samples(text.as_bytes(), layout.sample_type, all, &layout.describe())?;
+    Ok(select_channel(samples, layout.channel))
 }

@@ -1,4 +1,4 @@
-//! The bytes of an array: its length, or those of its packed blocks, and then the samples.
+//! The bytes of an array: its length, or the lengths of its compressed blocks, then the samples.
 
 use std::io::{self, Read};
 
@@ -6,25 +6,26 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use flate2::read::ZlibDecoder;
 
-use crate::volume::Samples;
-use crate::volume::decode::invalid;
-use crate::volume::stream::{self, Layout};
+use crate::volume::data_error::invalid;
+use crate::volume::layout::SampleLayout;
+use crate::volume::samples::Samples;
+use crate::volume::stream;
 
-/// How the arrays of a file are written.
+/// The encoding of the arrays of a file.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Encoding {
+pub(super) struct VtiEncoding {
     pub(super) big_endian: bool,
-    /// Bytes of a length.
+    /// Bytes of a length: 4 or 8.
     pub(super) length_bytes: usize,
     /// Whether samples are in blocks of zlib.
-    pub(super) is_packed: bool,
+    pub(super) is_compressed: bool,
 }
 
-impl Encoding {
-    pub(super) const PLAIN: Encoding =
-        Encoding { big_endian: false, length_bytes: 4, is_packed: false };
+impl VtiEncoding {
+    pub(super) const PLAIN: VtiEncoding =
+        VtiEncoding { big_endian: false, length_bytes: 4, is_compressed: false };
 
-    fn length(self, reader: &mut impl Read) -> io::Result<u64> {
+    fn read_length(self, reader: &mut impl Read) -> io::Result<u64> {
         let mut bytes = [0; 8];
         let read = &mut bytes[..self.length_bytes];
         reader.read_exact(read)?;
@@ -39,110 +40,110 @@ impl Encoding {
 pub(super) fn read(
     reader: &mut impl Read,
     left: u64,
-    encoding: Encoding,
-    layout: &Layout,
+    encoding: VtiEncoding,
+    layout: &SampleLayout,
 ) -> io::Result<Samples> {
     let (_, n_bytes) = layout.size()?;
-    let what = layout.what();
-    let ends = |e| stream::damaged(e, n_bytes, &what);
-    if !encoding.is_packed {
-        let found = encoding.length(reader).map_err(ends)?;
+    let what = layout.describe();
+    let describe = |e| stream::describe_damage(e, n_bytes, &what);
+    if !encoding.is_compressed {
+        let found = encoding.read_length(reader).map_err(describe)?;
         if found != n_bytes || n_bytes > left {
-            let found = found.min(left);
-            return Err(invalid(format!(
-                "{found} bytes of samples, expected {n_bytes} for {what}"
-            )));
+            return Err(layout.wrong_length(found.min(left), n_bytes));
         }
-        return stream::unpacked(reader, left, layout).map_err(ends);
+        return stream::read_decompressed(reader, left, layout).map_err(describe);
     }
-    let lengths = Lengths::read(reader, left, encoding).map_err(ends)?;
-    if lengths.unpacked != n_bytes {
-        let found = lengths.unpacked;
-        return Err(invalid(format!("{found} bytes of samples, expected {n_bytes} for {what}")));
+    let lengths = Lengths::read(reader, left, encoding).map_err(describe)?;
+    if lengths.n_bytes != n_bytes {
+        return Err(layout.wrong_length(lengths.n_bytes, n_bytes));
     }
     let mut blocks = Blocks {
         reader,
         sizes: lengths.sizes.into_iter(),
         block: Vec::new(),
         at: 0,
-        most: lengths.largest,
+        max_block_bytes: lengths.largest,
     };
-    let samples = stream::unpacked(&mut blocks, left, layout).map_err(ends)?;
+    let samples = stream::read_decompressed(&mut blocks, left, layout).map_err(describe)?;
     Ok(samples)
 }
 
-/// Reads an array that is written as base64: its lengths by themselves where it is packed.
-pub(super) fn read_base64(text: &[u8], encoding: Encoding, layout: &Layout) -> io::Result<Samples> {
+/// Reads an array in base64. The lengths of a compressed array are encoded separately.
+pub(super) fn read_base64(
+    text: &[u8],
+    encoding: VtiEncoding,
+    layout: &SampleLayout,
+) -> io::Result<Samples> {
     let text: Vec<u8> = text.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
-    if !encoding.is_packed {
+    if !encoding.is_compressed {
         let wanted = layout.size()?.1.saturating_add(encoding.length_bytes as u64);
-        let bytes = decoded(part(&text, 0, wanted))?;
+        let bytes = decode_base64(part(&text, 0, wanted))?;
         return read(&mut &bytes[..], bytes.len() as u64, encoding, layout);
     }
-    // How many blocks there are tells how long the lengths are.
-    let mut first = &decoded(part(&text, 0, encoding.length_bytes as u64))?[..];
-    let n = encoding.length(&mut first)?;
-    let n_head = n.saturating_add(3).saturating_mul(encoding.length_bytes as u64);
-    let head = decoded(part(&text, 0, n_head))?;
-    let head = &head[..head.len().min(usize::try_from(n_head).unwrap_or(usize::MAX))];
+    // The first length is the number of blocks.
+    let mut first = &decode_base64(part(&text, 0, encoding.length_bytes as u64))?[..];
+    let n = encoding.read_length(&mut first)?;
+    let n_lengths_bytes = n.saturating_add(3).saturating_mul(encoding.length_bytes as u64);
+    let head = decode_base64(part(&text, 0, n_lengths_bytes))?;
+    let head = &head[..head.len().min(usize::try_from(n_lengths_bytes).unwrap_or(usize::MAX))];
     let lengths = Lengths::read(&mut &head[..], head.len() as u64, encoding)?;
-    let start = letters(n_head);
-    let packed = lengths.sizes.iter().fold(0u64, |sum, &n| sum.saturating_add(n));
+    let start = n_characters(n_lengths_bytes);
+    let compressed = lengths.sizes.iter().fold(0u64, |sum, &n| sum.saturating_add(n));
     let mut bytes = head.to_vec();
-    bytes.extend(decoded(part(&text, start, packed))?);
+    bytes.extend(decode_base64(part(&text, start, compressed))?);
     read(&mut &bytes[..], bytes.len() as u64, encoding, layout)
 }
 
-/// How many letters stand for so many bytes.
-fn letters(n_bytes: u64) -> u64 {
+/// Characters of base64 for a number of bytes.
+fn n_characters(n_bytes: u64) -> u64 {
     n_bytes.div_ceil(3).saturating_mul(4)
 }
 
-/// The letters from `start` on that stand for so many bytes, as far as they are there.
+/// The characters from `start` on for `n_bytes` bytes, as far as there are.
 fn part(text: &[u8], start: u64, n_bytes: u64) -> &[u8] {
     let clamp = |at: u64| usize::try_from(at).unwrap_or(usize::MAX).min(text.len());
-    &text[clamp(start)..clamp(start.saturating_add(letters(n_bytes)))]
+    &text[clamp(start)..clamp(start.saturating_add(n_characters(n_bytes)))]
 }
 
-fn decoded(letters: &[u8]) -> io::Result<Vec<u8>> {
-    // Whole groups of four; what was cut short is missed later.
-    let whole = &letters[..letters.len() / 4 * 4];
-    // An array whose lengths are padded goes on after the padding.
+fn decode_base64(characters: &[u8]) -> io::Result<Vec<u8>> {
+    // Whole groups of four; a later check finds missing bytes.
+    let whole = &characters[..characters.len() / 4 * 4];
+    // Padding ends the lengths; the blocks follow it.
     let end = whole.chunks_exact(4).position(|group| group.contains(&b'='));
     let end = end.map_or(whole.len(), |group| 4 * (group + 1));
     STANDARD.decode(&whole[..end]).map_err(|e| invalid(format!("damaged base64: {e}")))
 }
 
-/// The head of packed data.
+/// The lengths before compressed blocks.
 struct Lengths {
-    /// Packed bytes of each block.
+    /// Compressed bytes of each block.
     sizes: Vec<u64>,
-    /// Bytes of all blocks once unpacked, and of the largest.
-    unpacked: u64,
+    /// Decompressed bytes of all blocks, and of the largest.
+    n_bytes: u64,
     largest: u64,
 }
 
 impl Lengths {
-    fn read(reader: &mut impl Read, left: u64, encoding: Encoding) -> io::Result<Self> {
-        let mut next = || encoding.length(reader);
+    fn read(reader: &mut impl Read, left: u64, encoding: VtiEncoding) -> io::Result<Self> {
+        let mut next = || encoding.read_length(reader);
         let (n, each, last) = (next()?, next()?, next()?);
         if n.saturating_mul(encoding.length_bytes as u64) > left {
-            return Err(invalid(format!("{n} packed blocks, more than the file has room for")));
+            return Err(invalid(format!("{n} compressed blocks, more than the file can hold")));
         }
         let sizes = (0..n).map(|_| next()).collect::<io::Result<Vec<u64>>>()?;
         let whole = if last == 0 { n } else { n.saturating_sub(1) };
-        let unpacked = whole.saturating_mul(each).saturating_add(if n > 0 { last } else { 0 });
-        Ok(Lengths { sizes, unpacked, largest: each.max(last) })
+        let n_bytes = whole.saturating_mul(each).saturating_add(if n > 0 { last } else { 0 });
+        Ok(Lengths { sizes, n_bytes, largest: each.max(last) })
     }
 }
 
-/// Unpacks one block after the other.
+/// Decompresses one block after the other.
 struct Blocks<'a, R> {
     reader: &'a mut R,
     sizes: std::vec::IntoIter<u64>,
     block: Vec<u8>,
     at: usize,
-    most: u64,
+    max_block_bytes: u64,
 }
 
 impl<R: Read> Read for Blocks<'_, R> {
@@ -151,11 +152,11 @@ impl<R: Read> Read for Blocks<'_, R> {
             let Some(size) = self.sizes.next() else { return Ok(0) };
             self.block.clear();
             self.at = 0;
-            let mut packed = ZlibDecoder::new(self.reader.by_ref().take(size));
-            packed.by_ref().take(self.most).read_to_end(&mut self.block)?;
-            // The checksum behind the block, and what is left of its bytes.
-            let _more = packed.read(&mut [0])?;
-            io::copy(&mut packed.into_inner(), &mut io::sink())?;
+            let mut compressed = ZlibDecoder::new(self.reader.by_ref().take(size));
+            compressed.by_ref().take(self.max_block_bytes).read_to_end(&mut self.block)?;
+            // Verify the checksum and skip the remaining bytes of the block.
+            let _more = compressed.read(&mut [0])?;
+            io::copy(&mut compressed.into_inner(), &mut io::sink())?;
         }
         let n = wanted.len().min(self.block.len() - self.at);
         wanted[..n].copy_from_slice(&self.block[self.at..self.at + n]);

@@ -116,7 +116,7 @@ fn headers_cannot_ask_for_memory_their_file_has_not_earned() {
     assert_mentions(&message(&write(&folder, "long.npy", &long)), &["header of 4294967295 bytes"]);
     let endless = [b"NRRD0004\ncontent: ", &vec![b'x'; 1 << 21][..]].concat();
     let endless = write(&folder, "endless.nrrd", &endless);
-    assert_mentions(&message(&endless), &["header does not end"]);
+    assert_mentions(&message(&endless), &["header", "1048576 bytes"]);
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn gzip_data_longer_than_the_header_says_are_not_inflated() {
     let n = wrong_checksum.len();
     wrong_checksum[n - 8] ^= 1;
     let path = write(&folder, "a.nrrd", &[header, wrong_checksum].concat());
-    assert_mentions(&message(&path), &["damaged gzip data"]);
+    assert_mentions(&message(&path), &["damaged"]);
 }
 
 #[test]

@@ -61,12 +61,12 @@ fn a_slice_stands_for_its_series() {
 }
 
 #[test]
-fn slices_that_are_missing_double_or_of_another_size_are_named() {
+fn slices_that_are_missing_duplicate_or_of_another_size_are_named() {
     let folder = copy("dicom_tilted");
     let (second, third) = (folder.path().join("tilted_1_2.dcm"), folder.path().join("tilted_0_2"));
     let copied = folder.path().join("again");
     std::fs::copy(&third, &copied).expect("room");
-    assert_mentions(&message(folder.path()), &["again (at 11.000 mm)", "lie at the same place"]);
+    assert_mentions(&message(folder.path()), &["again (at 11.000 mm)", "same position"]);
     std::fs::remove_file(&copied).expect("there");
     replace(&second, b"\\9", b"\\8");
     assert_mentions(&message(folder.path()), &["tilted_2_2 (at 7.000 mm)", "are 1.000 mm apart"]);
@@ -78,13 +78,14 @@ fn slices_that_are_missing_double_or_of_another_size_are_named() {
 }
 
 #[test]
-fn packed_samples_are_named_with_the_way_to_unpack_them() {
+fn unsupported_compression_is_named_with_the_way_to_decompress_it() {
     let folder = copy("dicom_tilted");
     let slice = folder.path().join("tilted_0_2");
-    for (syntax, name) in
-        [("1.2.840.10008.1.2.9\0", "'1.2.840.10008.1.2.9'"), ("1.2.840.10008.1.2.4\0", "packed")]
-    {
-        let path = folder.path().join("packed");
+    for (syntax, name) in [
+        ("1.2.840.10008.1.2.9\0", "'1.2.840.10008.1.2.9'"),
+        ("1.2.840.10008.1.2.4\0", "1.2.840.10008.1.2.4"),
+    ] {
+        let path = folder.path().join("compressed");
         std::fs::copy(&slice, &path).expect("room");
         replace(&path, b"1.2.840.10008.1.2.1\0", syntax.as_bytes());
         assert_mentions(&message(&path), &[name, "gdcmconv --raw", "dcm2niix"]);

@@ -208,7 +208,7 @@ fn nrrd_space_is_the_world_frame() {
     assert!(placement.is_sheared());
     assert_eq!((placement.space, placement.unit), (Space::Unknown, Unit::Um));
     let flat = "space directions: (1,0,0) (0,1,0) (1,1,0)\nencoding: raw\n";
-    assert_mentions(&message(&place(flat)), &["axis directions", "in a plane"]);
+    assert_mentions(&message(&place(flat)), &["axis directions", "linearly independent"]);
     // Left-anterior-superior becomes RAS, and lies where it did.
     let las = "space: LAS\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (5,6,7)\nencoding: raw\n";
     let placement = *read_ok(&place(las)).placement();

@@ -1,12 +1,12 @@
-//! Frames that are packed: by run lengths, as JPEG, or as JPEG 2000.
+//! Compressed frames: run length encoding, JPEG, JPEG 2000.
 //!
 //! Source: DICOM PS3.5, 8.2 and A.4. JPEG (8-bit, and lossless up to 16 bits) and JPEG 2000 are decoded by crates of pure
-//! Rust. Numbers of a colour are handed on as they are stored.
+//! Rust. Colours are not converted.
 //!
 //! # Invariants
 //!
-//! The size that a picture tells is held against that of the image before anything is unpacked, and that of the image
-//! against the length of its file.
+//! Before decompression, the size in the frame is checked against that of the image, and that of the image against the
+//! length of its file.
 
 use std::io;
 
@@ -14,20 +14,20 @@ use hayro_jpeg2000::{DecodeSettings, DecoderContext};
 use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 
 use super::rle;
-use crate::volume::decode::invalid;
+use crate::volume::data_error::invalid;
 
-/// How frames are packed.
+/// The compression of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Codec {
     /// Run lengths.
-    Runs,
+    Rle,
     Jpeg,
     Jpeg2000,
 }
 
-/// What a frame holds once it is unpacked.
+/// The samples of a decompressed frame.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shape {
+pub(super) struct FrameShape {
     /// Columns and rows.
     pub(super) size: [usize; 2],
     /// Numbers of each sample.
@@ -36,20 +36,19 @@ pub(super) struct Shape {
     pub(super) n_bytes: usize,
 }
 
-/// Most bytes of samples that a byte of a file with packed frames may stand for.
-pub(super) const RATIO: u64 = 512;
+/// Most bytes of samples per byte of a file with compressed frames.
+pub(super) const MAX_COMPRESSION_RATIO: u64 = 512;
 
-/// How a codestream of JPEG 2000 begins; at which of its bytes it tells how many components there are, and precision and
-/// sign of the first one.
+/// The start of a JPEG 2000 codestream; its bytes with the number of components, and with precision and sign of the first.
 const CODESTREAM: [u8; 4] = [0xff, 0x4f, 0xff, 0x51];
 const N_COMPONENTS: usize = 40;
 const PRECISION: usize = 42;
 
 impl Codec {
-    /// That of a transfer syntax; none of others.
+    /// The codec of a transfer syntax, if it is supported.
     pub(super) fn of(syntax: &str) -> Option<Codec> {
         match syntax.strip_prefix("1.2.840.10008.1.2.")? {
-            "5" => Some(Codec::Runs),
+            "5" => Some(Codec::Rle),
             "4.50" | "4.51" | "4.57" | "4.70" => Some(Codec::Jpeg),
             "4.90" | "4.91" => Some(Codec::Jpeg2000),
             _ => None,
@@ -60,38 +59,38 @@ impl Codec {
     ///
     /// # Errors
     ///
-    /// `InvalidData` where the frame is damaged, or of another shape.
-    pub(super) fn unpacked(self, bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
-        let Shape { size: [x, y], n_channels, n_bytes } = shape;
+    /// `InvalidData` if the frame is damaged or has another shape.
+    pub(super) fn decompress(self, bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
+        let FrameShape { size: [x, y], n_channels, n_bytes } = shape;
         match self {
-            Codec::Runs => rle::unpacked(bytes, x * y, n_bytes, n_channels),
-            Codec::Jpeg => jpeg(bytes, shape),
-            Codec::Jpeg2000 => jpeg_2000(bytes, shape),
+            Codec::Rle => rle::decompress(bytes, x * y, n_bytes, n_channels),
+            Codec::Jpeg => decode_jpeg(bytes, shape),
+            Codec::Jpeg2000 => decode_jpeg_2000(bytes, shape),
         }
     }
 }
 
-impl Shape {
-    /// Checks what a picture tells of itself.
+impl FrameShape {
+    /// Checks the shape in the header of a compressed frame.
     fn check(self, x: usize, y: usize, n_channels: usize, n_bits: usize) -> io::Result<()> {
         let [width, height] = self.size;
         if [x, y] == self.size && n_channels == self.n_channels && n_bits <= 8 * self.n_bytes {
             return Ok(());
         }
         Err(invalid(format!(
-            "a picture of {x}x{y} with {n_channels} numbers of {n_bits} bits, expected {width}x{height} with {} of {}",
+            "a frame of {x}x{y} with {n_channels} numbers of {n_bits} bits, expected {width}x{height} with {} of {}",
             self.n_channels,
             8 * self.n_bytes
         )))
     }
 }
 
-fn jpeg(bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
+fn decode_jpeg(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
     let damaged = |e: jpeg_decoder::Error| invalid(format!("damaged JPEG: {e}"));
     let mut decoder = Decoder::new(bytes);
     decoder.set_color_transform(ColorTransform::None);
     decoder.read_info().map_err(damaged)?;
-    let info = decoder.info().ok_or_else(|| invalid("a JPEG that tells no size"))?;
+    let info = decoder.info().ok_or_else(|| invalid("a JPEG without a size"))?;
     let (n_channels, n_bits) = match info.pixel_format {
         PixelFormat::L8 => (1, 8),
         PixelFormat::L16 => (1, 16),
@@ -101,20 +100,21 @@ fn jpeg(bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
     shape.check(usize::from(info.width), usize::from(info.height), n_channels, n_bits)?;
     let numbers = decoder.decode().map_err(damaged)?;
     let found = numbers.len() * 8 / n_bits;
-    if found != shape.size[0] * shape.size[1] * n_channels {
-        return Err(invalid(format!("a JPEG of {found} numbers, expected others")));
+    let expected = shape.size[0] * shape.size[1] * n_channels;
+    if found != expected {
+        return Err(invalid(format!("a JPEG of {found} numbers, expected {expected}")));
     }
-    // 16 bits are in the order of the machine.
+    // 16-bit numbers have the native byte order.
     Ok(match n_bits {
-        16 => widened(
+        16 => low_bytes(
             numbers.chunks_exact(2).map(|n| u32::from(u16::from_ne_bytes([n[0], n[1]]))),
             shape.n_bytes,
         ),
-        _ => widened(numbers.into_iter().map(u32::from), shape.n_bytes),
+        _ => low_bytes(numbers.into_iter().map(u32::from), shape.n_bytes),
     })
 }
 
-fn jpeg_2000(bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
+fn decode_jpeg_2000(bytes: &[u8], shape: FrameShape) -> io::Result<Vec<u8>> {
     let damaged = |e: hayro_jpeg2000::DecodeError| invalid(format!("damaged JPEG 2000: {e}"));
     let settings = DecodeSettings { strict: true, ..DecodeSettings::default() };
     let image = hayro_jpeg2000::Image::new(bytes, &settings).map_err(damaged)?;
@@ -126,7 +126,7 @@ fn jpeg_2000(bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
     };
     let n_components = u16::from_be_bytes([head[N_COMPONENTS], head[N_COMPONENTS + 1]]);
     shape.check(width, height, usize::from(n_components), n_bits)?;
-    // The decoder takes signed numbers for unsigned ones, half of their range higher.
+    // The decoder shifts signed numbers by half of their range to unsigned ones.
     let is_signed = head[PRECISION] & 0x80 != 0;
     let shift = if is_signed { 1i64 << (n_bits.max(1) - 1) } else { 0 };
     let mut context = DecoderContext::default();
@@ -136,16 +136,16 @@ fn jpeg_2000(bytes: &[u8], shape: Shape) -> io::Result<Vec<u8>> {
     if components.len() != shape.n_channels || components.iter().any(|c| c.samples().len() != n) {
         let found = components.len();
         return Err(invalid(format!(
-            "a picture of {found} components, expected {}",
+            "a frame of {found} components, expected {}",
             shape.n_channels
         )));
     }
     let number = |i: usize| components[i % shape.n_channels].samples()[i / shape.n_channels];
     let whole = (0..n * shape.n_channels).map(|i| (number(i).round() as i64 - shift) as u32);
-    Ok(widened(whole, shape.n_bytes))
+    Ok(low_bytes(whole, shape.n_bytes))
 }
 
-/// The lowest bytes of numbers.
-fn widened(numbers: impl Iterator<Item = u32>, n_bytes: usize) -> Vec<u8> {
+/// The lowest `n_bytes` bytes of each number, little endian.
+fn low_bytes(numbers: impl Iterator<Item = u32>, n_bytes: usize) -> Vec<u8> {
     numbers.flat_map(|n| n.to_le_bytes().into_iter().take(n_bytes)).collect()
 }

@@ -1,16 +1,18 @@
-//! The field of one volume at places that are told in the frame of another.
+//! The field of one volume at points in the frame of another.
 
-use super::{Placement, Space, Unit, Volume};
+use super::grid::Volume;
+use super::placement::{Placement, Space, Unit};
 
-/// How far beyond its outermost samples a volume has the values of its border, cells: surfaces are closed there.
-const BEYOND: f64 = 0.5;
+/// Distance in cells beyond the outermost samples up to which a volume has the values of its border: caps of surfaces are
+/// within it.
+const MARGIN: f64 = 0.5;
 
 impl Volume {
-    /// The trilinear field at points of the voxel frame of another volume of `dims` samples at `placement`; not a number
-    /// where this one does not reach.
+    /// The trilinear field at points of the voxel frame of another volume of `dims` samples at `placement`; NaN outside
+    /// this volume.
     ///
-    /// Both lie in the world, in their units, LPS and RAS turned into each other. A volume of as many samples that does
-    /// not say where it lies is taken to lie where the other does.
+    /// Points are mapped through the world; units are converted, and LPS and RAS. A volume of the same dimensions without a
+    /// placement is assumed to have that of the other.
     pub fn field_in(
         &self,
         dims: [usize; 3],
@@ -26,7 +28,7 @@ impl Volume {
         let is_turned =
             matches!((from.space, to.space), (Space::Lps, Space::Ras) | (Space::Ras, Space::Lps));
         let side = if is_turned { -1.0 } else { 1.0 };
-        // The frames are the same, but the samples of one may lie at other distances: each has its own voxel.
+        // The points are in the voxel frame of the other volume, whose spacing may differ.
         let size = if is_same { from.spacing.map(|s| s / from.voxel()) } else { self.voxel_size() };
         let own_size = self.voxel_size();
         move |p| {
@@ -41,7 +43,7 @@ impl Volume {
             for a in 0..3 {
                 let x = p[a] / size[a];
                 let last = self.dims()[a] as f64 - 1.0;
-                if !(-BEYOND..=last + BEYOND).contains(&x) {
+                if !(-MARGIN..=last + MARGIN).contains(&x) {
                     return f64::NAN;
                 }
                 inside[a] = own_size[a] * x.clamp(0.0, last);
@@ -68,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_place_of_the_world_has_the_same_value() {
+    fn the_same_point_of_the_world_has_the_same_value() {
         let mm = |unit, space, origin, spacing| Placement {
             unit,
             space,
@@ -76,7 +78,7 @@ mod tests {
             spacing,
             ..Placement::IDENTITY
         };
-        // Voxels of 2 mm around (0, 0, 0), asked by a volume of voxels of 0.5 cm in the other space.
+        // Voxels of 2 mm around (0, 0, 0), sampled by a volume with voxels of 0.5 cm in the other space.
         let volume = ramp([9, 9, 9], mm(Unit::Mm, Space::Lps, [-8.0; 3], [2.0; 3]));
         let frame = mm(Unit::Cm, Space::Ras, [0.0; 3], [0.5, 1.0, 0.5]);
         let field = volume.field_in([3, 3, 3], &frame);
@@ -86,14 +88,14 @@ mod tests {
     }
 
     #[test]
-    fn a_volume_of_as_many_samples_without_a_place_lies_where_the_other_does() {
+    fn a_volume_of_the_same_dimensions_without_a_placement_has_that_of_the_other() {
         let volume = ramp([4, 4, 4], Placement::IDENTITY);
         let frame = Placement { spacing: [1.0, 1.0, 3.0], origin: [7.0; 3], ..Placement::IDENTITY };
         let field = volume.field_in([4, 4, 4], &frame);
         assert!((field([1.0, 2.0, 4.5]) - (1.0 + 20.0 + 150.0)).abs() < 1e-9);
-        // Half a cell beyond the border its values count, then none.
+        // The field ends half a cell beyond the border.
         assert!((field([-0.25, 0.0, 0.0])).abs() < 1e-9 && field([-0.6, 0.0, 0.0]).is_nan());
-        // One of other dimensions lies in the world as it is.
+        // A volume of other dimensions keeps its placement.
         let field = volume.field_in([5, 5, 5], &frame);
         assert!(field([0.0; 3]).is_nan(), "(7, 7, 7) is outside");
     }
