@@ -118,10 +118,6 @@ impl CriticalPoints {
 
     /// The critical points without the layer, in no particular order, with a falling and a rising neighbour of every sample
     /// of the padded grid.
-    ///
-    /// # Errors
-    ///
-    /// As [`CriticalPoints::find`].
     pub(super) fn unordered(
         field: &ExactField<'_>,
     ) -> Result<(Vec<CriticalPoint>, Vec<u32>, Vec<u32>)> {

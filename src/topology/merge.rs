@@ -110,10 +110,6 @@ impl MergeTree {
     }
 
     /// Sweeps over nodes whose samples are already replaced by the nodes of the extrema at which their walks end.
-    ///
-    /// # Errors
-    ///
-    /// As [`MergeTree::sweep`].
     pub(super) fn of_nodes(direction: Direction, points: &[CriticalPoint]) -> Result<Self> {
         Self::of_extrema(direction, points, (0..points.len() as u32).collect())
     }

@@ -8,9 +8,8 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
-use std::path::Path;
 
-use super::data_error::{invalid, read_error};
+use super::data_error::invalid;
 use super::layout::Channel;
 use super::memory::try_filled_vec;
 use super::placement::{Placement, Unit};
@@ -18,24 +17,9 @@ use super::read_options::ReadOptions;
 use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
 use super::text::{TextReader, check_text_length, finite, shortened};
-use crate::error::Result;
 
 /// A bohr in angstrom (CODATA 2018).
 const ANGSTROM_PER_BOHR: f64 = 0.529_177_210_903;
-
-/// Reads a CUBE file word by word, without keeping its text.
-///
-/// # Errors
-///
-/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, and if a channel must be chosen.
-pub(crate) fn read(
-    path: &Path,
-    (file, length): (File, u64),
-    options: &ReadOptions,
-) -> Result<SampleGrid> {
-    let mut text = TextReader::new(BufReader::with_capacity(1 << 16, file));
-    parse(&mut text, length, options).map_err(|e| read_error(path, e))
-}
 
 /// The header of a CUBE file.
 struct CubeHeader {
@@ -44,11 +28,13 @@ struct CubeHeader {
     n_channels: usize,
 }
 
-fn parse(
-    text: &mut TextReader<impl BufRead>,
-    length: u64,
-    options: &ReadOptions,
-) -> io::Result<SampleGrid> {
+/// Reads a CUBE file word by word, without keeping its text.
+///
+/// # Errors
+///
+/// `InvalidData` for damaged files, and if a channel must be chosen.
+pub(super) fn read(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
+    let text = &mut TextReader::new(BufReader::with_capacity(1 << 16, file));
     let CubeHeader { dims, placement, n_channels } = header(text)?;
     let index = one_of("channel", options.channel, n_channels)?;
     let samples = samples(text, length, dims, Channel { index, of: n_channels })?;

@@ -127,48 +127,44 @@ fn series_of_file(path: &Path) -> Result<Vec<Image>> {
 
 /// The images of the chosen series (by number, from 0, or UID), or of the only one.
 fn select_series(path: &Path, images: Vec<Image>, given: Option<&str>) -> Result<Vec<Image>> {
-    // By the series number of the scanner, then by UID.
-    let mut all: Vec<(f64, String, Vec<Image>)> = Vec::new();
-    let mut places: BTreeMap<String, usize> = BTreeMap::new();
+    let mut by_uid: BTreeMap<String, Vec<Image>> = BTreeMap::new();
     for image in images {
-        let header = &image.header;
-        let place = *places.entry(header.series.clone()).or_insert_with(|| {
-            all.push((header.series_number, header.series.clone(), Vec::new()));
-            all.len() - 1
-        });
-        all[place].2.push(image);
+        by_uid.entry(image.header.series.clone()).or_default().push(image);
     }
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then_with(|| a.1.cmp(&b.1)));
+    // By the series number of the scanner, then by UID.
+    let mut all: Vec<Vec<Image>> = by_uid.into_values().collect();
+    all.sort_by(|a, b| a[0].header.series_number.total_cmp(&b[0].header.series_number));
     let n = all.len();
-    let by_number = given.and_then(|given| given.parse::<usize>().ok());
     let index = match given {
-        None if n == 1 => Some(0),
-        None => None,
-        Some(uid) => all.iter().position(|series| series.1 == uid).or(by_number),
-    };
-    let shown = path.display();
-    match index.filter(|&i| i < n) {
-        Some(i) => Ok(all.swap_remove(i).2),
-        None if n == 0 => Err(Error::input(format!("{shown}: no DICOM file with samples"))),
-        None => {
-            let list: Vec<String> = all.iter().enumerate().take(8).map(describe_series).collect();
-            let found = given.map_or_else(
-                || format!("{n} series"),
-                |given| format!("no series '{}' of {n}", shortened(given)),
-            );
-            let more = if n > 8 { ", ..." } else { "" };
-            Err(Error::input(format!(
-                "{shown}: {found}, expected one chosen by --series: {}{more}",
-                list.join(", ")
-            )))
+        None => (n == 1).then_some(0),
+        Some(given) => {
+            let by_uid = all.iter().position(|images| images[0].header.series == given);
+            by_uid.or_else(|| given.parse().ok())
         }
+    };
+    if let Some(i) = index.filter(|&i| i < n) {
+        return Ok(all.swap_remove(i));
     }
+    let shown = path.display();
+    if n == 0 {
+        return Err(Error::input(format!("{shown}: no DICOM file with samples")));
+    }
+    let list: Vec<String> = all.iter().enumerate().take(8).map(describe_series).collect();
+    let found = given.map_or_else(
+        || format!("{n} series"),
+        |given| format!("no series '{}' of {n}", shortened(given)),
+    );
+    let more = if n > 8 { ", ..." } else { "" };
+    Err(Error::input(format!(
+        "{shown}: {found}, expected one chosen by --series: {}{more}",
+        list.join(", ")
+    )))
 }
 
 /// A series for messages. UIDs, of at most 64 characters, are shown in full: many differ at their end only.
-fn describe_series((i, (_, uid, images)): (usize, &(f64, String, Vec<Image>))) -> String {
+fn describe_series((i, images): (usize, &Vec<Image>)) -> String {
     let n: usize = images.iter().map(|image| image.header.n_frames.unwrap_or(1)).sum();
-    let DicomHeader { size: [x, y], description, .. } = &images[0].header;
-    let uid: String = uid.chars().take(64).flat_map(char::escape_default).collect();
+    let DicomHeader { size: [x, y], description, series, .. } = &images[0].header;
+    let uid: String = series.chars().take(64).flat_map(char::escape_default).collect();
     format!("{i} ('{}', {n} slices of {x}x{y}, {uid})", shortened(description))
 }

@@ -106,10 +106,6 @@ impl Volume {
     }
 
     /// The same volume with other samples, in the same places.
-    ///
-    /// # Errors
-    ///
-    /// As [`Volume::new`].
     pub(crate) fn with_samples(&self, samples: Samples) -> Result<Self> {
         let (outside, mask) = (self.outside, self.mask.clone());
         let volume = Volume::new(self.name(), self.dims, samples, self.placement)?;

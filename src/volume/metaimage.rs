@@ -27,11 +27,7 @@ use header::{DataLocation, MetaHeader};
 ///
 /// [`Error::Io`] if a file cannot be read; [`Error::Input`] for other or damaged files, and if a frame or channel must be
 /// chosen.
-pub(crate) fn read(
-    path: &Path,
-    (file, _): (File, u64),
-    options: &ReadOptions,
-) -> Result<SampleGrid> {
+pub(crate) fn read(path: &Path, file: File, options: &ReadOptions) -> Result<SampleGrid> {
     let mut reader = BufReader::new(file);
     let header = header::parse(&mut reader)
         .map_err(|message| Error::input(format!("{}: {message}", path.display())))?;
@@ -51,10 +47,6 @@ pub(crate) fn read(
 }
 
 /// Where the samples of a MetaImage file are, if they are uncompressed, of one number each and in one file.
-///
-/// # Errors
-///
-/// As [`read`].
 pub(super) fn plain(path: &Path) -> Result<Option<PlainSamples>> {
     let mut reader = BufReader::new(input::open(path)?.0);
     let header = header::parse(&mut reader)

@@ -32,7 +32,8 @@ const HEADER_BYTES: usize = 1024;
 /// stack of volumes must be chosen.
 pub(crate) fn read(
     path: &Path,
-    (file, length): (File, u64),
+    file: File,
+    length: u64,
     options: &ReadOptions,
 ) -> Result<SampleGrid> {
     let compression = Compression::of_name(path);

@@ -32,14 +32,12 @@ use header::NiftiHeader;
 /// 128 bit numbers, and if a frame or channel must be chosen.
 pub(crate) fn read(
     path: &Path,
-    (file, length): (File, u64),
+    file: File,
+    length: u64,
     options: &ReadOptions,
 ) -> Result<SampleGrid> {
     let (path, (file, length)) = match header_file(path) {
-        Some(header) => {
-            let opened = input::open(&header)?;
-            (header, opened)
-        }
+        Some(header) => (header.clone(), input::open(&header)?),
         None => (path.to_owned(), (file, length)),
     };
     let header = read_header(&path, file).map_err(|e| read_error(&path, e))?;
@@ -49,7 +47,7 @@ pub(crate) fn read(
     } else {
         (File::open(&data).map_err(|e| crate::Error::io(&data, e))?, length)
     };
-    let samples = read_data(&data, (file, length), &header, options);
+    let samples = read_data(&data, file, length, &header, options);
     let samples = samples.map_err(|e| read_error(&data, e))?;
     Ok(SampleGrid { dims: header.dims, samples, placement: header.placement })
 }
@@ -99,7 +97,8 @@ fn read_header(path: &Path, file: File) -> io::Result<NiftiHeader> {
 
 fn read_data(
     path: &Path,
-    (file, length): (File, u64),
+    file: File,
+    length: u64,
     header: &NiftiHeader,
     options: &ReadOptions,
 ) -> io::Result<Samples> {

@@ -42,17 +42,12 @@ struct NpyHeader {
 ///
 /// # Errors
 ///
-/// [`crate::Error::Io`] if the file cannot be read; [`crate::Error::Input`] for anything but a 3-D array of
-/// real numbers, and for a file that is not exactly as long as its shape needs.
-pub(crate) fn read(path: &Path, (file, length): (File, u64)) -> Result<SampleGrid> {
-    read_array(&mut BufReader::new(file), length, 1).map_err(|e| read_error(path, e))
+/// `InvalidData` for anything but a 3-D array of real numbers, and for a file that is not exactly as long as its shape needs.
+pub(super) fn read(file: File, length: u64) -> io::Result<SampleGrid> {
+    read_array(&mut BufReader::new(file), length, 1)
 }
 
 /// Where the samples of a `.npy` file are, if x is fastest.
-///
-/// # Errors
-///
-/// As [`read`].
 pub(super) fn plain(path: &Path) -> Result<Option<PlainSamples>> {
     let found = || {
         let (file, length) = crate::input::open(path).map_err(io::Error::other)?;

@@ -5,29 +5,22 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read as _};
-use std::path::Path;
 
 use zip::{CompressionMethod, ZipArchive};
 
-use super::data_error::{invalid, read_error};
+use super::data_error::invalid;
 use super::npy;
 use super::read_options::ReadOptions;
 use super::samples::SampleGrid;
 use super::select::by_name;
 use super::stream::DEFLATE_RATIO;
-use crate::error::Result;
 
 /// Reads an array of a `.npz` file: the only one, or the one named in the options.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Io`] if the file cannot be read; [`crate::Error::Input`] for damaged ones, if an array must be chosen,
-/// and as for a `.npy` file.
-pub(crate) fn read(path: &Path, opened: (File, u64), options: &ReadOptions) -> Result<SampleGrid> {
-    read_chosen(opened, options.array.as_deref()).map_err(|e| read_error(path, e))
-}
-
-fn read_chosen((file, length): (File, u64), name: Option<&str>) -> io::Result<SampleGrid> {
+/// `InvalidData` for damaged ones, if an array must be chosen, and as for a `.npy` file.
+pub(super) fn read(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
     let damaged = |e: zip::result::ZipError| invalid(format!("damaged ZIP: {e}"));
     let mut zip = ZipArchive::new(BufReader::new(file)).map_err(damaged)?;
     let files: Vec<(usize, String)> = (0..zip.len())
@@ -37,7 +30,7 @@ fn read_chosen((file, length): (File, u64), name: Option<&str>) -> io::Result<Sa
         return Err(invalid("no array, expected at least one"));
     }
     let names: Vec<&str> = files.iter().map(|(_, name)| name.as_str()).collect();
-    let chosen = by_name(&names, name, None)?;
+    let chosen = by_name(&names, options.array.as_deref(), None)?;
     let mut entry = zip.by_index(files[chosen].0).map_err(damaged)?;
     let (size, compressed) = (entry.size(), entry.compressed_size().min(length));
     let ratio = match entry.compression() {

@@ -141,13 +141,12 @@ fn cropped(volume: &Volume, region: [[usize; 2]; 3]) -> Result<Volume> {
 /// Means of blocks; an incomplete block at an upper end is dropped.
 fn downsampled(volume: &Volume, n: usize) -> Result<Volume> {
     let dims = volume.dims().map(|d| d / n);
-    if n == 1 || dims.iter().any(|&d| d < 2) {
-        return match n {
-            1 => Ok(volume.clone()),
-            _ => Err(Error::Usage(format!(
-                "blocks of {n} samples, expected at least 2 blocks along each axis"
-            ))),
-        };
+    if n == 1 {
+        return Ok(volume.clone());
+    }
+    if dims.iter().any(|&d| d < 2) {
+        let message = format!("blocks of {n} samples, expected at least 2 blocks along each axis");
+        return Err(Error::Usage(message));
     }
     let samples = filter::block_means(volume.samples(), volume.dims(), n);
     // A block is at the centre of its samples.

@@ -29,7 +29,8 @@ use crate::error::{Error, Result};
 /// [`Error::Usage`] for an unknown sample type among the options.
 pub(crate) fn read(
     path: &Path,
-    (mut file, length): (File, u64),
+    mut file: File,
+    length: u64,
     options: &ReadOptions,
 ) -> Result<SampleGrid> {
     if let Some(header) = described_by_header(path, options) {
@@ -81,10 +82,6 @@ fn layout(path: &Path, options: &ReadOptions) -> Result<PlainSamples> {
 }
 
 /// Where the samples of a RAW file are; none if it is compressed or its header describes other than plain samples.
-///
-/// # Errors
-///
-/// As [`read`].
 pub(super) fn plain(path: &Path, options: &ReadOptions) -> Result<Option<PlainSamples>> {
     if Compression::of_name(path) == Compression::Gzip {
         return Ok(None);
@@ -132,12 +129,8 @@ fn read_by_header(path: &Path, header: &Path, options: &ReadOptions) -> Result<S
             header.display()
         )));
     }
-    let opened = crate::input::open(header)?;
-    if is_mhd(header) {
-        metaimage::read(header, opened, options)
-    } else {
-        nrrd::read(header, opened.0)
-    }
+    let (file, _) = crate::input::open(header)?;
+    if is_mhd(header) { metaimage::read(header, file, options) } else { nrrd::read(header, file) }
 }
 
 /// The words of a file name, last first: the description of the samples is at the end.

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use super::data_error::read_error;
 use super::format::VolumeFormat;
 use super::grid::Volume;
 use super::read_options::ReadOptions;
@@ -39,7 +40,7 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
         }
     } else {
         // A missing file is reported before its extension.
-        let opened = input::open(path)?;
+        let (file, length) = input::open(path)?;
         let format = match VolumeFormat::from_name(path) {
             Some(format) => format,
             None if options.describes_raw() => VolumeFormat::Raw,
@@ -47,7 +48,7 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
             None => return Err(unknown_format(path)),
         };
         format.check_options(path, options)?;
-        read_file(format, path, opened, options)?
+        read_file(format, path, file, length, options)?
     };
     let SampleGrid { dims, mut samples, mut placement } = grid;
     options.replace_placement(&mut placement);
@@ -70,24 +71,26 @@ fn format_of(path: &Path) -> Option<VolumeFormat> {
 fn read_file(
     format: VolumeFormat,
     path: &Path,
-    opened: (File, u64),
+    file: File,
+    length: u64,
     options: &ReadOptions,
 ) -> Result<SampleGrid> {
-    match format {
-        VolumeFormat::Raw => raw::read(path, opened, options),
-        VolumeFormat::Nrrd => nrrd::read(path, opened.0),
-        VolumeFormat::Npy => npy::read(path, opened),
-        VolumeFormat::Npz => npz::read(path, opened, options),
-        VolumeFormat::Nifti => nifti::read(path, opened, options),
-        VolumeFormat::MetaImage => metaimage::read(path, opened, options),
-        VolumeFormat::Vti => vti::read(path, opened, options),
-        VolumeFormat::Vtk => vtk::read(path, opened, options),
-        VolumeFormat::Mrc => mrc::read(path, opened, options),
-        VolumeFormat::Cube => cube::read(path, opened, options),
-        VolumeFormat::Tiff => tiff::read(path, opened, options),
-        VolumeFormat::Dicom => dicom::read(path, options),
-        VolumeFormat::Slices => tiff::slices::read(path, options),
-    }
+    let grid = match format {
+        VolumeFormat::Raw => return raw::read(path, file, length, options),
+        VolumeFormat::Nrrd => return nrrd::read(path, file),
+        VolumeFormat::Nifti => return nifti::read(path, file, length, options),
+        VolumeFormat::MetaImage => return metaimage::read(path, file, options),
+        VolumeFormat::Mrc => return mrc::read(path, file, length, options),
+        VolumeFormat::Dicom => return dicom::read(path, options),
+        VolumeFormat::Slices => return tiff::slices::read(path, options),
+        VolumeFormat::Npy => npy::read(file, length),
+        VolumeFormat::Npz => npz::read(file, length, options),
+        VolumeFormat::Vti => vti::read(file, options),
+        VolumeFormat::Vtk => vtk::read(file, length, options),
+        VolumeFormat::Cube => cube::read(file, length, options),
+        VolumeFormat::Tiff => tiff::read(file, length, options),
+    };
+    grid.map_err(|e| read_error(path, e))
 }
 
 /// Files that hold parts of the volume besides the given one.

@@ -124,9 +124,8 @@ impl Tally {
         let (sums, bins) = bytes.split_at_checked(32).ok_or_else(wrong)?;
         let number = |bytes: &[u8]| bytes.iter().rev().fold(0u128, |n, &b| n << 8 | u128::from(b));
         let [sum, squares] = [0, 16].map(|at| number(&sums[at..at + 16]) as i128);
-        let too_many = |_: ()| wrong();
-        self.sum = self.sum.checked_add(sum).ok_or(()).map_err(too_many)?;
-        self.squares = self.squares.checked_add(squares).ok_or(()).map_err(too_many)?;
+        self.sum = self.sum.checked_add(sum).ok_or_else(wrong)?;
+        self.squares = self.squares.checked_add(squares).ok_or_else(wrong)?;
         let mut bins = bins.chunks(12).map(|bin| {
             let (i, n) = bin.split_at_checked(4)?;
             (n.len() == 8).then(|| (number(i) as usize, number(n) as u64))

@@ -75,10 +75,6 @@ impl<R: BufRead> TextReader<R> {
     }
 
     /// The next line, trimmed.
-    ///
-    /// # Errors
-    ///
-    /// As [`TextReader::line_bytes`], and for a line that is not UTF-8.
     pub(crate) fn line(&mut self) -> io::Result<&str> {
         let bytes = self.line_bytes()?;
         std::str::from_utf8(bytes).map(str::trim).map_err(|_| invalid("a line that is not text"))
@@ -120,10 +116,6 @@ impl<R: BufRead> TextReader<R> {
 }
 
 /// Exactly `n` samples as text in the last `length` bytes of a file.
-///
-/// # Errors
-///
-/// As [`samples`].
 pub(super) fn read_samples(
     reader: &mut impl BufRead,
     length: u64,

@@ -13,13 +13,12 @@ pub(crate) mod slices;
 
 use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom};
-use std::path::Path;
 
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
-use super::data_error::{invalid, read_error};
+use super::data_error::invalid;
 use super::decode::{exact_f64, read_samples, select_channel};
 use super::layout::{Channel, SampleType};
 use super::placement::Placement;
@@ -28,7 +27,6 @@ use super::samples::{SampleGrid, Samples};
 use super::select::one_of;
 use super::stream::DEFLATE_RATIO;
 use super::text::shortened;
-use crate::error::Result;
 use description::Described;
 
 /// Most bytes of a page per byte of the file. LZW could compress more than deflate, but does not in practice.
@@ -37,21 +35,13 @@ const MAX_COMPRESSION_RATIO: u64 = DEFLATE_RATIO;
 /// Most pages of a file: ends chains of directories that form a circle.
 const MAX_PAGES: usize = 1 << 20;
 
-/// Reads a TIFF file, which is open.
+/// Reads a TIFF file.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for damaged files, pages that differ, compression
-/// other than LZW and deflate, and if a frame or channel must be chosen.
-pub(crate) fn read(
-    path: &Path,
-    (file, length): (File, u64),
-    options: &ReadOptions,
-) -> Result<SampleGrid> {
-    read_grid(file, length, options).map_err(|e| read_error(path, e))
-}
-
-fn read_grid(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
+/// `InvalidData` for damaged files, pages that differ, compression other than LZW and deflate, and if a frame or channel must
+/// be chosen.
+pub(super) fn read(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
     let mut pages = Pages::open(file, length)?;
     let n_pages = pages.count()?;
     let described = description::read(&pages.first.description)?;

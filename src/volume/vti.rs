@@ -10,35 +10,19 @@ mod xml;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::data_error::{invalid, read_error};
+use super::data_error::invalid;
 use super::layout::{Channel, SampleLayout};
 use super::placement::Placement;
 use super::read_options::ReadOptions;
 use super::samples::{SampleGrid, Samples};
 use super::select::{by_name, one_of};
 use super::text::{exactly, finite, shortened};
-use crate::error::Result;
 use array::{ArrayData, VtiArray};
 use blocks::VtiEncoding;
 use xml::{attribute, wrong_xml};
-
-/// Reads a VTI file, which is open.
-///
-/// # Errors
-///
-/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for anything but image data of one piece, damaged files,
-/// and if an array or channel must be chosen.
-pub(crate) fn read(
-    path: &Path,
-    (file, _): (File, u64),
-    options: &ReadOptions,
-) -> Result<SampleGrid> {
-    read_grid(file, options).map_err(|e| read_error(path, e))
-}
 
 /// The XML before the appended samples.
 struct VtiHeader {
@@ -50,7 +34,12 @@ struct VtiHeader {
     active: Option<String>,
 }
 
-fn read_grid(file: File, options: &ReadOptions) -> io::Result<SampleGrid> {
+/// Reads a VTI file.
+///
+/// # Errors
+///
+/// `InvalidData` for anything but image data of one piece, damaged files, and if an array or channel must be chosen.
+pub(super) fn read(file: File, options: &ReadOptions) -> io::Result<SampleGrid> {
     let mut parser = Parser::new(BufReader::new(file), options.array.as_deref());
     let (head, appended) = parser.head()?;
     let VtiHeader { extent, mut placement, encoding, arrays, active } = head;
@@ -83,21 +72,16 @@ fn read_grid(file: File, options: &ReadOptions) -> io::Result<SampleGrid> {
         ArrayData::Text(text) => array::read_text(text, &layout)?,
         ArrayData::Base64(text) => blocks::read_base64(text.as_bytes(), encoding, &layout)?,
         ArrayData::Appended(offset) => {
-            let appended = appended.ok_or_else(|| invalid("no appended data in the file"))?;
-            read_appended(parser.into_inner(), appended, *offset, encoding, &layout)?
+            let is_base64 = appended.ok_or_else(|| invalid("no appended data in the file"))?;
+            read_appended(parser.into_inner(), is_base64, *offset, encoding, &layout)?
         }
     };
     Ok(SampleGrid { dims, samples, placement })
 }
 
-/// The encoding of appended data.
-struct Appended {
-    is_base64: bool,
-}
-
 fn read_appended(
     mut reader: BufReader<File>,
-    appended: Appended,
+    is_base64: bool,
     offset: u64,
     encoding: VtiEncoding,
     layout: &SampleLayout,
@@ -119,7 +103,7 @@ fn read_appended(
     }
     reader.seek(SeekFrom::Start(start))?;
     let left = length - start;
-    if !appended.is_base64 {
+    if !is_base64 {
         return blocks::read(&mut reader, left, encoding, layout);
     }
     // Up to the end of the text; twice the size and a megabyte leave room for base64 and padding.
@@ -146,7 +130,8 @@ impl<'a, R: BufRead> Parser<'a, R> {
         self.reader.into_inner()
     }
 
-    fn head(&mut self) -> io::Result<(VtiHeader, Option<Appended>)> {
+    /// The header, and if there are appended data, whether they are base64.
+    fn head(&mut self) -> io::Result<(VtiHeader, Option<bool>)> {
         let mut head = VtiHeader {
             extent: [0; 6],
             placement: Placement::IDENTITY,
@@ -182,7 +167,7 @@ impl<'a, R: BufRead> Parser<'a, R> {
                     }
                     "AppendedData" => {
                         check_image(is_image)?;
-                        return Ok((head, Some(appended(&tag)?)));
+                        return Ok((head, Some(is_base64(&tag)?)));
                     }
                     _ => {}
                 },
@@ -273,10 +258,11 @@ fn check_piece(tag: &BytesStart<'_>, whole: [i64; 6], n: usize) -> io::Result<()
     Ok(())
 }
 
-fn appended(tag: &BytesStart<'_>) -> io::Result<Appended> {
+/// Whether appended data are base64, not raw.
+fn is_base64(tag: &BytesStart<'_>) -> io::Result<bool> {
     match attribute(tag, "encoding")?.as_deref() {
-        Some("raw") => Ok(Appended { is_base64: false }),
-        Some("base64") | None => Ok(Appended { is_base64: true }),
+        Some("raw") => Ok(false),
+        Some("base64") | None => Ok(true),
         Some(other) => {
             Err(invalid(format!("appended data as '{}', expected raw or base64", shortened(other))))
         }

@@ -5,9 +5,8 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
-use std::path::Path;
 
-use super::data_error::{invalid, read_error};
+use super::data_error::invalid;
 use super::decode::select_channel;
 use super::layout::{Channel, Compression, SampleLayout, SampleType};
 use super::placement::Placement;
@@ -17,28 +16,12 @@ use super::select::{by_name, one_of};
 use super::stream;
 use super::text;
 use super::text::{exactly, finite, shortened};
-use crate::error::Result;
 
 /// Longest line, in bytes.
 const MAX_LINE_BYTES: u64 = 1 << 16;
 
 /// Most arrays of a file: bounds the memory for their names.
 const MAX_ARRAYS: usize = 4096;
-
-/// Reads a legacy VTK file, which is open.
-///
-/// # Errors
-///
-/// [`crate::Error::Io`] if it cannot be read; [`crate::Error::Input`] for anything but structured points, damaged files, and
-/// if an array or channel must be chosen.
-pub(crate) fn read(
-    path: &Path,
-    (file, length): (File, u64),
-    options: &ReadOptions,
-) -> Result<SampleGrid> {
-    let mut lines = Lines { reader: BufReader::new(file), length };
-    read_grid(&mut lines, options).map_err(|e| read_error(path, e))
-}
 
 /// An array, and the byte at which its numbers start.
 struct VtkArray {
@@ -76,7 +59,13 @@ impl Lines {
     }
 }
 
-fn read_grid(lines: &mut Lines, options: &ReadOptions) -> io::Result<SampleGrid> {
+/// Reads a legacy VTK file.
+///
+/// # Errors
+///
+/// `InvalidData` for anything but structured points, damaged files, and if an array or channel must be chosen.
+pub(super) fn read(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
+    let lines = &mut Lines { reader: BufReader::new(file), length };
     let first = lines.next()?.unwrap_or_default();
     if !first.starts_with("# vtk DataFile Version") {
         return Err(invalid("not a VTK file: the first line is not '# vtk DataFile Version'"));
@@ -103,7 +92,9 @@ fn read_grid(lines: &mut Lines, options: &ReadOptions) -> io::Result<SampleGrid>
             return Err(invalid(format!("more than {MAX_ARRAYS} arrays")));
         }
         let last = arrays.last().filter(|_| !line.starts_with("FIELD"));
-        last.map_or(Ok(()), |array| skip_array(lines, array, is_text, &head))?;
+        last.map_or(Ok(()), |array| {
+            skip_numbers(lines, array, head.section.map_or(0, |(_, n)| n), is_text)
+        })?;
     }
     read_chosen(lines, head, &arrays, is_text, options)
 }
@@ -157,27 +148,20 @@ impl VtkHeader {
         match words[0] {
             "DATASET" if words.get(1) != Some(&"STRUCTURED_POINTS") => {
                 let found = shortened(rest);
-                Err(invalid(format!("a data set of {found}, expected STRUCTURED_POINTS")))
+                return Err(invalid(format!("a data set of {found}, expected STRUCTURED_POINTS")));
             }
-            "DIMENSIONS" => {
-                self.dims = Some(exactly(rest).ok_or_else(wrong)?);
-                Ok(())
-            }
-            "ORIGIN" => {
-                self.placement.origin = finite(rest).ok_or_else(wrong)?;
-                Ok(())
-            }
+            "DIMENSIONS" => self.dims = Some(exactly(rest).ok_or_else(wrong)?),
+            "ORIGIN" => self.placement.origin = finite(rest).ok_or_else(wrong)?,
             "SPACING" | "ASPECT_RATIO" => {
-                self.placement.spacing = finite(rest).ok_or_else(wrong)?;
-                Ok(())
+                self.placement.spacing = finite(rest).ok_or_else(wrong)?
             }
             "POINT_DATA" | "CELL_DATA" => {
                 let [n] = exactly(rest).ok_or_else(wrong)?;
                 self.section = Some((words[0] == "CELL_DATA", n));
-                Ok(())
             }
-            _ => Ok(()),
+            _ => {}
         }
+        Ok(())
     }
 
     fn layout(&self, array: &VtkArray, options: &ReadOptions) -> io::Result<SampleLayout> {
@@ -275,16 +259,6 @@ fn array(
 }
 
 /// Skips the numbers of an array.
-fn skip_array(
-    lines: &mut Lines,
-    array: &VtkArray,
-    is_text: bool,
-    head: &VtkHeader,
-) -> io::Result<()> {
-    let n_samples = head.section.map_or(0, |(_, n)| n);
-    skip_numbers(lines, array, n_samples, is_text)
-}
-
 fn skip_numbers(
     lines: &mut Lines,
     array: &VtkArray,

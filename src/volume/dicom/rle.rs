@@ -83,23 +83,16 @@ pub(super) fn decompress(
 fn expand<'a>(mut runs: &[u8], mut to: impl Iterator<Item = &'a mut u8>) -> usize {
     let mut n = 0;
     while let Some((&head, rest)) = runs.split_first() {
-        // 128 is no run.
-        let (length, is_run) = match head {
-            0..=127 => (usize::from(head) + 1, false),
-            128 => (0, true),
-            _ => (257 - usize::from(head), true),
-        };
-        let taken = if length == 0 {
-            0
-        } else if is_run {
-            1
-        } else {
-            length
+        // Bytes to write and bytes to read; 128 is no run.
+        let (length, taken) = match head {
+            0..=127 => (usize::from(head) + 1, usize::from(head) + 1),
+            128 => (0, 0),
+            _ => (257 - usize::from(head), 1),
         };
         let Some(values) = rest.get(..taken) else { return n };
         for i in 0..length {
             let Some(byte) = to.next() else { return n };
-            *byte = values[if is_run { 0 } else { i }];
+            *byte = values[i.min(taken - 1)];
             n += 1;
         }
         runs = &rest[taken..];

@@ -173,12 +173,10 @@ fn parse(fields: &NiftiFields, at: &Offsets, is_pair: bool) -> io::Result<NiftiH
         fields.float(at.vox_offset, 0)
     };
     // Some writers leave the offset 0; the header precedes the samples in any case.
-    let min_offset = if is_pair {
-        0.0
-    } else if fields.is_version_2 {
-        544.0
-    } else {
-        352.0
+    let min_offset = match (is_pair, fields.is_version_2) {
+        (true, _) => 0.0,
+        (false, true) => 544.0,
+        (false, false) => 352.0,
     };
     if offset.is_nan() || offset.abs() >= 1e15 {
         return Err(invalid(format!("samples at byte {offset}, expected an offset in the file")));

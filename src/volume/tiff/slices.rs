@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::input;
+use crate::volume::data_error::{invalid, read_error};
 use crate::volume::decode::select_channel;
 use crate::volume::format::is_slice_image;
 use crate::volume::layout::Channel;
@@ -109,10 +110,10 @@ fn no_slices(folder: &Path) -> Error {
 }
 
 fn read_slice(path: &Path, options: &ReadOptions) -> Result<SampleGrid> {
-    let opened = input::open(path)?;
+    let (file, length) = input::open(path)?;
     let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    let grid =
-        if is_png { read_png(path, opened, options)? } else { super::read(path, opened, options)? };
+    let read = if is_png { read_png } else { super::read };
+    let grid = read(file, length, options).map_err(|e| read_error(path, e))?;
     if grid.dims[2] != 1 {
         let n = grid.dims[2];
         return Err(Error::input(format!("{}: {n} pages, expected one", path.display())));
@@ -120,33 +121,40 @@ fn read_slice(path: &Path, options: &ReadOptions) -> Result<SampleGrid> {
     Ok(grid)
 }
 
-fn read_png(path: &Path, (file, length): (File, u64), options: &ReadOptions) -> Result<SampleGrid> {
-    let wrong = |e: String| Error::input(format!("{}: {e}", path.display()));
+fn read_png(file: File, length: u64, options: &ReadOptions) -> io::Result<SampleGrid> {
     let mut decoder = png::Decoder::new(BufReader::new(file));
     let max_bytes =
         usize::try_from(length.saturating_mul(super::MAX_COMPRESSION_RATIO)).unwrap_or(usize::MAX);
     decoder.set_limits(png::Limits { bytes: max_bytes });
     decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(|e| wrong(e.to_string()))?;
+    let mut reader = decoder.read_info().map_err(wrong)?;
     let n_bytes = reader.output_buffer_size().filter(|&n| n <= max_bytes);
     let n_bytes =
-        n_bytes.ok_or_else(|| wrong(format!("more pixels than {length} bytes can hold")))?;
+        n_bytes.ok_or_else(|| invalid(format!("more pixels than {length} bytes can hold")))?;
     let mut bytes = vec![0; n_bytes];
-    let info = reader.next_frame(&mut bytes).map_err(|e| wrong(e.to_string()))?;
+    let info = reader.next_frame(&mut bytes).map_err(wrong)?;
     bytes.truncate(info.buffer_size());
     let of = info.color_type.samples();
-    let index = one_of("channel", options.channel, of).map_err(|e| wrong(e.to_string()))?;
+    let index = one_of("channel", options.channel, of)?;
     let samples = match info.bit_depth {
         png::BitDepth::Eight => Samples::U8(bytes),
         png::BitDepth::Sixteen => {
             let pairs = bytes.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]]));
             Samples::U16(pairs.collect())
         }
-        other => return Err(wrong(format!("pixels of {other:?} bits, expected 8 or 16"))),
+        other => return Err(invalid(format!("pixels of {other:?} bits, expected 8 or 16"))),
     };
     let samples = select_channel(samples, Channel { index, of });
     let dims = [info.width as usize, info.height as usize, 1];
     Ok(SampleGrid { dims, samples, placement: Placement::IDENTITY })
+}
+
+/// The error of the PNG decoder.
+fn wrong(e: png::DecodingError) -> io::Error {
+    match e {
+        png::DecodingError::IoError(e) if e.kind() != io::ErrorKind::UnexpectedEof => e,
+        e => invalid(e.to_string()),
+    }
 }
 
 #[cfg(test)]
