@@ -91,6 +91,7 @@ pub fn is_volume_name(path: &Path) -> bool {
 }
 
 /// Whether a file is a slice of a folder of numbered images, by its extension.
+#[cfg(any(feature = "dicom", feature = "tiff"))]
 pub(super) fn is_slice_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     matches!(extension.as_str(), "tif" | "tiff" | "png")

@@ -1,22 +1,22 @@
 //! Stand-ins for the readers whose features are disabled: each fails with the name of its feature.
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::io;
 
-use super::{Grid, ReadOptions};
-use crate::error::{Error, Result};
+use super::data_error::invalid;
 
-fn left_out(path: &Path, feature: &str) -> Result<Grid> {
-    let path = path.display();
-    Err(Error::Input(format!(
-        "{path}: this build cannot read it: built without the feature `{feature}`"
-    )))
+fn missing_feature(feature: &str) -> io::Error {
+    invalid(format!("this build cannot read it: built without the feature `{feature}`"))
 }
 
 /// In place of the reader of DICOM files, which are then recognised by their names only.
 #[cfg(not(feature = "dicom"))]
 pub(super) mod dicom {
-    use super::{Grid, Path, PathBuf, ReadOptions, Result};
+    use std::path::{Path, PathBuf};
+
+    use crate::error::Result;
+    use crate::volume::data_error::read_error;
+    use crate::volume::read_options::ReadOptions;
+    use crate::volume::samples::SampleGrid;
 
     pub(crate) fn is_folder(_path: &Path) -> bool {
         false
@@ -26,34 +26,42 @@ pub(super) mod dicom {
         false
     }
 
-    pub(crate) fn others(_path: &Path) -> Vec<PathBuf> {
+    pub(crate) fn companion_files(_path: &Path) -> Vec<PathBuf> {
         Vec::new()
     }
 
-    pub(crate) fn read(path: &Path, _options: &ReadOptions) -> Result<Grid> {
-        super::left_out(path, "dicom")
+    pub(crate) fn read(path: &Path, _options: &ReadOptions) -> Result<SampleGrid> {
+        Err(read_error(path, super::missing_feature("dicom")))
     }
 }
 
 /// In place of the readers of TIFF files and of folders of slices.
 #[cfg(not(feature = "tiff"))]
 pub(super) mod tiff {
-    use super::{File, Grid, Path, ReadOptions, Result};
+    use std::fs::File;
+    use std::io;
 
-    pub(crate) fn read(path: &Path, _opened: (File, u64), _options: &ReadOptions) -> Result<Grid> {
-        super::left_out(path, "tiff")
+    use crate::volume::read_options::ReadOptions;
+    use crate::volume::samples::SampleGrid;
+
+    pub(crate) fn read(_file: File, _length: u64, _: &ReadOptions) -> io::Result<SampleGrid> {
+        Err(super::missing_feature("tiff"))
     }
 
     pub(crate) mod slices {
-        use super::{Grid, Path, ReadOptions, Result};
-        use std::path::PathBuf;
+        use std::path::{Path, PathBuf};
+
+        use crate::error::Result;
+        use crate::volume::data_error::read_error;
+        use crate::volume::read_options::ReadOptions;
+        use crate::volume::samples::SampleGrid;
 
         pub(crate) fn files(_folder: &Path) -> Result<Vec<PathBuf>> {
             Ok(Vec::new())
         }
 
-        pub(crate) fn read(folder: &Path, _options: &ReadOptions) -> Result<Grid> {
-            super::super::left_out(folder, "tiff")
+        pub(crate) fn read(folder: &Path, _options: &ReadOptions) -> Result<SampleGrid> {
+            Err(read_error(folder, super::super::missing_feature("tiff")))
         }
     }
 }
@@ -61,19 +69,27 @@ pub(super) mod tiff {
 /// In place of the reader of VTI files.
 #[cfg(not(feature = "xml"))]
 pub(super) mod vti {
-    use super::{File, Grid, Path, ReadOptions, Result};
+    use std::fs::File;
+    use std::io;
 
-    pub(crate) fn read(path: &Path, _opened: (File, u64), _options: &ReadOptions) -> Result<Grid> {
-        super::left_out(path, "xml")
+    use crate::volume::read_options::ReadOptions;
+    use crate::volume::samples::SampleGrid;
+
+    pub(crate) fn read(_file: File, _options: &ReadOptions) -> io::Result<SampleGrid> {
+        Err(super::missing_feature("xml"))
     }
 }
 
 /// In place of the reader of NPZ files.
 #[cfg(not(feature = "zip"))]
 pub(super) mod npz {
-    use super::{File, Grid, Path, ReadOptions, Result};
+    use std::fs::File;
+    use std::io;
 
-    pub(crate) fn read(path: &Path, _opened: (File, u64), _options: &ReadOptions) -> Result<Grid> {
-        super::left_out(path, "zip")
+    use crate::volume::read_options::ReadOptions;
+    use crate::volume::samples::SampleGrid;
+
+    pub(crate) fn read(_file: File, _length: u64, _: &ReadOptions) -> io::Result<SampleGrid> {
+        Err(super::missing_feature("zip"))
     }
 }
