@@ -24,7 +24,7 @@ class WebGpuOcclusion {
         };
         const occlusion = new WebGpuOcclusion();
         occlusion.device = device;
-        occlusion.seen = await pipeline("seen_fragment", { format: "r8unorm" }, 1);
+        occlusion.seen = await pipeline("visibility_fragment", { format: "r8unorm" }, 1);
         occlusion.darken = await pipeline("darken_fragment", { format, blend: multiply }, 4);
         occlusion.sight = device.createBuffer({ size: 32, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
         return occlusion;

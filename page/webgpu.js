@@ -149,9 +149,9 @@ class WebGpuRenderer {
         this.compileMore = async () => {
             const made = {
                 clipped: surface("cut_fragment", {}, {}),
-                bare: surface("bare_fragment", { writeMask: 0 }, {}),
+                bare: surface("depth_only_fragment", { writeMask: 0 }, {}),
                 clear: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
-                count: surface("bare_fragment", { writeMask: 0 }, {
+                count: surface("depth_only_fragment", { writeMask: 0 }, {
                     depthWriteEnabled: false, depthCompare: "always",
                     stencilFront: { compare: "always", passOp: "decrement-wrap" },
                     stencilBack: { compare: "always", passOp: "increment-wrap" },

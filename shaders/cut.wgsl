@@ -1,20 +1,17 @@
-// A surface that a plane cuts off, or that one looks through, and the cap over what the plane cuts open. Joined after
-// surface.wgsl. Host side: src/render/painter.rs, page/webgpu.js.
+// Clipped and translucent surfaces, and the caps of clipped ones. Appended to surface.wgsl. Host side:
+// src/render/shader_types.rs, src/render/passes.rs, page/webgpu.js.
 
-/// What only some pictures need.
+/// Uniforms of clipped and translucent surfaces.
 struct Cut {
-    /// Plane in the eye frame: what has dot(plane.xyz, position) + plane.w < 0 is left out.
+    /// Plane in the eye frame: fragments with dot(plane.xyz, position) + plane.w < 0 are discarded.
     plane: vec4<f32>,
-    /// How much of what lies behind the surface hides.
     opacity: f32,
-    /// Fills the structure.
-    unused: f32,
-    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division where sight is parallel.
+    padding: f32,
+    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division in parallel projection.
     depth: vec2<f32>,
-    /// Half width and half height of the picture at a distance of 1; at any where sight is parallel.
-    reach: vec2<f32>,
-    /// Fills the structure.
-    unused_too: vec2<f32>,
+    /// Half width and half height of the picture at a distance of 1; at any distance in parallel projection.
+    half_extent: vec2<f32>,
+    end_padding: vec2<f32>,
 }
 
 @group(0) @binding(5) var<uniform> cut: Cut;
@@ -24,7 +21,7 @@ fn cut_fragment(
     in: Corner,
     @builtin(front_facing) counter_clockwise: bool,
 ) -> @location(0) vec4<f32> {
-    // Derivatives come before any fragment is left out.
+    // Derivatives must be computed before any fragment is discarded.
     let color = shade(in, counter_clockwise);
     if (dot(cut.plane, vec4(in.position, 1.0)) < 0.0) {
         discard;
@@ -32,9 +29,9 @@ fn cut_fragment(
     return vec4(cut.opacity * color, cut.opacity);
 }
 
-/// What is left of the surface, without a colour: for depth and for counting.
+/// The clipped surface without a colour: for the stencil, or for the depth only.
 @fragment
-fn bare_fragment(in: Corner) {
+fn depth_only_fragment(in: Corner) {
     if (dot(cut.plane, vec4(in.position, 1.0)) < 0.0) {
         discard;
     }
@@ -43,14 +40,14 @@ fn bare_fragment(in: Corner) {
 struct Cap {
     @builtin(position) clip: vec4<f32>,
     /// Right and up in the picture, -1 to 1.
-    @location(0) place: vec2<f32>,
+    @location(0) screen: vec2<f32>,
 }
 
-/// One triangle over all of the picture.
+/// One triangle that covers the picture.
 @vertex
 fn cap_vertex(@builtin(vertex_index) index: u32) -> Cap {
-    let place = vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0;
-    return Cap(vec4(place, 0.0, 1.0), place);
+    let screen = vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0;
+    return Cap(vec4(screen, 0.0, 1.0), screen);
 }
 
 struct CapFragment {
@@ -58,18 +55,18 @@ struct CapFragment {
     @builtin(frag_depth) depth: f32,
 }
 
-/// Where the plane is inside of the surface, which the stencil tells: as many sides turned away from the eye lie behind it
-/// as sides turned to it, and one more.
+/// The plane where it is inside of the surface. The stencil test selects these fragments: one more back face than front faces
+/// is behind the plane.
 @fragment
 fn cap_fragment(in: Cap) -> CapFragment {
-    let aside = in.place * cut.reach;
+    let offset = in.screen * cut.half_extent;
     let is_parallel = frame.parallel == 1u;
-    let start = select(vec3(0.0), vec3(aside, 0.0), is_parallel);
-    let way = vec3(select(aside, vec2(0.0), is_parallel), -1.0);
-    let distance = -(dot(cut.plane.xyz, start) + cut.plane.w) / dot(cut.plane.xyz, way);
+    let start = select(vec3(0.0), vec3(offset, 0.0), is_parallel);
+    let direction = vec3(select(offset, vec2(0.0), is_parallel), -1.0);
+    let distance = -(dot(cut.plane.xyz, start) + cut.plane.w) / dot(cut.plane.xyz, direction);
     let normal = -normalize(cut.plane.xyz);
-    // Paler than the surface, so that a section is told from it.
-    let color = light(mix(frame.front.rgb, vec3(0.75), 0.35), normal, normalize(-way));
+    // Paler than the surface, to distinguish the section from it.
+    let color = light(mix(frame.front.rgb, vec3(0.75), 0.35), normal, normalize(-direction));
     return CapFragment(
         vec4(cut.opacity * color, cut.opacity),
         saturate((cut.depth.y - cut.depth.x * distance) / select(distance, 1.0, is_parallel)),

@@ -1,134 +1,134 @@
-// Darkens what lies in hollows: how much of the sky over each point is hidden by what is near it, as far as the picture
-// shows that. Reads the depth of the finished surfaces. Host side: src/render/occlusion.rs.
+// Screen-space ambient occlusion: darkens points by how much of the sky above them is hidden by nearby surfaces in the picture.
+// Reads the depth of the finished surfaces. Host side: src/render/occlusion.rs, page/occlusion.js.
 //
-// Theory: after McGuire, Mara and Luebke 2012, "Scalable Ambient Obscurance". Over a point P with normal n each neighbour Q
-// within a radius r hides max(v . n - bias, 0) / |v|, v = Q - P, which fades towards r by 1 - v . v / r^2; neighbours lie
-// on a spiral in the picture. Theirs divides by v . v, so that the nearest count most: in scans those are noise. Normals come
-// from depth, so they are those of the surface that is seen.
+// Theory: after McGuire, Mara and Luebke 2012, "Scalable Ambient Obscurance". For a point P with normal n, each neighbour Q
+// within a radius r hides max(v . n - bias, 0) / |v|, v = Q - P, which fades towards r by 1 - v . v / r^2; neighbours are on a
+// spiral in the picture. The paper divides by v . v, which gives the nearest neighbours most weight: in scans those are noise.
+// Normals are computed from depth, so they are those of the visible surface.
 
-/// What is the same for every fragment. Eye frame: origin at the eye, z to the viewer.
-struct Sight {
-    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division where sight is parallel.
+/// Uniforms of a picture. Eye frame: origin at the eye, z to the viewer.
+struct OcclusionUniforms {
+    /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division in parallel projection.
     depth: vec2<f32>,
-    /// Half width and half height of the picture at a distance of 1; at any where sight is parallel.
-    reach: vec2<f32>,
+    /// Half width and half height of the picture at a distance of 1; at any distance in parallel projection.
+    half_extent: vec2<f32>,
     /// Width and height of the picture, pixels.
     size: vec2<f32>,
-    /// How far things darken each other, voxels.
+    /// Radius of the occlusion, voxels.
     radius: f32,
-    /// 1 where all lines of sight have the direction of the z axis.
+    /// 1 for parallel projection, along the z axis.
     parallel: u32,
 }
 
-@group(0) @binding(0) var<uniform> sight: Sight;
-/// Depth of every sample. Where pixels have one sample the host puts texture_depth_2d here.
+@group(0) @binding(0) var<uniform> uniforms: OcclusionUniforms;
+/// Depth of every sample. For one sample per pixel the host replaces the type by texture_depth_2d.
 @group(0) @binding(1) var depths: texture_depth_multisampled_2d;
-/// How much of the sky is seen, one number per pixel, before it is smoothed.
-@group(0) @binding(2) var seen: texture_2d<f32>;
+/// Visibility of the sky, 0 to 1, one number per pixel, before smoothing.
+@group(0) @binding(2) var visibility: texture_2d<f32>;
 
-/// Neighbours that are looked at, and turns of the spiral on which they lie.
+/// Number of neighbours, and turns of their spiral.
 const N_NEIGHBOURS: u32 = 40u;
 const N_TURNS: f32 = 11.0;
 
-/// Least radius of the spiral, pixels: below nothing is to be found.
-const LEAST_PIXELS: f32 = 2.0;
+/// Minimum radius of the spiral, pixels: smaller ones find no neighbours.
+const MIN_PIXELS: f32 = 2.0;
 
-/// What is not counted, as a share of the radius: triangles are flat, and next to each other not hollow.
+/// Heights that do not count, as a fraction of the radius: adjacent flat triangles must not occlude each other.
 const BIAS: f32 = 0.015;
 
-/// How fast hidden sky darkens, and what is left of the light where all is hidden.
+/// Rate at which hidden sky darkens, and the light that remains if all sky is hidden.
 const STRENGTH: f32 = 14.0;
 const DARKEST: f32 = 0.1;
 
-/// Pixels to either side over which the noise of the spirals is smoothed, and the difference of depth, as a share of the
-/// radius, from which on neighbours belong to another surface.
-const SMOOTHED: i32 = 3;
-const APART: f32 = 0.35;
+/// Radius of the smoothing of the spirals' noise, pixels, and the difference of depth, as a fraction of the occlusion's radius,
+/// from which pixels belong to different surfaces.
+const SMOOTHING_RADIUS: i32 = 3;
+const MAX_DEPTH_DIFFERENCE: f32 = 0.35;
 
 const PI: f32 = 3.14159265;
 
-/// One triangle over all of the picture.
+/// One triangle that covers the picture.
 @vertex
 fn picture_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return vec4(vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-/// The z of the eye frame behind a depth.
+/// The z of the eye frame at a depth.
 fn z_of(depth: f32) -> f32 {
-    let in_perspective = -sight.depth.y / (depth + sight.depth.x);
-    return select(in_perspective, (depth - sight.depth.y) / sight.depth.x, sight.parallel == 1u);
+    let in_perspective = -uniforms.depth.y / (depth + uniforms.depth.x);
+    return select(in_perspective, (depth - uniforms.depth.y) / uniforms.depth.x, uniforms.parallel == 1u);
 }
 
-fn inside(pixel: vec2<i32>) -> vec2<i32> {
-    return clamp(pixel, vec2(0), vec2<i32>(sight.size) - 1);
+fn clamp_to_picture(pixel: vec2<i32>) -> vec2<i32> {
+    return clamp(pixel, vec2(0), vec2<i32>(uniforms.size) - 1);
 }
 
-/// What a pixel shows, eye frame.
+/// The visible point of a pixel, eye frame.
 fn point_at(pixel: vec2<i32>) -> vec3<f32> {
-    let at = inside(pixel);
+    let at = clamp_to_picture(pixel);
     let z = z_of(textureLoad(depths, at, 0));
-    let place = (2.0 * (vec2<f32>(at) + 0.5) / sight.size - 1.0) * vec2(1.0, -1.0);
-    return vec3(place * sight.reach * select(-z, 1.0, sight.parallel == 1u), z);
+    let screen = (2.0 * (vec2<f32>(at) + 0.5) / uniforms.size - 1.0) * vec2(1.0, -1.0);
+    return vec3(screen * uniforms.half_extent * select(-z, 1.0, uniforms.parallel == 1u), z);
 }
 
-/// The difference to one of two neighbours that lies nearer in depth, so that no edge is crossed.
-fn along(before: vec3<f32>, here: vec3<f32>, after: vec3<f32>) -> vec3<f32> {
-    let onwards = after - here;
-    let backwards = here - before;
-    return select(backwards, onwards, abs(onwards.z) < abs(backwards.z));
+/// The one-sided difference with the smaller change of depth, so that it does not cross an edge.
+fn tangent(before: vec3<f32>, here: vec3<f32>, after: vec3<f32>) -> vec3<f32> {
+    let forward = after - here;
+    let backward = here - before;
+    return select(backward, forward, abs(forward.z) < abs(backward.z));
 }
 
-/// How much of the sky over a pixel's point is seen, 0 to 1.
+/// The visibility of the sky from a pixel's point, 0 to 1.
 @fragment
-fn seen_fragment(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
-    let pixel = vec2<i32>(place.xy);
+fn visibility_fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+    let pixel = vec2<i32>(position.xy);
     let here = point_at(pixel);
-    let right = along(point_at(pixel - vec2(1, 0)), here, point_at(pixel + vec2(1, 0)));
-    let up = along(point_at(pixel + vec2(0, 1)), here, point_at(pixel - vec2(0, 1)));
+    let right = tangent(point_at(pixel - vec2(1, 0)), here, point_at(pixel + vec2(1, 0)));
+    let up = tangent(point_at(pixel + vec2(0, 1)), here, point_at(pixel - vec2(0, 1)));
     let normal = normalize(cross(right, up));
-    let per_voxel = 0.5 * sight.size.y / (sight.reach.y * select(-here.z, 1.0, sight.parallel == 1u));
-    let pixels = sight.radius * per_voxel;
-    if (textureLoad(depths, pixel, 0) >= 1.0 || pixels < LEAST_PIXELS) {
+    let per_voxel = 0.5 * uniforms.size.y / (uniforms.half_extent.y * select(-here.z, 1.0, uniforms.parallel == 1u));
+    let pixels = uniforms.radius * per_voxel;
+    if (textureLoad(depths, pixel, 0) >= 1.0 || pixels < MIN_PIXELS) {
         return vec4(1.0);
     }
-    // Interleaved gradient noise (Jimenez 2014): neighbours turn their spirals by what smoothing evens out.
-    let turned = 2.0 * PI * fract(52.9829189 * fract(dot(place.xy, vec2(0.06711056, 0.00583715))));
-    let squared = sight.radius * sight.radius;
+    // Interleaved gradient noise (Jimenez 2014): adjacent pixels rotate their spirals such that smoothing averages them.
+    let rotation = 2.0 * PI * fract(52.9829189 * fract(dot(position.xy, vec2(0.06711056, 0.00583715))));
+    let squared_radius = uniforms.radius * uniforms.radius;
     var hidden = 0.0;
     for (var i = 0u; i < N_NEIGHBOURS; i++) {
-        let share = (f32(i) + 0.5) / f32(N_NEIGHBOURS);
-        let angle = 2.0 * PI * N_TURNS * share + turned;
-        let offset = share * pixels * vec2(cos(angle), sin(angle));
-        let other = pixel + vec2<i32>(round(offset));
-        let way = point_at(other) - here;
-        let far = dot(way, way);
-        let fade = max(squared - far, 0.0) / squared;
-        let above = max(dot(way, normal) - BIAS * sight.radius, 0.0);
-        hidden += fade * above / (sqrt(far) + 0.05 * sight.radius);
+        let fraction = (f32(i) + 0.5) / f32(N_NEIGHBOURS);
+        let angle = 2.0 * PI * N_TURNS * fraction + rotation;
+        let offset = fraction * pixels * vec2(cos(angle), sin(angle));
+        let neighbour = pixel + vec2<i32>(round(offset));
+        let v = point_at(neighbour) - here;
+        let squared_distance = dot(v, v);
+        let fade = max(squared_radius - squared_distance, 0.0) / squared_radius;
+        let height = max(dot(v, normal) - BIAS * uniforms.radius, 0.0);
+        hidden += fade * height / (sqrt(squared_distance) + 0.05 * uniforms.radius);
     }
     return vec4(mix(DARKEST, 1.0, exp(-STRENGTH * hidden / f32(N_NEIGHBOURS))));
 }
 
-/// What the colour of a sample is multiplied by: what its pixel and those around it see, as far as they show one surface.
+/// The factor of a sample's colour: the mean visibility over the pixels around it that show the same surface.
 @fragment
 fn darken_fragment(
-    @builtin(position) place: vec4<f32>,
-    @builtin(sample_index) number: u32,
+    @builtin(position) position: vec4<f32>,
+    @builtin(sample_index) index: u32,
 ) -> @location(0) vec4<f32> {
-    let pixel = vec2<i32>(place.xy);
-    let depth = textureLoad(depths, pixel, i32(number));
+    let pixel = vec2<i32>(position.xy);
+    let depth = textureLoad(depths, pixel, i32(index));
     if (depth >= 1.0) {
         return vec4(1.0);
     }
     let z = z_of(depth);
     var sum = 0.0;
     var weights = 0.0;
-    for (var y = -SMOOTHED; y <= SMOOTHED; y++) {
-        for (var x = -SMOOTHED; x <= SMOOTHED; x++) {
-            let at = inside(pixel + vec2(x, y));
-            let off = abs(z_of(textureLoad(depths, at, 0)) - z) / (APART * sight.radius);
-            let weight = saturate(1.0 - off) + 1e-4;
-            sum += weight * textureLoad(seen, at, 0).r;
+    for (var y = -SMOOTHING_RADIUS; y <= SMOOTHING_RADIUS; y++) {
+        for (var x = -SMOOTHING_RADIUS; x <= SMOOTHING_RADIUS; x++) {
+            let at = clamp_to_picture(pixel + vec2(x, y));
+            let difference = abs(z_of(textureLoad(depths, at, 0)) - z);
+            let weight = saturate(1.0 - difference / (MAX_DEPTH_DIFFERENCE * uniforms.radius)) + 1e-4;
+            sum += weight * textureLoad(visibility, at, 0).r;
             weights += weight;
         }
     }

@@ -1,33 +1,33 @@
-// Draws the isosurface of one isovalue: trajectories interpolated per vertex, lit per fragment.
-// One vertex invocation per corner of an active triangle. Host side: src/render/surface.rs.
+// Draws the isosurface of one isovalue: interpolates trajectories per vertex, lights per fragment.
+// One vertex invocation per corner of an active triangle. Host side: src/render/shader_types.rs, src/render/painter.rs.
 
-/// What is the same for every corner of a picture. Eye frame: origin at the eye, z to the viewer.
+/// Uniforms of a surface. Eye frame: origin at the eye, z to the viewer.
 struct Frame {
     /// From the voxel frame to clip coordinates.
     clip_from_voxel: mat4x4<f32>,
     /// From the voxel frame to the eye frame.
     eye_from_voxel: mat4x4<f32>,
-    /// Turns normals into the eye frame, up to their length; the fourth row and column are not used.
+    /// Transforms normals to the eye frame, up to their length; the fourth row and column are not used.
     eye_from_normal: mat4x4<f32>,
-    /// Linear colour of the side towards lower values where the surface is plain.
+    /// Linear colour of the side towards lower values of a plain surface.
     front: vec4<f32>,
-    /// Linear colour of the side towards higher values; tints it where the surface is not plain.
+    /// Linear colour of the side towards higher values of a plain surface; tints that side of other surfaces.
     back: vec4<f32>,
-    /// Linear colour of the wireframe and, as alpha, how much it covers.
+    /// Linear colour and opacity of the wireframe.
     wire: vec4<f32>,
     /// The isovalue as the sum of two numbers, on the scale of `isovalues`.
     isovalue: vec2<f32>,
-    /// Rank of the last isovalue in `isovalues` that is not above it.
+    /// Rank of the last isovalue in `isovalues` that is not above `isovalue`.
     rank: u32,
     /// One of the constants below.
     palette: u32,
     /// Width of the wireframe, pixels; 0 draws none.
     wire_width: f32,
-    /// 1 where the grid axes are left-handed in the world, so that triangles turn the other way.
+    /// 1 if the grid axes are left-handed in the world, which reverses the winding of triangles.
     mirrored: u32,
-    /// 1 where all lines of sight have the direction of the eye frame's z axis.
+    /// 1 for parallel projection, along the z axis of the eye frame.
     parallel: u32,
-    /// Where the main light is, one of `LAMPS`.
+    /// Index of the main light in `LAMPS`.
     lamp: u32,
     /// Linear colours of the map, evenly spaced.
     map: array<vec4<f32>, 33>,
@@ -47,17 +47,17 @@ struct Knot {
 struct ActiveTriangle {
     /// Its vertices.
     vertices: array<u32, 3>,
-    /// What its colour shows: of each corner the share of the map, 1 to 1023 for 0 to 1, 0 for none, 10 bits each; for
-    /// names a number.
-    measures: u32,
-    /// Unit normals of the mesh at its corners, towards lower values: octahedral, two signed normalised 16-bit
-    /// numbers each. Of the mesh that is drawn: no trajectory has any.
+    /// The values that its colour shows: for the palette MAP the fraction of the map at each corner, 10 bits each, 1 to 1023
+    /// for 0 to 1, 0 for no value; for the palette COMPONENTS the index of the component.
+    values: u32,
+    /// Unit normals of the mesh at its corners, towards lower values: octahedral, two signed normalized 16-bit numbers each.
+    /// Trajectories have no normals.
     normals: array<u32, 3>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-/// The isovalue of each rank, scaled to [0, 1] over the range, as the sum of two numbers: together
-/// 48 bits, so that knots however close are told apart.
+/// The isovalue of each rank, scaled to [0, 1] over the range, as the sum of two numbers: together 48 bits, to distinguish
+/// close knots.
 @group(0) @binding(1) var<storage, read> isovalues: array<vec2<f32>>;
 /// Start of each vertex's knots, and the end.
 @group(0) @binding(2) var<storage, read> first_knot: array<u32>;
@@ -66,13 +66,13 @@ struct ActiveTriangle {
 /// The active triangles.
 @group(0) @binding(4) var<storage, read> triangles: array<ActiveTriangle>;
 
-// Palettes: the same numbers as on the host side.
+// Palettes: `Palette` in src/render/shader_types.rs.
 const PLAIN: u32 = 0u;
 const MAP: u32 = 1u;
-const NAMES: u32 = 2u;
+const COMPONENTS: u32 = 2u;
 const NORMALS: u32 = 3u;
 
-/// Where the main light may be, eye frame, in the order of `Light` in src/render/light.rs.
+/// Positions of the main light, eye frame, in the order of `Light` in src/render/light.rs.
 const LAMPS = array(
     vec3(-0.45, 0.65, 0.70),
     vec3(0.0, 0.0, 1.0),
@@ -82,7 +82,7 @@ const LAMPS = array(
     vec3(0.0, -1.0, 0.3),
 );
 
-/// Linear colour of what has no number; that of src/color.rs.
+/// Linear colour of missing values; that of src/color/srgb.rs.
 const NO_VALUE = vec3(0.30, 0.30, 0.30);
 
 struct Corner {
@@ -95,14 +95,14 @@ struct Corner {
     @location(2) barycentric: vec3<f32>,
     /// Linear colour of the triangle.
     @location(3) @interpolate(flat) color: vec3<f32>,
-    /// Share of the map; below 0 where there is none.
-    @location(4) share: f32,
+    /// Fraction of the map; below 0 for no value.
+    @location(4) fraction: f32,
 }
 
 @vertex
 fn surface_vertex(@builtin(vertex_index) index: u32) -> Corner {
     let corner = index % 3u;
-    let measures = triangles[index / 3u].measures;
+    let values = triangles[index / 3u].values;
     let vertex = triangles[index / 3u].vertices[corner];
 
     // The last knot not above the isovalue, by bisection of [low, end).
@@ -120,17 +120,17 @@ fn surface_vertex(@builtin(vertex_index) index: u32) -> Corner {
     let before = knots[low];
     let after = knots[min(low + 1u, end - 1u)];
     let start = isovalues[before.rank];
-    let length_of_step = difference(isovalues[after.rank], start);
+    let interval = difference(isovalues[after.rank], start);
     var t = 0.0;
-    if (length_of_step > 0.0) {
-        t = clamp(difference(frame.isovalue, start) / length_of_step, 0.0, 1.0);
+    if (interval > 0.0) {
+        t = clamp(difference(frame.isovalue, start) / interval, 0.0, 1.0);
     }
     let position = mix(
         vec3(before.x, before.y, before.z),
         vec3(after.x, after.y, after.z),
         t,
     );
-    let normal = decode(triangles[index / 3u].normals[corner]);
+    let normal = decode_normal(triangles[index / 3u].normals[corner]);
 
     var out: Corner;
     out.clip = frame.clip_from_voxel * vec4(position, 1.0);
@@ -138,23 +138,23 @@ fn surface_vertex(@builtin(vertex_index) index: u32) -> Corner {
     out.normal = normalize((frame.eye_from_normal * vec4(normal, 0.0)).xyz);
     out.barycentric = vec3(f32(corner == 0u), f32(corner == 1u), f32(corner == 2u));
     out.color = frame.front.rgb;
-    out.share = 0.0;
-    if (frame.palette == NAMES) {
-        out.color = name_color(measures);
+    out.fraction = 0.0;
+    if (frame.palette == COMPONENTS) {
+        out.color = component_color(values);
     } else if (frame.palette == MAP) {
-        let code = (measures >> (10u * corner)) & 1023u;
-        out.share = select((f32(code) - 1.0) / 1022.0, -1.0, code == 0u);
+        let code = (values >> (10u * corner)) & 1023u;
+        out.fraction = select((f32(code) - 1.0) / 1022.0, -1.0, code == 0u);
     }
     return out;
 }
 
-/// a - b of numbers that are sums of two.
+/// a - b, each the sum of two numbers.
 fn difference(a: vec2<f32>, b: vec2<f32>) -> f32 {
     return (a.x - b.x) + (a.y - b.y);
 }
 
 /// The unit vector of an octahedral code; twin: src/spectrum/normal.rs.
-fn decode(code: u32) -> vec3<f32> {
+fn decode_normal(code: u32) -> vec3<f32> {
     let e = unpack2x16snorm(code);
     var n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
     if (n.z < 0.0) {
@@ -164,27 +164,26 @@ fn decode(code: u32) -> vec3<f32> {
     return normalize(n);
 }
 
-/// The linear colour at a share of the map.
-fn map_color(share: f32) -> vec3<f32> {
-    let x = clamp(share, 0.0, 1.0) * 32.0;
+/// The linear colour at a fraction of the map.
+fn map_color(fraction: f32) -> vec3<f32> {
+    let x = clamp(fraction, 0.0, 1.0) * 32.0;
     let before = min(u32(x), 31u);
     let color = mix(frame.map[before].rgb, frame.map[before + 1u].rgb, x - f32(before));
-    // Half-way to a corner without a number.
-    return select(color, NO_VALUE, share < -0.5);
+    // Beyond half-way to a corner without a value.
+    return select(color, NO_VALUE, fraction < -0.5);
 }
 
-/// Eight colours that are told apart with any colour vision, in turn; neighbours of one round and
-/// the next differ in lightness.
-fn name_color(name: u32) -> vec3<f32> {
+/// Eight colours that are distinguishable with any colour vision, repeated in darker rounds.
+fn component_color(component: u32) -> vec3<f32> {
     var hues = array(245.0, 60.0, 165.0, 350.0, 95.0, 220.0, 35.0, 310.0);
     var lightness = array(0.58, 0.74, 0.66, 0.64, 0.87, 0.80, 0.58, 0.48);
-    let turn = name % 8u;
-    let round = f32((name / 8u) % 3u);
+    let turn = component % 8u;
+    let round = f32((component / 8u) % 3u);
     return from_oklch(lightness[turn] * (1.0 - 0.13 * round), 0.125, radians(hues[turn]));
 }
 
-/// The linear colour of a direction of the eye frame: its components in the voxel frame, whose axes
-/// are the columns of the matrix, from -1 (dark) to 1 (light) as red, green and blue.
+/// The linear colour of a direction of the eye frame: its components in the voxel frame, whose axes are the columns of the
+/// matrix, from -1 (dark) to 1 (light) as red, green and blue.
 fn normal_color(eye_normal: vec3<f32>) -> vec3<f32> {
     let axes = mat3x3(
         normalize(frame.eye_from_voxel[0].xyz),
@@ -196,7 +195,7 @@ fn normal_color(eye_normal: vec3<f32>) -> vec3<f32> {
 }
 
 /// Linear sRGB of a colour in OKLCh (Ottosson 2020, "A perceptual color space for image
-/// processing"); hue in radians. Colours outside sRGB are cut off.
+/// processing"); hue in radians. Colours outside of sRGB are clamped.
 fn from_oklch(lightness: f32, chroma: f32, hue: f32) -> vec3<f32> {
     let a = chroma * cos(hue);
     let b = chroma * sin(hue);
@@ -227,7 +226,7 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
 
     var color = in.color;
     if (frame.palette == MAP) {
-        color = map_color(in.share);
+        color = map_color(in.fraction);
     } else if (frame.palette == NORMALS) {
         color = normal_color(in.normal);
     }
@@ -244,8 +243,8 @@ fn shade(in: Corner, counter_clockwise: bool) -> vec3<f32> {
     return lit;
 }
 
-/// Two soft lights fixed to the camera, of which the reader places one and the other one fills in from the other side, light
-/// from all around that is brighter from above, a small highlight, and a slight rim.
+/// Two soft lights fixed to the camera (the main light, and a fill light from the other side), ambient light that is brighter
+/// from above, a small highlight, and a slight rim light.
 fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f32> {
     var lamps = LAMPS;
     let lamp = lamps[frame.lamp];
@@ -253,7 +252,7 @@ fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f
     let fill = normalize(vec3(select(0.85, -0.85, lamp.x > 0.0), 0.05, 0.45));
     let above = 0.5 + 0.5 * normal.y;
     let ambient = mix(vec3(0.17, 0.16, 0.155), vec3(0.36, 0.38, 0.42), above);
-    // Wrapped a little around the edge of the shadow: a large light, not a point.
+    // Wrap lighting softens the edge of the shadow, as a large light does.
     let wrap = 0.2;
     let from_key = saturate((dot(normal, key) + wrap) / (1.0 + wrap));
     let from_fill = saturate(dot(normal, fill));
@@ -268,16 +267,15 @@ fn light(albedo: vec3<f32>, normal: vec3<f32>, towards_eye: vec3<f32>) -> vec3<f
     return saturate(albedo * diffuse + highlight + rim);
 }
 
-/// The triangle's three altitudes, pixels: one over the length of each coordinate's gradient.
+/// The triangle's three altitudes, pixels: the inverse length of each barycentric coordinate's gradient.
 fn altitudes_in_pixels(barycentric: vec3<f32>) -> vec3<f32> {
     let dx = dpdx(barycentric);
     let dy = dpdy(barycentric);
     return inverseSqrt(max(dx * dx + dy * dy, vec3(1e-12)));
 }
 
-/// How much of a fragment the triangle's edges cover. Each side of an edge draws half its width.
-/// Where triangles are only a few lines wide the lines fade, so that a fine mesh turns grey
-/// instead of black.
+/// Coverage of a fragment by the triangle's edges. Each side of an edge draws half its width. The lines fade if triangles are
+/// only a few lines wide, so that a fine mesh turns grey instead of black.
 fn wire_coverage(barycentric: vec3<f32>, altitudes: vec3<f32>) -> f32 {
     let distances = barycentric * altitudes;
     let nearest = min(distances.x, min(distances.y, distances.z));

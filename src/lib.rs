@@ -10,7 +10,7 @@
 //! | [`spectrum`] | spectra, queries, components of meshes |
 //! | [`mod@file`] | files and folders of spectra |
 //! | [`export`] | mesh formats of other programs |
-//! | [`color`], [`sources`], [`render`], [`page`] | colours, pictures, web pages |
+//! | [`color`], [`color_sources`], [`render`], [`page`] | colours, pictures, web pages |
 //! | [`verify`](mod@verify) | verification of a spectrum against its volume |
 //! | [`bricks`] | computation of volumes larger than memory, or on several machines |
 //! | [`settings`] | lengths, percentages and ranges as users write them |
@@ -56,6 +56,7 @@ extern crate self as isospectrum;
 mod atomic_file;
 pub mod bricks;
 pub mod color;
+pub mod color_sources;
 mod disjoint_sets;
 mod error;
 pub mod export;
@@ -76,7 +77,6 @@ mod random;
 pub mod render;
 mod setters;
 pub mod settings;
-pub mod sources;
 pub mod spectrum;
 mod sweep;
 mod topology;

@@ -30,7 +30,7 @@ mod template;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
-use crate::color::{Color, End, Ends, Map, Sources, to_srgb};
+use crate::color::{Color, ColorSources, Map, ScaleEnd, ScaleEnds, to_srgb};
 use crate::error::{Error, Result};
 use crate::render::{Background, Camera, Clip, Image, Light, Memory, Surface, plain_color};
 use crate::setters::setters;
@@ -69,9 +69,9 @@ pub struct Page<'a> {
     /// The map that shows it; without it the usual one.
     pub map: Option<Map>,
     /// What is told of the ends of its scale.
-    pub ends: Ends,
+    pub ends: ScaleEnds,
     /// A second field that colours can show.
-    pub field: Option<&'a Sources>,
+    pub field: Option<&'a ColorSources>,
     /// Whether the box of the volume, the axes of the world and a scale bar are drawn at first.
     pub axes: bool,
     /// How the surface looks at first beside its colours.
@@ -101,7 +101,7 @@ impl<'a> Page<'a> {
             camera: Camera::default(),
             color: Color::None,
             map: None,
-            ends: Ends::default(),
+            ends: ScaleEnds::default(),
             field: None,
             axes: false,
             look: Look::default(),
@@ -118,7 +118,7 @@ impl<'a> Page<'a> {
         with_open(open: bool),
         with_camera(camera: Camera),
         with_color(color: Color),
-        with_ends(ends: Ends),
+        with_ends(ends: ScaleEnds),
         with_axes(axes: bool),
         with_look(look: Look),
         with_keep(keep: Keep),
@@ -127,7 +127,7 @@ impl<'a> Page<'a> {
         with_caption(caption: &'a str),
         with_credit(credit: &'a str),
         with_map(map: Map),
-        with_field(field: &'a Sources),
+        with_field(field: &'a ColorSources),
         with_samples(samples: &'a Histogram),
         with_statistics(statistics: &'a Statistics),
         with_still(still: &'a Image),
@@ -299,9 +299,9 @@ fn filled(
     let curves = curves::curves(spectrum)?;
     // Those of a field are found among all its knots, of all isovalues.
     let is_field = page.color == Color::Field;
-    let at = |end: Option<End>| match end? {
-        End::At(x) => Some(serde_json::json!(x)),
-        End::Percentile(p) => (!is_field).then(|| format!("p{p}").into()),
+    let at = |end: Option<ScaleEnd>| match end? {
+        ScaleEnd::At(x) => Some(serde_json::json!(x)),
+        ScaleEnd::Percentile(p) => (!is_field).then(|| format!("p{p}").into()),
     };
     let color = serde_json::json!({
         "color": page.color.name(),

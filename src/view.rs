@@ -1,98 +1,57 @@
-//! The window: a spectrum in the hand, `isospectrum view` (feature `viewer`).
+//! The window: an interactive view of a spectrum, `isospectrum view` (feature `viewer`).
 //!
-//! The surface is drawn by the [`Painter`](crate::render::Painter) that `render` uses, into a texture
-//! of as many pixels as its part of the window has, and the window shows that texture byte for byte:
-//! what is seen is what `render` writes. It is drawn anew only when something of it changes; then a
-//! turn of the camera costs the triangles that are drawn, and a move of the isovalue in addition the
-//! list of the living ones. Nothing depends on the size of the volume, or looks at all triangles.
+//! The [`Painter`](crate::render::Painter) of the module `render` draws into a texture with one texel per pixel of the window,
+//! and the window shows the bytes of that texture: the same picture that `render` writes. It is drawn again only if something
+//! changes. Moving the camera costs drawing the triangles, changing the isovalue also the list of active triangles. Neither
+//! depends on the size of the volume or visits all triangles of the spectrum.
 //!
-//! What takes longer than a frame runs in a thread of its own and ends when its scene goes: reading
-//! and computing, the curves over the isovalue.
+//! Work that takes longer than a frame (reading, computing, the curves over the isovalue) runs in threads that end with their
+//! scene.
 //!
-//! Of a folder of parts those chunks are read that what is shown needs (`held`); until they are there the picture stays as it was.
-//! What asks for all of them, the curves, is computed when it is asked for.
+//! Of a folder of parts only the chunks are read that the shown isovalues need (`folder_parts`); meanwhile the last picture
+//! stays. The curves need all chunks, so they are computed on request.
 
-mod act;
 mod actions;
-mod chooser;
+mod camera_control;
 mod cube;
 mod curves;
-mod empty;
-mod hand;
-mod held;
+mod file_dialog;
+mod folder_parts;
 mod history;
-mod layers;
+mod isovalue_bar;
 mod loading;
-mod opened;
+mod numbers;
+mod open_spectra;
+mod opening;
 mod options;
+mod perform;
 mod picks;
 mod picture;
+mod pinned;
 mod plot;
+mod pointer;
 mod pointing;
-mod rows;
 mod save;
 mod scene;
-mod typed;
+mod start_screen;
 mod window;
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
+pub use opening::{Content, Opening};
+
 use crate::error::{Error, Result};
-use crate::file::SpectrumFolder;
 use crate::gpu::Gpu;
-use crate::render::{Surface, View};
-use crate::spectrum::Spectrum;
-use crate::sweep::Parameters;
-use crate::volume::Volume;
-
-/// What a window shows at first.
-#[derive(Debug, Default)]
-pub enum Content {
-    /// Nothing: files are dropped on it.
-    #[default]
-    Nothing,
-    /// A spectrum and the name to show.
-    Spectrum(String, Box<Spectrum>),
-    /// A folder of parts and the name to show. No more is read of it than what is shown needs.
-    Folder(String, Box<SpectrumFolder>),
-    /// A volume, whose spectrum is computed in the window.
-    Volume(Box<Volume>),
-}
-
-/// How a window opens.
-#[derive(Debug, Default)]
-pub struct Opening {
-    /// What it shows.
-    pub content: Content,
-    /// The volume of the spectrum: its samples are shown behind the curves, and `p99` can be typed.
-    pub volume: Option<Volume>,
-    /// A second field that colours can show.
-    pub field: Option<Volume>,
-    /// The first isosurface, and others that stay beside it; without any that of [`Spectrum::shown_first`], or of the folder.
-    pub surfaces: Vec<Surface>,
-    /// Isovalues that are offered by name; without any some are suggested.
-    pub marks: Vec<(f64, String)>,
-    /// How the surface looks; the width and height are those of the window, points.
-    pub view: View,
-    /// Parameters of spectra that are computed in the window.
-    pub parameters: Parameters,
-    /// A part of the name of the adapter.
-    pub adapter: Option<String>,
-    /// Where pictures and meshes go.
-    pub folder: PathBuf,
-}
 
 /// Opens a window and returns when it is closed.
 ///
 /// # Errors
 ///
-/// [`Error::Gpu`] if there is no adapter, no display, or the device is lost; [`Error::Range`] if
-/// an isovalue lies outside the range.
+/// [`Error::Gpu`] if there is no adapter, no display, or the device is lost; [`Error::Range`] if an isovalue is outside of the
+/// range.
 pub fn run(opening: Opening) -> Result<()> {
     let gpu = Arc::new(Gpu::new(opening.adapter.as_deref())?);
     let failure = Arc::new(Mutex::new(None));
-    let keep = failure.clone();
     let mut options = eframe::NativeOptions {
         viewport: eframe::egui::ViewportBuilder::default()
             .with_app_id("isospectrum")
@@ -109,18 +68,18 @@ pub fn run(opening: Opening) -> Result<()> {
             device: gpu.device().clone(),
             queue: gpu.queue().clone(),
         });
-    let opened = gpu.clone();
-    let run = eframe::run_native(
+    let window_failure = failure.clone();
+    let result = eframe::run_native(
         "isospectrum",
         options,
         Box::new(move |creation| {
-            Ok(Box::new(window::Window::new(creation, opened, opening, keep)?))
+            Ok(Box::new(window::Window::new(creation, gpu, opening, window_failure)?))
         }),
     );
     if let Some(error) = failure.lock().unwrap_or_else(PoisonError::into_inner).take() {
         return Err(error);
     }
-    run.map_err(|error| match error {
+    result.map_err(|error| match error {
         eframe::Error::AppCreation(error) => match error.downcast::<Error>() {
             Ok(error) => *error,
             Err(error) => Error::Gpu(format!("no window: {error}")),

@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 
 use common::program::{self, Folder};
 use isospectrum::Error;
-use isospectrum::color::{Color, Ends};
+use isospectrum::color::{Color, ScaleEnds};
 use isospectrum::export::read_ply;
 use isospectrum::file;
 use isospectrum::page::{DEFAULT_STEP, Look, Page, html, part, script, with_fewer_knots};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use isospectrum::color::Sources;
+use isospectrum::color::ColorSources;
 use isospectrum::page::Page;
 use isospectrum::render::{Background, Gpu, Image, Renderer, Surface, View, linear};
 use isospectrum::{Error, Result};
@@ -47,7 +47,7 @@ pub(crate) fn still(
     spectrum: &isospectrum::Spectrum,
     page: &Page<'_>,
     first: Surface,
-    sources: &Sources,
+    sources: &ColorSources,
 ) -> Result<Option<Image>> {
     let gpu = match Gpu::new(None) {
         Ok(gpu) => gpu,

@@ -2,7 +2,7 @@
 
 use std::str::FromStr as _;
 
-use isospectrum::color::{Color, Ends, Map};
+use isospectrum::color::{Color, Map, ScaleEnds};
 use isospectrum::render::{Axis, Background, Camera, Clip, Light};
 use isospectrum::{Error, Keep, Result, Spectrum};
 use pyo3::prelude::*;
@@ -63,10 +63,10 @@ impl Sight {
         self.color_map.as_deref().map(Map::from_str).transpose()
     }
 
-    pub(crate) fn ends(&self) -> Result<Ends> {
-        let ends = self.color_range.as_deref().map(Ends::from_str).transpose()?;
+    pub(crate) fn ends(&self) -> Result<ScaleEnds> {
+        let ends = self.color_range.as_deref().map(ScaleEnds::from_str).transpose()?;
         let ends = ends.unwrap_or_default();
-        Ok(Ends { center: self.color_center.or(ends.center), ..ends })
+        Ok(ScaleEnds { center: self.color_center.or(ends.center), ..ends })
     }
 
     pub(crate) fn background(&self) -> Result<Option<Background>> {

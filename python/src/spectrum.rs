@@ -9,7 +9,7 @@ use isospectrum::render::{Background, Gpu, Renderer, View};
 use isospectrum::spectrum::{Components, lineages};
 use isospectrum::verify::{Limits, Sampling, verify};
 use isospectrum::volume::{Histogram, Statistics};
-use isospectrum::{Error, Mesh, Prepared, Result, file, sources};
+use isospectrum::{Error, Mesh, Prepared, Result, color_sources, file};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -241,9 +241,14 @@ impl Spectrum {
                 .with_label(label)
                 .with_open(sight.open)
                 .with_keep(sight.keep(&spectrum));
-            let volume = volume.map(|v| sources::volume_of(v, &spectrum)).transpose()?;
-            let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));
-            let sources = sources::of(&spectrum, view.color, by, of)?;
+            let volume = volume.map(|v| color_sources::swept_volume(v, &spectrum)).transpose()?;
+            let sources = color_sources::sources(
+                &spectrum,
+                view.color,
+                color_by.as_ref(),
+                volume.as_ref(),
+                VOLUME,
+            )?;
             let gpu = Gpu::new(adapter.as_deref())?;
             let mut renderer = Renderer::new(&gpu, &spectrum)?;
             renderer.set_sources(sources);
@@ -279,7 +284,8 @@ impl Spectrum {
         let [volume, color_by] = [volume, color_by].map(|v| v.map(|v| v.get().0.clone()));
         let mut also = surfaces_of(surfaces);
         watched(py, None, move |_| {
-            let volume = volume.map(|v| sources::volume_of(v, handle.summary())).transpose()?;
+            let volume =
+                volume.map(|v| color_sources::swept_volume(v, handle.summary())).transpose()?;
             let mut spectrum = match range {
                 Some(range) => {
                     let ends = [range.0, range.1];
@@ -317,8 +323,13 @@ impl Spectrum {
                 also,
             };
             let color = sight.color(color_by.is_some())?;
-            let (by, of) = (color_by.as_ref(), (volume.as_ref(), VOLUME));
-            let sources = sources::of(&spectrum, color, by, of)?;
+            let sources = color_sources::sources(
+                &spectrum,
+                color,
+                color_by.as_ref(),
+                volume.as_ref(),
+                VOLUME,
+            )?;
             let samples = volume.as_ref().map(Histogram::of);
             let mut page =
                 Page::new(title.as_deref().unwrap_or(&spectrum.volume().name), first.isovalue)

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Result;
-use isospectrum::color::{Color, Ends, Map, Sources};
-use isospectrum::sources;
+use isospectrum::color::{Color, ColorSources, Map, ScaleEnds};
+use isospectrum::color_sources;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
 
@@ -24,7 +24,7 @@ pub(super) struct ColorArguments {
     pub(super) color_map: Option<Map>,
     /// Numbers of the first and the last colour, each a number or a percentile of those that are shown: 0:5, p5:p95, 0:
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
-    color_range: Option<Ends>,
+    color_range: Option<ScaleEnds>,
     /// Number of the middle colour
     #[arg(long, value_name = "C", allow_hyphen_values = true)]
     color_center: Option<f64>,
@@ -37,9 +37,9 @@ impl ColorArguments {
     }
 
     /// What is told of the ends of the scale.
-    pub(super) fn ends(&self) -> Ends {
+    pub(super) fn ends(&self) -> ScaleEnds {
         let ends = self.color_range.unwrap_or_default();
-        Ends { center: self.color_center.or(ends.center), ..ends }
+        ScaleEnds { center: self.color_center.or(ends.center), ..ends }
     }
 
     /// Every file that a command reads: the spectrum, its volume where it is told, and what colours show.
@@ -54,10 +54,20 @@ impl ColorArguments {
     /// # Errors
     ///
     /// What reading a volume meets, and [`Error::Input`] for one that lies elsewhere.
-    pub(super) fn sources(&self, spectrum: &Spectrum, volume: Option<Volume>) -> Result<Sources> {
+    pub(super) fn sources(
+        &self,
+        spectrum: &Spectrum,
+        volume: Option<Volume>,
+    ) -> Result<ColorSources> {
         let by = self.color_by.as_deref().map(|path| read_volume(path, &ReadOptions::default()));
-        let volume = (volume.as_ref(), "--volume VOLUME");
-        sources::of(spectrum, self.color, by.transpose()?.as_ref(), volume)
+        let by = by.transpose()?;
+        color_sources::sources(
+            spectrum,
+            self.color,
+            by.as_ref(),
+            volume.as_ref(),
+            "--volume VOLUME",
+        )
     }
 }
 
@@ -67,5 +77,5 @@ impl ColorArguments {
 ///
 /// What reading it meets, and [`Error::Input`] for one of other dimensions.
 pub(super) fn volume_of(path: &Path, spectrum: &Spectrum) -> Result<Volume> {
-    sources::volume_of(read_volume(path, &ReadOptions::default())?, spectrum)
+    color_sources::swept_volume(read_volume(path, &ReadOptions::default())?, spectrum)
 }

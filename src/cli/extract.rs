@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Error;
-use isospectrum::color::{Color, Parts, Sources};
+use isospectrum::color::{Color, ColorSources, SpectrumMesh};
 use isospectrum::export::{
-    Arrangement, Border, Colors, Format, Frame, Look, Morph, NO_COLORS, write_all_to,
-    write_colored_to, write_morph_to, write_to,
+    Arrangement, Border, Colors, Format, Morph, NO_COLORS, SceneMesh, SurfaceStyle,
+    write_colored_to, write_morph_to, write_scene_to, write_to,
 };
 use isospectrum::render::{Surface, plain_color};
 use isospectrum::spectrum::{Query, Spectrum};
@@ -128,7 +128,7 @@ impl Extract {
         let is_several = n_isovalues > 1 || self.sweep.is_some();
         // A name without a place for a number is one file.
         let is_scene =
-            is_several && format.has_scenes() && !pattern.display().to_string().contains('%');
+            is_several && format.supports_scenes() && !pattern.display().to_string().contains('%');
         let outputs = match is_several && !is_scene || series {
             false => vec![Output::open(&self.output, &inputs)?],
             true => Pattern::of_any(&pattern)?.open(n_isovalues as u32, &inputs)?,
@@ -141,7 +141,7 @@ impl Extract {
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         let spectrum = opened.around(&isovalues)?;
         let files = outputs.iter().map(Output::name).collect::<Vec<_>>();
-        if !format.has_colors() && !matches!(self.color.shown(), Color::None | Color::Normal) {
+        if !format.supports_colors() && !matches!(self.color.shown(), Color::None | Color::Normal) {
             return Err(Error::Usage(NO_COLORS.to_owned()).into());
         }
         let volume = self.volume.as_ref().map(|path| volume_of(path, &spectrum)).transpose()?;
@@ -189,41 +189,41 @@ impl Extract {
         &self,
         query: &mut Query<&Spectrum>,
         spectrum: &Spectrum,
-        sources: &Sources,
+        sources: &ColorSources,
         surface: &Surface,
-    ) -> anyhow::Result<Frame> {
+    ) -> anyhow::Result<SceneMesh> {
         let Surface { isovalue, color, opacity } = *surface;
         let keep = self.keep.of(spectrum);
         let whole = query.mesh_at(isovalue)?;
         let (vertices, triangles) = query.parts();
-        let parts = Parts { spectrum, isovalue, mesh: &whole, vertices, triangles };
+        let parts = SpectrumMesh { spectrum, isovalue, mesh: &whole, vertices, triangles };
         let attribute = parts.attribute(self.color.shown(), sources, self.color.ends())?;
         let (mesh, kept) = whole.kept(&keep, self.border.is_open(spectrum));
         let attribute = attribute.map(|attribute| attribute.of_part(&kept));
         let map = self.color.color_map;
-        let map = map.unwrap_or_else(|| self.color.shown().usual_map(sources));
+        let map = map.unwrap_or_else(|| self.color.shown().default_map(sources));
         empty::warn(spectrum, isovalue, self.border.is_open(spectrum));
         empty::warn_of_components(mesh.triangles.len(), &keep);
-        let look = Look {
+        let style = SurfaceStyle {
             isovalue,
             color: color.unwrap_or_else(|| plain_color(0)),
             opacity: opacity.unwrap_or(1.0),
         };
-        Ok(Frame { mesh, look, shown: attribute.map(|attribute| (attribute, map)) })
+        Ok(SceneMesh { mesh, style, colors: attribute.map(|attribute| (attribute, map)) })
     }
 
     /// Writes the mesh of one isovalue.
     fn write(
         &self,
         spectrum: &Spectrum,
-        Frame { mesh, look, shown }: &Frame,
+        SceneMesh { mesh, style, colors }: &SceneMesh,
         format: Format,
         output: Output,
     ) -> anyhow::Result<Extracted> {
         let path = output.name();
         let placement = &spectrum.volume().placement;
         let bytes = output
-            .write(|file| match shown {
+            .write(|file| match colors {
                 Some((attribute, map)) => {
                     let colors = Colors { attribute, map: *map };
                     write_colored_to(mesh, placement, colors, format, file)
@@ -234,17 +234,17 @@ impl Extract {
         let (n_vertices, n_triangles) = (mesh.positions.len(), mesh.triangles.len());
         log::info!(
             "{path}: {n_triangles} triangles, {n_vertices} vertices at isovalue {}, {}",
-            report::number(look.isovalue),
+            report::number(style.isovalue),
             report::bytes(bytes)
         );
-        Ok(Extracted { isovalue: look.isovalue, n_vertices, n_triangles, bytes: Some(bytes) })
+        Ok(Extracted { isovalue: style.isovalue, n_vertices, n_triangles, bytes: Some(bytes) })
     }
 
     /// Writes the meshes of several isovalues into one file; what they are, and its bytes.
     fn write_scene(
         &self,
         query: &mut Query<&Spectrum>,
-        (spectrum, sources): (&Spectrum, &Sources),
+        (spectrum, sources): (&Spectrum, &ColorSources),
         surfaces: &[Surface],
         format: Format,
         output: Output,
@@ -254,13 +254,13 @@ impl Extract {
         for (i, surface) in surfaces.iter().enumerate() {
             let mut frame = self.frame(query, spectrum, sources, surface)?;
             if surface.color.is_none() && self.sweep.is_none() {
-                frame.look.color = plain_color(i);
+                frame.style.color = plain_color(i);
             }
             frames.push(frame);
         }
         let written: Vec<Extracted> = (frames.iter())
-            .map(|Frame { mesh, look, .. }| Extracted {
-                isovalue: look.isovalue,
+            .map(|SceneMesh { mesh, style, .. }| Extracted {
+                isovalue: style.isovalue,
                 n_vertices: mesh.positions.len(),
                 n_triangles: mesh.triangles.len(),
                 bytes: None,
@@ -272,7 +272,7 @@ impl Extract {
         };
         let placement = &spectrum.volume().placement;
         let bytes = output
-            .write(|file| write_all_to(frames, arrangement, placement, format, file))
+            .write(|file| write_scene_to(frames, arrangement, placement, format, file))
             .map_err(|e| e.of_file(&self.spectrum))?;
         let n_triangles: usize = written.iter().map(|mesh| mesh.n_triangles).sum();
         let (n, bytes_told) = (written.len(), report::bytes(bytes));
@@ -306,9 +306,9 @@ impl Extract {
             morph.mesh.triangles.len(),
             morph.targets.len(),
             report::bytes(bytes),
-            report::number(morph.farthest)
+            report::number(morph.max_distance)
         );
-        if morph.farthest > FAR {
+        if morph.max_distance > FAR {
             log::warn!(
                 "{path}: what grows out between its vertices is not in it; a shorter range is followed better"
             );

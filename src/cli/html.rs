@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Progress as _;
-use isospectrum::color::Sources;
+use isospectrum::color::ColorSources;
 use isospectrum::file::TemporaryFolder;
 use isospectrum::page::{self, DEFAULT_STEP, Look, Page, Sizes};
 use isospectrum::render::Gpu;
@@ -236,7 +236,7 @@ impl Html {
         spectrum: &Spectrum,
         shown: Surface,
         look: &Look,
-        sources: &Sources,
+        sources: &ColorSources,
     ) -> Result<Option<Image>> {
         let gpu = match Gpu::new(self.adapter.as_deref()) {
             Ok(gpu) => gpu,

@@ -1,13 +1,12 @@
-//! The numbers that a surface is coloured by.
+//! The values that a surface is coloured by.
 //!
 //! # Theory
 //!
 //! The *radius ratio* is 2r/R, inradius over circumradius ([`radius_ratio`]).
 //!
-//! The *mean curvature* is half the divergence of the unit normal field. Over a triangle the
-//! normals are interpolated linearly, so it is half the sum over the corners of the gradient of
-//! the corner's barycentric coordinate times the corner's normal. Normals point to lower values:
-//! a ball of high values with radius r has mean curvature 1/r, a saddle about 0.
+//! The *mean curvature* is half the divergence of the unit normal field. Over a triangle the normals are interpolated
+//! linearly, so it is half the sum over the corners of the gradient of the corner's barycentric coordinate times the corner's
+//! normal. Normals point to lower values: a ball of high values with radius r has mean curvature 1/r, a saddle about 0.
 
 use std::fmt;
 use std::sync::Arc;
@@ -15,8 +14,10 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Ends, KnotValues, Map, Scale, name_color};
-use crate::color::NO_VALUE;
+use super::knot_values::KnotValues;
+use super::map::Map;
+use super::scale::{Scale, ScaleEnd, ScaleEnds};
+use super::srgb::{NO_VALUE, component_color};
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
 use crate::parse_name::from_name;
@@ -26,24 +27,23 @@ use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Color {
-    /// Nothing: one colour for each side.
+    /// Nothing: one colour per side.
     #[default]
     None,
     /// Radius ratio 2r/R, 0 to 1.
     Quality,
-    /// Length of the triangle's lifetime as a share of the spectrum's range, 0 to 1.
+    /// Length of the triangle's lifetime as a fraction of the spectrum's range, 0 to 1.
     Lifetime,
-    /// Mean curvature, 1/voxel, positive where the surface bulges towards lower values; by the mesh's normals,
-    /// which lean towards larger triangles (by a sixth of it on a sphere of triangles that differ in size).
+    /// Mean curvature, 1/voxel, positive where the surface is convex towards lower values. Computed from the mesh's normals,
+    /// which are weighted by area (an error of a sixth on a sphere of triangles of different sizes).
     Curvature,
-    /// Distance from each vertex to the isosurface, voxels; needs the volume ([`Sources::distance`]).
+    /// Distance from each vertex to the isosurface, voxels; needs the volume ([`ColorSources::distance`]).
     Distance,
-    /// A second field ([`Sources::field`]).
+    /// A second field ([`ColorSources::field`]).
     Field,
     /// Connected component of the closed mesh, in the order of [`Components`]: the largest first.
     Component,
-    /// Direction of the normal along the volume's axes: x red, y green, z blue, lighter towards
-    /// larger coordinates.
+    /// Direction of the normal along the volume's axes: x red, y green, z blue, lighter towards larger coordinates.
     Normal,
 }
 
@@ -60,7 +60,7 @@ impl Color {
         Color::Normal,
     ];
 
-    /// The name as flags spell it.
+    /// The name, as in command-line flags.
     pub fn name(self) -> &'static str {
         match self {
             Color::None => "none",
@@ -74,8 +74,8 @@ impl Color {
         }
     }
 
-    /// The map that shows it unless another is told: one with a middle where numbers lie around one.
-    pub fn usual_map(self, sources: &Sources) -> Map {
+    /// The default map: a diverging one for values with a center.
+    pub fn default_map(self, sources: &ColorSources) -> Map {
         match self {
             Color::Curvature => Map::Vik,
             Color::Field if sources.field_ends().center.is_some() => Map::Vik,
@@ -86,16 +86,16 @@ impl Color {
 
 from_name!(Color, "color");
 
-/// The distance from a point (voxel frame) with a unit normal to the isosurface of an isovalue, voxels; not a number
-/// where that is not known.
+/// Of an isovalue, a point (voxel frame) and the unit normal there; voxels, NaN where unknown.
 type Distance = dyn Fn(f64, [f32; 3], [f32; 3]) -> f64 + Send + Sync;
 
-/// What tells the distance to the isosurface.
+/// A function that computes the distance to the isosurface.
 #[derive(Clone)]
 pub struct DistanceTo(Arc<Distance>);
 
 impl DistanceTo {
-    /// By a function of the isovalue, a point of the voxel frame and the unit normal there, in voxels.
+    /// A function of the isovalue, a point of the voxel frame and the unit normal there; it returns voxels, or NaN where the
+    /// distance is unknown.
     pub fn new(distance: impl Fn(f64, [f32; 3], [f32; 3]) -> f64 + Send + Sync + 'static) -> Self {
         DistanceTo(Arc::new(distance))
     }
@@ -107,31 +107,35 @@ impl fmt::Debug for DistanceTo {
     }
 }
 
-/// What some colours need beside the spectrum.
+/// The data that some colours need in addition to the spectrum.
 #[derive(Clone, Debug, Default)]
-pub struct Sources {
-    /// Of [`Color::Field`].
+pub struct ColorSources {
+    /// For [`Color::Field`].
     pub field: Option<Arc<KnotValues>>,
-    /// The usual ends of the field's scale, the same at all isovalues.
-    field_ends: Ends,
-    /// Of [`Color::Distance`].
+    /// The default ends of the field's scale, the same at all isovalues.
+    field_ends: ScaleEnds,
+    /// For [`Color::Distance`].
     pub distance: Option<DistanceTo>,
 }
 
-impl Sources {
-    /// With a second field.
+impl ColorSources {
+    /// Adds a second field.
     pub fn with_field(mut self, field: KnotValues) -> Self {
-        let values = || field.values.iter().map(|&x| f64::from(x));
-        let most = FIELD_PERCENT.parse().expect("ends");
-        let Scale { low, high } = Scale::of(values(), most, Ends::default());
+        let values = field.values.iter().map(|&x| f64::from(x));
+        let percentiles = ScaleEnds {
+            low: Some(ScaleEnd::Percentile(FIELD_PERCENTILES[0])),
+            high: Some(ScaleEnd::Percentile(FIELD_PERCENTILES[1])),
+            center: None,
+        };
+        let Scale { low, high } = Scale::of(values, percentiles, ScaleEnds::default());
         let center = (low < 0.0 && high > 0.0).then_some(0.0);
-        self.field_ends = Ends { center, ..Ends::between(low, high) };
+        self.field_ends = ScaleEnds { center, ..ScaleEnds::between(low, high) };
         self.field = Some(Arc::new(field));
         self
     }
 
-    /// Whether there is what a colour needs.
-    pub fn have(&self, color: Color) -> bool {
+    /// Whether the data that a colour needs is available.
+    pub fn support(&self, color: Color) -> bool {
         match color {
             Color::Field => self.field.is_some(),
             Color::Distance => self.distance.is_some(),
@@ -139,82 +143,88 @@ impl Sources {
         }
     }
 
-    /// The ends of the field's scale unless others are told: those of nearly all its knots; around zero where it has
-    /// both signs.
-    pub fn field_ends(&self) -> Ends {
+    /// The default ends of the field's scale: percentiles of its knots, symmetric around zero if it has both signs.
+    pub fn field_ends(&self) -> ScaleEnds {
         self.field_ends
     }
 }
 
-/// Percentiles of a field that its scale covers: a few outliers do not wash out the rest.
-const FIELD_PERCENT: &str = "p1:p99";
+/// Percentiles of a field that its scale covers: outliers do not compress the rest.
+const FIELD_PERCENTILES: [f64; 2] = [1.0, 99.0];
 
-/// Percentage of curvatures and distances that the scale covers, for the same reason.
-const MOST: f64 = 95.0;
+/// Percentile of curvatures and distances at the upper end of their scale, for the same reason.
+const UPPER_PERCENTILE: f64 = 95.0;
 
-/// What numbers belong to.
+/// The elements of a mesh that have values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
-    /// Each vertex of a mesh; between them over a triangle.
+    /// One value per vertex, interpolated over the triangles.
     Vertex,
-    /// Each triangle.
+    /// One value per triangle.
     Triangle,
 }
 
-/// Numbers of the vertices or triangles of a mesh.
+/// Values of the vertices or triangles of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
-    /// What they are, with the unit.
+    /// Name and unit of the values.
     pub name: String,
-    /// What has one.
+    /// Whether vertices or triangles have values.
     pub per: Per,
-    /// The numbers; not a number where there is none.
+    /// The values; NaN where they are missing.
     pub values: Vec<f32>,
-    /// Where they lie on the map; none where they are names of components.
+    /// The scale of the values; `None` for indices of components.
     pub scale: Option<Scale>,
 }
 
-/// A mesh of a spectrum, caps and all, with what its parts are there.
+/// A mesh of a spectrum, with its caps, and the spectrum's indices of its vertices and triangles.
 #[derive(Clone, Copy, Debug)]
-pub struct Parts<'a> {
-    /// Where it comes from.
+pub struct SpectrumMesh<'a> {
+    /// The spectrum.
     pub spectrum: &'a Spectrum,
-    /// Its isovalue.
+    /// The isovalue of the mesh.
     pub isovalue: f64,
     /// The mesh.
     pub mesh: &'a SurfaceMesh,
-    /// Of each of its vertices, which of the spectrum's it is.
+    /// The index in the spectrum of each vertex of the mesh.
     pub vertices: &'a [u32],
-    /// The same of its triangles.
+    /// The index in the spectrum of each triangle of the mesh.
     pub triangles: &'a [u32],
 }
 
-impl Parts<'_> {
-    /// The numbers that a colour shows, and their scale by what is told of its ends; none where it shows none.
+impl SpectrumMesh<'_> {
+    /// The values that a colour shows, with their scale by the requested ends; `None` for colours without values.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where the colour needs a source that is not there.
+    /// [`Error::Usage`] if the colour needs data that `sources` does not have.
     pub fn attribute(
         &self,
         color: Color,
-        sources: &Sources,
-        told: Ends,
+        sources: &ColorSources,
+        requested: ScaleEnds,
     ) -> Result<Option<Attribute>> {
-        let Parts { spectrum, mesh, .. } = *self;
+        let SpectrumMesh { spectrum, mesh, .. } = *self;
         let corners = |corners: &[u32; 3]| corners.map(|v| vector(mesh.positions[v as usize]));
-        let (name, per, values, ends) = match color {
+        let unit_range = ScaleEnds::between(0.0, 1.0);
+        let from_zero = ScaleEnds {
+            low: Some(ScaleEnd::At(0.0)),
+            high: Some(ScaleEnd::Percentile(UPPER_PERCENTILE)),
+            center: None,
+        };
+        let (name, per, values, default) = match color {
             Color::None | Color::Normal => return Ok(None),
             Color::Quality => {
                 let ratio = |t: &[u32; 3]| radius_ratio(corners(t)) as f32;
                 let values = mesh.triangles.par_iter().map(ratio).collect();
-                ("radius ratio", Per::Triangle, values, Ends::between(0.0, 1.0))
+                ("radius ratio", Per::Triangle, values, unit_range)
             }
             Color::Lifetime => {
-                let share =
-                    |&i: &u32| lifetime_share(spectrum, &spectrum.triangles()[i as usize]) as f32;
-                let values = self.triangles.iter().map(share).collect();
-                ("lifetime, share of the range", Per::Triangle, values, Ends::between(0.0, 1.0))
+                let lifetime = |&i: &u32| {
+                    relative_lifetime(spectrum, &spectrum.triangles()[i as usize]) as f32
+                };
+                let values = self.triangles.iter().map(lifetime).collect();
+                ("lifetime, share of the range", Per::Triangle, values, unit_range)
             }
             Color::Curvature => {
                 let curvature = |t: &[u32; 3]| {
@@ -224,22 +234,18 @@ impl Parts<'_> {
                 let values: Vec<f32> = mesh.triangles.par_iter().map(curvature).collect();
                 let inner = values.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
                 let sizes = inner.map(|(h, _)| f64::from(h.abs()));
-                let ends = Scale::of(sizes, Ends::default(), Ends { high: most(), ..at_zero() });
-                let ends = Ends { center: Some(0.0), ..Ends::between(-ends.high, ends.high) };
+                let Scale { high, .. } = Scale::of(sizes, from_zero, ScaleEnds::default());
+                let ends = ScaleEnds { center: Some(0.0), ..ScaleEnds::between(-high, high) };
                 ("mean curvature, 1/voxel", Per::Triangle, values, ends)
             }
             Color::Distance => {
                 let needed =
                     || Error::Usage("the distance to the isosurface needs the volume".into());
                 let DistanceTo(distance) = sources.distance.as_ref().ok_or_else(needed)?;
-                let places = mesh.positions.par_iter().zip(&mesh.normals);
-                let values = places.map(|(&p, &n)| distance(self.isovalue, p, n) as f32).collect();
-                (
-                    "distance to the isosurface, voxel",
-                    Per::Vertex,
-                    values,
-                    Ends { high: most(), ..at_zero() },
-                )
+                let vertices = mesh.positions.par_iter().zip(&mesh.normals);
+                let values =
+                    vertices.map(|(&p, &n)| distance(self.isovalue, p, n) as f32).collect();
+                ("distance to the isosurface, voxel", Per::Vertex, values, from_zero)
             }
             Color::Field => {
                 let needed = || Error::Usage("there is no second field to colour by".into());
@@ -256,28 +262,20 @@ impl Parts<'_> {
                 return Ok(Some(Attribute { name, per: Per::Triangle, values, scale: None }));
             }
         };
-        let scale = Scale::of(values.iter().map(|&x| f64::from(x)), told, ends);
+        let scale = Scale::of(values.iter().map(|&x| f64::from(x)), requested, default);
         Ok(Some(Attribute { name: name.to_owned(), per, values, scale: Some(scale) }))
     }
 }
 
-fn at_zero() -> Ends {
-    Ends { low: Some(super::End::At(0.0)), ..Ends::default() }
-}
-
-fn most() -> Option<super::End> {
-    Some(super::End::Percentile(MOST))
-}
-
 impl Attribute {
-    /// The numbers of a part of the mesh, by which of the vertices and triangles of the whole are in it.
+    /// The values of a part of the mesh, given the indices of its vertices and triangles.
     pub fn of_part(&self, [vertices, triangles]: &[Vec<u32>; 2]) -> Attribute {
         let kept = if self.per == Per::Vertex { vertices } else { triangles };
         let values = kept.iter().map(|&i| self.values[i as usize]).collect();
         Attribute { values, ..self.clone() }
     }
 
-    /// The numbers by vertex: of triangles their mean over those around the vertex, by area. Components have theirs.
+    /// One value per vertex: values of triangles are averaged by area over the triangles around the vertex.
     pub(crate) fn by_vertex(&self, mesh: &SurfaceMesh) -> Vec<f32> {
         if self.per == Per::Vertex {
             return self.values.clone();
@@ -285,7 +283,7 @@ impl Attribute {
         let mut sums = vec![(0.0f64, 0.0f64); mesh.positions.len()];
         for (corners, &value) in mesh.triangles.iter().zip(&self.values) {
             let [a, b, c] = corners.map(|v| vector(mesh.positions[v as usize]));
-            // A triangle without area counts where there are no others.
+            // Not zero, so that a vertex whose triangles have no area gets their mean.
             let area = (b - a).cross(c - a).length().max(f64::from(f32::MIN_POSITIVE));
             for &v in corners {
                 let (sum, areas) = &mut sums[v as usize];
@@ -300,18 +298,18 @@ impl Attribute {
         }
     }
 
-    /// The name as files spell it: letters, digits and `_`.
+    /// The name as an identifier: letters, digits and `_`.
     pub(crate) fn identifier(&self) -> String {
         let name = self.name.split(',').next().unwrap_or_default();
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
         name.trim().chars().map(plain).collect()
     }
 
-    /// Linear red, green and blue of a number.
+    /// Linear red, green and blue of a value.
     pub fn color_of(&self, value: f32, map: Map) -> [f32; 3] {
         match self.scale {
-            Some(scale) => scale.share(f64::from(value)).map_or(NO_VALUE, |share| map.at(share)),
-            None => name_color(value as u32),
+            Some(scale) => scale.fraction(f64::from(value)).map_or(NO_VALUE, |t| map.at(t)),
+            None => component_color(value as u32),
         }
     }
 }
@@ -320,24 +318,24 @@ fn vector(p: [f32; 3]) -> DVec3 {
     DVec3::from_array(p.map(f64::from))
 }
 
-/// How much of the spectrum's range a triangle lives through.
-fn lifetime_share(spectrum: &Spectrum, triangle: &Triangle) -> f64 {
+/// Length of a triangle's lifetime as a fraction of the spectrum's range.
+fn relative_lifetime(spectrum: &Spectrum, triangle: &Triangle) -> f64 {
     let (low, high) = spectrum.range();
     let at = |rank: u32| spectrum.isovalues()[rank as usize].clamp(low, high);
-    let share = (0.5 * at(triangle.death) - 0.5 * at(triangle.birth)) / (0.5 * high - 0.5 * low);
-    // A range of one isovalue has no length: every triangle lives through all of it.
-    if share.is_finite() { share } else { 1.0 }
+    let length = (0.5 * at(triangle.death) - 0.5 * at(triangle.birth)) / (0.5 * high - 0.5 * low);
+    // In a range of one isovalue every triangle lives through all of it.
+    if length.is_finite() { length } else { 1.0 }
 }
 
-/// Mean curvature of the triangle with corners `p` and unit normals `n`; 0 if it has no area.
+/// Mean curvature of a triangle with corners `p` and unit normals `n`; 0 if it has no area.
 fn mean_curvature(p: [DVec3; 3], n: [DVec3; 3]) -> f64 {
     let doubled_area = (p[1] - p[0]).cross(p[2] - p[0]);
     let squared = doubled_area.length_squared();
     if squared <= 0.0 {
         return 0.0;
     }
-    // The gradient of corner i's coordinate lies in the triangle, at right angles to the opposite
-    // edge, with length 1 / altitude.
+    // The gradient of corner i's coordinate is in the plane of the triangle, perpendicular to the opposite edge, with length
+    // 1 / altitude.
     let divergence: f64 = (0..3)
         .map(|i| doubled_area.cross(p[(i + 2) % 3] - p[(i + 1) % 3]).dot(n[i]) / squared)
         .sum();
@@ -350,8 +348,7 @@ mod tests {
 
     #[test]
     fn mean_curvature_of_a_sphere_a_cylinder_and_a_saddle() {
-        // Right-angled triangle with legs h in the tangent plane, normals exact at its corners: the
-        // normal's slope is exact up to O(h).
+        // Right triangle with legs h in the tangent plane, normals exact at its corners: the normal's slope is exact up to O(h).
         let h = 1e-4;
         let tangent = [DVec3::ZERO, h * DVec3::X, h * DVec3::Y];
         let bend =
@@ -367,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn colors_are_read_by_name() {
+    fn colors_are_parsed_by_name() {
         for color in Color::ALL {
             assert_eq!(color.name().parse::<Color>().expect("a color"), color);
         }

@@ -1,7 +1,7 @@
-//! A second field on the surfaces: its value at every knot.
+//! A second field on the surfaces, by its value at every knot.
 //!
-//! A field is sampled where the knots are, once for all isovalues, and follows the trajectories between them as
-//! positions do. So a picture needs no samples, and a page holds a number per knot and no volume.
+//! The field is sampled at the knots, once for all isovalues, and interpolated between them along the trajectories as
+//! positions are. So a picture needs no samples, and a page holds one number per knot instead of a volume.
 
 use rayon::prelude::*;
 
@@ -10,14 +10,14 @@ use crate::spectrum::Spectrum;
 /// The values of a field at the knots of a spectrum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnotValues {
-    /// What it is the field of.
+    /// The name of the field.
     pub name: String,
-    /// One per knot, as long as [`Spectrum::knots`]; not a number where the field does not reach.
+    /// One value per knot, as long as [`Spectrum::knots`]; NaN outside of the field.
     pub values: Vec<f32>,
 }
 
 impl KnotValues {
-    /// Samples a field, which is told the positions of knots in the voxel frame.
+    /// Samples a field, given as a function of the position in the voxel frame, at all knots.
     pub fn sampled(
         spectrum: &Spectrum,
         name: &str,
@@ -27,11 +27,11 @@ impl KnotValues {
         KnotValues { name: name.to_owned(), values: values.collect() }
     }
 
-    /// The value at vertex `v` at `isovalue`, whose rank is `rank`: between knots as the position is.
+    /// The value at vertex `v` at `isovalue` with rank `rank`, interpolated between knots as the position is.
     pub fn at(&self, spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> f32 {
         let ([before, after], t) = spectrum.way_between_knots(v, rank, isovalue);
         let [p, q] = [before, after].map(|i| f64::from(self.values[i]));
-        // A knot counts by itself where the mesh is at it.
+        // At a knot the next value does not count, even if it is NaN.
         if t == 0.0 { p as f32 } else { ((1.0 - t) * p + t * q) as f32 }
     }
 }

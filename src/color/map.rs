@@ -1,17 +1,17 @@
-//! Colour maps: tables that others published, perceptually even.
+//! Colour maps: published, perceptually uniform tables.
 //!
 //! # Theory
 //!
-//! Equal steps of the number are equal steps for the eye, with any colour vision, and in grey (van der Walt and Smith
-//! 2015; Nuñez, Anderton and Renslow 2018; Crameri 2018). `maps.txt` has 33 of the 256 colours of each; with those
-//! between them found linearly in light, no channel is off by more than 3 of 255 (6 in cividis).
+//! Equal steps of the value are equal perceptual steps, with any colour vision and in greyscale (van der Walt and Smith 2015;
+//! Nuñez, Anderton and Renslow 2018; Crameri 2018). `maps.txt` has 33 of the 256 colours of each map; interpolated linearly
+//! in linear light, no channel is off by more than 3 of 255 (6 in cividis).
 
 use std::sync::LazyLock;
 
-use super::linear;
+use super::srgb::linear;
 use crate::parse_name::from_name;
 
-/// Colours that a map is told by.
+/// Number of tabulated colours of a map.
 pub(crate) const N_STOPS: usize = 33;
 
 /// A colour map.
@@ -21,7 +21,7 @@ pub enum Map {
     /// Violet over teal to yellow.
     #[default]
     Viridis,
-    /// Blue over grey to yellow: the same for those who do not tell red from green.
+    /// Blue over grey to yellow: looks the same with red-green colour blindness.
     Cividis,
     /// Black over purple to light yellow.
     Magma,
@@ -29,7 +29,7 @@ pub enum Map {
     Inferno,
     /// Blue over red to yellow.
     Plasma,
-    /// Blue below, brown above, nearly white in the middle.
+    /// Diverging: blue below, brown above, nearly white in the middle.
     Vik,
 }
 
@@ -38,7 +38,7 @@ impl Map {
     pub const ALL: [Map; 6] =
         [Map::Viridis, Map::Cividis, Map::Magma, Map::Inferno, Map::Plasma, Map::Vik];
 
-    /// The name as flags spell it.
+    /// The name, as in command-line flags.
     pub fn name(self) -> &'static str {
         match self {
             Map::Viridis => "viridis",
@@ -50,24 +50,24 @@ impl Map {
         }
     }
 
-    /// The colours of its stops, evenly spaced, 0xrrggbb in sRGB.
+    /// The tabulated colours, evenly spaced, 0xrrggbb in sRGB.
     pub(crate) fn stops(self) -> &'static [u32; N_STOPS] {
         &TABLES[self as usize]
     }
 
-    /// The same as text, six digits each.
+    /// The tabulated colours as text, six hexadecimal digits each.
     pub(crate) fn codes(self) -> Vec<String> {
         self.stops().iter().map(|code| format!("{code:06x}")).collect()
     }
 
-    /// Linear red, green and blue of its stops.
+    /// Linear red, green and blue of the tabulated colours.
     pub(crate) fn linear_stops(self) -> [[f32; 3]; N_STOPS] {
         self.stops().map(linear)
     }
 
-    /// Linear red, green and blue at a share of the way, 0 to 1; as the shader finds it.
-    pub fn at(self, share: f32) -> [f32; 3] {
-        let x = share.clamp(0.0, 1.0) * (N_STOPS - 1) as f32;
+    /// Linear red, green and blue at a fraction of the map, 0 to 1; the twin of `map_color` in `shaders/surface.wgsl`.
+    pub fn at(self, fraction: f32) -> [f32; 3] {
+        let x = fraction.clamp(0.0, 1.0) * (N_STOPS - 1) as f32;
         let before = (x as usize).min(N_STOPS - 2);
         let [a, b] = [before, before + 1].map(|i| linear(self.stops()[i]));
         let t = x - before as f32;
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn sequential_maps_grow_lighter_evenly_and_the_diverging_one_is_lightest_in_its_middle() {
+    fn sequential_maps_brighten_uniformly_and_the_diverging_map_is_lightest_in_its_middle() {
         for map in Map::ALL {
             let light: Vec<f32> = (0..=64).map(|i| lightness(map.at(i as f32 / 64.0))).collect();
             if map == Map::Vik {
@@ -108,18 +108,18 @@ mod tests {
                 assert_eq!(lightest, Some(32));
                 continue;
             }
-            // Rounded to bytes, the darkest colours lie a unit of lightness off the line.
+            // Rounded to bytes, the darkest colours are a tenth of a unit of lightness off the line.
             assert!(light.windows(2).all(|w| w[1] > w[0] - 0.1), "{}: {light:?}", map.name());
             let mean = (light[64] - light[0]) / 64.0;
             let steps = light.windows(2).map(|w| w[1] - w[0]);
-            // None of them is a jump or a stop that the eye would take for one of the numbers.
-            let most = steps.fold(0.0, f32::max);
-            assert!(most < 2.5 * mean, "{}: {most} of {mean}", map.name());
+            // No step is a visible jump.
+            let max = steps.fold(0.0, f32::max);
+            assert!(max < 2.5 * mean, "{}: {max} of {mean}", map.name());
         }
     }
 
     #[test]
-    fn the_published_ends_and_middles_are_there() {
+    fn ends_and_middles_are_the_published_colors() {
         let bytes = |map: Map, i: usize| map.stops()[i];
         assert_eq!([bytes(Map::Viridis, 0), bytes(Map::Viridis, 32)], [0x44_0154, 0xfd_e725]);
         assert_eq!(bytes(Map::Viridis, 16), 0x21_908c);

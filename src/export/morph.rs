@@ -2,44 +2,46 @@
 //!
 //! # Theory
 //!
-//! Between two events the isosurface keeps its topology, so one mesh can follow it. A spectrum's own triangles come and go there, as
-//! remeshing keeps them good; so those of one isovalue are taken, where there are most, and their vertices moved from isosurface to
-//! isosurface, each to the nearest point that faces as it does. Steps are shorter than those between the isovalues that are wanted, which keeps the way
-//! from one to the next unambiguous. How far the surfaces end up apart is measured: what grows out between the vertices of the
-//! mesh is not in it.
+//! Between two events the isosurface keeps its topology, so one mesh can follow it. The triangles of the spectrum itself do not
+//! persist there, because remeshing replaces them. So the mesh of the isovalue with most triangles is taken, and its vertices
+//! are projected from isosurface to isosurface, each onto the nearest point with a similar normal. Intermediate isovalues make
+//! this projection unambiguous. The remaining distance to the isosurface is measured: a feature that grows between the
+//! vertices of the mesh is missing in it.
 
 use std::io::Write;
 
 use glam::DVec3;
 
-use super::nearest::Nearest;
-use super::{Border, Format, glb, prepared};
+use super::format::Format;
+use super::glb;
+use super::nearest::NearestPoint;
+use super::world_mesh::{Border, WorldMesh};
 use crate::error::{Error, Result};
 use crate::spectrum::{Keep, Query, Spectrum, SurfaceMesh};
 use crate::volume::Placement;
 
-/// Most shapes beside the first one: more are more than most programs play.
-pub const MOST_TARGETS: usize = 32;
+/// Largest number of morph targets: most programs do not play more.
+const MAX_TARGETS: usize = 32;
 
-/// Steps from one wanted isovalue to the next.
+/// Steps between two successive isovalues.
 const STEPS: usize = 4;
 
-/// A mesh and what becomes of it.
+/// A mesh and its morph targets.
 #[derive(Clone, Debug)]
 pub struct Morph {
-    /// At the isovalue at which it has most triangles, voxel frame.
+    /// The mesh at the isovalue with most triangles, voxel frame.
     pub mesh: SurfaceMesh,
-    /// Which of the isovalues that is.
+    /// Index of that isovalue.
     pub base: usize,
-    /// Positions and normals of its vertices at each of the others.
-    pub targets: Vec<Shape>,
-    /// How far any vertex of the isosurfaces is from it at most, voxels.
-    pub farthest: f64,
+    /// Positions and normals of its vertices at each of the other isovalues.
+    pub targets: Vec<MorphTarget>,
+    /// Largest distance from a vertex of the isosurfaces to the morphed mesh, voxels.
+    pub max_distance: f64,
 }
 
 /// Positions and unit normals, one each for every vertex.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct MorphTarget {
     /// Voxel frame.
     pub positions: Vec<[f32; 3]>,
     /// Towards lower values.
@@ -47,18 +49,18 @@ pub struct Shape {
 }
 
 impl Morph {
-    /// The mesh of the isovalue with most triangles as it follows the isosurface to each of the others, in their order.
+    /// Morphs the mesh of the isovalue with most triangles to each of the other isovalues, in their order.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for fewer than two or too many isovalues, where there are events between them, and where nothing is to be
-    /// seen; [`Error::Range`].
+    /// [`Error::Usage`] for fewer than two or too many isovalues, for events between them, and for empty surfaces;
+    /// [`Error::Range`].
     pub fn of(spectrum: &Spectrum, isovalues: &[f64], keep: &Keep, open: bool) -> Result<Self> {
-        if !(2..=MOST_TARGETS + 1).contains(&isovalues.len()) {
+        if !(2..=MAX_TARGETS + 1).contains(&isovalues.len()) {
             return Err(Error::Usage(format!(
                 "{} isovalues to morph between, expected 2 to {}",
                 isovalues.len(),
-                MOST_TARGETS + 1
+                MAX_TARGETS + 1
             )));
         }
         isovalues.iter().try_for_each(|&c| spectrum.check_isovalue(c))?;
@@ -76,37 +78,37 @@ impl Morph {
         if mesh.triangles.is_empty() {
             return Err(Error::Usage("nothing to see, expected a surface to morph".to_owned()));
         }
-        let mut shapes = vec![None; isovalues.len()];
-        let mut farthest = 0.0f64;
-        for way in [(0..=base).rev().collect::<Vec<_>>(), (base..isovalues.len()).collect()] {
+        let mut targets = vec![None; isovalues.len()];
+        let mut max_distance = 0.0f64;
+        for indices in [(0..=base).rev().collect::<Vec<_>>(), (base..isovalues.len()).collect()] {
             let mut moving = mesh.clone();
-            for pair in way.windows(2) {
+            for pair in indices.windows(2) {
                 let [from, to] = [isovalues[pair[0]], isovalues[pair[1]]];
-                let mut wanted = SurfaceMesh::default();
+                let mut isosurface = SurfaceMesh::default();
                 for step in 1..=STEPS {
                     let t = step as f64 / STEPS as f64;
-                    wanted = mesh_at(from * (1.0 - t) + to * t)?;
-                    follow(&mut moving, &wanted)?;
+                    isosurface = mesh_at(from * (1.0 - t) + to * t)?;
+                    project(&mut moving, &isosurface)?;
                 }
-                farthest = farthest.max(distance(&wanted, &moving));
+                max_distance = max_distance.max(distance(&isosurface, &moving));
                 let SurfaceMesh { positions, normals, .. } = moving.clone();
-                shapes[pair[1]] = Some(Shape { positions, normals });
+                targets[pair[1]] = Some(MorphTarget { positions, normals });
             }
         }
-        Ok(Morph { mesh, base, targets: shapes.into_iter().flatten().collect(), farthest })
+        let targets = targets.into_iter().flatten().collect();
+        Ok(Morph { mesh, base, targets, max_distance })
     }
 }
 
-/// How far a vertex of a mesh is from another mesh at most.
+/// Largest distance from a vertex of one mesh to another mesh.
 fn distance(from: &SurfaceMesh, to: &SurfaceMesh) -> f64 {
-    let Some(nearest) = Nearest::of(to) else { return 0.0 };
+    let Some(nearest) = NearestPoint::new(to) else { return 0.0 };
     let points = from.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
     let distances = points.map(|p| nearest.to(p, None).map_or(0.0, |q| q.distance(p)));
     distances.fold(0.0, f64::max)
 }
 
-/// Writes a mesh that follows the isosurface as GLB, in the world frame: its shapes are morph targets, which an animation goes
-/// through in so many seconds.
+/// Writes a morphing mesh as GLB, in the world frame, with an animation that goes through its morph targets in `seconds`.
 ///
 /// # Errors
 ///
@@ -117,22 +119,23 @@ pub fn write_morph_to(
     placement: &Placement,
     writer: &mut dyn Write,
 ) -> Result<()> {
-    let placed = prepared(&morph.mesh, placement, Border::Closed, Format::Glb)?;
-    let shape = |Shape { positions, normals }: &Shape| {
-        let mesh = SurfaceMesh {
+    let world_mesh =
+        |mesh: &SurfaceMesh| WorldMesh::new(mesh, placement, Border::Closed, Format::Glb);
+    let mesh = world_mesh(&morph.mesh)?;
+    let target = |MorphTarget { positions, normals }: &MorphTarget| {
+        world_mesh(&SurfaceMesh {
             positions: positions.clone(),
             normals: normals.clone(),
             ..morph.mesh.clone()
-        };
-        prepared(&mesh, placement, Border::Closed, Format::Glb)
+        })
     };
-    let shapes = morph.targets.iter().map(shape).collect::<Result<Vec<_>>>()?;
-    glb::write_morph(&placed, &shapes, morph.base, seconds, writer)
+    let targets = morph.targets.iter().map(target).collect::<Result<Vec<_>>>()?;
+    glb::write_morph(&mesh, &targets, morph.base, seconds, writer)
         .and_then(|()| writer.flush())
         .map_err(|e| Error::io("-", e))
 }
 
-/// Refuses events between the isovalues, and tells the widest range without any.
+/// Returns an error with the widest range without events if there are events between the isovalues.
 fn check_events(spectrum: &Spectrum, isovalues: &[f64]) -> Result<()> {
     let low = isovalues.iter().copied().fold(f64::INFINITY, f64::min);
     let high = isovalues.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -152,9 +155,9 @@ fn check_events(spectrum: &Spectrum, isovalues: &[f64]) -> Result<()> {
     )))
 }
 
-/// Moves the vertices of a mesh to the nearest points of another that face as they do.
-fn follow(moving: &mut SurfaceMesh, wanted: &SurfaceMesh) -> Result<()> {
-    let nearest = Nearest::of(wanted)
+/// Projects the vertices of a mesh onto the nearest points of another with similar normals, and computes new normals.
+fn project(moving: &mut SurfaceMesh, isosurface: &SurfaceMesh) -> Result<()> {
+    let nearest = NearestPoint::new(isosurface)
         .ok_or_else(|| Error::internal("a surface without events has vanished"))?;
     for (position, normal) in moving.positions.iter_mut().zip(&moving.normals) {
         let p = DVec3::from(position.map(f64::from));
@@ -168,7 +171,7 @@ fn follow(moving: &mut SurfaceMesh, wanted: &SurfaceMesh) -> Result<()> {
         triangle.iter().for_each(|&v| sums[v as usize] += (b - a).cross(c - a));
     }
     for (normal, sum) in moving.normals.iter_mut().zip(sums) {
-        // What has no area keeps what it had.
+        // A vertex whose triangles have no area keeps its normal.
         if let Some(unit) = sum.try_normalize() {
             *normal = unit.to_array().map(|x| x as f32);
         }

@@ -1,17 +1,17 @@
-//! The point of a mesh that is nearest to a point: its triangles in the cells of a grid.
+//! Nearest-point queries on a mesh, by a uniform grid of its triangles.
 //!
-//! Cells are searched in shells around the point until no cell further out can hold anything nearer.
+//! A query searches the cells in shells around the point until no cell further out can contain a nearer triangle.
 
 use glam::DVec3;
 
 use crate::mesh::nearest_on_triangle;
 use crate::spectrum::SurfaceMesh;
 
-/// Most cells along an axis.
-const MOST_CELLS: f64 = 128.0;
+/// Largest number of cells along an axis.
+const MAX_CELLS: f64 = 128.0;
 
-/// Where the triangles of a mesh are.
-pub(super) struct Nearest<'a> {
+/// A uniform grid over the triangles of a mesh.
+pub(super) struct NearestPoint<'a> {
     mesh: &'a SurfaceMesh,
     low: DVec3,
     /// Side of a cell.
@@ -23,38 +23,38 @@ pub(super) struct Nearest<'a> {
     triangles: Vec<u32>,
 }
 
-impl<'a> Nearest<'a> {
-    /// None of a mesh without triangles.
-    pub(super) fn of(mesh: &'a SurfaceMesh) -> Option<Self> {
+impl<'a> NearestPoint<'a> {
+    /// Builds the grid; `None` for a mesh without triangles.
+    pub(super) fn new(mesh: &'a SurfaceMesh) -> Option<Self> {
         let [low, high] = mesh.bounds().filter(|_| !mesh.triangles.is_empty())?;
         let (low, high) = (DVec3::from(low), DVec3::from(high));
         let longest = (high - low).max_element();
-        // A cell holds a few triangles of a surface that goes through it.
-        let cells = (mesh.triangles.len() as f64).sqrt().clamp(1.0, MOST_CELLS);
+        // About a few triangles per cell that the surface intersects.
+        let cells = (mesh.triangles.len() as f64).sqrt().clamp(1.0, MAX_CELLS);
         let side = (longest / cells).max(f64::MIN_POSITIVE);
         let size = (high - low).to_array().map(|length| (length / side) as usize + 1);
         let n_cells: usize = size.iter().product();
-        let mut nearest =
-            Nearest { mesh, low, side, size, first: vec![0; n_cells + 1], triangles: Vec::new() };
+        let (first, triangles) = (vec![0; n_cells + 1], Vec::new());
+        let mut grid = NearestPoint { mesh, low, side, size, first, triangles };
         let mut entries = Vec::new();
         for t in 0..mesh.triangles.len() as u32 {
-            let corners = nearest.corners(t);
-            let least = corners.iter().copied().reduce(DVec3::min).unwrap_or_default();
-            let most = corners.iter().copied().reduce(DVec3::max).unwrap_or_default();
-            let [from, to] = [least, most].map(|p| nearest.cell(p));
+            let corners = grid.corners(t);
+            let min = corners.iter().copied().reduce(DVec3::min).unwrap_or_default();
+            let max = corners.iter().copied().reduce(DVec3::max).unwrap_or_default();
+            let [from, to] = [min, max].map(|p| grid.cell(p));
             for z in from[2]..=to[2] {
                 for y in from[1]..=to[1] {
-                    entries.extend((from[0]..=to[0]).map(|x| (nearest.number([x, y, z]), t)));
+                    entries.extend((from[0]..=to[0]).map(|x| (grid.index([x, y, z]), t)));
                 }
             }
         }
         entries.sort_unstable();
-        entries.iter().for_each(|&(cell, _)| nearest.first[cell + 1] += 1);
+        entries.iter().for_each(|&(cell, _)| grid.first[cell + 1] += 1);
         for cell in 0..n_cells {
-            nearest.first[cell + 1] += nearest.first[cell];
+            grid.first[cell + 1] += grid.first[cell];
         }
-        nearest.triangles = entries.into_iter().map(|(_, t)| t).collect();
-        Some(nearest)
+        grid.triangles = entries.into_iter().map(|(_, t)| t).collect();
+        Some(grid)
     }
 
     fn corners(&self, t: u32) -> [DVec3; 3] {
@@ -62,60 +62,60 @@ impl<'a> Nearest<'a> {
         self.mesh.triangles[t as usize].map(corner)
     }
 
-    /// The cell that a point is in, or the nearest one.
+    /// The cell of a point, clamped to the grid.
     fn cell(&self, p: DVec3) -> [usize; 3] {
         let at = ((p - self.low) / self.side).to_array();
         std::array::from_fn(|i| (at[i].max(0.0) as usize).min(self.size[i] - 1))
     }
 
-    fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+    fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         x + self.size[0] * (y + self.size[1] * z)
     }
 
-    /// The nearest point, of those whose side faces where `normal` does, where there is one that is told; none where no triangle
-    /// does.
+    /// The point of the mesh nearest to `p`. With a `normal` only triangles that face in its direction count; `None` if there
+    /// is none.
     pub(super) fn to(&self, p: DVec3, normal: Option<DVec3>) -> Option<DVec3> {
-        let middle = self.cell(p);
+        let center = self.cell(p);
         let mut best: Option<(f64, DVec3)> = None;
-        let farthest = self.size.iter().copied().max().unwrap_or_default();
-        for shell in 0..=farthest {
-            self.visit_shell(middle, shell, |t| {
+        let n_shells = self.size.iter().copied().max().unwrap_or_default();
+        for shell in 0..=n_shells {
+            self.visit_shell(center, shell, |t| {
                 let corners = self.corners(t);
                 let [a, b, c] = corners;
-                let faces = (b - a).cross(c - a);
-                if normal.is_some_and(|normal| faces.dot(normal) <= 0.0) {
+                let face_normal = (b - a).cross(c - a);
+                if normal.is_some_and(|normal| face_normal.dot(normal) <= 0.0) {
                     return;
                 }
-                let found = nearest_on_triangle(p, corners);
-                let distance = found.distance_squared(p);
+                let point = nearest_on_triangle(p, corners);
+                let distance = point.distance_squared(p);
                 if best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, found));
+                    best = Some((distance, point));
                 }
             });
-            // What is in further shells is at least that deep from where the box is nearest; the way there and on turns by a right
-            // angle at least.
-            let top = self.low + self.side * DVec3::from(self.size.map(|n| n as f64));
-            let deep = shell as f64 * self.side;
-            let reach = deep * deep + p.clamp(self.low, top).distance_squared(p);
-            if best.is_some_and(|(least, _)| least <= reach) {
+            // A triangle in a later shell is at least `depth` away from the point of the grid nearest to p, and the angle there
+            // is at least a right one, so the squares add.
+            let high = self.low + self.side * DVec3::from(self.size.map(|n| n as f64));
+            let depth = shell as f64 * self.side;
+            let bound = depth * depth + p.clamp(self.low, high).distance_squared(p);
+            if best.is_some_and(|(least, _)| least <= bound) {
                 break;
             }
         }
-        best.map(|(_, found)| found)
+        best.map(|(_, point)| point)
     }
 
-    /// Visits the triangles of the cells that are so many cells away.
-    fn visit_shell(&self, middle: [usize; 3], shell: usize, mut visit: impl FnMut(u32)) {
-        let from: [usize; 3] = middle.map(|i| i.saturating_sub(shell));
-        let to: [usize; 3] = std::array::from_fn(|i| (middle[i] + shell).min(self.size[i] - 1));
+    /// Visits the triangles of the cells at a Chebyshev distance of `shell` cells.
+    fn visit_shell(&self, center: [usize; 3], shell: usize, mut visit: impl FnMut(u32)) {
+        let from: [usize; 3] = center.map(|i| i.saturating_sub(shell));
+        let to: [usize; 3] = std::array::from_fn(|i| (center[i] + shell).min(self.size[i] - 1));
         for z in from[2]..=to[2] {
             for y in from[1]..=to[1] {
                 for x in from[0]..=to[0] {
-                    let away = [x, y, z].iter().zip(middle).map(|(&i, m)| i.abs_diff(m)).max();
-                    if away != Some(shell) {
+                    let distance = [x, y, z].iter().zip(center).map(|(&i, c)| i.abs_diff(c)).max();
+                    if distance != Some(shell) {
                         continue;
                     }
-                    let cell = self.number([x, y, z]);
+                    let cell = self.index([x, y, z]);
                     let range = self.first[cell] as usize..self.first[cell + 1] as usize;
                     self.triangles[range].iter().for_each(|&t| visit(t));
                 }
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_found_is_as_near_as_what_looking_at_all_triangles_finds() {
+    fn the_grid_finds_points_as_near_as_brute_force() {
         let mut state = 1u32;
         let mut random = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -140,7 +140,7 @@ mod tests {
             (0..90).map(|_| point(10.0).to_array().map(|x| x as f32)).collect();
         let triangles: Vec<[u32; 3]> = (0..30).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let mesh = SurfaceMesh { positions, triangles, ..SurfaceMesh::default() };
-        let nearest = Nearest::of(&mesh).expect("triangles");
+        let nearest = NearestPoint::new(&mesh).expect("triangles");
         for _ in 0..200 {
             // Outside of the grid, too.
             let p = point(20.0) - DVec3::splat(5.0);

@@ -1,38 +1,38 @@
-//! STL, binary: each triangle by itself with the normal of its plane.
+//! STL, binary: separate triangles, each with the normal of its plane.
 
 use std::io::{self, Write};
 
-use super::Placed;
 use super::weld::{Welded, weld};
+use super::world_mesh::WorldMesh;
 use crate::spectrum::SurfaceMesh;
 
-/// Writes a mesh so that whoever welds equal corners has a mesh like it again ([`weld`]). STL has no
-/// shared vertices and one normal per triangle, so the mesh's own normals are left out.
-pub(super) fn write(placed: Placed, writer: &mut dyn Write) -> io::Result<()> {
-    if placed.is_far {
+/// Writes a mesh such that a reader that welds equal corners gets the same mesh again ([`weld`]). STL has no shared vertices
+/// and one normal per triangle, so the mesh's own normals are left out.
+pub(super) fn write(world_mesh: WorldMesh, writer: &mut dyn Write) -> io::Result<()> {
+    if world_mesh.is_far {
         log::warn!(
-            "STL has 32-bit floats, which are too far apart at {:?} for voxels of {:e}; PLY, OBJ and GLB keep the shape",
-            placed.placement.origin,
-            placed.placement.voxel()
+            "the 32-bit floats of STL are too coarse at {:?} for voxels of {:e}; PLY, OBJ and GLB keep the shape",
+            world_mesh.placement.origin,
+            world_mesh.placement.voxel()
         );
     }
-    let positions = placed.narrow_positions().collect();
-    let space = placed.space();
-    let mesh = SurfaceMesh { positions, ..placed.mesh };
-    let Welded { triangles, n_flat, n_same } = weld(&mesh);
-    if n_flat + n_same > 0 {
+    let positions = world_mesh.positions_f32().collect();
+    let space = world_mesh.space_comment();
+    let mesh = SurfaceMesh { positions, ..world_mesh.mesh };
+    let Welded { triangles, n_degenerate, n_coincident } = weld(&mesh);
+    if n_degenerate + n_coincident > 0 {
         log::warn!(
-            "STL knows corners by their positions only: {n_flat} triangles without area and {n_same} vertices in the place of others are left; PLY, OBJ and GLB hold the mesh as it is"
+            "STL identifies corners by their positions: {n_degenerate} triangles without area and {n_coincident} coincident vertices remain; PLY, OBJ and GLB keep the mesh unchanged"
         );
     }
-    let mut head = [b' '; 80];
-    // Not "solid": that is how the text variant starts.
+    let mut header = [b' '; 80];
+    // It must not start with "solid", as the text variant does.
     let mut title = concat!("binary STL by isospectrum ", env!("CARGO_PKG_VERSION")).to_owned();
     if let Some(space) = space {
         title += &format!(". {space}");
     }
-    head[..title.len()].copy_from_slice(title.as_bytes());
-    writer.write_all(&head)?;
+    header[..title.len()].copy_from_slice(title.as_bytes());
+    writer.write_all(&header)?;
     writer.write_all(&(triangles.len() as u32).to_le_bytes())?;
     for corners in triangles {
         let mut row = [0; 50];

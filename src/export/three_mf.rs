@@ -1,11 +1,11 @@
-//! 3MF: what printers and their programs read, a package of XML; in millimetres.
+//! 3MF, for 3D printing: a ZIP package with an XML model, in millimetres.
 
 use std::io::{self, Cursor, Write};
 
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::Placed;
+use super::world_mesh::WorldMesh;
 
 const TYPES: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">\n\
@@ -18,9 +18,9 @@ const RELATIONS: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
     <Relationship Target=\"/3D/3dmodel.model\" Id=\"rel0\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/>\n\
     </Relationships>\n";
 
-/// Writes a mesh. Where the unit of the world is not known its numbers are taken for millimetres.
-pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
-    // No time of writing, so that equal meshes are equal files.
+/// Writes a mesh. World coordinates of an unknown unit are taken for millimetres.
+pub(super) fn write(mesh: &WorldMesh, writer: &mut dyn Write) -> io::Result<()> {
+    // A fixed date, so that equal meshes are equal files.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(zip::DateTime::default());
@@ -31,14 +31,14 @@ pub(super) fn write(placed: &Placed, writer: &mut dyn Write) -> io::Result<()> {
     }
     package.start_file("3D/3dmodel.model", options)?;
     let mut text = io::BufWriter::new(&mut package);
-    model(placed, &mut text)?;
+    write_model(mesh, &mut text)?;
     text.flush()?;
     drop(text);
     writer.write_all(package.finish()?.get_ref())
 }
 
-fn model(placed: &Placed, text: &mut dyn Write) -> io::Result<()> {
-    let mm = placed.placement.unit.in_mm().unwrap_or(1.0);
+fn write_model(world_mesh: &WorldMesh, text: &mut dyn Write) -> io::Result<()> {
+    let mm = world_mesh.placement.unit.in_mm().unwrap_or(1.0);
     write!(
         text,
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
@@ -47,13 +47,13 @@ fn model(placed: &Placed, text: &mut dyn Write) -> io::Result<()> {
          <resources>\n",
         env!("CARGO_PKG_VERSION")
     )?;
-    // A mesh has three triangles at least; of nothing there is no object.
-    let is_empty = placed.mesh.triangles.is_empty();
+    // A mesh needs at least three triangles, so an empty one becomes a model without objects.
+    let is_empty = world_mesh.mesh.triangles.is_empty();
     if !is_empty {
         writeln!(text, "<object id=\"1\" type=\"model\">\n<mesh>\n<vertices>")?;
-        for position in placed.positions() {
+        for position in world_mesh.positions() {
             let [x, y, z] = position.map(|x| x * mm);
-            if placed.is_far {
+            if world_mesh.is_far {
                 writeln!(text, "<vertex x=\"{x}\" y=\"{y}\" z=\"{z}\"/>")?;
             } else {
                 let [x, y, z] = [x, y, z].map(|x| x as f32);
@@ -61,7 +61,7 @@ fn model(placed: &Placed, text: &mut dyn Write) -> io::Result<()> {
             }
         }
         writeln!(text, "</vertices>\n<triangles>")?;
-        for [a, b, c] in &placed.mesh.triangles {
+        for [a, b, c] in &world_mesh.mesh.triangles {
             writeln!(text, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>")?;
         }
         writeln!(text, "</triangles>\n</mesh>\n</object>")?;

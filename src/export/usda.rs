@@ -1,57 +1,62 @@
-//! USDA: Universal Scene Description as text: a mesh, several beside each other, or one whose points and triangles change with
-//! time, for Blender, Houdini, Omniverse and `usdview`.
+//! USDA, Universal Scene Description as text, for Blender, Houdini, Omniverse and `usdview`: one mesh, several, or one whose
+//! points and triangles change with time.
 //!
-//! As in GLB, positions are around the origin of the volume, to which the mesh is moved in 64-bit floats. A time is the number
-//! of a picture, from 0; `isovalue` tells what it shows. Between two times meshes have not as many points, so nothing is
-//! interpolated: each is held until the next.
+//! As in GLB, positions are relative to the origin of the volume, which is the translation of the root in 64-bit floats. Time
+//! codes count frames from 0; the attribute `isovalue` gives the isovalue of each. The number of points changes from frame to
+//! frame, so readers hold each frame until the next instead of interpolating.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 
-use super::{Arrangement, Look, Painted, Placed};
+use super::color_data::ColorData;
+use super::scene::{Arrangement, Frame, SurfaceStyle};
+use super::world_mesh::WorldMesh;
 use crate::volume::{Placement, Unit};
 
-/// Name of what holds the meshes.
+/// Name of the root prim.
 const ROOT: &str = "isosurface";
 
 /// Writes a mesh.
 pub(super) fn write(
-    placed: &Placed,
-    painted: Option<&Painted>,
+    mesh: &WorldMesh,
+    colors: Option<&ColorData>,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
-    head(&placed.placement, None, writer)?;
-    mesh("mesh", &[(placed, painted, None)], writer)?;
+    write_header(&mesh.placement, None, writer)?;
+    write_mesh("mesh", &[Sample { mesh, colors, style: None }], writer)?;
     writeln!(writer, "}}")
 }
 
-/// Writes several meshes, beside each other or one after the other.
-pub(super) fn write_all(
-    frames: &[(Placed, Option<Painted>, Look)],
+/// Writes several meshes, visible together or one after the other.
+pub(super) fn write_scene<'a>(
+    frames: &'a [Frame],
     arrangement: Arrangement,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
-    let Some((first, ..)) = frames.first() else { return Ok(()) };
-    let shown =
-        frames.iter().map(|(placed, painted, look)| (placed, painted.as_ref(), Some(*look)));
-    let shown: Vec<Shown<'_>> = shown.collect();
+    let Some(first) = frames.first() else { return Ok(()) };
+    let sample = |Frame { mesh, colors, style }: &'a Frame| Sample {
+        mesh,
+        colors: colors.as_ref(),
+        style: Some(*style),
+    };
+    let samples: Vec<Sample<'_>> = frames.iter().map(sample).collect();
     match arrangement {
         Arrangement::Sweep { seconds } => {
-            head(&first.placement, Some((frames.len(), seconds)), writer)?;
-            mesh("mesh", &shown, writer)?;
+            write_header(&first.mesh.placement, Some((frames.len(), seconds)), writer)?;
+            write_mesh("mesh", &samples, writer)?;
         }
         Arrangement::Together => {
-            head(&first.placement, None, writer)?;
-            for (i, one) in shown.iter().enumerate() {
-                mesh(&format!("mesh_{}", i + 1), std::slice::from_ref(one), writer)?;
+            write_header(&first.mesh.placement, None, writer)?;
+            for (i, sample) in samples.iter().enumerate() {
+                write_mesh(&format!("mesh_{}", i + 1), std::slice::from_ref(sample), writer)?;
             }
         }
     }
     writeln!(writer, "}}")
 }
 
-/// What the file says of itself, and where its meshes lie; `sweep` is how many pictures in how many seconds.
-fn head(
+/// Writes the metadata and opens the root prim; `sweep` is the number of frames and their total seconds.
+fn write_header(
     placement: &Placement,
     sweep: Option<(usize, f64)>,
     writer: &mut dyn Write,
@@ -71,7 +76,7 @@ fn head(
     writeln!(writer, "    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n")
 }
 
-/// Metres of a unit; none where it is not known.
+/// Metres per unit; `None` for the unknown unit.
 fn meters(unit: Unit) -> Option<f64> {
     match unit {
         Unit::Unknown => None,
@@ -84,98 +89,95 @@ fn meters(unit: Unit) -> Option<f64> {
     }
 }
 
-/// One of the meshes that a mesh is in turn, with what is known of it.
-type Shown<'a> = (&'a Placed, Option<&'a Painted>, Option<Look>);
+/// A mesh prim at one time.
+struct Sample<'a> {
+    mesh: &'a WorldMesh,
+    colors: Option<&'a ColorData>,
+    style: Option<SurfaceStyle>,
+}
 
-/// A mesh, which changes with time where there are several of it.
-fn mesh(name: &str, shown: &[Shown<'_>], writer: &mut dyn Write) -> io::Result<()> {
+/// Writes a mesh prim, time-sampled if there are several samples.
+fn write_mesh(name: &str, samples: &[Sample<'_>], writer: &mut dyn Write) -> io::Result<()> {
     writeln!(writer, "    def Mesh \"{name}\"\n    {{")?;
     writeln!(writer, "        uniform token subdivisionScheme = \"none\"")?;
     writeln!(writer, "        uniform bool doubleSided = 1")?;
-    let mut put = |about: &str, is_of_vertices: bool, of: &dyn Fn(&Shown<'_>) -> String| {
-        attribute(shown, about, is_of_vertices, of, writer)
-    };
-    put("float3[] extent", false, &|(placed, ..)| extent(&around(placed)))?;
-    put("int[] faceVertexCounts", false, &|(placed, ..)| {
-        listed(placed.mesh.triangles.iter().map(|_| 3))
-    })?;
-    put("int[] faceVertexIndices", false, &|(placed, ..)| {
-        listed(placed.mesh.triangles.iter().flatten())
-    })?;
-    put("point3f[] points", false, &|(placed, ..)| rows(around(placed)))?;
-    put("normal3f[] normals", true, &|(placed, ..)| rows(placed.mesh.normals.iter().copied()))?;
-    let painted: Option<Vec<&Painted>> = shown.iter().map(|(_, painted, _)| *painted).collect();
-    if let Some(first) = painted.as_ref().and_then(|painted| painted.first()) {
-        put("color3f[] primvars:displayColor", true, &|(_, painted, _)| {
-            rows(painted.iter().flat_map(|painted| painted.linear.iter().copied()))
+    let mut attribute =
+        |declaration: &str, is_per_vertex, value: &dyn Fn(&Sample<'_>) -> String| {
+            write_attribute(samples, declaration, is_per_vertex, value, writer)
+        };
+    attribute("float3[] extent", false, &|s| extent(&s.mesh.positions_around_origin()))?;
+    attribute("int[] faceVertexCounts", false, &|s| list(s.mesh.mesh.triangles.iter().map(|_| 3)))?;
+    attribute("int[] faceVertexIndices", false, &|s| list(s.mesh.mesh.triangles.iter().flatten()))?;
+    attribute("point3f[] points", false, &|s| vectors(s.mesh.positions_around_origin()))?;
+    attribute("normal3f[] normals", true, &|s| vectors(s.mesh.mesh.normals.iter().copied()))?;
+    let colors: Option<Vec<&ColorData>> = samples.iter().map(|sample| sample.colors).collect();
+    if let Some(first) = colors.as_ref().and_then(|colors| colors.first()) {
+        attribute("color3f[] primvars:displayColor", true, &|s| {
+            vectors(s.colors.iter().flat_map(|colors| colors.linear.iter().copied()))
         })?;
-        put(&format!("float[] primvars:{}", first.name), true, &|(_, painted, _)| {
-            // A number that is none is none here, either.
-            let numbers = painted.iter().flat_map(|painted| painted.numbers.iter());
-            listed(numbers.map(|&x| if x.is_finite() { x } else { 0.0 }))
+        attribute(&format!("float[] primvars:{}", first.name), true, &|s| {
+            // USDA has no portable NaN.
+            let values = s.colors.iter().flat_map(|colors| colors.vertex_values.iter());
+            list(values.map(|&x| if x.is_finite() { x } else { 0.0 }))
         })?;
     }
-    let looks: Option<Vec<Look>> = shown.iter().map(|(.., look)| *look).collect();
-    if looks.is_some() {
-        put("custom double isovalue", false, &|(.., look)| {
-            look.map_or_else(String::new, |look| look.isovalue.to_string())
+    let styles: Option<Vec<SurfaceStyle>> = samples.iter().map(|sample| sample.style).collect();
+    if styles.is_some() {
+        attribute("custom double isovalue", false, &|s| {
+            s.style.map_or_else(String::new, |style| style.isovalue.to_string())
         })?;
     }
-    if let (None, Some([Look { color: [r, g, b], opacity, .. }])) = (&painted, looks.as_deref()) {
+    if let (None, Some([SurfaceStyle { color: [r, g, b], opacity, .. }])) =
+        (&colors, styles.as_deref())
+    {
         writeln!(writer, "        color3f[] primvars:displayColor = [({r}, {g}, {b})]")?;
         writeln!(writer, "        float[] primvars:displayOpacity = [{opacity}]")?;
     }
     writeln!(writer, "    }}")
 }
 
-/// An attribute, of each time where there are several; of the vertices, or of the mesh.
-fn attribute(
-    shown: &[Shown<'_>],
-    about: &str,
-    is_of_vertices: bool,
-    of: &dyn Fn(&Shown<'_>) -> String,
+/// Writes an attribute of a mesh, with a value for each time if there are several samples.
+fn write_attribute(
+    samples: &[Sample<'_>],
+    declaration: &str,
+    is_per_vertex: bool,
+    value: &dyn Fn(&Sample<'_>) -> String,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
-    let rest = match is_of_vertices {
+    let metadata = match is_per_vertex {
         true => " (\n            interpolation = \"vertex\"\n        )",
         false => "",
     };
-    if let [one] = shown {
-        return writeln!(writer, "        {about} = {}{rest}", of(one));
+    if let [sample] = samples {
+        return writeln!(writer, "        {declaration} = {}{metadata}", value(sample));
     }
-    // What is said of an attribute stands at its own name.
-    if is_of_vertices {
-        writeln!(writer, "        {about}{rest}")?;
+    // Metadata belongs to the declaration, not to the time samples.
+    if is_per_vertex {
+        writeln!(writer, "        {declaration}{metadata}")?;
     }
-    writeln!(writer, "        {about}.timeSamples = {{")?;
-    for (time, shown) in shown.iter().enumerate() {
-        writeln!(writer, "            {time}: {},", of(shown))?;
+    writeln!(writer, "        {declaration}.timeSamples = {{")?;
+    for (time, sample) in samples.iter().enumerate() {
+        writeln!(writer, "            {time}: {},", value(sample))?;
     }
     writeln!(writer, "        }}")
 }
 
-/// Positions around the origin, along the axes of the world.
-fn around(placed: &Placed) -> Vec<[f32; 3]> {
-    let around = |&p: &[f32; 3]| placed.placement.around_origin(p).map(|x| x as f32);
-    placed.mesh.positions.iter().map(around).collect()
-}
-
 /// A list in brackets.
-fn listed(items: impl Iterator<Item = impl Display>) -> String {
+fn list(items: impl Iterator<Item = impl Display>) -> String {
     let items: Vec<String> = items.map(|item| item.to_string()).collect();
     format!("[{}]", items.join(", "))
 }
 
-/// A list of rows of three.
-fn rows(rows: impl IntoIterator<Item = [f32; 3]>) -> String {
-    listed(rows.into_iter().map(|[x, y, z]| format!("({x}, {y}, {z})")))
+/// A list of tuples of three.
+fn vectors(rows: impl IntoIterator<Item = [f32; 3]>) -> String {
+    list(rows.into_iter().map(|[x, y, z]| format!("({x}, {y}, {z})")))
 }
 
-/// Least and largest corner of the box around points; of none a box of nothing.
+/// Minimum and maximum corner of the bounding box of points; zero for no points.
 fn extent(points: &[[f32; 3]]) -> String {
     let bound = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
         let points = points.iter().copied();
         points.reduce(|a, b| std::array::from_fn(|i| pick(a[i], b[i]))).unwrap_or_default()
     };
-    rows([bound(f32::min), bound(f32::max)])
+    vectors([bound(f32::min), bound(f32::max)])
 }

@@ -1,20 +1,21 @@
-//! VTP: polygons of VTK in XML, with raw little-endian numbers behind it, each array after its length.
+//! VTP: VTK PolyData in XML, followed by appended raw little-endian arrays, each preceded by its length.
 
 use std::io::{self, Write};
 
-use super::ply::unit_of;
-use super::{Painted, Placed};
+use super::color_data::ColorData;
+use super::world_mesh::WorldMesh;
 
-/// An array of the file: how it is described, and its bytes.
+/// A data array: its XML attributes and its bytes.
 struct Array {
-    about: String,
+    attributes: String,
     bytes: Vec<u8>,
 }
 
 impl Array {
     fn new(kind: &str, name: &str, components: usize, bytes: Vec<u8>) -> Self {
-        let about = format!("type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
-        Array { about, bytes }
+        let attributes =
+            format!("type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"");
+        Array { attributes, bytes }
     }
 
     fn floats(name: &str, components: usize, numbers: impl Iterator<Item = f32>) -> Self {
@@ -28,27 +29,27 @@ impl Array {
 
 /// Writes a mesh.
 pub(super) fn write(
-    placed: &Placed,
-    painted: Option<&Painted>,
+    world_mesh: &WorldMesh,
+    colors: Option<&ColorData>,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
-    let mesh = &placed.mesh;
-    let positions = if placed.is_far {
-        let numbers = placed.positions().flatten().flat_map(f64::to_le_bytes);
+    let mesh = &world_mesh.mesh;
+    let positions = if world_mesh.is_far {
+        let numbers = world_mesh.positions().flatten().flat_map(f64::to_le_bytes);
         Array::new("Float64", "Points", 3, numbers.collect())
     } else {
-        Array::floats("Points", 3, placed.narrow_positions().flatten())
+        Array::floats("Points", 3, world_mesh.positions_f32().flatten())
     };
-    let mut of_points = vec![Array::floats("Normals", 3, mesh.normals.iter().copied().flatten())];
-    let mut of_cells = Vec::new();
-    if let Some(painted) = painted {
-        let Painted { name, numbers, of_triangles, .. } = painted;
-        match of_triangles {
-            Some(numbers) => of_cells.push(Array::floats(name, 1, numbers.iter().copied())),
-            None => of_points.push(Array::floats(name, 1, numbers.iter().copied())),
+    let mut point_data = vec![Array::floats("Normals", 3, mesh.normals.iter().copied().flatten())];
+    let mut cell_data = Vec::new();
+    if let Some(colors) = colors {
+        let ColorData { name, vertex_values, triangle_values, .. } = colors;
+        match triangle_values {
+            Some(values) => cell_data.push(Array::floats(name, 1, values.iter().copied())),
+            None => point_data.push(Array::floats(name, 1, vertex_values.iter().copied())),
         }
-        let colors = painted.srgb().flatten().collect();
-        of_points.push(Array::new("UInt8", "color", 3, colors));
+        let colors = colors.srgb().flatten().collect();
+        point_data.push(Array::new("UInt8", "color", 3, colors));
     }
     let corners = mesh.triangles.iter().flatten().map(|&v| v as i32);
     let polygons = [
@@ -64,32 +65,31 @@ pub(super) fn write(
          <PolyData>\n\
          <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
         env!("CARGO_PKG_VERSION"),
-        unit_of(placed)
-            .into_iter()
-            .chain(placed.space())
-            .map(|said| format!(", {said}"))
+        (world_mesh.unit_comment().into_iter())
+            .chain(world_mesh.space_comment())
+            .map(|comment| format!(", {comment}"))
             .collect::<String>(),
         mesh.positions.len(),
         mesh.triangles.len()
     )?;
-    let mut at = 0;
-    let mut list = |writer: &mut dyn Write, element: &str, arrays: &[Array]| {
+    let mut offset = 0;
+    let mut write_element = |writer: &mut dyn Write, element: &str, arrays: &[Array]| {
         let name = element.split(' ').next().unwrap_or_default();
         writeln!(writer, "<{element}>")?;
-        for Array { about, bytes } in arrays {
-            writeln!(writer, "<DataArray {about} format=\"appended\" offset=\"{at}\"/>")?;
-            at += 8 + bytes.len();
+        for Array { attributes, bytes } in arrays {
+            writeln!(writer, "<DataArray {attributes} format=\"appended\" offset=\"{offset}\"/>")?;
+            offset += 8 + bytes.len();
         }
         writeln!(writer, "</{name}>")
     };
     let positions = [positions];
-    list(writer, "PointData Normals=\"Normals\"", &of_points)?;
-    list(writer, "CellData", &of_cells)?;
-    list(writer, "Points", &positions)?;
-    list(writer, "Polys", &polygons)?;
+    write_element(writer, "PointData Normals=\"Normals\"", &point_data)?;
+    write_element(writer, "CellData", &cell_data)?;
+    write_element(writer, "Points", &positions)?;
+    write_element(writer, "Polys", &polygons)?;
     write!(writer, "</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_")?;
-    for Array { bytes, .. } in of_points.iter().chain(&of_cells).chain(&positions).chain(&polygons)
-    {
+    let arrays = point_data.iter().chain(&cell_data).chain(&positions).chain(&polygons);
+    for Array { bytes, .. } in arrays {
         writer.write_all(&(bytes.len() as u64).to_le_bytes())?;
         writer.write_all(bytes)?;
     }

@@ -1,65 +1,62 @@
-//! A mesh for formats that know corners only by their positions: what these cannot tell apart is made
-//! one, or is moved apart.
+//! Preparation of a mesh for formats that identify vertices by their positions: coincident vertices are merged or moved apart.
 //!
-//! Where the isovalue is a sample's value, the vertices on all edges of that sample lie in one place.
-//! Whoever reads an STL file welds equal corners; triangles then lose their area, and where sheets
-//! touch, edges have four triangles.
+//! Where the isovalue equals a sample's value, the vertices on all edges of that sample coincide. A reader of an STL file
+//! welds equal corners; triangles then lose their area, and edges get four triangles where sheets touch.
 //!
 //! # Method
 //!
 //! In this order, on positions as the file will hold them:
 //!
-//! 1. An edge of no length is collapsed where the link of the merged vertex stays one cycle (one path at
-//!    an open border): exactly then a 2-manifold stays a 2-manifold of the same topology.
-//! 2. A component that is a single point is left out: it has no surface.
-//! 3. Vertices that still share their place (sheets that touch, edges whose collapse would close a
-//!    handle) are moved apart by units of the last place, as are those of triangles that have three
-//!    corners but no area.
+//! 1. An edge of zero length is collapsed if the link of the merged vertex stays one cycle (one path at an open border):
+//!    exactly then a 2-manifold stays a 2-manifold of the same topology.
+//! 2. A component whose vertices all coincide is dropped: it has no surface.
+//! 3. Vertices that still coincide (sheets that touch, edges whose collapse would close a handle) are moved apart by units in
+//!    the last place, as are those of triangles that have three corners but no area.
 //!
 //! # Invariants
 //!
-//! Vertices have different positions but for [`Welded::n_same`], so that welding changes nothing.
-//! Everything goes by index: the same mesh gives the same bytes.
+//! Vertices have different positions but for [`Welded::n_coincident`], so that welding changes nothing. Vertices and triangles
+//! are processed by index: the same mesh gives the same bytes.
 
 use std::collections::HashSet;
 
 use crate::spectrum::SurfaceMesh;
 
-/// Vertices are moved by at most so many units of the last place along an axis.
-const FARTHEST: i32 = 3;
+/// Largest displacement of a vertex along an axis, units in the last place.
+const MAX_DISPLACEMENT: i32 = 3;
 
-/// Times that every triangle without area is tried.
-const ROUNDS: usize = 4;
+/// Largest number of passes over the triangles without area.
+const MAX_PASSES: usize = 4;
 
 /// The triangles of a mesh after welding, by their corners.
 #[derive(Debug)]
 pub(super) struct Welded {
     pub(super) triangles: Vec<[[f32; 3]; 3]>,
-    /// Triangles without area that are left.
-    pub(super) n_flat: usize,
-    /// Vertices left that share their place with another one.
-    pub(super) n_same: usize,
+    /// Remaining triangles without area.
+    pub(super) n_degenerate: usize,
+    /// Remaining vertices with the position of another one.
+    pub(super) n_coincident: usize,
 }
 
 /// Welds a mesh that is a 2-manifold, with or without a border.
 pub(super) fn weld(mesh: &SurfaceMesh) -> Welded {
     let mut welder = Welder::new(mesh);
-    let mut n_same = 0;
-    if welder.has_something_to_do() {
+    let mut n_coincident = 0;
+    if welder.is_degenerate() {
         welder.collapse_edges();
         welder.drop_points();
-        n_same = welder.part_vertices();
+        n_coincident = welder.separate_vertices();
         welder.open_triangles();
     }
-    let triangles: Vec<_> = welder.living().map(|t| welder.corners(t)).collect();
-    let n_flat = triangles.iter().filter(|corners| is_flat(**corners)).count();
-    Welded { triangles, n_flat, n_same }
+    let triangles: Vec<_> = welder.triangles().map(|t| welder.corners(t)).collect();
+    let n_degenerate = triangles.iter().filter(|corners| has_no_area(**corners)).count();
+    Welded { triangles, n_degenerate, n_coincident }
 }
 
 /// A mesh as triangles, and the triangles around each vertex.
 struct Welder {
     positions: Vec<[f32; 3]>,
-    /// `None` where a triangle is gone.
+    /// `None` for removed triangles.
     triangles: Vec<Option<[u32; 3]>>,
     around: Vec<Vec<u32>>,
 }
@@ -71,15 +68,15 @@ impl Welder {
             triangle.iter().for_each(|&v| around[v as usize].push(t));
         }
         Welder {
-            // 0 and -0 are one place.
+            // 0 and -0 are the same position.
             positions: mesh.positions.iter().map(|p| p.map(|x| x + 0.0)).collect(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
             around,
         }
     }
 
-    /// The numbers of the triangles that are not gone.
-    fn living(&self) -> impl Iterator<Item = usize> + '_ {
+    /// The indices of the remaining triangles.
+    fn triangles(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.triangles.len()).filter(|&t| self.triangles[t].is_some())
     }
 
@@ -87,28 +84,29 @@ impl Welder {
         self.triangles[t].unwrap_or_default().map(|v| self.positions[v as usize])
     }
 
-    /// The vertices of triangles, by index.
+    /// The vertices that have triangles, by index.
     fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.around.len() as u32).filter(|&v| !self.around[v as usize].is_empty())
     }
 
-    fn has_something_to_do(&self) -> bool {
+    /// Whether vertices coincide or triangles have no area.
+    fn is_degenerate(&self) -> bool {
         let mut taken = HashSet::new();
-        !self.vertices().all(|v| taken.insert(self.place(v)))
-            || self.living().any(|t| is_flat(self.corners(t)))
+        !self.vertices().all(|v| taken.insert(self.position_bits(v)))
+            || self.triangles().any(|t| has_no_area(self.corners(t)))
     }
 
-    fn place(&self, v: u32) -> [u32; 3] {
+    fn position_bits(&self, v: u32) -> [u32; 3] {
         self.positions[v as usize].map(f32::to_bits)
     }
 
-    /// Collapses edges of no length until none is left that may be.
+    /// Collapses edges of zero length until none can be collapsed.
     fn collapse_edges(&mut self) {
         let is_short = |w: &Self, t: &usize| {
             let [a, b, c] = w.corners(*t);
             a == b || b == c || c == a
         };
-        let mut short: Vec<usize> = self.living().filter(|t| is_short(self, t)).collect();
+        let mut short: Vec<usize> = self.triangles().filter(|t| is_short(self, t)).collect();
         loop {
             let before = short.len();
             for &t in &short {
@@ -121,23 +119,24 @@ impl Welder {
         }
     }
 
-    /// Collapses the first edge of no length of a triangle that may be.
+    /// Collapses the first collapsible edge of zero length of a triangle.
     fn collapse_one_of(&mut self, t: usize) {
         let Some([a, b, c]) = self.triangles[t] else { return };
         for (from, to) in [(a, b), (b, c), (c, a)] {
-            if self.place(from) == self.place(to) && self.may_merge(from, to) {
+            if self.position_bits(from) == self.position_bits(to) && self.can_merge(from, to) {
                 self.merge(from.max(to), from.min(to));
                 return;
             }
         }
     }
 
-    /// The sides opposite `v` of its triangles, in the triangles' direction; without those that also
-    /// have `but` as a corner.
-    fn link(&self, v: u32, but: Option<u32>) -> impl Iterator<Item = (u32, u32)> + '_ {
+    /// The edges opposite `v` of its triangles, in the triangles' direction; without the triangles that also have `except` as a
+    /// corner.
+    fn link(&self, v: u32, except: Option<u32>) -> impl Iterator<Item = (u32, u32)> + '_ {
         let triangles = self.around[v as usize].iter();
         let corners = triangles.filter_map(|&t| self.triangles[t as usize]);
-        corners.filter(move |c| but.is_none_or(|but| !c.contains(&but))).map(move |[a, b, c]| {
+        let corners = corners.filter(move |c| except.is_none_or(|except| !c.contains(&except)));
+        corners.map(move |[a, b, c]| {
             if a == v {
                 (b, c)
             } else if b == v {
@@ -148,8 +147,8 @@ impl Welder {
         })
     }
 
-    /// Whether the mesh stays a manifold where two joined vertices become one.
-    fn may_merge(&self, a: u32, b: u32) -> bool {
+    /// Whether the mesh stays a manifold if two adjacent vertices are merged.
+    fn can_merge(&self, a: u32, b: u32) -> bool {
         let merged = self.link(a, Some(b)).chain(self.link(b, Some(a))).collect();
         let is_open = [a, b].iter().any(|&v| is_chain(self.link(v, None).collect()) != Some(true));
         match is_chain(merged) {
@@ -158,15 +157,15 @@ impl Welder {
         }
     }
 
-    /// Puts `target` in the place of `gone`; triangles that have both are gone.
-    fn merge(&mut self, gone: u32, target: u32) {
-        for t in std::mem::take(&mut self.around[gone as usize]) {
+    /// Replaces the vertex `removed` by `target`, and removes the triangles that have both.
+    fn merge(&mut self, removed: u32, target: u32) {
+        for t in std::mem::take(&mut self.around[removed as usize]) {
             let Some(corners) = self.triangles[t as usize] else { continue };
             if corners.contains(&target) {
                 self.remove(t);
             } else {
                 self.triangles[t as usize] =
-                    Some(corners.map(|v| if v == gone { target } else { v }));
+                    Some(corners.map(|v| if v == removed { target } else { v }));
                 self.around[target as usize].push(t);
             }
         }
@@ -178,7 +177,7 @@ impl Welder {
         }
     }
 
-    /// Leaves out the components whose vertices all lie in one place.
+    /// Drops the components whose vertices all coincide.
     fn drop_points(&mut self) {
         let mut seen = vec![false; self.positions.len()];
         for first in 0..self.positions.len() as u32 {
@@ -197,7 +196,7 @@ impl Welder {
                     }
                 }
             }
-            if component.iter().all(|&v| self.place(v) == self.place(first)) {
+            if component.iter().all(|&v| self.position_bits(v) == self.position_bits(first)) {
                 for v in component {
                     self.around[v as usize].clone().into_iter().for_each(|t| self.remove(t));
                 }
@@ -205,26 +204,27 @@ impl Welder {
         }
     }
 
-    /// Moves vertices that share a place apart; how many still do.
-    fn part_vertices(&mut self) -> usize {
+    /// Moves coincident vertices apart; returns the number of those that still coincide.
+    fn separate_vertices(&mut self) -> usize {
         let vertices: Vec<u32> = self.vertices().collect();
         let mut taken = HashSet::new();
-        let doubled: Vec<u32> =
-            vertices.into_iter().filter(|&v| !taken.insert(self.place(v))).collect();
-        doubled.into_iter().filter(|&v| !self.move_aside(v, &mut taken, false)).count()
+        let coincident: Vec<u32> =
+            vertices.into_iter().filter(|&v| !taken.insert(self.position_bits(v))).collect();
+        coincident.into_iter().filter(|&v| !self.displace(v, &mut taken, false)).count()
     }
 
-    /// Gives triangles without area some, by moving the corner between the other two.
+    /// Gives area to degenerate triangles, by moving the corner between the other two.
     fn open_triangles(&mut self) {
-        let mut taken: HashSet<[u32; 3]> = self.vertices().map(|v| self.place(v)).collect();
-        for _ in 0..ROUNDS {
-            let flat: Vec<usize> = self.living().filter(|&t| is_flat(self.corners(t))).collect();
-            if flat.is_empty() {
+        let mut taken: HashSet<[u32; 3]> = self.vertices().map(|v| self.position_bits(v)).collect();
+        for _ in 0..MAX_PASSES {
+            let degenerate: Vec<usize> =
+                self.triangles().filter(|&t| has_no_area(self.corners(t))).collect();
+            if degenerate.is_empty() {
                 return;
             }
-            for t in flat {
+            for t in degenerate {
                 let Some(corners) = self.triangles[t] else { continue };
-                if !is_flat(self.corners(t)) {
+                if !has_no_area(self.corners(t)) {
                     continue;
                 }
                 let length = |i: usize| {
@@ -233,11 +233,11 @@ impl Welder {
                     });
                     p.distance_squared(q)
                 };
-                // That opposite the longest side first.
+                // The corner opposite the longest side first.
                 let mut order = [0, 1, 2];
                 order.sort_by(|&i, &j| length(j).total_cmp(&length(i)));
                 for i in order {
-                    if self.move_aside(corners[i], &mut taken, true) {
+                    if self.displace(corners[i], &mut taken, true) {
                         break;
                     }
                 }
@@ -245,9 +245,9 @@ impl Welder {
         }
     }
 
-    /// Moves a vertex to the nearest free place, preferably one where each of its triangles has an
-    /// area, else only one if not `strictly`; whether there was one.
-    fn move_aside(&mut self, v: u32, taken: &mut HashSet<[u32; 3]>, strictly: bool) -> bool {
+    /// Moves a vertex to the nearest free position where each of its triangles has an area, or, if not `strictly`, to any free
+    /// position. Returns whether the vertex has moved.
+    fn displace(&mut self, v: u32, taken: &mut HashSet<[u32; 3]>, strictly: bool) -> bool {
         let old = self.positions[v as usize];
         let largest = old.iter().fold(f32::MIN_POSITIVE / f32::EPSILON, |m, x| m.max(x.abs()));
         let step = largest * f32::EPSILON;
@@ -259,8 +259,8 @@ impl Welder {
             }
             self.positions[v as usize] = new;
             let around = &self.around[v as usize];
-            if !around.iter().any(|&t| is_flat(self.corners(t as usize))) {
-                taken.insert(self.place(v));
+            if !around.iter().any(|&t| has_no_area(self.corners(t as usize))) {
+                taken.insert(self.position_bits(v));
                 return true;
             }
             free = free.or(Some(new));
@@ -268,7 +268,7 @@ impl Welder {
         match free.filter(|_| !strictly) {
             Some(new) => {
                 self.positions[v as usize] = new;
-                taken.insert(self.place(v));
+                taken.insert(self.position_bits(v));
                 true
             }
             None => {
@@ -279,17 +279,17 @@ impl Welder {
     }
 }
 
-/// Whole numbers to move by along x, y, z, the nearest first.
+/// Displacements along x, y, z in units in the last place, the shortest first.
 fn offsets() -> impl Iterator<Item = [i32; 3]> {
-    (1..=FARTHEST).flat_map(|farthest| {
-        let along = move || -farthest..=farthest;
+    (1..=MAX_DISPLACEMENT).flat_map(|shell| {
+        let along = move || -shell..=shell;
         along()
             .flat_map(move |x| along().flat_map(move |y| along().map(move |z| [x, y, z])))
-            .filter(move |o| o.iter().any(|x| x.abs() == farthest))
+            .filter(move |o| o.iter().any(|x| x.abs() == shell))
     })
 }
 
-/// Whether arcs are one closed cycle of three at least (`true`) or one path (`false`).
+/// `Some(true)` if the arcs are one closed cycle of at least three, `Some(false)` if they are one path.
 fn is_chain(mut arcs: Vec<(u32, u32)>) -> Option<bool> {
     arcs.sort_unstable();
     let mut ends: Vec<u32> = arcs.iter().map(|arc| arc.1).collect();
@@ -317,8 +317,8 @@ fn is_chain(mut arcs: Vec<(u32, u32)>) -> Option<bool> {
     }
 }
 
-/// Whether a triangle has no area, to programs that compute with 64 bits or with 32.
-fn is_flat([a, b, c]: [[f32; 3]; 3]) -> bool {
+/// Whether the area of a triangle is zero, computed in 64-bit or in 32-bit floats.
+fn has_no_area([a, b, c]: [[f32; 3]; 3]) -> bool {
     let wide = |p: [f32; 3]| glam::DVec3::from_array(p.map(f64::from));
     let narrow = glam::Vec3::from_array;
     (wide(b) - wide(a)).cross(wide(c) - wide(a)) == glam::DVec3::ZERO
@@ -351,25 +351,25 @@ mod tests {
         SurfaceMesh { positions, normals, triangles, caps }
     }
 
-    /// Welds as a reader would and counts: triangles, sides that do not have exactly one triangle in
-    /// each direction, triangles without area.
+    /// Welds as a reader does and counts: triangles, edges that do not have exactly one triangle in each direction, triangles
+    /// without area.
     fn read(welded: &Welded) -> (usize, usize, usize) {
-        let place = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
+        let bits = |p: [f32; 3]| p.map(|x| (x + 0.0).to_bits());
         let mut sides: BTreeMap<[[u32; 3]; 2], (i32, i32)> = BTreeMap::new();
         for corners in &welded.triangles {
-            let [a, b, c] = corners.map(place);
+            let [a, b, c] = corners.map(bits);
             for (p, q) in [(a, b), (b, c), (c, a)] {
                 let side = sides.entry([p.min(q), p.max(q)]).or_default();
                 if p < q { side.0 += 1 } else { side.1 += 1 }
             }
         }
         let bad = sides.values().filter(|&&s| s != (1, 1)).count();
-        let flat = welded.triangles.iter().filter(|&&t| is_flat(t)).count();
-        (welded.triangles.len(), bad, flat)
+        let degenerate = welded.triangles.iter().filter(|&&t| has_no_area(t)).count();
+        (welded.triangles.len(), bad, degenerate)
     }
 
     #[test]
-    fn a_mesh_that_floats_can_tell_apart_stays_as_it_is() {
+    fn a_mesh_without_coincident_vertices_is_unchanged() {
         let mesh = bipyramid(6);
         let corners: Vec<_> =
             mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize])).collect();
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_of_no_length_are_collapsed() {
+    fn edges_of_zero_length_are_collapsed() {
         let mut mesh = bipyramid(9);
         for v in [1, 2, 3] {
             mesh.positions[v] = mesh.positions[0];
@@ -386,13 +386,13 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_collapse_is_moved_apart() {
+    fn vertices_that_cannot_be_merged_are_moved_apart() {
         // The apexes meet in the middle; no edge joins them.
         let mut mesh = bipyramid(6);
         mesh.positions[6] = [0.0; 3];
         mesh.positions[7] = [-0.0, 0.0, 0.0];
         let welded = weld(&mesh);
-        assert_eq!((welded.n_same, welded.n_flat), (0, 0));
+        assert_eq!((welded.n_coincident, welded.n_degenerate), (0, 0));
         assert_eq!(read(&welded), (12, 0, 0));
         // A triangle with its corners in a row.
         let mut mesh = bipyramid(4);
@@ -403,7 +403,7 @@ mod tests {
         let corners = vec![[0.0; 3], [0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         assert_eq!(read(&weld(&self::mesh(corners, faces.clone()))), (4, 0, 0));
-        // One that is a point is nothing at all.
+        // A component that is one point is dropped.
         assert_eq!(read(&weld(&self::mesh(vec![[5.0; 3]; 4], faces))), (0, 0, 0));
     }
 
@@ -418,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_arcs_are_told_from_cycles() {
+    fn paths_of_arcs_are_distinguished_from_cycles() {
         assert_eq!(is_chain(vec![(1, 2), (3, 1), (2, 3)]), Some(true));
         assert_eq!(is_chain(vec![(2, 3), (1, 2)]), Some(false));
         assert_eq!(is_chain(vec![(1, 2), (2, 1)]), None);

@@ -5,7 +5,7 @@
 //! as what is added to the byte of the knot before (of the vertex before), modulo 256: surfaces are walked over, so that
 //! neighbours follow one another.
 
-use crate::color::{Color, Ends, Scale, Sources};
+use crate::color::{Color, ColorSources, Scale, ScaleEnds};
 use crate::spectrum::Spectrum;
 
 /// A field as a page holds it.
@@ -19,7 +19,7 @@ pub(super) struct Field {
 
 impl Field {
     /// The field of some sources by what is told of the ends of its scale; none where there is none.
-    pub(super) fn of(sources: &Sources, told: Ends) -> Option<Field> {
+    pub(super) fn of(sources: &ColorSources, told: ScaleEnds) -> Option<Field> {
         let field = sources.field.as_ref()?;
         let values = field.values.iter().map(|&x| f64::from(x));
         let scale = Scale::of(values, told, sources.field_ends());
@@ -27,7 +27,7 @@ impl Field {
         Some(Field {
             name: field.name.clone(),
             scale,
-            map: Color::Field.usual_map(sources).name(),
+            map: Color::Field.default_map(sources).name(),
             codes: field.values.iter().map(code).collect(),
         })
     }
@@ -51,7 +51,7 @@ impl Field {
 }
 
 fn code_of(scale: Scale, value: f64) -> u8 {
-    scale.share(value).map_or(0, |share| 1 + (254.0 * share).round() as u8)
+    scale.fraction(value).map_or(0, |t| 1 + (254.0 * t).round() as u8)
 }
 
 /// The section of codes of knots, by vertex.

@@ -133,7 +133,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::{Color, Ends};
+    use crate::color::{Color, ScaleEnds};
     use crate::render::Camera;
     use crate::spectrum::Keep;
 
@@ -149,7 +149,7 @@ mod tests {
             camera: Camera::default(),
             color: Color::None,
             map: None,
-            ends: Ends::default(),
+            ends: ScaleEnds::default(),
             field: None,
             axes: false,
             look: crate::page::Look::default(),

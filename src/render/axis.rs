@@ -1,8 +1,8 @@
-//! An axis of a volume, as flags spell it.
+//! The axes of a volume.
 
 use crate::parse_name::from_name;
 
-/// An axis of a volume, one way or the other.
+/// An axis of a volume, in positive or negative direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// From the first sample of a row to the last.
@@ -11,11 +11,11 @@ pub enum Axis {
     Y,
     /// From the first slice to the last.
     Z,
-    /// Against x.
+    /// Opposite to x.
     MinusX,
-    /// Against y.
+    /// Opposite to y.
     MinusY,
-    /// Against z.
+    /// Opposite to z.
     MinusZ,
 }
 
@@ -24,7 +24,7 @@ impl Axis {
     pub const ALL: [Axis; 6] =
         [Axis::X, Axis::Y, Axis::Z, Axis::MinusX, Axis::MinusY, Axis::MinusZ];
 
-    /// The name as flags spell it.
+    /// The name, as in command-line flags.
     pub fn name(self) -> &'static str {
         match self {
             Axis::X => "x",
@@ -36,8 +36,8 @@ impl Axis {
         }
     }
 
-    /// Its number, from 0, and 1 or -1.
-    pub(super) fn number_and_sign(self) -> (usize, f64) {
+    /// Its index, 0 to 2, and 1 or -1.
+    pub(super) fn index_and_sign(self) -> (usize, f64) {
         match self {
             Axis::X => (0, 1.0),
             Axis::Y => (1, 1.0),

@@ -1,12 +1,11 @@
-//! Where a picture is taken from, and the matrices that follow.
+//! The camera: direction and distance of the eye.
 //!
 //! # Frames
 //!
-//! The shader reads positions in the voxel frame. The *eye* frame has its origin at the eye, x to
-//! the right, y upwards, z towards the viewer; its unit is the voxel and its axes are those of the
-//! world, so that a volume with oblique directions is seen as it lies in the world, z upwards.
-//! The world's origin and unit cancel in a picture that fits the volume, so they are left out:
-//! coordinates stay small whatever the file says.
+//! The shader reads positions in the voxel frame. The *eye* frame has its origin at the eye, x to the right, y upwards, z
+//! towards the viewer; its unit is the voxel, and it is rotated from the axes of the world, so that a volume with oblique
+//! directions has its orientation in the world, z upwards. The world's origin and unit cancel in a picture that fits the
+//! volume, so they are left out: coordinates stay small for any placement.
 
 use std::str::FromStr;
 
@@ -16,34 +15,31 @@ use super::axis::Axis;
 use crate::error::{Error, Result};
 use crate::spectrum::VolumeInfo;
 
-/// Vertical field of view, degrees: near enough to parallel that shapes are not distorted.
+/// Vertical field of view, degrees: small enough that shapes are not distorted.
 pub const FIELD_OF_VIEW: f64 = 30.0;
 
-/// Share of the half width and half height of the picture that the volume's box fills at distance 1.
+/// Fraction of the half width and half height of the picture that the volume's box fills at distance 1.
 pub const FILL: f64 = 0.94;
 
-/// How far beyond the outermost samples the box reaches, cells: caps end within a tenth of a cell
-/// of the border.
+/// Distance of the box from the outermost samples, cells: caps end within a tenth of a cell of the border.
 pub const BORDER: f64 = 0.1;
 
-/// The direction and distance from which the volume is seen.
+/// The direction and distance of the eye.
 ///
-/// The camera looks at the middle of the volume's box, or where
-/// [`View::look_at`](super::View::look_at) says. Its angles count from three perpendicular directions: those of the
-/// world's axes, +z upwards, unless [`Camera::up`] says otherwise.
+/// The camera looks at the center of the volume's box, or at [`View::look_at`](super::View#structfield.look_at). Its angles
+/// refer to three perpendicular directions: the world's axes, +z upwards, or those given by [`Camera::up`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Degrees counter-clockwise about the direction upwards: of the world's axes 0 looks from +x, 90 from +y.
+    /// Degrees counter-clockwise around the up direction: with the world's axes 0 looks from +x, 90 from +y.
     pub azimuth: f64,
-    /// Degrees above the plane that is level, -90 to 90.
+    /// Degrees above the horizontal plane, -90 to 90.
     pub elevation: f64,
-    /// Distance as a multiple of the one at which the volume's box just fits; positive.
+    /// Distance relative to the one at which the volume's box just fits; positive.
     pub distance: f64,
-    /// Whether the projection is parallel: all depths have one size, and the distance tells that alone, where the box just
-    /// fits by its outline.
+    /// Whether the projection is parallel; the distance then only scales the picture.
     pub orthographic: bool,
-    /// The axis of the volume that points up; an azimuth of 0 then looks from the next axis (of x that is y, of y it is
-    /// z, of z it is x), as far as that is level. Without it the world's z axis points up.
+    /// The axis of the volume that points up; an azimuth of 0 then looks from the next axis (x, y, z, x), projected to the
+    /// horizontal plane. `None` for the world's z axis.
     pub up: Option<Axis>,
 }
 
@@ -61,8 +57,8 @@ impl FromStr for Camera {
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] if there are not two or three numbers, one is not finite, the elevation
-    /// lies outside -90 to 90, or the distance is not positive.
+    /// [`Error::Usage`] if there are not two or three numbers, one is not finite, the elevation is outside of -90 to 90, or the
+    /// distance is not positive.
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |what: &str| Error::Usage(format!("camera '{text}': {what}"));
         let numbers = text
@@ -82,7 +78,7 @@ impl FromStr for Camera {
 }
 
 impl Camera {
-    /// Whether the numbers make sense; they may have been set without parsing.
+    /// Checks that the numbers are valid.
     pub(crate) fn check(&self) -> Result<()> {
         let Camera { azimuth, elevation, distance, .. } = *self;
         if !azimuth.is_finite() {
@@ -101,25 +97,25 @@ impl Camera {
         Ok(())
     }
 
-    /// What the angles count from, unit vectors of the world: towards an azimuth of 0, towards one of 90 degrees, and
-    /// upwards; perpendicular and right-handed.
+    /// The basis of the angles, unit vectors of the world: towards an azimuth of 0, towards one of 90 degrees, and upwards;
+    /// perpendicular and right-handed.
     pub(crate) fn basis(&self, volume: &VolumeInfo) -> DMat3 {
         let Some(up) = self.up else { return DMat3::IDENTITY };
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
-        let (axis, sign) = up.number_and_sign();
+        let (axis, sign) = up.index_and_sign();
         let up = sign * world.col(axis).normalize();
         let first = world.col((axis + 1) % 3).reject_from_normalized(up).normalize();
         DMat3::from_cols(first, up.cross(first), up)
     }
 
-    /// The same camera, looking from a side of the world (0 to 5: +x, -x, +y, -y, +z, -z) at a volume, upright; from above
-    /// and from below with what lies behind upwards. Twin: `page/cube.js`.
+    /// The same camera, looking from a side of the world (0 to 5: +x, -x, +y, -y, +z, -z), upright; from above and below with
+    /// +y upwards. Twin: `page/cube.js`.
     pub fn from_side(self, side: usize, volume: &VolumeInfo) -> Camera {
         let sign = if side.is_multiple_of(2) { 1.0 } else { -1.0 };
         let mut towards = DVec3::ZERO;
         towards[side / 2 % 3] = sign;
         let DVec3 { x, y, z } = self.basis(volume).transpose() * towards;
-        // Nearer to the pole than a thousandth no azimuth is meant.
+        // At the poles the azimuth is arbitrary; these keep the picture upright.
         let azimuth = match z.abs() < 0.999 {
             true => y.atan2(x).to_degrees().rem_euclid(360.0),
             false if z > 0.0 => 270.0,
@@ -128,8 +124,8 @@ impl Camera {
         Camera { azimuth, elevation: z.clamp(-1.0, 1.0).asin().to_degrees(), ..self }
     }
 
-    /// From the middle of the volume to the eye, and upwards in the picture; unit vectors of the
-    /// world. Upwards is the derivative by the elevation, so it is defined at the poles too.
+    /// The direction from the center of the volume to the eye, and the up direction of the picture; unit vectors of the world.
+    /// Up is the derivative by the elevation, so it is defined at the poles too.
     pub(crate) fn directions(&self, volume: &VolumeInfo) -> (DVec3, DVec3) {
         let (sin_a, cos_a) = self.azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation.to_radians().sin_cos();
@@ -147,7 +143,7 @@ mod tests {
     use crate::volume::{Outside, Placement};
 
     #[test]
-    fn a_side_of_the_world_is_seen_from_there() {
+    fn from_side_looks_from_that_side_of_the_world() {
         let volume = VolumeInfo {
             name: "box".into(),
             dims: [4, 5, 6],

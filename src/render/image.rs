@@ -1,4 +1,4 @@
-//! A finished picture and its file.
+//! Pictures and PNG files.
 
 use std::io::Write;
 use std::path::Path;
@@ -22,9 +22,9 @@ impl Image {
     ///
     /// # Panics
     ///
-    /// If the pixel lies outside the picture.
+    /// If the pixel is outside of the picture.
     pub fn pixel(&self, x: u32, y: u32) -> [u8; 4] {
-        assert!(x < self.width && y < self.height, "pixel ({x}, {y}) lies outside the picture");
+        assert!(x < self.width && y < self.height, "pixel ({x}, {y}) is outside of the picture");
         let at = 4 * (y as usize * self.width as usize + x as usize);
         [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2], self.pixels[at + 3]]
     }
@@ -33,7 +33,7 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// What the writer says.
+    /// Those of the writer.
     pub fn encode_png(&self, to: impl Write) -> std::io::Result<()> {
         let mut encoder = png::Encoder::new(to, self.width, self.height);
         encoder.set_color(png::ColorType::Rgba);
@@ -45,7 +45,7 @@ impl Image {
         Ok(())
     }
 
-    /// Writes the picture as a PNG file: complete under its name, or not at all.
+    /// Writes the picture as a PNG file. The file is complete under its name, or not written at all.
     ///
     /// # Errors
     ///
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_written_picture_reads_back_equal_and_leaves_nothing_beside_it() {
+    fn a_written_picture_reads_back_equal_and_leaves_no_other_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("picture.png");
         let image =

@@ -1,19 +1,19 @@
-//! Where the main light of a picture is.
+//! The position of the main light of a picture.
 
 use crate::parse_name::from_name;
 
-/// Where the main light is, as seen by who looks; a fainter one fills in from the other side. The numbers are those of `LAMPS`
-/// in `shaders/surface.wgsl`.
+/// The position of the main light as seen by the viewer; a fainter fill light comes from the other side. The order is that of
+/// `LAMPS` in `shaders/surface.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[repr(u32)]
 pub enum Light {
-    /// Above, on the left, in front.
+    /// Above left, in front.
     #[default]
     UpperLeft,
-    /// Where the eye is: no shadow, as in a photograph with a flash.
+    /// At the eye: no shadows, as in a photograph with a flash.
     Eye,
-    /// On the left: raking light, which shows relief across.
+    /// On the left: raking light, which emphasizes relief.
     Left,
     /// On the right.
     Right,
@@ -24,11 +24,11 @@ pub enum Light {
 }
 
 impl Light {
-    /// Every place, in the order of the documentation.
+    /// Every position, in the order of the documentation.
     pub const ALL: [Light; 6] =
         [Light::UpperLeft, Light::Eye, Light::Left, Light::Right, Light::Above, Light::Below];
 
-    /// The name as flags spell it.
+    /// The name, as in command-line flags.
     pub fn name(self) -> &'static str {
         match self {
             Light::UpperLeft => "upper-left",

@@ -1,115 +1,116 @@
-//! The device side of `shaders/surface.wgsl`: tables, pipelines, passes.
+//! The painter: device resources of a spectrum, and drawing into a texture.
 //!
 //! # Large spectra
 //!
-//! A spectrum whose tables fit the budget (and the device's largest binding) is uploaded once, and
-//! a new isovalue costs the list of active triangles. Of a larger one each picture uploads only
-//! the vertices of the active triangles, each with the knots on either side of the isovalue.
-//! Either way the triangles go through the device in pieces of bounded size, so no picture fails
-//! for the size of its mesh. The pictures are equal.
+//! If the tables of a spectrum fit the budget and the device's largest binding, they are uploaded once (*resident*), and a new
+//! isovalue uploads the list of active triangles only. Otherwise each picture uploads the vertices of its active triangles,
+//! each with the knots on both sides of the isovalue. In both cases the triangles are drawn in batches of bounded size, so no
+//! mesh is too large. The pictures are equal.
 
-use super::edges::Edges;
-use super::layer::{Layer, Listed};
-use super::layout::{ActiveTriangle, Frame, normal_of_code};
-use super::look::{Look, frame};
+use super::background::Background;
+use super::box_edges::BoxEdges;
+use super::image::Image;
+use super::layer::{Layer, TriangleList};
 use super::occlusion::Occlusion;
-use super::pipeline::{Pipelines, caught, samples_of};
-use super::table::Table;
+use super::pipeline::{Pipelines, supported_sample_count, with_error_scope};
+use super::shader_types::{ActiveTriangle, decode_normal};
+use super::storage_buffer::StorageBuffer;
 use super::tables::{self, KNOT_BYTES_PER_TRIANGLE};
-use super::target::{Target, unmultiply};
-use super::{Background, Image, Surface, View};
-use crate::color::{Attribute, Map, Sources};
+use super::target::{Target, unpremultiply};
+use super::uniforms::{LayerDraw, Picture, frame};
+use super::view::{Surface, View};
+use crate::color::{Attribute, ColorSources, Map};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::spectrum::{Keep, Picked, Spectrum, SurfaceMesh};
 
-/// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers
-/// between them. Every call takes the spectrum that it was made for.
+/// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers between them. Every call
+/// takes the spectrum that the painter was created with.
 #[derive(Debug)]
 pub struct Painter {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) pipelines: Pipelines,
     pub(super) n_samples: u32,
-    /// From the first picture on that wants them.
+    /// Created by the first picture that needs it.
     pub(super) occlusion: Option<Occlusion>,
-    pub(super) edges: Option<Edges>,
-    pub(super) isovalues: Table,
-    pub(super) first_knot: Table,
-    pub(super) knots: Table,
-    /// Whether the tables hold the whole spectrum.
+    /// Created by the first picture that needs it.
+    pub(super) box_edges: Option<BoxEdges>,
+    pub(super) isovalues: StorageBuffer,
+    pub(super) first_knot: StorageBuffer,
+    pub(super) knots: StorageBuffer,
+    /// Whether the tables of the whole spectrum are on the device.
     pub(super) resident: bool,
-    /// Most bytes of a table on the device.
-    bytes: u64,
-    /// Most triangles drawn at once.
-    pub(super) triangles_per_pass: usize,
+    /// Largest size of a table on the device, bytes.
+    max_bytes: u64,
+    /// Largest number of triangles per draw call.
+    pub(super) triangles_per_batch: usize,
     pub(super) layers: Vec<Layer>,
-    pub(super) sources: Sources,
+    pub(super) sources: ColorSources,
     pub(super) target: Option<Target>,
 }
 
 impl Painter {
-    /// Compiles the pipeline and uploads what is kept, with no table on the device larger than
-    /// `bytes` (at least one triangle's is allowed). The spectrum must pass [`Spectrum::check`].
+    /// Compiles the pipelines and uploads the spectrum, with no table on the device larger than `max_bytes` (but at least one
+    /// triangle's). The spectrum must pass [`Spectrum::check`].
     ///
     /// # Errors
     ///
-    /// [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is lost.
-    pub fn new(gpu: &Gpu, spectrum: &Spectrum, bytes: u64) -> Result<Self> {
+    /// [`Error::Gpu`](crate::Error::Gpu) if the device reports an error or is lost.
+    pub fn new(gpu: &Gpu, spectrum: &Spectrum, max_bytes: u64) -> Result<Self> {
         let device = gpu.device().clone();
         let queue = gpu.queue().clone();
-        let bytes = bytes.min(device.limits().max_storage_buffer_binding_size);
-        let n_samples = samples_of(&device);
-        let mut painter = caught(&device.clone(), || {
-            let table = |label| Table::new(&device, label);
+        let max_bytes = max_bytes.min(device.limits().max_storage_buffer_binding_size);
+        let triangles_per_batch = (max_bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize;
+        let n_samples = supported_sample_count(&device);
+        let mut painter = with_error_scope(&device.clone(), || {
+            let buffer = |label| StorageBuffer::new(&device, label);
             Painter {
                 pipelines: Pipelines::new(&device, n_samples),
                 n_samples,
                 occlusion: None,
-                edges: None,
-                isovalues: table("surface.isovalues"),
-                first_knot: table("surface.first_knot"),
-                knots: table("surface.knots"),
+                box_edges: None,
+                isovalues: buffer("surface.isovalues"),
+                first_knot: buffer("surface.first_knot"),
+                knots: buffer("surface.knots"),
                 resident: false,
-                bytes,
-                triangles_per_pass: (bytes / KNOT_BYTES_PER_TRIANGLE).clamp(1, 1 << 20) as usize,
+                max_bytes,
+                triangles_per_batch,
                 layers: Vec::new(),
-                sources: Sources::default(),
+                sources: ColorSources::default(),
                 target: None,
                 device,
                 queue,
             }
         })?;
-        painter.replace(spectrum)?;
+        painter.set_spectrum(spectrum)?;
         Ok(painter)
     }
 
-    /// Takes another spectrum in place of the one before, of which nothing is kept but the sources of colours.
+    /// Replaces the spectrum; the sources of colours stay.
     ///
     /// # Errors
     ///
     /// As [`Painter::new`].
-    pub(crate) fn replace(&mut self, spectrum: &Spectrum) -> Result<()> {
+    pub(crate) fn set_spectrum(&mut self, spectrum: &Spectrum) -> Result<()> {
         let device = self.device.clone();
-        self.resident = tables::largest_table(spectrum) <= self.bytes;
-        self.layers = vec![caught(&device, || Layer::new(&device, spectrum))?];
+        self.resident = tables::largest_table(spectrum) <= self.max_bytes;
+        self.layers = vec![with_error_scope(&device, || Layer::new(&device, spectrum))?];
         if self.resident {
-            let tables = tables::all(spectrum);
-            caught(&device, || self.upload_tables(&tables))?;
+            let tables = tables::of_spectrum(spectrum);
+            with_error_scope(&device, || self.upload_tables(&tables))?;
         }
         Ok(())
     }
 
-    /// Draws isosurfaces into the painter's own texture, each in the order of its triangles' indices: the bytes of a
-    /// picture depend on what is seen alone, never on the pictures before. Opaque ones come first, then those that one
-    /// looks through from the highest isovalue to the lowest: what lies above a higher isovalue is inside of what lies
-    /// above a lower one.
+    /// Draws isosurfaces into the painter's texture, each in the order of its triangles' indices: the picture depends on the
+    /// arguments only, never on previous pictures. Opaque surfaces come first, then translucent ones from the highest isovalue
+    /// to the lowest, because a surface of a higher isovalue is inside that of a lower one.
     ///
     /// # Errors
     ///
-    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`], [`Error::Usage`](crate::Error::Usage) if the
-    /// view makes no sense or is too large for the device, [`Error::Gpu`](crate::Error::Gpu) if the device refuses or is
-    /// lost.
+    /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`], [`Error::Usage`](crate::Error::Usage) if the view is
+    /// invalid or too large for the device, [`Error::Gpu`](crate::Error::Gpu) if the device reports an error or is lost.
     pub fn paint(&mut self, spectrum: &Spectrum, surfaces: &[Surface], view: &View) -> Result<()> {
         for surface in surfaces {
             spectrum.check_isovalue(surface.isovalue)?;
@@ -123,48 +124,48 @@ impl Painter {
             view.camera.projection(spectrum.volume(), view.look_at, view.width, view.height);
         let device = self.device.clone();
         while self.layers.len() < surfaces.len() {
-            let layer = caught(&device, || Layer::new(&device, spectrum))?;
+            let layer = with_error_scope(&device, || Layer::new(&device, spectrum))?;
             self.layers.push(layer);
         }
         for (i, (layer, surface)) in self.layers.iter_mut().zip(surfaces).enumerate() {
-            // Others have other components.
+            // Only components of the first surface are picked.
             let picked = if i == 0 { view.picked.clone() } else { Picked::default() };
-            layer.list(spectrum, surface.isovalue, (view, &picked), &self.sources)?;
+            layer.update(spectrum, surface.isovalue, view, picked, &self.sources)?;
             if surface.opacity_in(view) < 1.0 {
                 layer.sort_by_depth(projection.eye_from_voxel);
             }
         }
         let n_samples = self.n_samples;
-        let kept = self.target.take().filter(|t| (t.width, t.height) == (view.width, view.height));
-        let target = match kept {
+        let size = (view.width, view.height);
+        let target = match self.target.take().filter(|t| (t.width, t.height) == size) {
             Some(target) => target,
-            None => caught(&device, || Target::new(&device, view.width, view.height, n_samples))?,
+            None => with_error_scope(&device, || Target::new(&device, size, n_samples))?,
         };
         if view.occlusion && self.occlusion.is_none() {
-            self.occlusion = Some(caught(&device, || Occlusion::new(&device, n_samples))?);
+            let occlusion = with_error_scope(&device, || Occlusion::new(&device, n_samples))?;
+            self.occlusion = Some(occlusion);
         }
-        if view.axes && self.edges.is_none() {
-            self.edges = Some(caught(&device, || Edges::new(&device, n_samples))?);
+        if view.axes && self.box_edges.is_none() {
+            let edges = with_error_scope(&device, || BoxEdges::new(&device, n_samples))?;
+            self.box_edges = Some(edges);
         }
         let map = self.map(view);
-        let frames: Vec<Frame> = (surfaces.iter().enumerate())
-            .map(|(layer, surface)| frame(spectrum, surface, layer, view, &projection, map))
-            .collect();
-        let looks: Vec<Look> = (in_order(surfaces, view).into_iter())
-            .map(|layer| {
-                let opacity = surfaces[layer].opacity_in(view);
-                Look { layer, frame: frames[layer], opacity }
+        let draws: Vec<LayerDraw> = (drawing_order(surfaces, view).into_iter())
+            .map(|layer| LayerDraw {
+                layer,
+                frame: frame(spectrum, &surfaces[layer], layer, view, &projection, map),
+                opacity: surfaces[layer].opacity_in(view),
             })
             .collect();
-        let drawn = caught(&device, || self.passes(spectrum, &target, &looks, view, &projection));
-        // What was refused must not be taken for uploaded by the next picture.
-        drawn.inspect_err(|_| self.forget())?;
+        let picture = Picture { spectrum, target: &target, view, projection: &projection };
+        let drawn = with_error_scope(&device, || self.draw_layers(&picture, &draws));
+        // After an error the uploads are not valid for the next picture.
+        drawn.inspect_err(|_| self.invalidate())?;
         self.target = Some(target);
         Ok(())
     }
 
-    /// Least and largest corner of the box around what is kept of an isosurface, voxel frame; none where nothing is to
-    /// be seen.
+    /// Minimum and maximum corner of the box around the kept components of an isosurface, voxel frame; `None` if it is empty.
     ///
     /// # Errors
     ///
@@ -179,7 +180,7 @@ impl Painter {
         Ok(if keep.is_all() { mesh.bounds() } else { mesh.with_components(keep).bounds() })
     }
 
-    /// The mesh of an isovalue, caps and all; the next picture of it as the first isosurface has it at hand.
+    /// The mesh of an isovalue, with caps. The next picture with this first isosurface reuses it.
     ///
     /// # Errors
     ///
@@ -189,7 +190,7 @@ impl Painter {
         Ok(self.layers[0].mesh_at(spectrum, isovalue))
     }
 
-    /// As `mesh_at`, with which of the spectrum's vertices those of the mesh are.
+    /// As [`Painter::mesh_at`], with the spectrum's indices of the mesh's vertices.
     #[cfg(feature = "viewer")]
     pub(crate) fn mesh_and_vertices(
         &mut self,
@@ -197,17 +198,17 @@ impl Painter {
         isovalue: f64,
     ) -> Result<(&SurfaceMesh, &[u32])> {
         self.mesh_at(spectrum, isovalue)?;
-        Ok(self.layers[0].meshed())
+        Ok(self.layers[0].mesh_and_vertices())
     }
 
-    /// Waits for the last picture and takes it; none before the first.
+    /// Waits for the last picture and reads it back; `None` before the first.
     ///
     /// # Errors
     ///
     /// [`Error::Gpu`](crate::Error::Gpu) if the device is lost.
     pub fn read(&mut self) -> Result<Option<Image>> {
         let Some(target) = &self.target else { return Ok(None) };
-        let read = caught(&self.device, || {
+        let read = with_error_scope(&self.device, || {
             let mut encoder = self
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read") });
@@ -215,11 +216,11 @@ impl Painter {
             self.queue.submit([encoder.finish()]);
             target.read(&self.device)
         });
-        let image = read.flatten().inspect_err(|_| self.forget())?;
+        let image = read.flatten().inspect_err(|_| self.invalidate())?;
         Ok(Some(image))
     }
 
-    /// Waits for the last picture, which was painted with this view, and takes it with all that is written on it.
+    /// Waits for the last picture, which was painted with this view, reads it back and annotates it.
     ///
     /// # Errors
     ///
@@ -228,10 +229,10 @@ impl Painter {
         let image = self.read()?;
         let mut image = image.ok_or_else(|| Error::Gpu("nothing was drawn".into()))?;
         if view.background == Background::Transparent {
-            unmultiply(&mut image);
+            unpremultiply(&mut image);
         }
         #[cfg(feature = "annotations")]
-        self.write_on(&mut image, spectrum, view);
+        self.annotate(&mut image, spectrum, view);
         #[cfg(not(feature = "annotations"))]
         if view.label.is_some()
             || view.axes
@@ -246,80 +247,83 @@ impl Painter {
         Ok(image)
     }
 
-    /// Writes on a picture of a view what belongs on it: legend, axes, scale bar, label.
+    /// Draws the annotations of a view onto its picture: legend, axes, scale bar, label.
     #[cfg(feature = "annotations")]
-    pub(crate) fn write_on(&self, image: &mut Image, spectrum: &Spectrum, view: &View) {
+    pub(crate) fn annotate(&self, image: &mut Image, spectrum: &Spectrum, view: &View) {
         let View { camera, look_at, width, height, .. } = *view;
         let volume = spectrum.volume();
         let projection = camera.projection(volume, look_at, width, height);
-        let shown = self.attribute().map(|attribute| (attribute, self.map(view)));
-        super::annotate::Sheet::new(image, view.background).write(
+        let colors = self.attribute().map(|attribute| (attribute, self.map(view)));
+        super::annotate::Canvas::new(image, view.background).annotate(
             view,
             &volume.placement,
             &projection,
-            shown,
+            colors,
         );
     }
 
-    /// The texture that holds the last picture, sRGB; it can be viewed as linear too.
+    /// The texture of the last picture, sRGB; its view format can be linear, too.
     #[cfg(feature = "viewer")]
     pub(crate) fn texture(&self) -> Option<&wgpu::Texture> {
         self.target.as_ref().map(Target::texture)
     }
 
-    /// What the colours of the first surface of the last picture show; none where they show nothing.
+    /// The values that colour the first surface of the last picture; `None` for colours without values.
     pub fn attribute(&self) -> Option<&Attribute> {
-        self.layers[0].listed.attribute.as_ref()
+        self.layers[0].list.attribute.as_ref()
     }
 
-    /// The map that shows the colours of a view.
+    /// The colour map of a view.
     pub fn map(&self, view: &View) -> Map {
-        view.map.unwrap_or_else(|| view.color.usual_map(&self.sources))
+        view.map.unwrap_or_else(|| view.color.default_map(&self.sources))
     }
 
-    /// What colours are to be had from, from the next picture on.
-    pub fn set_sources(&mut self, sources: Sources) {
+    /// Sets the data for colours, from the next picture on.
+    pub fn set_sources(&mut self, sources: ColorSources) {
         self.sources = sources;
-        self.forget();
+        self.invalidate();
     }
 
-    /// What colours are to be had from.
-    pub fn sources(&self) -> &Sources {
+    /// The data for colours.
+    pub fn sources(&self) -> &ColorSources {
         &self.sources
     }
 
-    /// Number of triangles of each surface in the last picture.
+    fn active_triangles(&self, surface: usize) -> &[ActiveTriangle] {
+        self.layers.get(surface).map_or(&[], |layer| &layer.list.triangles)
+    }
+
+    /// Number of triangles of a surface in the last picture.
     pub fn n_triangles(&self, surface: usize) -> usize {
-        self.layers.get(surface).map_or(0, |layer| layer.listed.triangles.len())
+        self.active_triangles(surface).len()
     }
 
-    /// The triangles of a surface in the last picture: their vertices and the unit normals, voxel frame, that their
-    /// corners are shaded with.
+    /// The triangles of a surface in the last picture: their vertices and the unit normals, voxel frame, that shade their
+    /// corners.
     pub fn shaded(&self, surface: usize) -> impl Iterator<Item = ([u32; 3], [[f32; 3]; 3])> + '_ {
-        let listed = self.layers.get(surface).map(|layer| &layer.listed.triangles[..]);
-        let shaded = |t: &ActiveTriangle| (t.vertices, t.normals.map(normal_of_code));
-        listed.unwrap_or_default().iter().map(shaded)
+        let shaded = |t: &ActiveTriangle| (t.vertices, t.normals.map(decode_normal));
+        self.active_triangles(surface).iter().map(shaded)
     }
 
-    /// Vertices of the triangles of each surface in the last picture.
+    /// Vertices of the triangles of a surface in the last picture.
     #[cfg(feature = "viewer")]
     pub(crate) fn triangles(&self, surface: usize) -> impl Iterator<Item = [u32; 3]> + '_ {
-        let listed = self.layers.get(surface).map(|layer| &layer.listed.triangles[..]);
-        listed.unwrap_or_default().iter().map(|t| t.vertices)
+        self.active_triangles(surface).iter().map(|t| t.vertices)
     }
 
-    pub(super) fn forget(&mut self) {
-        self.layers.iter_mut().for_each(|layer| layer.listed = Listed::default());
+    /// Makes the next picture list and upload all triangles again.
+    fn invalidate(&mut self) {
+        self.layers.iter_mut().for_each(|layer| layer.list = TriangleList::default());
     }
 }
 
-/// Surfaces in the order in which they are drawn: opaque ones, then those that one looks through, of each the inner first.
-fn in_order(surfaces: &[Surface], view: &View) -> Vec<usize> {
+/// Indices of the surfaces in drawing order: opaque ones, then translucent ones, inner surfaces first.
+fn drawing_order(surfaces: &[Surface], view: &View) -> Vec<usize> {
     let mut order: Vec<usize> = (0..surfaces.len()).collect();
-    let is_clear = |i: usize| surfaces[i].opacity_in(view) < 1.0;
+    let is_translucent = |i: usize| surfaces[i].opacity_in(view) < 1.0;
     order.sort_by(|&i, &j| {
         let inner_first = surfaces[j].isovalue.total_cmp(&surfaces[i].isovalue);
-        is_clear(i).cmp(&is_clear(j)).then(match is_clear(i) {
+        is_translucent(i).cmp(&is_translucent(j)).then(match is_translucent(i) {
             true => inner_first,
             false => i.cmp(&j),
         })

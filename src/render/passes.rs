@@ -1,116 +1,104 @@
-//! The passes of a picture: which layers, caps, hollows and lines are drawn one after the other, piece by piece.
+//! The render passes of a picture: layers, caps, occlusion and the volume's box, in order, each layer in batches of triangles.
 
-use super::layout::{ActiveTriangle, Cut};
-use super::look::{Look, cut, is_cut};
+use super::background::Background;
 use super::painter::Painter;
-use super::pipeline::Step;
-use super::projection::Projection;
+use super::pipeline::PassKind;
+use super::shader_types::ActiveTriangle;
 use super::tables::{self, Tables};
-use super::target::Target;
-use super::{Background, View};
+use super::uniforms::{LayerDraw, Picture, cut, is_cut};
+use super::view::View;
 use crate::spectrum::Spectrum;
 
+/// A pass over one layer.
+#[derive(Clone, Copy)]
+struct LayerPass {
+    layer: usize,
+    opacity: f32,
+    kind: PassKind,
+}
+
 impl Painter {
-    /// Draws the layers, those that one looks through last.
-    pub(super) fn passes(
-        &mut self,
-        spectrum: &Spectrum,
-        target: &Target,
-        looks: &[Look],
-        view: &View,
-        projection: &Projection,
-    ) {
-        let n_opaque = looks.iter().filter(|look| look.opacity >= 1.0).count();
-        let (opaque, clear) = looks.split_at(n_opaque);
-        let keeps_tables = self.resident || looks.len() == 1;
+    /// Draws the layers, translucent ones last.
+    pub(super) fn draw_layers(&mut self, picture: &Picture<'_>, draws: &[LayerDraw]) {
+        let Picture { spectrum, target, view, projection } = *picture;
+        let n_opaque = draws.iter().filter(|draw| draw.opacity >= 1.0).count();
+        let (opaque, translucent) = draws.split_at(n_opaque);
+        // Without resident tables, layers overwrite each other's.
+        let keeps_tables = self.resident || draws.len() == 1;
+        // The first pass clears the picture and takes the background.
         let mut background = Some(view.background);
-        let cut = |look: &Look| cut(view, look.opacity, projection);
-        for look in opaque {
-            self.surface(
-                spectrum,
-                target,
-                (look, cut(look)),
-                view,
-                (keeps_tables, &mut background),
-            );
+        for draw in opaque {
+            self.draw_layer(picture, draw, keeps_tables, &mut background);
         }
-        if let Some(background) = background.take_if(|_| clear.is_empty() || view.axes) {
-            self.pass(target, (0, 1.0, Step::Surface), 0, Some(background), view);
+        if let Some(background) = background.take_if(|_| translucent.is_empty() || view.axes) {
+            let pass = LayerPass { layer: 0, opacity: 1.0, kind: PassKind::Surface };
+            self.render_pass(picture, pass, 0, Some(background));
         }
-        // What one looks through has no depth of its own: it lies over what is darkened and over the lines behind it.
+        // Translucent layers write no depth: they blend over the occlusion and over the lines behind them.
         if let Some(occlusion) = self.occlusion.as_ref().filter(|_| view.occlusion && n_opaque > 0)
         {
             occlusion.draw(&self.device, &self.queue, target, projection);
         }
-        if let Some(edges) = self.edges.as_ref().filter(|_| view.axes) {
-            let seen = (spectrum.volume(), projection, view.background);
-            edges.draw(&self.device, &self.queue, target, seen);
+        if let Some(edges) = self.box_edges.as_ref().filter(|_| view.axes) {
+            let (volume, background) = (spectrum.volume(), view.background);
+            edges.draw(&self.device, &self.queue, target, volume, projection, background);
         }
-        for look in clear {
-            self.surface(
-                spectrum,
-                target,
-                (look, cut(look)),
-                view,
-                (keeps_tables, &mut background),
-            );
+        for draw in translucent {
+            self.draw_layer(picture, draw, keeps_tables, &mut background);
         }
     }
 
-    /// Draws one layer, piece by piece; takes the background where the picture is still empty.
-    fn surface(
+    /// Draws one layer in batches of triangles. Its first pass clears the picture if `background` is still there.
+    fn draw_layer(
         &mut self,
-        spectrum: &Spectrum,
-        target: &Target,
-        (&Look { layer: i, mut frame, opacity }, cut): (&Look, Option<Cut>),
-        view: &View,
-        (keeps_tables, background): (bool, &mut Option<Background>),
+        picture: &Picture<'_>,
+        &LayerDraw { layer: i, mut frame, opacity }: &LayerDraw,
+        keeps_tables: bool,
+        background: &mut Option<Background>,
     ) {
+        let Picture { spectrum, view, .. } = *picture;
+        let cut = cut(view, opacity, picture.projection);
         let rank = frame.rank;
-        let triangles = std::mem::take(&mut self.layers[i].listed.triangles);
-        let n_passes = triangles.len().div_ceil(self.triangles_per_pass).max(1);
-        // The cap comes first: the surface behind it is not seen.
-        let steps: &[Step] = match view.clip.is_some() && !view.open {
-            true => &[Step::Count, Step::Cap, Step::Surface],
-            false => &[Step::Surface],
+        let triangles = std::mem::take(&mut self.layers[i].list.triangles);
+        let n_batches = triangles.len().div_ceil(self.triangles_per_batch).max(1);
+        // The cap comes first, because it hides the surface behind it.
+        let kinds: &[PassKind] = match view.clip.is_some() && !view.open {
+            true => &[PassKind::CountFaces, PassKind::Cap, PassKind::Surface],
+            false => &[PassKind::Surface],
         };
-        let passes = steps.iter().flat_map(|&step| {
-            let n = if step == Step::Cap { 1 } else { n_passes };
-            (0..n).map(move |pass| (step, pass))
+        let passes = kinds.iter().flat_map(|&kind| {
+            let n = if kind == PassKind::Cap { 1 } else { n_batches };
+            (0..n).map(move |batch| (kind, batch))
         });
-        for (step, pass) in passes {
-            let first = pass * self.triangles_per_pass;
-            let piece = &triangles[first..triangles.len().min(first + self.triangles_per_pass)];
-            frame.rank = match self.layers[i].listed.uploaded {
+        for (kind, batch) in passes {
+            let first = batch * self.triangles_per_batch;
+            let batch = &triangles[first..triangles.len().min(first + self.triangles_per_batch)];
+            frame.rank = match self.layers[i].list.uploaded_rank {
                 Some(rank) => rank,
-                None => self.upload_piece(spectrum, i, piece, rank),
+                None => self.upload_batch(spectrum, i, batch, rank),
             };
-            if keeps_tables && n_passes == 1 {
-                self.layers[i].listed.uploaded = Some(frame.rank);
+            if keeps_tables && n_batches == 1 {
+                self.layers[i].list.uploaded_rank = Some(frame.rank);
             }
             let layer = &self.layers[i];
             self.queue.write_buffer(&layer.frame, 0, bytemuck::bytes_of(&frame));
             if let Some(cut) = &cut {
                 self.queue.write_buffer(&layer.cut, 0, bytemuck::bytes_of(cut));
             }
-            let n_corners = match step {
-                Step::Cap => 3,
-                _ => 3 * piece.len(),
-            };
-            self.pass(target, (i, opacity, step), n_corners, background.take(), view);
+            let n_corners = if kind == PassKind::Cap { 3 } else { 3 * batch.len() };
+            let pass = LayerPass { layer: i, opacity, kind };
+            self.render_pass(picture, pass, n_corners, background.take());
         }
-        self.layers[i].listed.triangles = triangles;
+        self.layers[i].list.triangles = triangles;
     }
 
-    /// Submits one pass over the uploaded triangles of a layer; `clear` where it is the picture's
-    /// first.
-    fn pass(
+    /// Submits one pass over the uploaded triangles of a layer; `clear` for the first pass of a picture.
+    fn render_pass(
         &self,
-        target: &Target,
-        (layer, opacity, step): (usize, f32, Step),
+        &Picture { target, view, .. }: &Picture<'_>,
+        pass: LayerPass,
         n_corners: usize,
         clear: Option<Background>,
-        view: &View,
     ) {
         let mut encoder = self
             .device
@@ -126,7 +114,7 @@ impl Painter {
             }
             None => (wgpu::LoadOp::Load, wgpu::LoadOp::Load, wgpu::LoadOp::Load),
         };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        let mut render_pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("surface"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: &target.samples,
@@ -142,13 +130,12 @@ impl Painter {
             ..Default::default()
         });
         if n_corners > 0 {
-            let pipeline = self.pipelines.of(step, view, opacity);
-            let is_cut = is_cut(view, opacity);
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.bind_group(pipeline, layer, (step, is_cut)), &[]);
-            pass.draw(0..n_corners as u32, 0..1);
+            let pipeline = self.pipelines.of(pass.kind, view, pass.opacity);
+            render_pass.set_pipeline(pipeline);
+            render_pass.set_bind_group(0, &self.bind_group(pipeline, pass, view), &[]);
+            render_pass.draw(0..n_corners as u32, 0..1);
         }
-        drop(pass);
+        drop(render_pass);
         self.queue.submit([encoder.finish()]);
     }
 
@@ -156,24 +143,24 @@ impl Painter {
     fn bind_group(
         &self,
         pipeline: &wgpu::RenderPipeline,
-        layer: usize,
-        (step, is_cut): (Step, bool),
+        pass: LayerPass,
+        view: &View,
     ) -> wgpu::BindGroup {
-        let layer = &self.layers[layer];
+        let layer = &self.layers[pass.layer];
         let mut buffers = vec![
             layer.frame.as_entire_binding(),
             self.isovalues.binding(),
             self.first_knot.binding(),
             self.knots.binding(),
-            layer.table.binding(),
+            layer.triangle_buffer.binding(),
         ];
-        if is_cut {
+        if is_cut(view, pass.opacity) {
             buffers.push(layer.cut.as_entire_binding());
         }
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(buffers)
-            // A cap knows nothing of triangles.
-            .filter(|(binding, _)| step != Step::Cap || [0, 5].contains(binding))
+            // The shader of caps reads the uniforms only.
+            .filter(|(binding, _)| pass.kind != PassKind::Cap || [0, 5].contains(binding))
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -183,23 +170,23 @@ impl Painter {
         })
     }
 
-    /// Uploads the triangles of one pass and, if the device does not keep them, their vertices.
-    /// Returns what the uploaded tables call the rank `rank`.
-    fn upload_piece(
+    /// Uploads the triangles of one batch and, if the tables are not resident, their vertices. Returns the index of `rank` in
+    /// the uploaded tables.
+    fn upload_batch(
         &mut self,
         spectrum: &Spectrum,
         layer: usize,
         triangles: &[ActiveTriangle],
         rank: u32,
     ) -> u32 {
-        let table = &mut self.layers[layer].table;
+        let buffer = &mut self.layers[layer].triangle_buffer;
         if self.resident {
-            table.write(&self.device, &self.queue, triangles);
+            buffer.write(&self.device, &self.queue, triangles);
             return rank;
         }
         let mut triangles = triangles.to_vec();
-        let (tables, rank) = tables::selected(spectrum, &mut triangles, rank);
-        table.write(&self.device, &self.queue, &triangles);
+        let (tables, rank) = tables::of_triangles(spectrum, &mut triangles, rank);
+        buffer.write(&self.device, &self.queue, &triangles);
         self.upload_tables(&tables);
         rank
     }

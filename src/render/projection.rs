@@ -1,4 +1,4 @@
-//! The matrices of a picture, and how far the eye is where a box just fits it.
+//! The projection matrices of a picture, and the distance at which a box fits it.
 
 use glam::dcamera::rh::{
     proj::directx::{orthographic, perspective},
@@ -10,30 +10,29 @@ use super::camera::{BORDER, Camera, FIELD_OF_VIEW, FILL};
 use crate::spectrum::VolumeInfo;
 
 impl Camera {
-    /// How a box (corners in the voxel frame, the first and the last opposite) just fits a picture of `size` pixels.
-    fn fit(&self, volume: &VolumeInfo, corners: [DVec3; 8], size: [u32; 2]) -> Fit {
+    /// Fits a box (corners in the voxel frame, the first and the last opposite) to a picture of `size` pixels.
+    fn fit(&self, volume: &VolumeInfo, corners: [DVec3; 8], size: [u32; 2]) -> BoxFit {
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
-        let middle = world * (0.5 * (corners[0] + corners[7]));
+        let center = world * (0.5 * (corners[0] + corners[7]));
         let (towards_eye, up) = self.directions(volume);
-        let turn = look_to_mat4(DVec3::ZERO, -towards_eye, up);
+        let rotation = look_to_mat4(DVec3::ZERO, -towards_eye, up);
 
         let [width, height] = size.map(f64::from);
         let tan_y = (0.5 * FIELD_OF_VIEW).to_radians().tan();
         let tan_x = tan_y * width / height;
-        let turned = corners.map(|corner| turn.transform_vector3(world * corner - middle));
-        let distance = turned
+        let rotated = corners.map(|corner| rotation.transform_vector3(world * corner - center));
+        let distance = rotated
             .iter()
             .map(|p| {
-                // What is nearer is larger, unless all depths have one size.
-                let nearer = if self.orthographic { 0.0 } else { p.z };
-                nearer + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y))
+                let depth = if self.orthographic { 0.0 } else { p.z };
+                depth + (p.x.abs() / (FILL * tan_x)).max(p.y.abs() / (FILL * tan_y))
             })
             .fold(0.0, f64::max);
-        Fit { middle, turn, turned, distance }
+        BoxFit { center, rotation, corners: rotated, distance }
     }
 
-    /// How far the eye is, voxels, from the middle of a box between two corners (voxel frame; without it the volume's
-    /// box) that just fits a picture of `size` pixels.
+    /// The distance, voxels, from the eye to the center of a box that just fits a picture of `size` pixels; `bounds` are the
+    /// box's minimum and maximum corner in the voxel frame, or `None` for the volume's box.
     pub(super) fn fit_distance(
         &self,
         volume: &VolumeInfo,
@@ -47,8 +46,8 @@ impl Camera {
         self.fit(volume, bounds.map_or_else(|| corners(volume), between), size).distance
     }
 
-    /// The matrices of a picture of `width` by `height` pixels with the point `look_at` (voxel
-    /// frame; without it the middle of the volume) in its middle.
+    /// The matrices of a picture of `width` by `height` pixels centered on `look_at` (voxel frame; `None` for the center of the
+    /// volume).
     pub(crate) fn projection(
         &self,
         volume: &VolumeInfo,
@@ -57,26 +56,25 @@ impl Camera {
         height: u32,
     ) -> Projection {
         let world = DMat3::from_cols_array_2d(&volume.placement.direction);
-        let Fit { middle, turn, turned, distance: fit } =
-            self.fit(volume, corners(volume), [width, height]);
-        let distance = self.distance * fit;
+        let fit = self.fit(volume, corners(volume), [width, height]);
+        let distance = self.distance * fit.distance;
 
-        let aim = look_at.map_or(middle, |p| world * DVec3::from_array(p));
-        let away = aim.distance(middle);
-        let radius = away + turned.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let target = look_at.map_or(fit.center, |p| world * DVec3::from_array(p));
+        let box_radius = fit.corners.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let radius = target.distance(fit.center) + box_radius;
         let aspect = f64::from(width) / f64::from(height);
         let eye_from_voxel = DMat4::from_translation(DVec3::new(0.0, 0.0, -distance))
-            * turn
-            * DMat4::from_translation(-aim)
+            * fit.rotation
+            * DMat4::from_translation(-target)
             * DMat4::from_mat3(world);
         let (near, far) = (distance - radius, distance + radius);
         let clip_from_eye = if self.orthographic {
             let up = distance * (0.5 * FIELD_OF_VIEW).to_radians().tan();
             let right = up * aspect;
-            // What lies behind the eye is seen, too.
+            // The near plane may be behind the eye.
             orthographic(-right, right, -up, up, near, far)
         } else {
-            // A thousandth of the far plane keeps depth precise when the eye is inside the box.
+            // At least a thousandth of the far plane, to keep depth precise if the eye is inside of the box.
             perspective(FIELD_OF_VIEW.to_radians(), aspect, near.max(1e-3 * far), far)
         };
         Projection {
@@ -87,7 +85,7 @@ impl Camera {
             parallel: self.orthographic,
             distance,
             depth: [clip_from_eye.z_axis.z, clip_from_eye.w_axis.z],
-            reach: [clip_from_eye.x_axis.x.recip(), clip_from_eye.y_axis.y.recip()],
+            half_extent: [clip_from_eye.x_axis.x.recip(), clip_from_eye.y_axis.y.recip()],
         }
     }
 }
@@ -108,15 +106,15 @@ fn corners_between(low: DVec3, high: DVec3) -> [DVec3; 8] {
     })
 }
 
-/// How a box just fits a picture.
-struct Fit {
-    /// Middle of the box, world's axes.
-    middle: DVec3,
-    /// From the world's axes to the eye's.
-    turn: DMat4,
-    /// The corners as seen from the middle, eye's axes.
-    turned: [DVec3; 8],
-    /// How far the eye is from the middle, voxels.
+/// A box fitted to a picture.
+struct BoxFit {
+    /// Center of the box, world's axes.
+    center: DVec3,
+    /// From the world's axes to those of the eye.
+    rotation: DMat4,
+    /// The corners relative to the center, axes of the eye.
+    corners: [DVec3; 8],
+    /// Distance from the eye to the center, voxels.
     distance: f64,
 }
 
@@ -127,19 +125,19 @@ pub(crate) struct Projection {
     pub(crate) clip_from_voxel: DMat4,
     /// From the voxel frame to the eye frame.
     pub(crate) eye_from_voxel: DMat4,
-    /// Turns normals of the voxel frame into the eye frame, up to their length: the inverse
-    /// transpose, which also holds for directions that are not orthogonal.
+    /// Transforms normals of the voxel frame to the eye frame, up to their length: the inverse transpose, which holds for
+    /// directions that are not orthogonal, too.
     pub(crate) eye_from_normal: DMat3,
-    /// Whether the grid axes are left-handed in the world: then triangles turn the other way.
+    /// Whether the grid axes are left-handed in the world, which reverses the winding of triangles.
     pub(crate) mirrored: bool,
-    /// Whether all lines of sight have the direction of the eye frame's z axis.
+    /// Whether the projection is parallel, along the z axis of the eye frame.
     pub(crate) parallel: bool,
-    /// From the eye to the middle of the picture, voxels.
+    /// Distance from the eye to the center of the picture, voxels.
     pub(crate) distance: f64,
-    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame; without the division where it is parallel.
+    /// Depth is (depth[0] z + depth[1]) / -z, z of the eye frame; without the division in parallel projection.
     pub(crate) depth: [f64; 2],
-    /// Half width and half height of the picture at a distance of 1; at any where it is parallel.
-    pub(crate) reach: [f64; 2],
+    /// Half width and half height of the picture at a distance of 1; at any distance in parallel projection.
+    pub(crate) half_extent: [f64; 2],
 }
 
 #[cfg(test)]
@@ -177,14 +175,14 @@ mod tests {
                     let camera: Camera = camera.parse().expect("a camera");
                     let camera = Camera { orthographic, ..camera };
                     let projection = camera.projection(&volume, None, width, height);
-                    let reach = corners(&volume)
+                    let extent = corners(&volume)
                         .map(|c| projection.clip_from_voxel.project_point3(c))
                         .iter()
                         .inspect(|p| assert!((0.0..=1.0).contains(&p.z), "depth {}", p.z))
                         .map(|p| p.x.abs().max(p.y.abs()))
                         .fold(0.0, f64::max);
                     // The arithmetic is f64 on numbers below 1e3.
-                    assert!((reach - FILL).abs() < 1e-9, "reach {reach} from {camera:?}");
+                    assert!((extent - FILL).abs() < 1e-9, "extent {extent} from {camera:?}");
                 }
             }
         }
@@ -197,14 +195,14 @@ mod tests {
             .projection(&volume, None, 100, 100);
         let at = |p: [f64; 3]| projection.clip_from_voxel.project_point3(DVec3::from_array(p));
         assert!(at([5.0, 5.0, 9.0]).y > 0.1);
-        // Seen from +y, +x lies to the left.
+        // Seen from +y, +x is on the left.
         assert!(at([9.0, 5.0, 5.0]).x < -0.1);
         assert!(at([5.0, 9.0, 5.0]).z < at([5.0, 1.0, 5.0]).z);
         assert!(!projection.mirrored);
     }
 
     #[test]
-    fn the_axis_that_is_asked_for_points_up_and_azimuths_turn_about_it() {
+    fn the_up_axis_points_up_and_azimuths_turn_around_it() {
         let sheared = Placement {
             spacing: [1.0, 2.0, 0.5],
             direction: [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.6, -0.8]],
@@ -214,7 +212,7 @@ mod tests {
             let volume = volume([11, 11, 11], placement);
             let world = DMat3::from_cols_array_2d(&volume.placement.direction);
             for axis in Axis::ALL {
-                let (number, sign) = axis.number_and_sign();
+                let (index, sign) = axis.index_and_sign();
                 let camera = |azimuth| Camera {
                     azimuth,
                     elevation: 0.0,
@@ -226,21 +224,21 @@ mod tests {
                     projection.eye_from_voxel.transform_vector3(along)
                 };
                 let mut along = DVec3::ZERO;
-                along[number] = sign;
+                along[index] = sign;
                 for azimuth in [0.0, 77.0, -140.0] {
                     // The arithmetic is f64 on numbers about 1.
                     assert!(seen(azimuth, along).distance(DVec3::Y) < 1e-12, "{axis:?}");
                 }
-                // The next axis comes towards the eye, and goes to the left as the azimuth grows.
+                // The next axis points towards the eye, and turns to the left as the azimuth grows.
                 let mut next = DVec3::ZERO;
-                next[(number + 1) % 3] = 1.0;
+                next[(index + 1) % 3] = 1.0;
                 let level = (world * next).reject_from(world * along).length();
                 let at = |azimuth| seen(azimuth, next) * DVec3::new(1.0, 0.0, 1.0) / level;
                 assert!(at(0.0).distance(DVec3::Z) < 1e-12, "{axis:?}: {}", at(0.0));
                 assert!(at(90.0).distance(DVec3::NEG_X) < 1e-12, "{axis:?}: {}", at(90.0));
             }
         }
-        // Where axes are those of the world, z is what is up anyway.
+        // If the volume's axes are those of the world, z is the default.
         let plain = volume([11, 12, 13], Placement::default());
         let camera = Camera { up: Some(Axis::Z), ..Camera::default() };
         assert_eq!(camera.basis(&plain), DMat3::IDENTITY);

@@ -1,8 +1,8 @@
-//! The spectrum as the shader reads it: all of it, or the part one isovalue needs.
+//! The trajectories as tables for the shader: of the whole spectrum, or of the vertices that one isovalue needs.
 
 use serde::Serialize;
 
-use super::layout::{ActiveTriangle, Knot, in_two};
+use super::shader_types::{ActiveTriangle, Knot, split_f64};
 use crate::spectrum::{Size, Spectrum};
 
 /// The tables that do not depend on the view.
@@ -24,25 +24,25 @@ pub(super) fn largest_table(spectrum: &Spectrum) -> u64 {
         .max(bytes(spectrum.isovalues().len(), size_of::<[f32; 2]>()))
 }
 
-/// What drawing a spectrum takes on the device, beside the picture itself.
+/// The device memory for drawing a spectrum, without the picture itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Memory {
-    /// Bytes of the trajectories: isovalues, knots, and where each vertex's begin.
+    /// Bytes of the trajectories: isovalues, knots, and the index of each vertex's first knot.
     pub trajectories: u64,
-    /// Bytes of the list of living triangles, with their vertices, where it is longest.
+    /// Bytes of the longest list of active triangles.
     pub triangles: u64,
     /// Triangles of that list.
     pub most_triangles: u64,
 }
 
 impl Memory {
-    /// What a spectrum takes.
+    /// The memory for a spectrum.
     pub fn of(spectrum: &Spectrum) -> Self {
         Memory::of_size(&Size::of(spectrum))
     }
 
-    /// What a spectrum of a size takes.
+    /// The memory for a spectrum of a given size.
     pub fn of_size(size: &Size) -> Self {
         let bytes = |n: u64, each: usize| n.saturating_mul(each as u64);
         Memory {
@@ -55,21 +55,21 @@ impl Memory {
     }
 }
 
-/// Bytes of knots that one active triangle needs at most: two of each of its vertices.
+/// Largest number of bytes of knots for one active triangle: two knots per vertex.
 pub(super) const KNOT_BYTES_PER_TRIANGLE: u64 = 6 * size_of::<Knot>() as u64;
 
-/// An isovalue on the scale of the tables, where those of the spectrum cover [0, 1]: what the
-/// shader interpolates is the same, and no type of sample is too large or too small for it.
+/// An isovalue scaled such that those of the spectrum cover [0, 1]: the interpolation is the same, and no value overflows or
+/// underflows the shader's floats.
 pub(super) fn scaled(spectrum: &Spectrum, isovalue: f64) -> [f32; 2] {
     let first = spectrum.isovalues().first().copied().unwrap_or(0.0);
     let last = spectrum.isovalues().last().copied().unwrap_or(1.0);
-    let share = (0.5 * isovalue - 0.5 * first) / (0.5 * last - 0.5 * first);
-    // A single isovalue has no length.
-    in_two(if share.is_finite() { share } else { 0.0 })
+    let scaled = (0.5 * isovalue - 0.5 * first) / (0.5 * last - 0.5 * first);
+    // Not finite for a single isovalue.
+    split_f64(if scaled.is_finite() { scaled } else { 0.0 })
 }
 
 /// The tables of the whole spectrum.
-pub(super) fn all(spectrum: &Spectrum) -> Tables {
+pub(super) fn of_spectrum(spectrum: &Spectrum) -> Tables {
     Tables {
         isovalues: spectrum.isovalues().iter().map(|&c| scaled(spectrum, c)).collect(),
         first_knot: spectrum.first_knot().to_vec(),
@@ -77,10 +77,9 @@ pub(super) fn all(spectrum: &Spectrum) -> Tables {
     }
 }
 
-/// The tables of the vertices of `triangles` alone, with the knots on either side of the isovalue
-/// whose rank is `rank`; vertices and ranks are numbered anew, in the triangles too. Returns the
-/// tables and the new rank.
-pub(super) fn selected(
+/// The tables of the vertices of `triangles` only, with the knots on both sides of the isovalue with rank `rank`. Vertices and
+/// ranks are renumbered, in `triangles` too. Returns the tables and the new rank.
+pub(super) fn of_triangles(
     spectrum: &Spectrum,
     triangles: &mut [ActiveTriangle],
     rank: u32,

@@ -1,4 +1,4 @@
-//! What a picture is drawn into, and how it comes back.
+//! Render targets, and reading them back.
 
 use std::sync::mpsc;
 use std::time::Duration;
@@ -7,37 +7,38 @@ use super::image::Image;
 use crate::color::{to_linear, to_srgb};
 use crate::error::{Error, Result};
 
-/// Colours are stored in sRGB; the device converts, and averages samples in linear light.
+/// Colours are stored in sRGB; the device converts them, and averages samples in linear light.
 pub(super) const COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-/// The bytes of the colours without conversion.
-pub(crate) const SHOWN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Depth, and a stencil, which counts where a plane is inside of a surface.
+/// The view format of the window, which shows the bytes without conversion.
+pub(crate) const WINDOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Depth, and a stencil to find where the clip plane is inside of a surface.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
 
-/// How long a picture may take before the device counts as hung.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// Longest time for a picture; after it the device counts as hung.
+const TIMEOUT: Duration = Duration::from_secs(300);
 
-/// The textures of one size of picture, and the buffer through which it is read.
+/// The textures for one size of pictures, and the staging buffer to read them back.
 #[derive(Debug)]
 pub(super) struct Target {
     pub(super) width: u32,
     pub(super) height: u32,
     /// Every sample of every pixel.
     pub(super) samples: wgpu::TextureView,
-    /// The average of each pixel's samples; none where there is one sample per pixel.
+    /// The average of each pixel's samples; `None` for one sample per pixel.
     pub(super) resolved: Option<wgpu::TextureView>,
     pub(super) depth: wgpu::TextureView,
-    /// The depth without the stencil, to be read.
-    pub(super) depth_alone: wgpu::TextureView,
-    /// The texture that holds the picture in the end.
+    /// The depth without the stencil, for shaders.
+    pub(super) depth_only: wgpu::TextureView,
+    /// The texture of the finished picture.
     picture: wgpu::Texture,
     staging: wgpu::Buffer,
     bytes_per_row: u32,
 }
 
 impl Target {
-    /// Textures for pictures of `width` by `height` pixels with `n_samples` samples each.
-    pub(super) fn new(device: &wgpu::Device, width: u32, height: u32, n_samples: u32) -> Self {
+    /// Textures for pictures of a width and height, with `n_samples` samples per pixel.
+    pub(super) fn new(device: &wgpu::Device, size: (u32, u32), n_samples: u32) -> Self {
+        let (width, height) = size;
         let texture = |label, format, sample_count, usage, view_formats| {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
@@ -50,25 +51,24 @@ impl Target {
                 view_formats,
             })
         };
-        let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let readable = attachment | wgpu::TextureUsages::TEXTURE_BINDING;
         let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
-        // A window shows the bytes as they are: it takes the texture for linear.
         let picture = texture(
             "surface.picture",
             COLOR_FORMAT,
             1,
-            drawn | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::TEXTURE_BINDING,
-            &[SHOWN_FORMAT],
+            readable | wgpu::TextureUsages::COPY_SRC,
+            &[WINDOW_FORMAT],
         );
         let (samples, resolved) = if n_samples > 1 {
-            let samples = texture("surface.samples", COLOR_FORMAT, n_samples, drawn, &[]);
+            let samples = texture("surface.samples", COLOR_FORMAT, n_samples, attachment, &[]);
             (view(&samples), Some(view(&picture)))
         } else {
             (view(&picture), None)
         };
-        let read = drawn | wgpu::TextureUsages::TEXTURE_BINDING;
-        let depths = texture("surface.depth", DEPTH_FORMAT, n_samples, read, &[]);
-        let depth_alone = depths.create_view(&wgpu::TextureViewDescriptor {
+        let depth = texture("surface.depth", DEPTH_FORMAT, n_samples, readable, &[]);
+        let depth_only = depth.create_view(&wgpu::TextureViewDescriptor {
             aspect: wgpu::TextureAspect::DepthOnly,
             ..Default::default()
         });
@@ -84,15 +84,15 @@ impl Target {
             height,
             samples,
             resolved,
-            depth: view(&depths),
-            depth_alone,
+            depth: view(&depth),
+            depth_only,
             picture,
             staging,
             bytes_per_row,
         }
     }
 
-    /// The texture that holds the picture.
+    /// The texture of the finished picture.
     #[cfg(feature = "viewer")]
     pub(super) fn texture(&self) -> &wgpu::Texture {
         &self.picture
@@ -114,20 +114,20 @@ impl Target {
         );
     }
 
-    /// Waits for the copy and takes the picture.
+    /// Waits for the copy and returns the picture.
     pub(super) fn read(&self, device: &wgpu::Device) -> Result<Image> {
         let failed = |what: String| Error::Gpu(format!("the picture cannot be read back: {what}"));
         let (sender, receiver) = mpsc::channel();
         self.staging.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver waits below; it is gone only if the wait failed, which is reported.
+            // The receiver is dropped only if the wait below fails, which is reported.
             let _ = sender.send(result);
         });
         device
-            .poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) })
+            .poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(TIMEOUT) })
             .map_err(|error| failed(error.to_string()))?;
-        // Another thread's wait on this device may be the one that delivers the answer.
+        // The callback may run in another thread that polls this device.
         receiver
-            .recv_timeout(PATIENCE)
+            .recv_timeout(TIMEOUT)
             .map_err(|_| failed("the device did not answer".into()))?
             .map_err(|error| failed(error.to_string()))?;
         let row = 4 * self.width as usize;
@@ -142,9 +142,9 @@ impl Target {
     }
 }
 
-/// Divides the colours by alpha, in linear light: the average over a pixel's samples counts the
-/// empty ones as black, but a picture file holds the colour of what is there.
-pub(super) fn unmultiply(image: &mut Image) {
+/// Divides the colours by alpha, in linear light: the average over a pixel's samples counts empty samples as black, but picture
+/// files have straight alpha.
+pub(super) fn unpremultiply(image: &mut Image) {
     for pixel in image.pixels.chunks_exact_mut(4) {
         let alpha = pixel[3];
         if alpha == 0 || alpha == 255 {
@@ -164,7 +164,7 @@ mod tests {
     fn half_covered_white_stays_white() {
         // Half of white in linear light is 188 in sRGB.
         let mut image = Image { width: 2, height: 1, pixels: vec![188, 188, 188, 128, 9, 9, 9, 0] };
-        unmultiply(&mut image);
+        unpremultiply(&mut image);
         // 188 stands for 0.5 to within 0.005; white is reached within two steps.
         assert!(image.pixels[..3].iter().all(|&c| c >= 253), "{:?}", image.pixels);
         assert_eq!(image.pixels[3..], [128, 9, 9, 9, 0]);

@@ -1,15 +1,15 @@
-//! What keys and the wheel ask for.
+//! The actions of keys and the mouse wheel.
 
 use eframe::egui::{Context, Event, InputState, Key, MouseWheelUnit};
 
-/// What can be asked for by a key.
+/// An action of a key or the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
-    /// So many steps of the isovalue; fine ones are a tenth.
-    Step { notches: f64, is_fine: bool },
-    /// Start or stop the sweep.
+    /// Move the isovalue by some steps; fine ones are a tenth.
+    Step { steps: f64, is_fine: bool },
+    /// Start or stop playing the sweep.
     Play,
-    /// Back to the first view.
+    /// Return to the first view.
     Reset,
     /// Save the picture.
     Picture,
@@ -17,41 +17,41 @@ pub(super) enum Action {
     Wireframe,
     /// Box, axes and scale bar on or off.
     Axes,
-    /// Dark hollows on or off.
+    /// Ambient occlusion on or off.
     Occlusion,
     /// Parallel projection on or off.
     Orthographic,
     /// Caps on or off.
     Caps,
-    /// Look from a side of the world: 0 to 5 are +x, -x, +y and so on.
+    /// Look from a side of the world: 0 to 5 are +x, -x, +y, -y, +z, -z.
     Side(usize),
-    /// To the next isovalue with events, up or down.
+    /// Go to the next isovalue with events, up or down.
     Event { is_up: bool },
-    /// Larger by a factor.
+    /// Magnify by a factor.
     Zoom(f64),
-    /// Back to the view before.
+    /// Undo the last change of the view.
     Undo,
-    /// On to the view that was gone back from.
+    /// Redo the last undone change of the view.
     Redo,
-    /// Choose a file to open.
+    /// Show the dialog that opens a file.
     Open,
-    /// Choose a name to save under.
+    /// Show the dialog that saves a file.
     SaveAs,
-    /// Keep the component under the pointer alone, or hide it.
+    /// Keep only the component under the pointer, or hide it.
     Pick { is_hiding: bool },
     /// Show all components again.
     ShowAll,
-    /// Colour each component, or none.
+    /// Colours of components on or off.
     Components,
-    /// Measure with the next clicks, or no longer.
+    /// Measuring by clicks on or off.
     Measure,
-    /// The whole screen, or the window again.
+    /// Full screen on or off.
     Fullscreen,
     /// Help on or off.
     Help,
 }
 
-/// The keys, and what they do, as the help shows them.
+/// The keys and their actions, for the help.
 pub(super) const HELP: [(&str, &str); 27] = [
     ("left drag", "turn"),
     ("middle or right drag", "move"),
@@ -64,10 +64,10 @@ pub(super) const HELP: [(&str, &str); 27] = [
     ("+, -", "zoom"),
     ("R", "reset the view"),
     ("1 to 6", "look from +x, -x, +y, -y, +z, -z"),
-    ("Ctrl + Z, Ctrl + Y", "the view before, and on again"),
-    ("K, X", "keep the component pointed at alone, hide it"),
+    ("Ctrl + Z, Ctrl + Y", "undo and redo changes of the view"),
+    ("K, X", "keep only the component under the pointer, hide it"),
     ("A", "show all components again"),
-    ("C", "colour each component"),
+    ("C", "colour by component"),
     ("M", "measure between two clicks on the surface"),
     ("F", "full screen"),
     ("S", "save the picture"),
@@ -82,7 +82,7 @@ pub(super) const HELP: [(&str, &str); 27] = [
     ("drop files", "open spectra or volumes"),
 ];
 
-/// What the keys ask for, unless someone is typing.
+/// The actions of the pressed keys; none while a text is edited.
 pub(super) fn pressed(window: &Context) -> Vec<Action> {
     if window.text_edit_focused() {
         return Vec::new();
@@ -106,7 +106,7 @@ fn of_key(event: &Event) -> Option<Action> {
             _ => None,
         };
     }
-    let step = |notches| Some(Action::Step { notches, is_fine: modifiers.shift });
+    let step = |steps| Some(Action::Step { steps, is_fine: modifiers.shift });
     match key {
         Key::ArrowRight | Key::ArrowUp => return step(1.0),
         Key::ArrowLeft | Key::ArrowDown => return step(-1.0),
@@ -118,7 +118,7 @@ fn of_key(event: &Event) -> Option<Action> {
         Key::P => return Some(Action::Event { is_up: false }),
         _ => {}
     }
-    // A key held down steps on, but does nothing else twice.
+    // The actions above repeat while the key is held down; those below do not.
     match key {
         _ if repeat => None,
         Key::Space => Some(Action::Play),
@@ -146,15 +146,15 @@ fn of_key(event: &Event) -> Option<Action> {
     }
 }
 
-/// What a key zooms by; as in the page.
+/// Zoom factor of a key press, the same as in the page.
 const KEY_ZOOM: f64 = 1.15;
 
-/// Points of scrolling that count as one notch of a wheel.
-const POINTS_PER_NOTCH: f64 = 40.0;
+/// Points of scrolling per step.
+const POINTS_PER_STEP: f64 = 40.0;
 
-/// Notches of the wheel, up and down, unless it zooms.
+/// The steps of the wheel; `None` if it did not move, or zooms.
 pub(super) fn wheel(input: &InputState) -> Option<Action> {
-    let mut notches = 0.0;
+    let mut steps = 0.0;
     let mut is_fine = false;
     for event in &input.events {
         let Event::MouseWheel { unit, delta, modifiers, .. } = *event else { continue };
@@ -163,12 +163,12 @@ pub(super) fn wheel(input: &InputState) -> Option<Action> {
         }
         is_fine = modifiers.shift;
         // Some systems scroll sideways while Shift is held.
-        let turned = f64::from(if delta.y == 0.0 { delta.x } else { delta.y });
-        notches += match unit {
-            MouseWheelUnit::Line => turned,
-            MouseWheelUnit::Point => turned / POINTS_PER_NOTCH,
-            MouseWheelUnit::Page => 10.0 * turned,
+        let delta = f64::from(if delta.y == 0.0 { delta.x } else { delta.y });
+        steps += match unit {
+            MouseWheelUnit::Line => delta,
+            MouseWheelUnit::Point => delta / POINTS_PER_STEP,
+            MouseWheelUnit::Page => 10.0 * delta,
         };
     }
-    (notches != 0.0).then_some(Action::Step { notches, is_fine })
+    (steps != 0.0).then_some(Action::Step { steps, is_fine })
 }

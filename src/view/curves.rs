@@ -1,7 +1,8 @@
-//! The contour spectrum of a spectrum's own meshes: what the isosurface is like over the isovalue.
+//! The contour spectrum: measures of the isosurface as functions of the isovalue (Bajaj, Pascucci, Schikore 1997, "The contour
+//! spectrum").
 //!
-//! Found by a thread from the meshes at evenly spaced isovalues, so no volume is needed; drawn as
-//! far as it has come. (Bajaj, Pascucci, Schikore 1997, "The contour spectrum".)
+//! A thread computes them from the meshes at evenly spaced isovalues, so no volume is needed. The window shows the points
+//! computed so far.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,52 +16,53 @@ use crate::file::{FolderQuery, SpectrumFolder};
 use crate::spectrum::{Measures, Query, Spectrum, SurfaceMesh};
 use crate::volume::Placement;
 
-/// Isovalues along a curve: as many as one can tell apart across a small window.
+/// Number of isovalues of a curve: enough for the width of a small window.
 const N_ISOVALUES: usize = 192;
 
-/// One point of the curves: what the closed mesh is like in the world at an isovalue.
+/// One point of the curves: measures of the closed mesh in the world at an isovalue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     pub(super) isovalue: f64,
     pub(super) measures: Measures,
 }
 
-/// Most triangles of a folder that are in memory while its curves are computed, but those of one mesh: beside what is shown.
-const MOST_TRIANGLES: u64 = 2_000_000;
+/// Maximum number of triangles of a folder in memory while its curves are computed, in addition to those that are shown and to
+/// those of one mesh.
+const MAX_TRIANGLES: u64 = 2_000_000;
 
-/// Whose curves they are: what gives the meshes.
+/// The meshes of a spectrum or of a folder of parts.
 #[derive(Debug)]
-pub(super) struct Meshes {
-    query: Source,
+pub(super) struct MeshSource {
+    query: MeshQuery,
     range: (f64, f64),
     placement: Placement,
 }
 
 #[derive(Debug)]
-enum Source {
-    Whole(Box<Query<Arc<Spectrum>>>),
+enum MeshQuery {
+    Spectrum(Box<Query<Arc<Spectrum>>>),
     Folder(Box<FolderQuery>),
 }
 
-impl Meshes {
-    /// Those of a spectrum.
-    pub(super) fn of(spectrum: &Arc<Spectrum>) -> Meshes {
-        Meshes {
-            query: Source::Whole(Box::new(Query::new(spectrum.clone()))),
+impl MeshSource {
+    /// The meshes of a spectrum.
+    pub(super) fn of(spectrum: &Arc<Spectrum>) -> MeshSource {
+        MeshSource {
+            query: MeshQuery::Spectrum(Box::new(Query::new(spectrum.clone()))),
             range: spectrum.range(),
             placement: spectrum.volume().placement,
         }
     }
 
-    /// Those of a folder of parts.
+    /// The meshes of a folder of parts.
     ///
     /// # Errors
     ///
     /// As [`FolderQuery::new`].
-    pub(super) fn of_folder(folder: &SpectrumFolder) -> Result<Meshes> {
-        let query = FolderQuery::within(folder.clone(), MOST_TRIANGLES)?;
-        Ok(Meshes {
-            query: Source::Folder(Box::new(query)),
+    pub(super) fn of_folder(folder: &SpectrumFolder) -> Result<MeshSource> {
+        let query = FolderQuery::within(folder.clone(), MAX_TRIANGLES)?;
+        Ok(MeshSource {
+            query: MeshQuery::Folder(Box::new(query)),
             range: folder.whole().range(),
             placement: folder.whole().volume().placement,
         })
@@ -68,13 +70,13 @@ impl Meshes {
 
     fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
         match &mut self.query {
-            Source::Whole(query) => query.mesh_at_into(isovalue, mesh),
-            Source::Folder(query) => query.mesh_at_into(isovalue, mesh),
+            MeshQuery::Spectrum(query) => query.mesh_at_into(isovalue, mesh),
+            MeshQuery::Folder(query) => query.mesh_at_into(isovalue, mesh),
         }
     }
 }
 
-/// The curves, as far as they are known. The thread ends when this goes.
+/// The curves computed so far. Dropping this ends the thread.
 #[derive(Debug, Default)]
 pub(super) struct Curves {
     points: Arc<Mutex<Vec<Point>>>,
@@ -85,7 +87,7 @@ pub(super) struct Curves {
 
 impl Curves {
     /// Starts the thread.
-    pub(super) fn start(mut meshes: Meshes, window: &egui::Context) -> Self {
+    pub(super) fn start(mut meshes: MeshSource, window: &egui::Context) -> Self {
         let (points, stop, is_finished) = (Arc::default(), Arc::default(), Arc::default());
         let curves = Curves { points, is_started: true, stop, is_finished };
         let (points, stop) = (curves.points.clone(), curves.stop.clone());
@@ -97,8 +99,8 @@ impl Curves {
                 if stop.load(Ordering::Relaxed) {
                     return;
                 }
-                let share = (i as f64 + 0.5) / N_ISOVALUES as f64;
-                let isovalue = low * (1.0 - share) + high * share;
+                let t = (i as f64 + 0.5) / N_ISOVALUES as f64;
+                let isovalue = low * (1.0 - t) + high * t;
                 if meshes.mesh_at_into(isovalue, &mut mesh).is_err() {
                     continue;
                 }
@@ -113,12 +115,12 @@ impl Curves {
         curves
     }
 
-    /// Whether there is a thread, or was.
+    /// Whether a thread was started.
     pub(super) fn is_started(&self) -> bool {
         self.is_started
     }
 
-    /// All points, once they are known.
+    /// All points, once the thread has finished.
     pub(super) fn finished(&self) -> Option<Vec<Point>> {
         self.is_finished.load(Ordering::Acquire).then(|| self.points())
     }

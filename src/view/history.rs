@@ -1,96 +1,93 @@
-//! Views that one can go back to: where one came to rest, not every step of the hand.
+//! Undo and redo of views: one entry per view that came to rest, not per frame of a drag.
 
 use crate::render::{Camera, View};
 
-/// How long a view stays the same, seconds, before it is one to come back to.
-pub(super) const REST: f64 = 0.35;
+/// Seconds without a change after which a view becomes an entry of the history.
+pub(super) const REST_SECONDS: f64 = 0.35;
 
-/// Most views that are kept.
-const MOST: usize = 200;
+/// Maximum number of entries.
+const MAX_ENTRIES: usize = 200;
 
-/// From where and at what one looks.
+/// The part of a view that the history restores.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Sight {
+struct Viewpoint {
     camera: Camera,
     look_at: Option<[f64; 3]>,
 }
 
-impl Sight {
+impl Viewpoint {
     fn of(view: &View) -> Self {
-        Sight { camera: view.camera, look_at: view.look_at }
-    }
-
-    fn show(self, view: &mut View) {
-        (view.camera, view.look_at) = (self.camera, self.look_at);
+        Viewpoint { camera: view.camera, look_at: view.look_at }
     }
 }
 
-/// Views before and after the present one.
+/// Previous and undone views.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
-    past: Vec<Sight>,
-    future: Vec<Sight>,
-    /// The last view that rested.
-    rested: Option<Sight>,
-    /// The view of the last frame, and since when it is that, seconds.
-    seen: Option<(Sight, f64)>,
+    undo: Vec<Viewpoint>,
+    redo: Vec<Viewpoint>,
+    /// The last view that came to rest.
+    rested: Option<Viewpoint>,
+    /// The view of the last frame, and the time, seconds, since which it has not changed.
+    last: Option<(Viewpoint, f64)>,
 }
 
 impl History {
-    /// Looks at the view of a frame; `is_held` while the hand has hold of it. Whether it is yet to rest.
-    pub(super) fn watch(&mut self, view: &View, time: f64, is_held: bool) -> bool {
-        let now = Sight::of(view);
-        let since = match self.seen {
-            Some((seen, since)) if seen == now && !is_held => since,
+    /// Observes the view of a frame; a view does not rest during a drag. Returns whether it has yet to come to rest.
+    pub(super) fn observe(&mut self, view: &View, time: f64, is_dragging: bool) -> bool {
+        let now = Viewpoint::of(view);
+        let since = match self.last {
+            Some((last, since)) if last == now && !is_dragging => since,
             _ => time,
         };
-        self.seen = Some((now, since));
+        self.last = Some((now, since));
         let rested = *self.rested.get_or_insert(now);
         if rested == now {
             return false;
         }
-        if time - since < REST {
+        if time - since < REST_SECONDS {
             return true;
         }
-        self.keep(rested);
-        self.future.clear();
+        self.push_undo(rested);
+        self.redo.clear();
         self.rested = Some(now);
         false
     }
 
-    /// Takes whatever is seen next for a view that rests: what was seen before it is nothing to come back to.
-    pub(super) fn settle(&mut self) {
+    /// Lets the next view replace the current one without an entry.
+    pub(super) fn ignore_next_change(&mut self) {
         self.rested = None;
     }
 
-    fn keep(&mut self, sight: Sight) {
-        if self.past.len() == MOST {
-            self.past.remove(0);
+    fn push_undo(&mut self, viewpoint: Viewpoint) {
+        if self.undo.len() == MAX_ENTRIES {
+            self.undo.remove(0);
         }
-        self.past.push(sight);
+        self.undo.push(viewpoint);
     }
 
-    /// Goes back to the view before; whether there is one.
+    /// Returns to the previous view; `false` if there is none.
     pub(super) fn undo(&mut self, view: &mut View) -> bool {
-        let now = Sight::of(view);
-        // On the way to another view one goes back to where that began.
-        let before = self.rested.filter(|&rested| rested != now).or_else(|| self.past.pop());
-        self.go(before, view, |history| history.future.push(now))
-    }
-
-    /// Goes on to the view that was gone back from; whether there is one.
-    pub(super) fn redo(&mut self, view: &mut View) -> bool {
-        let now = Sight::of(view);
-        let after = self.future.pop();
-        self.go(after, view, |history| history.keep(now))
-    }
-
-    fn go(&mut self, to: Option<Sight>, view: &mut View, leave: impl FnOnce(&mut Self)) -> bool {
-        let Some(to) = to else { return false };
-        leave(self);
-        to.show(view);
-        self.rested = Some(to);
+        let now = Viewpoint::of(view);
+        // A change that has not come to rest is undone alone.
+        let moving = self.rested.filter(|&rested| rested != now);
+        let Some(previous) = moving.or_else(|| self.undo.pop()) else { return false };
+        self.redo.push(now);
+        self.restore(previous, view);
         true
+    }
+
+    /// Returns to the last undone view; `false` if there is none.
+    pub(super) fn redo(&mut self, view: &mut View) -> bool {
+        let Some(next) = self.redo.pop() else { return false };
+        self.push_undo(Viewpoint::of(view));
+        self.restore(next, view);
+        true
+    }
+
+    fn restore(&mut self, viewpoint: Viewpoint, view: &mut View) {
+        (view.camera, view.look_at) = (viewpoint.camera, viewpoint.look_at);
+        self.rested = Some(viewpoint);
     }
 }
 
@@ -103,31 +100,31 @@ mod tests {
     }
 
     #[test]
-    fn one_goes_back_to_where_one_rested_and_on_again() {
+    fn undo_and_redo_go_through_the_views_that_came_to_rest() {
         let (mut history, mut view) = (History::default(), View::default());
         turn(&mut view, 0.0);
-        assert!(!history.watch(&view, 0.0, false));
-        // A drag of many steps is one view; while the hand holds it, it does not rest.
+        assert!(!history.observe(&view, 0.0, false));
+        // A drag of many frames is one entry; the view does not rest during the drag.
         for step in 1..10 {
             turn(&mut view, f64::from(step));
-            assert!(history.watch(&view, 0.1 * f64::from(step), true));
+            assert!(history.observe(&view, 0.1 * f64::from(step), true));
         }
-        assert!(history.watch(&view, 5.0, true) && history.watch(&view, 5.2, false));
-        assert!(!history.watch(&view, 5.0 + 2.0 * REST, false));
+        assert!(history.observe(&view, 5.0, true) && history.observe(&view, 5.2, false));
+        assert!(!history.observe(&view, 5.0 + 2.0 * REST_SECONDS, false));
         turn(&mut view, 50.0);
-        assert!(history.watch(&view, 10.0, false));
-        // Before it rests one is still on the way.
+        assert!(history.observe(&view, 10.0, false));
+        // This change has not come to rest.
         assert!(history.undo(&mut view) && view.camera.azimuth == 9.0);
         assert!(history.undo(&mut view) && view.camera.azimuth == 0.0);
         assert!(!history.undo(&mut view));
         assert!(history.redo(&mut view) && view.camera.azimuth == 9.0);
         assert!(history.redo(&mut view) && view.camera.azimuth == 50.0);
         assert!(!history.redo(&mut view));
-        // What is done anew ends what was undone.
+        // A new change clears the redo stack.
         assert!(history.undo(&mut view));
         turn(&mut view, 70.0);
-        history.watch(&view, 20.0, false);
-        assert!(!history.watch(&view, 20.0 + REST, false));
+        history.observe(&view, 20.0, false);
+        assert!(!history.observe(&view, 20.0 + REST_SECONDS, false));
         assert!(!history.redo(&mut view));
         assert!(history.undo(&mut view) && view.camera.azimuth == 9.0);
     }

@@ -1,4 +1,4 @@
-//! Reading a file and, where it is a volume, computing its spectrum: in a thread, with progress.
+//! Reading a file, and computing the spectrum of a volume, in a thread with progress.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::thread;
 
 use eframe::egui;
 
-use super::held::{Held, MOST_TRIANGLES};
+use super::folder_parts::{FolderParts, MAX_TRIANGLES};
 use crate::error::{Error, Result};
 use crate::file::{self, FolderSpectrum, SpectrumFolder, is_folder, thesis};
 use crate::kernels::{Backend, Choice};
@@ -18,13 +18,13 @@ use crate::spectrum::Spectrum;
 use crate::sweep::{self, Parameters};
 use crate::volume::{Histogram, ReadOptions, Statistics, Volume, read_volume};
 
-/// What comes out.
+/// A loaded spectrum.
 #[derive(Debug)]
 pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) spectrum: Arc<Spectrum>,
-    /// Where the spectrum is no more than a folder has at the isovalue.
-    pub(super) held: Option<Held>,
+    /// Of a folder of parts, the loader of its chunks; `spectrum` then has only those at the isovalue.
+    pub(super) parts: Option<FolderParts>,
     pub(super) samples: Option<Histogram>,
     pub(super) statistics: Option<Statistics>,
     /// The volume, for colours that need it.
@@ -34,14 +34,14 @@ pub(super) struct Loaded {
 }
 
 impl Loaded {
-    /// Chooses the isovalue, which takes as long as some thirty meshes. Without the volume the spectrum may tell what
-    /// isovalues are written by.
+    /// Chooses the first isovalue, which takes as long as about thirty meshes. Without the volume, percentiles of its samples
+    /// come from the spectrum, if it has them.
     pub(super) fn new(name: String, spectrum: Spectrum, volume: Option<Arc<Volume>>) -> Loaded {
         let isovalue = spectrum.shown_first();
-        Loaded::with(name, Arc::new(spectrum), volume, isovalue)
+        Loaded::with_isovalue(name, Arc::new(spectrum), volume, isovalue)
     }
 
-    /// Reads what a folder has at the first isovalue.
+    /// Reads the chunks of a folder at the first isovalue.
     pub(super) fn of_folder(
         name: String,
         folder: SpectrumFolder,
@@ -49,14 +49,14 @@ impl Loaded {
         isovalue: Option<f64>,
     ) -> Result<Loaded> {
         let isovalue = isovalue.unwrap_or_else(|| folder.shown_first());
-        let mut read = FolderSpectrum::within(folder, MOST_TRIANGLES)?;
-        read.read_at(&[isovalue])?;
-        let spectrum = read.spectrum().clone();
-        let held = Some(Held::new(read));
-        Ok(Loaded { held, ..Loaded::with(name, spectrum, volume, isovalue) })
+        let mut chunks = FolderSpectrum::within(folder, MAX_TRIANGLES)?;
+        chunks.read_at(&[isovalue])?;
+        let spectrum = chunks.spectrum().clone();
+        let parts = Some(FolderParts::new(chunks));
+        Ok(Loaded { parts, ..Loaded::with_isovalue(name, spectrum, volume, isovalue) })
     }
 
-    fn with(
+    fn with_isovalue(
         name: String,
         spectrum: Arc<Spectrum>,
         volume: Option<Arc<Volume>>,
@@ -64,35 +64,36 @@ impl Loaded {
     ) -> Loaded {
         let samples = volume.as_deref().map(Histogram::of);
         let statistics = volume.as_deref().map(Statistics::of).or_else(|| spectrum.statistics());
-        Loaded { name, spectrum, held: None, samples, statistics, volume, isovalue }
+        Loaded { name, spectrum, parts: None, samples, statistics, volume, isovalue }
     }
 }
 
-/// What is to be loaded.
+/// The source of a spectrum.
 #[derive(Debug)]
-pub(super) enum Source {
+pub(super) enum LoadSource {
     /// A spectrum, or a volume whose spectrum is computed.
     File(PathBuf),
     /// A volume whose spectrum is computed.
     Volume(Box<Volume>),
 }
 
-/// A thread at work. It stops soon after this goes.
+/// A loading thread. Dropping this cancels it.
 #[derive(Debug)]
 pub(super) struct Loading {
     result: Receiver<Result<Loaded>>,
-    report: Arc<Report>,
+    progress: Arc<LoadProgress>,
 }
 
-/// How far the thread is.
+/// The progress of the thread.
 #[derive(Debug)]
-struct Report {
+struct LoadProgress {
+    /// Fraction done and message.
     state: Mutex<(f64, String)>,
     cancelled: AtomicBool,
     window: egui::Context,
 }
 
-impl Progress for Report {
+impl Progress for LoadProgress {
     fn report(&self, done: f64, message: &str) {
         *self.state.lock().unwrap_or_else(PoisonError::into_inner) = (done, message.to_owned());
         self.window.request_repaint();
@@ -105,26 +106,30 @@ impl Progress for Report {
 
 impl Loading {
     /// Starts the thread.
-    pub(super) fn start(source: Source, parameters: Parameters, window: &egui::Context) -> Self {
-        let report = Arc::new(Report {
+    pub(super) fn start(
+        source: LoadSource,
+        parameters: Parameters,
+        window: &egui::Context,
+    ) -> Self {
+        let progress = Arc::new(LoadProgress {
             state: Mutex::new((0.0, "reading".into())),
             cancelled: AtomicBool::new(false),
             window: window.clone(),
         });
         let (sender, result) = channel();
-        let at_work = report.clone();
+        let thread_progress = progress.clone();
         thread::spawn(move || {
-            let run = || load(source, &parameters, &at_work);
+            let run = || load(source, &parameters, &thread_progress);
             let loaded = catch_unwind(AssertUnwindSafe(run))
                 .unwrap_or_else(|_| Err(Error::internal("loading panicked")));
-            // Nobody waits any more once it is cancelled.
+            // The receiver is gone if loading was cancelled.
             let _ = sender.send(loaded);
-            at_work.window.request_repaint();
+            thread_progress.window.request_repaint();
         });
-        Loading { result, report }
+        Loading { result, progress }
     }
 
-    /// The result, once there is one.
+    /// The result, once the thread has finished.
     pub(super) fn poll(&self) -> Option<Result<Loaded>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),
@@ -133,21 +138,21 @@ impl Loading {
         }
     }
 
-    /// From 0 to 1, and what is being done.
+    /// Fraction done, 0 to 1, and the current task.
     pub(super) fn progress(&self) -> (f64, String) {
-        self.report.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.progress.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
 impl Drop for Loading {
     fn drop(&mut self) {
-        self.report.cancelled.store(true, Ordering::Relaxed);
+        self.progress.cancelled.store(true, Ordering::Relaxed);
     }
 }
 
-fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Loaded> {
+fn load(source: LoadSource, parameters: &Parameters, progress: &LoadProgress) -> Result<Loaded> {
     let volume = match source {
-        Source::File(path) => {
+        LoadSource::File(path) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if is_folder(&path) {
                 return Loaded::of_folder(name, SpectrumFolder::open(&path)?, None, None);
@@ -157,16 +162,16 @@ fn load(source: Source, parameters: &Parameters, report: &Report) -> Result<Load
                 None => read_volume(&path, &ReadOptions::default())?,
             }
         }
-        Source::Volume(volume) => *volume,
+        LoadSource::Volume(volume) => *volume,
     };
     let name = volume.name().to_owned();
     let volume = Arc::new(volume);
     let backend = Backend::choose(Choice::Auto, None)?;
-    let spectrum = sweep::compute(&volume, parameters, &backend, report)?;
+    let spectrum = sweep::compute(&volume, parameters, &backend, progress)?;
     Ok(Loaded::new(name, spectrum, Some(volume)))
 }
 
-/// The spectrum in a file; none if its name is not that of a spectrum.
+/// The spectrum in a file; `None` if the extension is not that of a spectrum.
 fn read_spectrum(path: &Path) -> Result<Option<Spectrum>> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     match extension.as_str() {

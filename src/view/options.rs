@@ -1,43 +1,43 @@
-//! The panel beside the picture: how the surface looks, and what can be saved.
+//! The panel next to the picture: appearance, components, saving.
 
 use eframe::egui::{
     Button, Color32, ComboBox, DragValue, Rect, RichText, Sense, Slider, TextEdit, Ui, vec2,
 };
 
 use super::actions::Action;
-use super::pointing::Tool;
+use super::numbers::{format_number, format_short};
+use super::pointer::Tool;
 use super::scene::Scene;
-use super::typed;
-use super::{chooser, layers};
-use crate::color::{Ends, Map, Scale, to_srgb};
+use super::{pinned, save};
+use crate::color::{Map, Scale, ScaleEnds, to_srgb};
 use crate::render::{Background, Clip, Color, Light, View, plain_color};
 use crate::spectrum::VolumeInfo;
 
-/// What a button asks for.
+/// The command of a button.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Command {
     /// Save the picture.
     Picture,
     /// Save the mesh, by the extension of its format.
     Mesh(&'static str),
-    /// Save so many pictures of a sweep.
+    /// Save a sweep of this number of pictures.
     Sweep(u32),
     /// Show this isovalue.
     GoTo(f64),
-    /// What a key does, too.
-    Act(Action),
+    /// Perform an action that also has a key.
+    Perform(Action),
 }
 
-/// What the panel remembers beside the view.
+/// The state of the panel that is not part of the view.
 #[derive(Clone, Debug)]
 pub(super) struct Options {
     clip_axis: usize,
-    clip_share: f64,
-    clip_is_turned: bool,
+    clip_fraction: f64,
+    clip_is_flipped: bool,
     clip: bool,
-    /// Pictures of a sweep.
+    /// Number of pictures of a saved sweep.
     n_frames: u32,
-    /// What is typed as the ends of the colours' scale.
+    /// The text in the field of the scale.
     scale: String,
 }
 
@@ -45,8 +45,8 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             clip_axis: 0,
-            clip_share: 0.5,
-            clip_is_turned: false,
+            clip_fraction: 0.5,
+            clip_is_flipped: false,
             clip: false,
             n_frames: 100,
             scale: String::new(),
@@ -55,63 +55,64 @@ impl Default for Options {
 }
 
 impl Options {
-    /// With a plane that cuts from the beginning, as the panel knows it: across the axis that it is nearest to be across.
+    /// The state for an initial clip plane: perpendicular to the axis that is closest to its normal.
     pub(super) fn with_clip(clip: Option<Clip>, volume: &VolumeInfo) -> Self {
-        let usual = Options::default();
-        let Some(Clip { normal, offset }) = clip else { return usual };
-        let steepness = |&axis: &usize| normal[axis].abs();
-        let axis = (0..3).max_by(|a, b| steepness(a).total_cmp(&steepness(b))).unwrap_or(0);
+        let default = Options::default();
+        let Some(Clip { normal, offset }) = clip else { return default };
+        let component = |&axis: &usize| normal[axis].abs();
+        let axis = (0..3).max_by(|a, b| component(a).total_cmp(&component(b))).unwrap_or(0);
         Options {
             clip: true,
             clip_axis: axis,
-            clip_share: (offset / normal[axis] / length(volume, axis)).clamp(0.0, 1.0),
-            clip_is_turned: normal[axis] < 0.0,
-            ..usual
+            clip_fraction: (offset / normal[axis] / length(volume, axis)).clamp(0.0, 1.0),
+            clip_is_flipped: normal[axis] < 0.0,
+            ..default
         }
     }
 }
 
-/// How long a volume is along an axis, voxels.
+/// The length of a volume along an axis, voxels.
 fn length(volume: &VolumeInfo, axis: usize) -> f64 {
     let placement = &volume.placement;
     (volume.dims[axis] as f64 - 1.0) * placement.spacing[axis] / placement.voxel()
 }
 
-/// Draws the panel.
+/// Shows the panel; returns the command of a clicked button.
 pub(super) fn show(
     ui: &mut Ui,
     scene: &mut Scene,
-    (view, tool): (&mut View, &mut Option<Tool>),
+    view: &mut View,
+    tool: &mut Option<Tool>,
     options: &mut Options,
 ) -> Option<Command> {
-    looks(ui, scene, view, options);
+    appearance(ui, scene, view, options);
     ui.separator();
-    plane(ui, scene, view, options);
+    clip_plane(ui, scene, view, options);
     ui.separator();
-    let mut command = offered(ui, scene);
-    layers::show(ui, scene);
+    let mut command = offered_isovalues(ui, scene);
+    let (isovalue, range) = (scene.isovalue, scene.spectrum.range());
+    pinned::show(ui, &mut scene.pinned, isovalue, range);
     ui.separator();
     command = components(ui, scene, view, tool).or(command);
     ui.separator();
-    command = saves(ui, options).or(command);
+    command = save_buttons(ui, options).or(command);
     ui.separator();
-    facts(ui, scene);
+    statistics(ui, scene);
     command
 }
 
-fn looks(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Options) {
+fn appearance(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Options) {
     let sources = scene.painter.sources();
     ComboBox::from_label("colour").selected_text(label(view.color)).show_ui(ui, |ui| {
-        for color in Color::ALL.into_iter().filter(|&color| sources.have(color)) {
+        for color in Color::ALL.into_iter().filter(|&color| sources.support(color)) {
             ui.selectable_value(&mut view.color, color, label(color));
         }
     });
     if view.color == Color::None {
         ui.horizontal(|ui| {
-            let usual = plain_color(0).map(to_srgb);
-            let mut front = scene.front.unwrap_or(usual);
-            if ui.color_edit_button_srgb(&mut front).changed() {
-                scene.front = Some(front);
+            let mut color = scene.color.unwrap_or(plain_color(0).map(to_srgb));
+            if ui.color_edit_button_srgb(&mut color).changed() {
+                scene.color = Some(color);
             }
             ui.label("surface");
         });
@@ -150,20 +151,19 @@ fn looks(ui: &mut Ui, scene: &mut Scene, view: &mut View, options: &mut Options)
     });
 }
 
-/// The map with what its ends stand for, and the choice of another.
+/// The colour map with the values at its ends, and controls to change both.
 fn legend(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
-    let Some(shown) = scene.painter.attribute().filter(|_| view.color != Color::None) else {
-        return;
-    };
-    let Some(Scale { low, high }) = shown.scale else { return };
+    let attribute = scene.painter.attribute().filter(|_| view.color != Color::None);
+    let Some(attribute) = attribute else { return };
+    let Some(Scale { low, high }) = attribute.scale else { return };
     let map = scene.painter.map(view);
     ComboBox::from_label("map").selected_text(map.name()).show_ui(ui, |ui| {
         for map in Map::ALL {
             ui.selectable_value(&mut view.map, Some(map), map.name());
         }
     });
-    ui.label(RichText::new(&shown.name).small());
-    let size = vec2(ui.available_width().min(LEGEND[0]), LEGEND[1]);
+    ui.label(RichText::new(&attribute.name).small());
+    let size = vec2(ui.available_width().min(LEGEND_SIZE[0]), LEGEND_SIZE[1]);
     let (bar, _) = ui.allocate_exact_size(size, Sense::hover());
     let n = bar.width().max(1.0) as u32;
     for column in 0..n {
@@ -172,23 +172,24 @@ fn legend(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
         let column = Rect::from_min_size(left, vec2(1.0, bar.height()));
         ui.painter().rect_filled(column, 0.0, Color32::from_rgb(r, g, b));
     }
-    let ends = format!("{} to {}", typed::shown(low), typed::shown(high));
+    let ends = format!("{} to {}", format_number(low), format_number(high));
     ui.label(RichText::new(ends).small());
     ui.horizontal(|ui| {
         ui.label("scale");
-        let is_wrong = !options.scale.trim().is_empty() && options.scale.parse::<Ends>().is_err();
-        let color = is_wrong.then(|| ui.visuals().error_fg_color);
+        let text = options.scale.trim();
+        let is_invalid = !text.is_empty() && text.parse::<ScaleEnds>().is_err();
+        let color = is_invalid.then(|| ui.visuals().error_fg_color);
         let field = TextEdit::singleline(&mut options.scale).hint_text("usual, or p5:p95");
         let field = ui.add(field.text_color_opt(color).desired_width(110.0));
         if field.changed() {
-            let told: Option<Ends> = options.scale.parse().ok();
-            view.ends = Ends { center: view.ends.center, ..told.unwrap_or_default() };
+            let ends: Option<ScaleEnds> = options.scale.parse().ok();
+            view.ends = ScaleEnds { center: view.ends.center, ..ends.unwrap_or_default() };
         }
     });
 }
 
 /// Width and height of the legend, points.
-const LEGEND: [f32; 2] = [200.0, 10.0];
+const LEGEND_SIZE: [f32; 2] = [200.0, 10.0];
 
 fn label(color: Color) -> &'static str {
     match color {
@@ -198,31 +199,31 @@ fn label(color: Color) -> &'static str {
     }
 }
 
-/// The clip plane: across an axis of the volume, at a share of it.
-fn plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
+/// The clip plane: perpendicular to an axis of the volume, at a fraction of its length.
+fn clip_plane(ui: &mut Ui, scene: &Scene, view: &mut View, options: &mut Options) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut options.clip, "clip across");
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             ui.selectable_value(&mut options.clip_axis, axis, name);
         }
-        ui.checkbox(&mut options.clip_is_turned, "other side");
+        ui.checkbox(&mut options.clip_is_flipped, "other side");
     });
-    ui.add_enabled(options.clip, Slider::new(&mut options.clip_share, 0.0..=1.0).text("at"));
+    ui.add_enabled(options.clip, Slider::new(&mut options.clip_fraction, 0.0..=1.0).text("at"));
     view.clip = options.clip.then(|| {
         let size = length(scene.spectrum.volume(), options.clip_axis);
-        let sign = if options.clip_is_turned { -1.0 } else { 1.0 };
+        let sign = if options.clip_is_flipped { -1.0 } else { 1.0 };
         let mut normal = [0.0; 3];
         normal[options.clip_axis] = sign;
-        Clip { normal, offset: sign * options.clip_share * size }
+        Clip { normal, offset: sign * options.clip_fraction * size }
     });
 }
 
-/// Isovalues that are worth a look, by name.
-fn offered(ui: &mut Ui, scene: &mut Scene) -> Option<Command> {
+/// Buttons for the offered isovalues.
+fn offered_isovalues(ui: &mut Ui, scene: &mut Scene) -> Option<Command> {
     let mut command = None;
     ui.horizontal_wrapped(|ui| {
-        for (isovalue, name) in scene.offered() {
-            let text = typed::short(*isovalue);
+        for (isovalue, name) in scene.offered_isovalues() {
+            let text = format_short(*isovalue);
             let text = if *name == text { text } else { format!("{name} ({text})") };
             if ui.button(text).clicked() {
                 command = Some(Command::GoTo(*isovalue));
@@ -232,7 +233,7 @@ fn offered(ui: &mut Ui, scene: &mut Scene) -> Option<Command> {
     command
 }
 
-/// Which components are shown.
+/// The choice of components.
 fn components(
     ui: &mut Ui,
     scene: &Scene,
@@ -260,31 +261,31 @@ fn components(
     let mut command = None;
     ui.horizontal_wrapped(|ui| {
         ui.label("click to");
-        for (one, name) in [(Tool::Keep, "keep one"), (Tool::Hide, "hide one")] {
-            let is_in_hand = *tool == Some(one);
-            if ui.selectable_label(is_in_hand, name).clicked() {
-                *tool = (!is_in_hand).then_some(one);
+        for (choice, name) in [(Tool::Keep, "keep one"), (Tool::Hide, "hide one")] {
+            let is_selected = *tool == Some(choice);
+            if ui.selectable_label(is_selected, name).clicked() {
+                *tool = (!is_selected).then_some(choice);
             }
         }
         if ui.selectable_label(*tool == Some(Tool::Measure), "measure (M)").clicked() {
-            command = Some(Command::Act(Action::Measure));
+            command = Some(Command::Perform(Action::Measure));
         }
-        let is_all = view.keep.is_all() && scene.picks.is_empty();
-        if ui.add_enabled(!is_all, Button::new("show all (A)")).clicked() {
-            command = Some(Command::Act(Action::ShowAll));
+        let are_all_shown = view.keep.is_all() && scene.picks.is_empty();
+        if ui.add_enabled(!are_all_shown, Button::new("show all (A)")).clicked() {
+            command = Some(Command::Perform(Action::ShowAll));
         }
     });
     command
 }
 
-fn saves(ui: &mut Ui, options: &mut Options) -> Option<Command> {
+fn save_buttons(ui: &mut Ui, options: &mut Options) -> Option<Command> {
     let mut command = None;
     ui.horizontal_wrapped(|ui| {
         ui.label("save");
         if ui.button("picture (S)").clicked() {
             command = Some(Command::Picture);
         }
-        for extension in chooser::WRITTEN.into_iter().filter(|&extension| extension != "png") {
+        for extension in save::EXTENSIONS.into_iter().filter(|&extension| extension != "png") {
             if ui.button(extension).clicked() {
                 command = Some(Command::Mesh(extension));
             }
@@ -299,13 +300,13 @@ fn saves(ui: &mut Ui, options: &mut Options) -> Option<Command> {
     command
 }
 
-fn facts(ui: &mut Ui, scene: &Scene) {
+fn statistics(ui: &mut Ui, scene: &Scene) {
     let (low, high) = scene.spectrum.range();
-    let milliseconds = 1e3 * scene.cost().as_secs_f64();
+    let milliseconds = 1e3 * scene.gpu_time().as_secs_f64();
     for line in [
         format!("{} triangles", scene.n_triangles()),
         format!("{milliseconds:.1} ms for the last picture"),
-        format!("range {} to {}", typed::shown(low), typed::shown(high)),
+        format!("range {} to {}", format_number(low), format_number(high)),
         format!("{} events at {} isovalues", scene.spectrum.events().len(), scene.events.len()),
     ] {
         ui.label(RichText::new(line).small());

@@ -1,5 +1,5 @@
-//! Components that the hand picked: kept alone, or hidden, and followed through the isovalue by the vertices that they keep. The twin
-//! of `Selection` in `page/components.js`.
+//! Picked components: shown exclusively, or hidden, and tracked over the isovalue by the vertices that they keep. Twin:
+//! `Selection` in `page/components.js`.
 
 use std::collections::BTreeMap;
 
@@ -7,103 +7,104 @@ use crate::error::Result;
 use crate::render::Painter;
 use crate::spectrum::{Components, Picked, Spectrum, SurfaceMesh};
 
-/// Into so many steps the way to another isovalue is divided where a picked component is not found again at once.
-const STEPS: u32 = 16;
+/// Number of intermediate isovalues at which a component is tracked that is not found in one step.
+const TRACKING_STEPS: u32 = 16;
 
-/// Most components that are hidden at once.
-const MOST: usize = 100;
+/// Maximum number of hidden components.
+const MAX_HIDDEN: usize = 100;
 
-/// What is picked.
+/// The picked components.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Picks {
+pub(super) struct PickedComponents {
     list: Vec<Pick>,
     is_hiding: bool,
-    /// The isovalue at which they were last seen.
+    /// The isovalue of the last update.
     isovalue: f64,
 }
 
 #[derive(Clone, Debug)]
 struct Pick {
-    /// On its surface, voxel frame; none while it is gone.
+    /// A point of the component, voxel frame; `None` while it does not exist.
     point: Option<[f64; 3]>,
-    /// The spectrum's vertices that it had when it was last there, in order.
+    /// The spectrum's indices of the vertices that it had last, increasing.
     vertices: Vec<u32>,
 }
 
-/// The components of a mesh, with what its vertices are.
-struct Found<'a> {
+/// The components of a mesh.
+struct MeshComponents<'a> {
     mesh: &'a SurfaceMesh,
-    /// Of each vertex, which of the spectrum's it is.
+    /// The spectrum's index of each vertex.
     vertices: &'a [u32],
     components: Components,
-    /// Of each vertex, the number of its component.
+    /// The index of each vertex's component.
     of_vertex: Vec<u32>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> MeshComponents<'a> {
     fn at(painter: &'a mut Painter, spectrum: &Spectrum, isovalue: f64) -> Result<Self> {
         let (mesh, vertices) = painter.mesh_and_vertices(spectrum, isovalue)?;
         let components = Components::of(mesh);
         let mut of_vertex = vec![0; mesh.positions.len()];
-        for (corners, &number) in mesh.triangles.iter().zip(&components.of_triangle) {
-            corners.iter().for_each(|&v| of_vertex[v as usize] = number);
+        for (corners, &component) in mesh.triangles.iter().zip(&components.of_triangle) {
+            corners.iter().for_each(|&v| of_vertex[v as usize] = component);
         }
-        Ok(Found { mesh, vertices, components, of_vertex })
+        Ok(MeshComponents { mesh, vertices, components, of_vertex })
     }
 
-    /// The component that has most of some vertices; of those with as many the larger one.
+    /// The component that has most of some vertices; the larger one of those with equally many.
     fn with_most_of(&self, vertices: &[u32]) -> Option<u32> {
-        let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
-        for (v, &number) in self.vertices.iter().zip(&self.of_vertex) {
+        let mut counts: BTreeMap<u32, usize> = BTreeMap::new();
+        for (v, &component) in self.vertices.iter().zip(&self.of_vertex) {
             if vertices.binary_search(v).is_ok() {
-                *votes.entry(number).or_default() += 1;
+                *counts.entry(component).or_default() += 1;
             }
         }
-        votes
+        counts
             .into_iter()
-            .max_by_key(|&(number, n)| (n, std::cmp::Reverse(number)))
+            .max_by_key(|&(component, n)| (n, std::cmp::Reverse(component)))
             .map(|best| best.0)
     }
 
-    fn pick(&self, number: u32) -> Pick {
-        let its: Vec<usize> =
-            (0..self.of_vertex.len()).filter(|&v| self.of_vertex[v] == number).collect();
-        let point = its.first().map(|&v| self.mesh.positions[v].map(f64::from));
-        let mut vertices: Vec<u32> = its.into_iter().map(|v| self.vertices[v]).collect();
+    fn pick(&self, component: u32) -> Pick {
+        let own: Vec<usize> =
+            (0..self.of_vertex.len()).filter(|&v| self.of_vertex[v] == component).collect();
+        let point = own.first().map(|&v| self.mesh.positions[v].map(f64::from));
+        let mut vertices: Vec<u32> = own.into_iter().map(|v| self.vertices[v]).collect();
         vertices.sort_unstable();
         Pick { point, vertices }
     }
 }
 
-impl Picks {
-    /// Keeps the component nearest to a point (voxel frame) alone, or hides it.
+impl PickedComponents {
+    /// Keeps only the component nearest to a point (voxel frame), or hides it.
     pub(super) fn pick(
         &mut self,
         painter: &mut Painter,
         spectrum: &Spectrum,
-        (isovalue, point): (f64, [f64; 3]),
+        isovalue: f64,
+        point: [f64; 3],
         is_hiding: bool,
     ) -> Result<()> {
         if !is_hiding || !self.is_hiding {
             self.list.clear();
         }
-        if self.list.len() == MOST {
+        if self.list.len() == MAX_HIDDEN {
             return Ok(());
         }
-        let found = Found::at(painter, spectrum, isovalue)?;
-        if let Some(number) = found.components.nearest_to(found.mesh, point) {
-            self.list.push(found.pick(number));
+        let mesh = MeshComponents::at(painter, spectrum, isovalue)?;
+        if let Some(component) = mesh.components.nearest_to(mesh.mesh, point) {
+            self.list.push(mesh.pick(component));
         }
         (self.is_hiding, self.isovalue) = (is_hiding, isovalue);
         Ok(())
     }
 
-    /// The isovalue at which they were last seen.
+    /// The isovalue of the last update.
     pub(super) fn isovalue(&self) -> f64 {
         self.isovalue
     }
 
-    /// Finds them again by where they were, in another part of a folder, whose vertices have other numbers.
+    /// Finds the components again by their points, after the chunks of a folder, and so the indices of vertices, have changed.
     pub(super) fn find_again(
         &mut self,
         painter: &mut Painter,
@@ -114,11 +115,11 @@ impl Picks {
             return Ok(());
         }
         self.isovalue = isovalue;
-        let found = Found::at(painter, spectrum, isovalue)?;
+        let mesh = MeshComponents::at(painter, spectrum, isovalue)?;
         for pick in &mut self.list {
-            let nearest = pick.point.and_then(|p| found.components.nearest_to(found.mesh, p));
+            let nearest = pick.point.and_then(|p| mesh.components.nearest_to(mesh.mesh, p));
             let none = || Pick { point: None, vertices: Vec::new() };
-            *pick = nearest.map_or_else(none, |number| found.pick(number));
+            *pick = nearest.map_or_else(none, |component| mesh.pick(component));
         }
         Ok(())
     }
@@ -128,7 +129,7 @@ impl Picks {
         self.list.is_empty()
     }
 
-    /// Finds them again at another isovalue.
+    /// Tracks the components to another isovalue.
     pub(super) fn follow(
         &mut self,
         painter: &mut Painter,
@@ -140,33 +141,33 @@ impl Picks {
         }
         let from = std::mem::replace(&mut self.isovalue, isovalue);
         let before = self.list.clone();
-        if !self.step(&Found::at(painter, spectrum, isovalue)?) {
-            // What was lost may have gone further than its vertices live.
+        if !self.step(&MeshComponents::at(painter, spectrum, isovalue)?) {
+            // A lost component may have no vertex that lives over the whole interval.
             self.list = before;
-            for i in 1..=STEPS {
-                let share = f64::from(i) / f64::from(STEPS);
+            for i in 1..=TRACKING_STEPS {
+                let t = f64::from(i) / f64::from(TRACKING_STEPS);
                 let between =
-                    if i == STEPS { isovalue } else { from * (1.0 - share) + isovalue * share };
-                self.step(&Found::at(painter, spectrum, between)?);
+                    if i == TRACKING_STEPS { isovalue } else { from * (1.0 - t) + isovalue * t };
+                self.step(&MeshComponents::at(painter, spectrum, between)?);
             }
         }
         Ok(())
     }
 
-    /// Finds them among components; whether none that was there is lost.
-    fn step(&mut self, found: &Found) -> bool {
+    /// Finds the components in a mesh; returns `false` if an existing one is lost.
+    fn step(&mut self, mesh: &MeshComponents) -> bool {
         let mut is_lost = false;
         for pick in &mut self.list {
-            match found.with_most_of(&pick.vertices) {
-                Some(number) => *pick = found.pick(number),
-                // What is gone may come back.
+            match mesh.with_most_of(&pick.vertices) {
+                Some(component) => *pick = mesh.pick(component),
+                // It may appear again.
                 None => is_lost |= pick.point.take().is_some(),
             }
         }
         !is_lost
     }
 
-    /// What is shown by that.
+    /// The choice of components for the view.
     pub(super) fn picked(&self) -> Picked {
         let points = self.list.iter().filter_map(|pick| pick.point).collect();
         match self.list.is_empty() || self.is_hiding {

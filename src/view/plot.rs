@@ -1,84 +1,84 @@
-//! The slider: the isovalue under the curves of the contour spectrum, with the events to click.
+//! The slider for the isovalue, with the curves of the contour spectrum, a histogram and the events.
 
 use std::fmt::Write as _;
 
 use eframe::egui::{Color32, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
 
 use super::curves::Point;
+use super::numbers::{format_number, format_short};
 use super::scene::Scene;
-use super::typed;
 use crate::spectrum::Measures;
 
-/// Height of the curves, points, and as a share of the window's where that is less.
-const HEIGHT: f32 = 96.0;
-const SHARE: f32 = 0.14;
+/// Maximum height of the slider, points, and as a fraction of the height of the window.
+const MAX_HEIGHT: f32 = 96.0;
+const MAX_HEIGHT_FRACTION: f32 = 0.14;
 
-/// Size of the mark that tells a curve's colour, points.
-const MARK: Vec2 = Vec2::new(12.0, 6.0);
+/// Size of the colour sample of a curve in the legend, points.
+const SAMPLE_SIZE: Vec2 = Vec2::new(12.0, 6.0);
 
-/// How near to an event a click goes to it, points.
-const SNAP: f32 = 5.0;
+/// Distance within which a click snaps to an event, points.
+const SNAP_DISTANCE: f32 = 5.0;
 
 /// One curve.
 struct Curve {
     name: &'static str,
     color: Color32,
-    of: fn(&Measures) -> f64,
-    /// Whether it is a count, which is drawn as steps: there is nothing between two of its values.
+    value: fn(&Measures) -> f64,
+    /// Whether it is a count, which is drawn as a step function.
     is_count: bool,
 }
 
-/// Colours are told apart with any colour vision (Okabe and Ito 2008).
+/// The colours are distinguishable with any colour vision (Okabe and Ito 2008).
 const CURVES: [Curve; 4] = [
     Curve {
         name: "components",
         color: Color32::from_rgb(0xE6, 0x9F, 0x00),
-        of: |m| f64::from(m.components),
+        value: |m| f64::from(m.components),
         is_count: true,
     },
     Curve {
         name: "Euler characteristic",
         color: Color32::from_rgb(0x56, 0xB4, 0xE9),
-        of: |m| m.euler as f64,
+        value: |m| m.euler as f64,
         is_count: true,
     },
     Curve {
         name: "area without caps",
         color: Color32::from_rgb(0x00, 0x9E, 0x73),
-        of: |m| m.area,
+        value: |m| m.area,
         is_count: false,
     },
     Curve {
         name: "enclosed volume",
         color: Color32::from_rgb(0xCC, 0x79, 0xA7),
-        of: |m| m.volume,
+        value: |m| m.volume,
         is_count: false,
     },
 ];
 
 /// Which curves are drawn.
-pub(super) type Shown = [bool; CURVES.len()];
+pub(super) type VisibleCurves = [bool; CURVES.len()];
 
-/// Draws the slider; the isovalue that was chosen on it.
-pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<f64> {
+/// Shows the slider; returns the isovalue that was chosen on it.
+pub(super) fn show(ui: &mut Ui, scene: &mut Scene, visible: &mut VisibleCurves) -> Option<f64> {
     let points = scene.curves.points();
     ui.horizontal_wrapped(|ui| {
-        legend(ui, scene.measures(), shown);
-        ask_for_curves(ui, scene);
+        legend(ui, scene.measures(), visible);
+        curves_button(ui, scene);
     });
-    let size =
-        Vec2::new(ui.available_width(), HEIGHT.min(SHARE * ui.ctx().content_rect().height()));
+    let height = MAX_HEIGHT.min(MAX_HEIGHT_FRACTION * ui.ctx().content_rect().height());
+    let size = Vec2::new(ui.available_width(), height);
     let (response, painter) = ui.allocate_painter(size, Sense::click_and_drag());
     let rect = response.rect.shrink2(Vec2::new(6.0, 2.0));
     let axis = Axis { rect, range: scene.spectrum.range() };
     let visuals = ui.visuals();
     painter.rect_filled(response.rect, 3.0, visuals.extreme_bg_color);
 
-    painter.extend(bars(scene, &axis, visuals.weak_text_color().gamma_multiply(0.35)));
-    for (curve, _) in CURVES.iter().zip(*shown).filter(|(_, shown)| *shown) {
-        painter.add(Shape::line(line(curve, &points, &axis), Stroke::new(1.5, curve.color)));
+    painter.extend(histogram(scene, &axis, visuals.weak_text_color().gamma_multiply(0.35)));
+    for (curve, _) in CURVES.iter().zip(*visible).filter(|(_, visible)| *visible) {
+        painter.add(Shape::line(polyline(curve, &points, &axis), Stroke::new(1.5, curve.color)));
     }
-    for x in marks(scene, &axis) {
+    for x in event_ticks(scene, &axis) {
         painter.vline(
             x,
             rect.bottom() - 9.0..=rect.bottom(),
@@ -87,10 +87,10 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
     }
     for (isovalue, _) in &scene.marks {
         let stroke = Stroke::new(1.0, visuals.weak_text_color());
-        painter.add(Shape::dashed_line(&axis.upright(*isovalue), stroke, 3.0, 3.0));
+        painter.add(Shape::dashed_line(&axis.vertical_line(*isovalue), stroke, 3.0, 3.0));
     }
-    let layers = scene.layers.iter().map(|layer| (layer.isovalue, 1.0));
-    for (isovalue, width) in layers.chain([(scene.isovalue, 2.0)]) {
+    let pinned = scene.pinned.iter().map(|surface| (surface.isovalue, 1.0));
+    for (isovalue, width) in pinned.chain([(scene.isovalue, 2.0)]) {
         let x = axis.x_of(isovalue);
         let stroke = Stroke::new(width, visuals.selection.stroke.color);
         painter.vline(x, rect.y_range(), stroke);
@@ -100,10 +100,10 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
     let hover = response.hover_pos().map(|p| axis.isovalue_at(p.x));
     if let Some(isovalue) = hover {
         let isovalue = nearest_event(scene, &axis, isovalue).unwrap_or(isovalue);
-        let text = told(&points, &axis, isovalue);
+        let text = readout(&points, &axis, isovalue);
         let text = painter.layout_no_wrap(text, FontId::proportional(12.0), visuals.text_color());
-        let ground = Rect::from_min_size(rect.left_top(), text.size());
-        painter.rect_filled(ground, 2.0, visuals.extreme_bg_color.gamma_multiply(0.85));
+        let background = Rect::from_min_size(rect.left_top(), text.size());
+        painter.rect_filled(background, 2.0, visuals.extreme_bg_color.gamma_multiply(0.85));
         painter.galley(rect.left_top(), text, visuals.text_color());
     }
     let pointer = response.interact_pointer_pos()?;
@@ -114,21 +114,21 @@ pub(super) fn show(ui: &mut Ui, scene: &mut Scene, shown: &mut Shown) -> Option<
     response.dragged().then_some(isovalue)
 }
 
-/// An isovalue, and what the curves say there as far as they are known.
-fn told(points: &[Point], axis: &Axis, isovalue: f64) -> String {
-    let mut text = typed::shown(isovalue);
-    let away = |point: &Point| (axis.x_of(point.isovalue) - axis.x_of(isovalue)).abs();
-    let nearest = points.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-    // What lies further than a few pixels says nothing of this place.
-    if let Some(point) = nearest.filter(|&point| away(point) <= 2.0 * SNAP) {
+/// An isovalue, and the values of the curves there if they are known.
+fn readout(points: &[Point], axis: &Axis, isovalue: f64) -> String {
+    let mut text = format_number(isovalue);
+    let distance = |point: &Point| (axis.x_of(point.isovalue) - axis.x_of(isovalue)).abs();
+    let nearest = points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    if let Some(point) = nearest.filter(|&point| distance(point) <= 2.0 * SNAP_DISTANCE) {
         for curve in &CURVES {
-            let _ = write!(text, "   {} {}", curve.name, typed::short((curve.of)(&point.measures)));
+            let value = format_short((curve.value)(&point.measures));
+            let _ = write!(text, "   {} {value}", curve.name);
         }
     }
     text
 }
 
-/// Isovalues from left to right.
+/// The axis of isovalues, from left to right.
 struct Axis {
     rect: Rect,
     range: (f64, f64),
@@ -138,38 +138,38 @@ impl Axis {
     fn x_of(&self, isovalue: f64) -> f32 {
         let (low, high) = self.range;
         // Halved first, so that the widest range does not overflow.
-        let share = (0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low);
-        // A range of one isovalue has no length.
-        let share = if share.is_finite() { share } else { 0.5 };
-        self.rect.left() + self.rect.width() * share as f32
+        let t = (0.5 * isovalue - 0.5 * low) / (0.5 * high - 0.5 * low);
+        // Not finite in a range of one isovalue.
+        let t = if t.is_finite() { t } else { 0.5 };
+        self.rect.left() + self.rect.width() * t as f32
     }
 
-    /// From the top to the bottom at an isovalue.
-    fn upright(&self, isovalue: f64) -> [Pos2; 2] {
+    /// The vertical line at an isovalue.
+    fn vertical_line(&self, isovalue: f64) -> [Pos2; 2] {
         let x = self.x_of(isovalue);
         [pos2(x, self.rect.top()), pos2(x, self.rect.bottom())]
     }
 
     fn isovalue_at(&self, x: f32) -> f64 {
         let (low, high) = self.range;
-        let share = f64::from((x - self.rect.left()) / self.rect.width()).clamp(0.0, 1.0);
-        low * (1.0 - share) + high * share
+        let t = f64::from((x - self.rect.left()) / self.rect.width()).clamp(0.0, 1.0);
+        low * (1.0 - t) + high * t
     }
 }
 
-/// The names of the curves, to be switched on and off, with the numbers of the mesh that is drawn.
-fn legend(ui: &mut Ui, here: Option<Measures>, shown: &mut Shown) {
-    for (curve, shown) in CURVES.iter().zip(shown) {
-        let value = here.map_or_else(String::new, |m| format!(" {}", typed::shown((curve.of)(&m))));
-        // Colours that are told apart on a curve are not all read as words.
-        let (mark, _) = ui.allocate_exact_size(MARK, Sense::hover());
-        ui.painter().rect_filled(mark, 2.0, curve.color);
-        ui.checkbox(shown, format!("{}{value}", curve.name));
+/// Checkboxes for the curves, with the values of the drawn mesh.
+fn legend(ui: &mut Ui, measures: Option<Measures>, visible: &mut VisibleCurves) {
+    for (curve, visible) in CURVES.iter().zip(visible) {
+        let value = measures.map(|m| format!(" {}", format_number((curve.value)(&m))));
+        // A sample next to the text, because text in these colours would lack contrast.
+        let (sample, _) = ui.allocate_exact_size(SAMPLE_SIZE, Sense::hover());
+        ui.painter().rect_filled(sample, 2.0, curve.color);
+        ui.checkbox(visible, format!("{}{}", curve.name, value.unwrap_or_default()));
     }
 }
 
-/// Of a folder the curves are computed when they are asked for, as all of it is read for them.
-fn ask_for_curves(ui: &mut Ui, scene: &mut Scene) {
+/// The button that computes the curves of a folder, which reads all of it.
+fn curves_button(ui: &mut Ui, scene: &mut Scene) {
     let Some(folder) = scene.folder().filter(|_| !scene.curves.is_started()) else { return };
     let megabytes = folder.n_bytes() as f64 / 1e6;
     if ui.button(format!("compute curves (reads {megabytes:.1} MB)")).clicked()
@@ -179,18 +179,18 @@ fn ask_for_curves(ui: &mut Ui, scene: &mut Scene) {
     }
 }
 
-/// A curve over its own range, which always has 0 in it.
-fn line(curve: &Curve, points: &[Point], axis: &Axis) -> Vec<Pos2> {
-    let values = points.iter().map(|p| (curve.of)(&p.measures));
+/// A curve, scaled to its own range, which includes 0.
+fn polyline(curve: &Curve, points: &[Point], axis: &Axis) -> Vec<Pos2> {
+    let values = points.iter().map(|p| (curve.value)(&p.measures));
     let (low, high) = values.clone().fold((0.0f64, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
-    let length = if high > low { high - low } else { 1.0 };
-    let height = |v: f64| axis.rect.bottom() - axis.rect.height() * ((v - low) / length) as f32;
-    let line = points.iter().zip(values).map(|(p, v)| pos2(axis.x_of(p.isovalue), height(v)));
-    if curve.is_count { steps(line.collect()) } else { line.collect() }
+    let range = if high > low { high - low } else { 1.0 };
+    let y_of = |v: f64| axis.rect.bottom() - axis.rect.height() * ((v - low) / range) as f32;
+    let line = points.iter().zip(values).map(|(p, v)| pos2(axis.x_of(p.isovalue), y_of(v)));
+    if curve.is_count { step_function(line.collect()) } else { line.collect() }
 }
 
-/// Level half-way to the next point, then up or down at once.
-fn steps(points: Vec<Pos2>) -> Vec<Pos2> {
+/// A step function through points, with vertical steps half-way between them.
+fn step_function(points: Vec<Pos2>) -> Vec<Pos2> {
     let mut line = Vec::with_capacity(3 * points.len());
     for (i, &point) in points.iter().enumerate() {
         line.push(point);
@@ -202,8 +202,8 @@ fn steps(points: Vec<Pos2>) -> Vec<Pos2> {
     line
 }
 
-/// The histogram of the samples, its heights by their logarithms.
-fn bars(scene: &Scene, axis: &Axis, color: Color32) -> Vec<Shape> {
+/// The histogram of the samples, with logarithmic heights.
+fn histogram(scene: &Scene, axis: &Axis, color: Color32) -> Vec<Shape> {
     let Some(samples) = &scene.samples else { return Vec::new() };
     let width = 3.0;
     let parts = samples.parts((axis.rect.width() / width) as usize, axis.range);
@@ -220,22 +220,22 @@ fn bars(scene: &Scene, axis: &Axis, color: Color32) -> Vec<Shape> {
         .collect()
 }
 
-/// Where the events are, one mark for each pixel that has any.
-fn marks(scene: &Scene, axis: &Axis) -> Vec<f32> {
-    let mut marks: Vec<f32> = scene.events.iter().map(|&c| axis.x_of(c).round()).collect();
-    marks.dedup();
-    marks
+/// The x of the events, without duplicates per point.
+fn event_ticks(scene: &Scene, axis: &Axis) -> Vec<f32> {
+    let mut ticks: Vec<f32> = scene.events.iter().map(|&c| axis.x_of(c).round()).collect();
+    ticks.dedup();
+    ticks
 }
 
-/// The event within reach of an isovalue.
+/// The nearest event to an isovalue within the snap distance.
 fn nearest_event(scene: &Scene, axis: &Axis, isovalue: f64) -> Option<f64> {
     let next = scene.events.partition_point(|&c| c < isovalue);
-    let beside = [next.checked_sub(1), Some(next)].into_iter().flatten();
-    let away = |c: f64| (axis.x_of(c) - axis.x_of(isovalue)).abs();
-    beside
+    let neighbours = [next.checked_sub(1), Some(next)].into_iter().flatten();
+    let distance = |c: f64| (axis.x_of(c) - axis.x_of(isovalue)).abs();
+    neighbours
         .filter_map(|i| scene.events.get(i).copied())
-        .filter(|&c| away(c) <= SNAP)
-        .min_by(|a, b| away(*a).total_cmp(&away(*b)))
+        .filter(|&c| distance(c) <= SNAP_DISTANCE)
+        .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
 }
 
 #[cfg(test)]
@@ -243,10 +243,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn counts_are_drawn_level_and_upright() {
-        let line = steps([(0.0, 3.0), (2.0, 3.0), (4.0, 1.0)].map(Pos2::from).to_vec());
-        let wanted = [(0.0, 3.0), (2.0, 3.0), (3.0, 3.0), (3.0, 1.0), (4.0, 1.0)].map(Pos2::from);
-        assert_eq!(line, wanted);
+    fn counts_are_drawn_as_step_functions() {
+        let line = step_function([(0.0, 3.0), (2.0, 3.0), (4.0, 1.0)].map(Pos2::from).to_vec());
+        let expected = [(0.0, 3.0), (2.0, 3.0), (3.0, 3.0), (3.0, 1.0), (4.0, 1.0)].map(Pos2::from);
+        assert_eq!(line, expected);
         assert!(line.windows(2).all(|w| w[0].x == w[1].x || w[0].y == w[1].y));
     }
 }

@@ -1,18 +1,21 @@
-//! Pictures, meshes and sweeps of what is seen, as files that never replace others.
+//! Saving pictures, meshes and sweeps. Only [`save_as`] replaces files.
 
 use std::path::{Path, PathBuf};
 
+use super::numbers::format_number;
 use super::scene::Scene;
-use super::typed;
 use crate::error::{Error, Result};
 use crate::export::{self, Border};
 use crate::render::View;
 use crate::spectrum::{Picked, Query, SurfaceMesh};
 
-/// Where files of a scene go: the folder, and the name of the scene without its extension.
+/// Extensions of the files that can be saved.
+pub(super) const EXTENSIONS: [&str; 7] = ["png", "ply", "stl", "obj", "glb", "vtp", "3mf"];
+
+/// The beginning of file names of a scene: the folder, and the name of the scene without its extension.
 fn stem(folder: &Path, scene: &Scene) -> PathBuf {
     let name = Path::new(&scene.name).file_stem().unwrap_or_default().to_string_lossy();
-    // The name of a volume may come from a file, and be anything.
+    // The name of a volume may come from a file and have any characters and length.
     let plain: String = (name.chars())
         .map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' })
         .take(100)
@@ -20,30 +23,30 @@ fn stem(folder: &Path, scene: &Scene) -> PathBuf {
     folder.join(if plain.is_empty() { "spectrum".into() } else { plain })
 }
 
-/// The name that a picture has where nobody says another.
-pub(super) fn usual_name(scene: &Scene) -> String {
+/// The default file name of a picture.
+pub(super) fn default_name(scene: &Scene) -> String {
     let path = free_path(Path::new(""), scene, "png");
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Writes what is seen to a path, which is replaced: a picture or a mesh, by its extension; what there is to say.
+/// Writes a picture or a mesh, by the extension, and replaces an existing file. Returns a message.
 ///
 /// # Errors
 ///
-/// As [`picture`] and [`mesh`].
+/// [`Error::Usage`] for an unknown extension, [`Error::Io`], and those of the painter.
 pub(super) fn save_as(path: &Path, scene: &mut Scene, view: &View) -> Result<String> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        write_picture(path, scene, view)?;
+        scene.picture(view)?.write_png(path)?;
         return Ok(format!("saved {}", path.display()));
     }
     let n_triangles = write_mesh(path, scene, view)?;
-    Ok(mesh_saved(path, n_triangles))
+    Ok(mesh_message(path, n_triangles))
 }
 
-/// `stem-37.2.png`, or `stem-37.2-2.png` where that exists.
+/// `stem-37.2.png`, or `stem-37.2-2.png` if that exists.
 fn free_path(folder: &Path, scene: &Scene, extension: &str) -> PathBuf {
     let stem = stem(folder, scene).display().to_string();
-    let isovalue = typed::shown(scene.isovalue);
+    let isovalue = format_number(scene.isovalue);
     let numbered = |n: u32| match n {
         1 => PathBuf::from(format!("{stem}-{isovalue}.{extension}")),
         n => PathBuf::from(format!("{stem}-{isovalue}-{n}.{extension}")),
@@ -51,43 +54,34 @@ fn free_path(folder: &Path, scene: &Scene, extension: &str) -> PathBuf {
     (1..).map(numbered).find(|path| !path.exists()).unwrap_or_else(|| numbered(0))
 }
 
-/// Writes the picture that is seen as PNG; where.
+/// Writes the picture as PNG, under a new name. Returns a message.
 ///
 /// # Errors
 ///
-/// As the painter's, and [`Error::Io`].
-pub(super) fn picture(folder: &Path, scene: &mut Scene, view: &View) -> Result<PathBuf> {
-    let path = free_path(folder, scene, "png");
-    write_picture(&path, scene, view)?;
-    Ok(path)
+/// As [`save_as`].
+pub(super) fn picture(folder: &Path, scene: &mut Scene, view: &View) -> Result<String> {
+    save_as(&free_path(folder, scene, "png"), scene, view)
 }
 
-fn write_picture(path: &Path, scene: &mut Scene, view: &View) -> Result<()> {
-    scene.picture(view)?.write_png(path)
-}
-
-/// Writes the mesh that is seen, all surfaces as one if there are several, uncut, in the format of the
-/// extension; where, and how many triangles.
+/// Writes the mesh in the format of the extension, under a new name. Returns a message.
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] for an unknown extension, [`Error::Io`].
+/// As [`save_as`].
 pub(super) fn mesh(
     folder: &Path,
-    scene: &Scene,
+    scene: &mut Scene,
     view: &View,
     extension: &str,
-) -> Result<(PathBuf, usize)> {
-    let path = free_path(folder, scene, extension);
-    let n_triangles = write_mesh(&path, scene, view)?;
-    Ok((path, n_triangles))
+) -> Result<String> {
+    save_as(&free_path(folder, scene, extension), scene, view)
 }
 
-/// Writes the mesh; how many triangles.
+/// Writes all shown surfaces as one mesh, without clipping. Returns the number of triangles.
 fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
     let around;
     let spectrum = match scene.folder() {
-        // Anew, so that the file does not depend on what was seen before.
+        // Read again, so that the file does not depend on the chunks that happen to be loaded.
         Some(folder) => {
             around = folder.read_around(&scene.isovalues())?;
             &around
@@ -97,22 +91,22 @@ fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
     let mut query = Query::new(spectrum);
     let mut mesh = SurfaceMesh::default();
     for (i, surface) in scene.surfaces().into_iter().enumerate() {
-        // What is picked are components of the first.
+        // Only components of the first surface are picked.
         let picked = if i == 0 { view.picked.clone() } else { Picked::default() };
-        let one = query.mesh_at(surface.isovalue)?.with_shown(&view.keep, &picked);
+        let shown = query.mesh_at(surface.isovalue)?.with_shown(&view.keep, &picked);
         let first = mesh.positions.len() as u32;
-        mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
-        mesh.positions.extend(one.positions);
-        mesh.normals.extend(one.normals);
-        mesh.caps.extend(one.caps);
+        mesh.triangles.extend(shown.triangles.iter().map(|t| t.map(|v| v + first)));
+        mesh.positions.extend(shown.positions);
+        mesh.normals.extend(shown.normals);
+        mesh.caps.extend(shown.caps);
     }
     let border = if view.open { Border::Open } else { Border::Closed };
     export::write(&mesh, &scene.spectrum.volume().placement, border, path)?;
     Ok(mesh.caps.iter().filter(|&&is_cap| !(view.open && is_cap)).count())
 }
 
-/// What to say of a mesh that was saved: an empty file alone is a riddle.
-pub(super) fn mesh_saved(path: &Path, n_triangles: usize) -> String {
+/// The message about a saved mesh.
+fn mesh_message(path: &Path, n_triangles: usize) -> String {
     let path = path.display();
     match n_triangles {
         0 => format!("saved {path}, which is empty: there is no surface at this isovalue"),
@@ -120,32 +114,33 @@ pub(super) fn mesh_saved(path: &Path, n_triangles: usize) -> String {
     }
 }
 
-/// A sweep being written, one picture at a time.
+/// A sweep that is being saved, one picture per frame of the window.
 #[derive(Debug)]
-pub(super) struct Sweep {
+pub(super) struct SweepExport {
     folder: PathBuf,
     prefix: String,
     next: u32,
     n_frames: u32,
-    /// Where the surface was before.
+    /// The isovalue to return to.
     isovalue: f64,
 }
 
-impl Sweep {
+impl SweepExport {
     /// Starts a sweep of `n_frames` pictures in a new folder, `stem-sweep`.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] if the folder cannot be made.
+    /// [`Error::Io`] if the folder cannot be created.
     pub(super) fn start(folder: &Path, scene: &Scene, n_frames: u32) -> Result<Self> {
         let stem = stem(folder, scene);
-        let named = |n: u32| match n {
+        let numbered = |n: u32| match n {
             1 => PathBuf::from(format!("{}-sweep", stem.display())),
             n => PathBuf::from(format!("{}-sweep-{n}", stem.display())),
         };
-        let folder = (1..).map(named).find(|path| !path.exists()).unwrap_or_else(|| named(0));
+        let folder = (1..).map(numbered).find(|path| !path.exists());
+        let folder = folder.unwrap_or_else(|| numbered(0));
         std::fs::create_dir(&folder).map_err(|error| Error::io(&folder, error))?;
-        Ok(Sweep {
+        Ok(SweepExport {
             prefix: stem.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             folder,
             next: 0,
@@ -154,8 +149,8 @@ impl Sweep {
         })
     }
 
-    /// The share that is done.
-    pub(super) fn share(&self) -> f64 {
+    /// Fraction done, 0 to 1.
+    pub(super) fn progress(&self) -> f64 {
         f64::from(self.next) / f64::from(self.n_frames)
     }
 
@@ -163,14 +158,14 @@ impl Sweep {
     ///
     /// # Errors
     ///
-    /// As [`picture`].
+    /// As [`save_as`].
     pub(super) fn step(&mut self, scene: &mut Scene, view: &mut View) -> Result<()> {
         let (low, high) = scene.spectrum.range();
-        let share = f64::from(self.next) / f64::from(self.n_frames - 1);
-        scene.isovalue = (low * (1.0 - share) + high * share).clamp(low, high);
-        scene.follow(view)?;
+        let t = f64::from(self.next) / f64::from(self.n_frames - 1);
+        scene.isovalue = (low * (1.0 - t) + high * t).clamp(low, high);
+        scene.update_picks(view)?;
         let name = format!("{}-{:05}.png", self.prefix, self.next + 1);
-        write_picture(&self.folder.join(name), scene, view)?;
+        scene.picture(view)?.write_png(&self.folder.join(name))?;
         self.next += 1;
         Ok(())
     }
@@ -180,7 +175,7 @@ impl Sweep {
         self.next >= self.n_frames
     }
 
-    /// The surface goes back to where it was; what there is to say.
+    /// Returns to the isovalue before the sweep. Returns a message.
     pub(super) fn finish(self, scene: &mut Scene) -> String {
         scene.isovalue = self.isovalue;
         format!("{} pictures in {}", self.next, self.folder.display())
@@ -192,8 +187,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mesh_without_triangles_is_told() {
-        assert_eq!(mesh_saved(Path::new("a.ply"), 3), "saved a.ply");
-        assert!(mesh_saved(Path::new("a.ply"), 0).starts_with("saved a.ply, which is empty"));
+    fn the_message_mentions_an_empty_mesh() {
+        assert_eq!(mesh_message(Path::new("a.ply"), 3), "saved a.ply");
+        assert!(mesh_message(Path::new("a.ply"), 0).starts_with("saved a.ply, which is empty"));
     }
 }

@@ -1,4 +1,4 @@
-//! What is seen: a spectrum, its painter, the isovalues, and the texture that the window shows.
+//! The scene: a spectrum, its painter, the shown isovalues, and the textures that the window shows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,62 +7,62 @@ use std::time::{Duration, Instant};
 use eframe::{egui, egui_wgpu, wgpu};
 use glam::{DVec2, DVec3};
 
-use super::curves::{Curves, Meshes};
-use super::hand;
-use super::held::Held;
-use super::layers::{Layer, linear_of};
+use super::camera_control::{first_hit, pixel_ray};
+use super::curves::{Curves, MeshSource};
+use super::folder_parts::FolderParts;
 use super::loading::Loaded;
-use super::picks::Picks;
-use super::typed;
-use crate::color::{Sources, to_srgb};
+use super::numbers::{step_isovalue, step_size};
+use super::picks::PickedComponents;
+use super::pinned::{PinnedSurface, linear_of};
+use crate::color::{ColorSources, to_srgb};
+use crate::color_sources;
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::file::SpectrumFolder;
 use crate::gpu::Gpu;
-use crate::render::{Image, Painter, SHOWN_FORMAT, Surface, View};
-use crate::sources;
+use crate::render::{Image, Painter, Surface, View, WINDOW_FORMAT};
 use crate::spectrum::{Measures, Spectrum};
 use crate::volume::{Histogram, Statistics, Volume};
 
-/// A spectrum on the screen.
+/// A spectrum and how it is shown.
 pub(super) struct Scene {
     pub(super) name: String,
-    /// Of a folder of parts, what is there of it: its meshes are the whole's at the isovalues that `held` has.
+    /// Of a folder of parts, the loaded chunks: meshes are complete at the isovalues that `parts` has.
     pub(super) spectrum: Arc<Spectrum>,
-    /// Of a folder of parts, what is read of it.
-    held: Option<Held>,
-    /// A second field that colours can show.
+    /// Of a folder of parts, the loader of its chunks.
+    parts: Option<FolderParts>,
+    /// A second field for colours.
     field: Option<Arc<Volume>>,
     pub(super) samples: Option<Histogram>,
-    /// What isovalues may be written by.
+    /// For isovalues given as percentiles.
     pub(super) statistics: Option<Statistics>,
     pub(super) curves: Curves,
-    /// Isovalues of events, increasing, each once.
+    /// Isovalues of events, increasing, without duplicates.
     pub(super) events: Vec<f64>,
     pub(super) isovalue: f64,
-    /// The isovalue of the last numbers, and those.
+    /// The last measures and their isovalue.
     measures: Option<(f64, Measures)>,
-    /// The colour of its surface where it is not the usual one, sRGB.
-    pub(super) front: Option<[u8; 3]>,
-    /// Isosurfaces that stay beside it.
-    pub(super) layers: Vec<Layer>,
-    /// Components that were picked.
-    pub(super) picks: Picks,
-    /// Isovalues that are offered, and what they are.
+    /// The colour of the surface at `isovalue`, sRGB; `None` for the default.
+    pub(super) color: Option<[u8; 3]>,
+    /// Isosurfaces shown in addition to that at `isovalue`.
+    pub(super) pinned: Vec<PinnedSurface>,
+    pub(super) picks: PickedComponents,
+    /// Offered isovalues and their names.
     pub(super) marks: Vec<(f64, String)>,
-    /// Points of the surface between which the distance is told, voxel frame.
+    /// Up to two points of the surface, to measure the distance between them, voxel frame.
     pub(super) measured: Vec<[f64; 3]>,
     pub(super) painter: Painter,
+    /// The inputs of the picture in the painter's texture.
     painted: Option<(Vec<Surface>, View)>,
-    texture: Option<Shown>,
-    /// What is written over the picture, and of which isovalue and view.
-    sheet: Option<((f64, View), egui::TextureHandle)>,
+    texture: Option<RegisteredTexture>,
+    /// The annotations over the picture, with their isovalue and view.
+    annotations: Option<((f64, View), egui::TextureHandle)>,
     /// Nanoseconds the device took for the last picture.
-    cost: Arc<AtomicU64>,
+    gpu_time: Arc<AtomicU64>,
 }
 
-/// The painter's texture as the window knows it.
-struct Shown {
+/// The painter's texture, registered with egui.
+struct RegisteredTexture {
     id: egui::TextureId,
     size: (u32, u32),
 }
@@ -75,12 +75,12 @@ impl Scene {
         field: Option<Arc<Volume>>,
         window: &egui::Context,
     ) -> Result<Self> {
-        let Loaded { name, spectrum, held, samples, statistics, volume, isovalue } = loaded;
-        let mut sources = Sources::default();
+        let Loaded { name, spectrum, parts, samples, statistics, volume, isovalue } = loaded;
+        let mut sources = ColorSources::default();
         if let Some(field) = &field {
-            sources = sources.with_field(sources::field(&spectrum, field)?);
+            sources = sources.with_field(color_sources::field(&spectrum, field)?);
         }
-        sources.distance = volume.map(sources::distance);
+        sources.distance = volume.map(color_sources::distance);
         let mut painter = Painter::new(gpu, &spectrum, u64::MAX)?;
         painter.set_sources(sources);
         let mut events: Vec<f64> = spectrum.events().iter().map(|e| e.isovalue).collect();
@@ -88,109 +88,114 @@ impl Scene {
         events.dedup();
         Ok(Scene {
             name,
-            // Of a folder they need all that the window does not read.
-            curves: if held.is_some() {
+            // The curves of a folder need all of its chunks, so they start on request.
+            curves: if parts.is_some() {
                 Curves::default()
             } else {
-                Curves::start(Meshes::of(&spectrum), window)
+                Curves::start(MeshSource::of(&spectrum), window)
             },
             events,
             isovalue,
             measures: None,
-            front: None,
-            layers: Vec::new(),
-            picks: Picks::default(),
+            color: None,
+            pinned: Vec::new(),
+            picks: PickedComponents::default(),
             marks: Vec::new(),
             measured: Vec::new(),
             painter,
             samples,
             statistics,
             spectrum,
-            held,
+            parts,
             field,
             painted: None,
             texture: None,
-            sheet: None,
-            cost: Arc::default(),
+            annotations: None,
+            gpu_time: Arc::default(),
         })
     }
 
-    /// The folder of parts that this is of.
+    /// The folder of parts, if the spectrum is one.
     pub(super) fn folder(&self) -> Option<&SpectrumFolder> {
-        self.held.as_ref().map(Held::folder)
+        self.parts.as_ref().map(FolderParts::folder)
     }
 
     /// Whether chunks are being read.
     pub(super) fn is_reading(&self) -> bool {
-        self.held.as_ref().is_some_and(Held::is_reading)
+        self.parts.as_ref().is_some_and(FolderParts::is_reading)
     }
 
-    /// Starts the curves of a folder, all of which is read for them.
+    /// Whether the chunks of an isovalue are loaded.
+    fn has(&self, isovalue: f64) -> bool {
+        self.parts.as_ref().is_none_or(|parts| parts.has(&[isovalue]))
+    }
+
+    /// Starts computing the curves of a folder, which reads all of it.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`](crate::Error::Input) if what is known of the whole passes no check.
+    /// [`Error::Input`](crate::Error::Input) if the description of the whole spectrum is invalid.
     pub(super) fn start_curves(&mut self, window: &egui::Context) -> Result<()> {
         if let Some(folder) = self.folder() {
-            self.curves = Curves::start(Meshes::of_folder(folder)?, window);
+            self.curves = Curves::start(MeshSource::of_folder(folder)?, window);
         }
         Ok(())
     }
 
-    /// Takes in what a thread has read. Asks for what the isovalues shown need; whether that is there.
-    fn ask(&mut self, window: &egui::Context) -> Result<bool> {
+    /// Takes chunks that a thread has read, and requests those that the shown isovalues need. Returns whether all are loaded.
+    fn request_chunks(&mut self, window: &egui::Context) -> Result<bool> {
         let isovalues = self.isovalues();
-        let Some(held) = &mut self.held else { return Ok(true) };
-        if let Some(spectrum) = held.poll()? {
-            self.replace(spectrum)?;
+        let Some(parts) = &mut self.parts else { return Ok(true) };
+        if let Some(spectrum) = parts.poll()? {
+            self.set_spectrum(spectrum)?;
         }
-        let Some(held) = &mut self.held else { return Ok(true) };
-        held.ask(&isovalues, window);
-        Ok(held.has(&isovalues))
+        let Some(parts) = &mut self.parts else { return Ok(true) };
+        parts.request(&isovalues, window);
+        Ok(parts.has(&isovalues))
     }
 
-    /// Reads what the isovalues shown need.
+    /// Reads the chunks that the shown isovalues need, and waits for them.
     ///
     /// # Errors
     ///
     /// Those of a folder of parts, and of the device.
-    fn read(&mut self) -> Result<()> {
+    fn read_chunks(&mut self) -> Result<()> {
         let isovalues = self.isovalues();
-        let Some(held) = &mut self.held else { return Ok(()) };
-        let read = held.read_at(&isovalues)?;
-        read.map_or(Ok(()), |spectrum| self.replace(spectrum))
+        let Some(parts) = &mut self.parts else { return Ok(()) };
+        let spectrum = parts.read_at(&isovalues)?;
+        spectrum.map_or(Ok(()), |spectrum| self.set_spectrum(spectrum))
     }
 
-    /// Shows another part of a folder.
-    fn replace(&mut self, spectrum: Arc<Spectrum>) -> Result<()> {
-        self.painter.replace(&spectrum)?;
+    /// Replaces the spectrum after the loaded chunks have changed.
+    fn set_spectrum(&mut self, spectrum: Arc<Spectrum>) -> Result<()> {
+        self.painter.set_spectrum(&spectrum)?;
         if let Some(field) = &self.field {
             let sources = self.painter.sources().clone();
-            self.painter.set_sources(sources.with_field(sources::values(&spectrum, field)));
+            let field = color_sources::partial_field(&spectrum, field);
+            self.painter.set_sources(sources.with_field(field));
         }
-        // Its vertices have other numbers.
+        // The indices of vertices have changed.
         let last = self.picks.isovalue();
-        let has_last = self.held.as_ref().is_some_and(|held| held.has(&[last]));
-        let at = if has_last { last } else { self.isovalue };
+        let at = if self.has(last) { last } else { self.isovalue };
         self.picks.find_again(&mut self.painter, &spectrum, at)?;
         (self.spectrum, self.painted) = (spectrum, None);
         Ok(())
     }
 
-    /// The isovalues shown.
+    /// The shown isovalues.
     pub(super) fn isovalues(&self) -> Vec<f64> {
         self.surfaces().iter().map(|surface| surface.isovalue).collect()
     }
 
-    /// The isosurfaces shown.
+    /// The shown isosurfaces.
     pub(super) fn surfaces(&self) -> Vec<Surface> {
-        let color = self.front.map(linear_of);
+        let color = self.color.map(linear_of);
         let first = Surface { color, ..self.isovalue.into() };
-        std::iter::once(first).chain(self.layers.iter().map(Layer::surface)).collect()
+        std::iter::once(first).chain(self.pinned.iter().map(PinnedSurface::surface)).collect()
     }
 
-    /// Isovalues that are offered by name: those that were marked, else suggested ones once the curves are known.
-    pub(super) fn offered(&mut self) -> &[(f64, String)] {
+    /// Isovalues that are offered by name: the marks, or suggested ones once the curves are known.
+    pub(super) fn offered_isovalues(&mut self) -> &[(f64, String)] {
         if self.marks.is_empty()
             && let Some(points) = self.curves.finished()
         {
@@ -202,9 +207,9 @@ impl Scene {
         &self.marks
     }
 
-    /// Takes over into the view which components were picked, wherever they are by now.
-    pub(super) fn follow(&mut self, view: &mut View) -> Result<()> {
-        if self.held.as_ref().is_some_and(|held| !held.has(&[self.isovalue])) {
+    /// Follows the picked components to the current isovalue, and sets them in the view.
+    pub(super) fn update_picks(&mut self, view: &mut View) -> Result<()> {
+        if !self.has(self.isovalue) {
             return Ok(());
         }
         self.picks.follow(&mut self.painter, &self.spectrum, self.isovalue)?;
@@ -212,39 +217,37 @@ impl Scene {
         Ok(())
     }
 
-    /// Keeps the component under a pixel alone, or hides it; whether there is one.
+    /// Keeps only the component under a pixel, or hides it; returns whether there is one.
     pub(super) fn pick(&mut self, view: &View, pixel: DVec2, is_hiding: bool) -> Result<bool> {
         let Some(point) = self.point_under(view, pixel) else { return Ok(false) };
-        let at = (self.isovalue, point.to_array());
-        self.picks.pick(&mut self.painter, &self.spectrum, at, is_hiding)?;
+        let (painter, spectrum) = (&mut self.painter, &self.spectrum);
+        self.picks.pick(painter, spectrum, self.isovalue, point.to_array(), is_hiding)?;
         Ok(true)
     }
 
-    /// Shows the first of some isosurfaces, and the others beside it.
+    /// Shows the first of some isosurfaces, and pins the others.
     pub(super) fn show_surfaces(&mut self, surfaces: &[Surface]) -> Result<()> {
-        surfaces.iter().try_for_each(|one| self.spectrum.check_isovalue(one.isovalue))?;
+        surfaces.iter().try_for_each(|surface| self.spectrum.check_isovalue(surface.isovalue))?;
         if let Some((first, others)) = surfaces.split_first() {
             self.isovalue = first.isovalue;
-            self.front = first.color.map(|color| color.map(to_srgb));
-            self.layers = others.iter().enumerate().map(|(i, one)| Layer::told(i, one)).collect();
+            self.color = first.color.map(|color| color.map(to_srgb));
+            let pinned = others.iter().enumerate().map(|(i, other)| PinnedSurface::new(i, other));
+            self.pinned = pinned.collect();
         }
         Ok(())
     }
 
-    /// How far one notch or key goes.
-    pub(super) fn step(&self) -> f64 {
-        typed::step(self.spectrum.range())
+    /// Moves the isovalue by some steps; fine ones are a tenth.
+    pub(super) fn step_by(&mut self, steps: f64, is_fine: bool) {
+        let range = self.spectrum.range();
+        let size = step_size(range);
+        let size = if is_fine { 0.1 * size } else { size };
+        self.isovalue = step_isovalue(self.isovalue, steps, size, range);
     }
 
-    /// Steps through the isovalues.
-    pub(super) fn step_by(&mut self, notches: f64, is_fine: bool) {
-        let step = if is_fine { 0.1 * self.step() } else { self.step() };
-        self.isovalue = typed::stepped(self.isovalue, notches, step, self.spectrum.range());
-    }
-
-    /// What the closed mesh at the isovalue, which is drawn, is like in the world.
+    /// Measures of the closed mesh at the isovalue in the world; `None` until its chunks are loaded.
     pub(super) fn measures(&mut self) -> Option<Measures> {
-        if self.held.as_ref().is_some_and(|held| !held.has(&[self.isovalue])) {
+        if !self.has(self.isovalue) {
             return None;
         }
         if self.measures.is_none_or(|(isovalue, _)| isovalue != self.isovalue) {
@@ -255,9 +258,9 @@ impl Scene {
         self.measures.map(|(_, measures)| measures)
     }
 
-    /// Makes the picture fit the surface, if there is any.
+    /// Fits the view to the surface unless it is empty.
     pub(super) fn fit(&mut self, view: &mut View) -> Result<()> {
-        self.read()?;
+        self.read_chunks()?;
         let mesh = self.painter.mesh_at(&self.spectrum, self.isovalue)?;
         if let Some(bounds) = mesh.with_shown(&view.keep, &view.picked).bounds() {
             view.fit(self.spectrum.volume(), bounds);
@@ -265,77 +268,77 @@ impl Scene {
         Ok(())
     }
 
-    /// Triangles drawn.
+    /// Number of triangles drawn.
     pub(super) fn n_triangles(&self) -> usize {
-        (0..=self.layers.len()).map(|i| self.painter.n_triangles(i)).sum()
+        (0..=self.pinned.len()).map(|i| self.painter.n_triangles(i)).sum()
     }
 
-    /// How long the device took for the last picture, from its submission on.
-    pub(super) fn cost(&self) -> Duration {
-        Duration::from_nanos(self.cost.load(Ordering::Relaxed))
+    /// The time of the device for the last picture, from its submission on.
+    pub(super) fn gpu_time(&self) -> Duration {
+        Duration::from_nanos(self.gpu_time.load(Ordering::Relaxed))
     }
 
-    /// Paints, if anything has changed and all is there, and returns the texture. Its size is that of the view.
+    /// Paints if anything has changed and all chunks are loaded, and returns the texture. Its size is that of the view.
     pub(super) fn paint(
         &mut self,
-        window: (&egui_wgpu::RenderState, &egui::Context),
+        render_state: &egui_wgpu::RenderState,
+        context: &egui::Context,
         view: &View,
     ) -> Result<egui::TextureId> {
-        let (window, context) = window;
-        if let Some(Shown { id, .. }) = self.texture
-            && !self.ask(context)?
+        if let Some(RegisteredTexture { id, .. }) = self.texture
+            && !self.request_chunks(context)?
         {
             return Ok(id);
         }
-        let wanted = (self.surfaces(), view.clone());
-        if self.painted.as_ref() != Some(&wanted) {
+        let inputs = (self.surfaces(), view.clone());
+        if self.painted.as_ref() != Some(&inputs) {
             let started = Instant::now();
             self.painted = None;
-            self.painter.paint(&self.spectrum, &wanted.0, view)?;
-            let cost = self.cost.clone();
-            window.queue.on_submitted_work_done(move || {
-                cost.store(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
+            self.painter.paint(&self.spectrum, &inputs.0, view)?;
+            let gpu_time = self.gpu_time.clone();
+            render_state.queue.on_submitted_work_done(move || {
+                gpu_time.store(started.elapsed().as_nanos() as u64, Ordering::Relaxed);
             });
-            self.painted = Some(wanted);
+            self.painted = Some(inputs);
         }
-        Ok(self.shown(window, (view.width, view.height)))
+        Ok(self.register_texture(render_state, (view.width, view.height)))
     }
 
-    /// Paints and takes the picture.
+    /// Paints a picture and reads it back.
     pub(super) fn picture(&mut self, view: &View) -> Result<Image> {
-        self.read()?;
+        self.read_chunks()?;
         self.painted = None;
         self.painter.paint(&self.spectrum, &self.surfaces(), view)?;
         self.painter.picture(&self.spectrum, view)
     }
 
-    /// What is written over the picture, if anything is: as `render` writes it.
-    pub(super) fn written(
+    /// The annotations over the picture, the same as `render` draws; `None` if there are none.
+    pub(super) fn annotations(
         &mut self,
         window: &egui::Context,
         view: &View,
     ) -> Option<egui::TextureId> {
         if !view.axes && self.painter.attribute().is_none() {
-            self.sheet = None;
+            self.annotations = None;
             return None;
         }
-        let wanted = (self.isovalue, view.clone());
-        if let Some((_, sheet)) = self.sheet.as_ref().filter(|(shown, _)| *shown == wanted) {
-            return Some(sheet.id());
+        let inputs = (self.isovalue, view.clone());
+        if let Some((_, texture)) = self.annotations.as_ref().filter(|(last, _)| *last == inputs) {
+            return Some(texture.id());
         }
         let pixels = vec![0; 4 * view.width as usize * view.height as usize];
         let mut image = Image { width: view.width, height: view.height, pixels };
-        self.painter.write_on(&mut image, &self.spectrum, view);
+        self.painter.annotate(&mut image, &self.spectrum, view);
         let size = [view.width, view.height].map(|n| n as usize);
-        let sheet = egui::ColorImage::from_rgba_unmultiplied(size, &image.pixels);
-        let sheet = window.load_texture("sheet", sheet, egui::TextureOptions::NEAREST);
-        let id = sheet.id();
-        self.sheet = Some((wanted, sheet));
+        let image = egui::ColorImage::from_rgba_unmultiplied(size, &image.pixels);
+        let texture = window.load_texture("annotations", image, egui::TextureOptions::NEAREST);
+        let id = texture.id();
+        self.annotations = Some((inputs, texture));
         Some(id)
     }
 
-    /// Goes to the next isovalue with events, up or down; whether there is one.
-    pub(super) fn next_event(&mut self, is_up: bool) -> bool {
+    /// Goes to the next isovalue with events, up or down, if there is one.
+    pub(super) fn go_to_event(&mut self, is_up: bool) {
         let next = match is_up {
             true => self.events.iter().find(|&&c| c > self.isovalue),
             false => self.events.iter().rfind(|&&c| c < self.isovalue),
@@ -343,35 +346,33 @@ impl Scene {
         let (low, high) = self.spectrum.range();
         let next = next.copied().filter(|c| (low..=high).contains(c));
         self.isovalue = next.unwrap_or(self.isovalue);
-        next.is_some()
     }
 
-    /// The painter's texture, known to the window; a picture of another size is another texture.
-    fn shown(&mut self, window: &egui_wgpu::RenderState, size: (u32, u32)) -> egui::TextureId {
-        if let Some(shown) = self.texture.as_ref().filter(|shown| shown.size == size) {
-            return shown.id;
+    /// Registers the painter's texture with egui; again when its size has changed, because it is then another texture.
+    fn register_texture(
+        &mut self,
+        window: &egui_wgpu::RenderState,
+        size: (u32, u32),
+    ) -> egui::TextureId {
+        if let Some(registered) = self.texture.as_ref().filter(|texture| texture.size == size) {
+            return registered.id;
         }
         let Some(texture) = self.painter.texture() else { return egui::TextureId::default() };
-        let bytes = texture.create_view(&wgpu::TextureViewDescriptor {
-            format: Some(SHOWN_FORMAT),
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            format: Some(WINDOW_FORMAT),
             usage: Some(wgpu::TextureUsages::TEXTURE_BINDING),
             ..Default::default()
         });
         let nearest = wgpu::FilterMode::Nearest;
         let mut renderer = window.renderer.write();
         let id = match &self.texture {
-            Some(Shown { id, .. }) => {
-                renderer.update_egui_texture_from_wgpu_texture(
-                    &window.device,
-                    &bytes,
-                    nearest,
-                    *id,
-                );
+            Some(RegisteredTexture { id, .. }) => {
+                renderer.update_egui_texture_from_wgpu_texture(&window.device, &view, nearest, *id);
                 *id
             }
-            None => renderer.register_native_texture(&window.device, &bytes, nearest),
+            None => renderer.register_native_texture(&window.device, &view, nearest),
         };
-        self.texture = Some(Shown { id, size });
+        self.texture = Some(RegisteredTexture { id, size });
         id
     }
 
@@ -391,12 +392,12 @@ impl Scene {
         let is_kept = |p: DVec3| {
             view.clip.is_none_or(|clip| DVec3::from_array(clip.normal).dot(p) <= clip.offset)
         };
-        hand::first_hit(hand::ray(view, spectrum.volume(), pixel), triangles, is_kept)
+        first_hit(pixel_ray(view, spectrum.volume(), pixel), triangles, is_kept)
     }
 
-    /// Takes the texture back from the window.
+    /// Removes the texture from egui.
     pub(super) fn close(&mut self, window: &egui_wgpu::RenderState) {
-        if let Some(Shown { id, .. }) = self.texture.take() {
+        if let Some(RegisteredTexture { id, .. }) = self.texture.take() {
             window.renderer.write().free_texture(&id);
         }
     }

@@ -1,4 +1,4 @@
-//! The window itself: what is in which part of it, and what the user's input does.
+//! The window: its layout and its state.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,80 +8,81 @@ use eframe::egui::{
     self, CentralPanel, FontId, Frame, Panel, ScrollArea, TextStyle, Theme, Ui, ViewportCommand,
 };
 
-use super::actions;
-use super::chooser::Chooser;
+use super::file_dialog::FileDialog;
 use super::history::History;
-use super::loading::{Loaded, Loading, Source};
+use super::loading::{LoadSource, Loaded, Loading};
+use super::numbers::format_number;
+use super::opening::{Content, Opening};
 use super::options::{self, Command, Options};
-use super::pointing::{Pointing, Tool};
-use super::save::{self, Sweep};
+use super::pointer::{Pointer, Tool};
+use super::save::{self, SweepExport};
 use super::scene::Scene;
-use super::{Content, Opening, hand, plot, typed};
+use super::{actions, camera_control, plot};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
 use crate::render::{Background, Camera, Color, Surface, View};
 use crate::sweep::Parameters;
 use crate::volume::Volume;
 
-/// Seconds in which a played sweep goes through the range.
+/// Seconds for the range of isovalues while a sweep plays at speed 1.
 const SWEEP_SECONDS: f64 = 12.0;
 
-/// Longest a message stays.
+/// Time until a message disappears.
 const MESSAGE_TIME: Duration = Duration::from_secs(12);
 
-/// Height of the smallest letters, points.
-const LEAST_LETTERS: f32 = 11.5;
+/// Size of the smallest font, points.
+const MIN_FONT_SIZE: f32 = 11.5;
 
-/// Most spectra that are open at once: each lies on the device.
-const MOST_SCENES: usize = 8;
+/// Maximum number of open spectra, because each is uploaded to the device.
+const MAX_SCENES: usize = 8;
 
 /// The window.
 pub(super) struct Window {
     pub(super) gpu: Arc<Gpu>,
     pub(super) render_state: eframe::egui_wgpu::RenderState,
-    /// A second field that colours can show.
+    /// A second field for colours.
     pub(super) field: Option<Arc<Volume>>,
     pub(super) scene: Option<Scene>,
     pub(super) loading: Option<Loading>,
-    pub(super) sweep: Option<Sweep>,
+    pub(super) sweep_export: Option<SweepExport>,
     pub(super) view: View,
     pub(super) first_camera: Camera,
-    /// Whether the next picture fits the surface that it shows.
-    pub(super) is_to_fit: bool,
-    /// The view that was made to fit, and of which isovalue.
-    pub(super) fitted: Option<(Camera, f64)>,
+    /// Whether the next picture is to be fitted to its surface.
+    pub(super) is_fit_pending: bool,
+    /// Camera and isovalue of the last fit.
+    pub(super) last_fit: Option<(Camera, f64)>,
     pub(super) options: Options,
     pub(super) history: History,
-    /// The dialog that is open.
-    pub(super) chooser: Option<Chooser>,
-    /// Other spectra that were opened, in the order in which they were.
-    pub(super) others: Vec<(u32, Scene)>,
-    /// The number of the one that is shown, and of the next one.
-    pub(super) number: u32,
-    pub(super) next_number: u32,
-    /// Files that wait until the one before is there.
-    pub(super) waiting: Vec<PathBuf>,
-    pub(super) curves: plot::Shown,
+    /// The open dialog.
+    pub(super) file_dialog: Option<FileDialog>,
+    /// Other open spectra by their ids, in the order of opening.
+    pub(super) other_scenes: Vec<(u32, Scene)>,
+    /// The id of the shown spectrum, and of the next one.
+    pub(super) scene_id: u32,
+    pub(super) next_scene_id: u32,
+    /// Files to be opened after the one that is loading.
+    pub(super) pending_files: Vec<PathBuf>,
+    pub(super) visible_curves: plot::VisibleCurves,
     pub(super) parameters: Parameters,
     pub(super) folder: PathBuf,
-    /// What is being typed into the field of the isovalue.
-    pub(super) typed: Option<String>,
-    /// Direction of the sweep that plays.
+    /// The text in the field of the isovalue while it is edited.
+    pub(super) isovalue_text: Option<String>,
+    /// Direction of the playing sweep, 1 or -1.
     pub(super) playing: Option<f64>,
-    /// How much faster it plays than usual.
+    /// Speed of the playing sweep, relative to [`SWEEP_SECONDS`].
     pub(super) speed: f64,
-    /// What the next click on the surface does.
+    /// The effect of the next click on the surface.
     pub(super) tool: Option<Tool>,
-    pub(super) pointing: Pointing,
-    pub(super) help: bool,
+    pub(super) pointer: Pointer,
+    pub(super) is_help_open: bool,
+    /// The message and the time, seconds, when it disappears.
     pub(super) message: Option<(String, f64)>,
     pub(super) title: String,
-    /// Where an error goes that ends the window.
+    /// The error that closes the window.
     pub(super) failure: Arc<Mutex<Option<Error>>>,
 }
 
 impl Window {
-    /// The window with what it opens with.
     pub(super) fn new(
         creation: &eframe::CreationContext<'_>,
         gpu: Arc<Gpu>,
@@ -93,7 +94,7 @@ impl Window {
             render_state.ok_or_else(|| Error::Gpu("the window has no device".into()))?;
         let context = &creation.egui_ctx;
         context.all_styles_mut(|style| {
-            style.text_styles.insert(TextStyle::Small, FontId::proportional(LEAST_LETTERS));
+            style.text_styles.insert(TextStyle::Small, FontId::proportional(MIN_FONT_SIZE));
         });
         let Opening { content, volume, field, surfaces, marks, view, parameters, folder, .. } =
             opening;
@@ -103,27 +104,27 @@ impl Window {
             field: field.map(Arc::new),
             scene: None,
             loading: None,
-            sweep: None,
+            sweep_export: None,
             first_camera: view.camera,
-            is_to_fit: true,
-            fitted: None,
+            is_fit_pending: true,
+            last_fit: None,
             view,
             options: Options::default(),
             history: History::default(),
-            chooser: None,
-            others: Vec::new(),
-            number: 0,
-            next_number: 0,
-            waiting: Vec::new(),
-            curves: [true, false, true, false],
+            file_dialog: None,
+            other_scenes: Vec::new(),
+            scene_id: 0,
+            next_scene_id: 0,
+            pending_files: Vec::new(),
+            visible_curves: [true, false, true, false],
             parameters,
             folder,
-            typed: None,
+            isovalue_text: None,
             playing: None,
             speed: 1.0,
             tool: None,
-            pointing: Pointing::default(),
-            help: false,
+            pointer: Pointer::default(),
+            is_help_open: false,
             message: None,
             title: String::new(),
             failure,
@@ -132,142 +133,146 @@ impl Window {
             Content::Nothing => {}
             Content::Spectrum(name, spectrum) => {
                 let loaded = Loaded::new(name, *spectrum, volume.map(Arc::new));
-                window.show_first(loaded, (surfaces, marks), context)?;
+                window.show_first(loaded, &surfaces, marks, context)?;
             }
             Content::Folder(name, folder) => {
                 let volume = volume.map(Arc::new);
                 let isovalue = surfaces.first().map(|first| first.isovalue);
                 let loaded = Loaded::of_folder(name, *folder, volume, isovalue)?;
-                window.show_first(loaded, (surfaces, marks), context)?;
+                window.show_first(loaded, &surfaces, marks, context)?;
             }
-            Content::Volume(volume) => window.load(Source::Volume(volume), context),
+            Content::Volume(volume) => window.load(LoadSource::Volume(volume), context),
         }
         Ok(window)
     }
 
-    /// Shows what the window opens with: isosurfaces, and isovalues that are offered.
+    /// Shows the initial spectrum with its isosurfaces and offered isovalues.
     fn show_first(
         &mut self,
         loaded: Loaded,
-        (surfaces, marks): (Vec<Surface>, Vec<(f64, String)>),
+        surfaces: &[Surface],
+        marks: Vec<(f64, String)>,
         context: &egui::Context,
     ) -> Result<()> {
         self.show_scene(loaded, context)?;
         if let Some(scene) = &mut self.scene {
             self.options = Options::with_clip(self.view.clip, scene.spectrum.volume());
             scene.marks = marks;
-            scene.show_surfaces(&surfaces)?;
+            scene.show_surfaces(surfaces)?;
         }
         Ok(())
     }
 
-    pub(super) fn load(&mut self, source: Source, context: &egui::Context) {
+    pub(super) fn load(&mut self, source: LoadSource, context: &egui::Context) {
         self.loading = Some(Loading::start(source, self.parameters.clone(), context));
     }
 
     fn show_scene(&mut self, loaded: Loaded, context: &egui::Context) -> Result<()> {
         let scene = Scene::new(&self.gpu, loaded, self.field.clone(), context)?;
-        // Another spectrum may not have what the colours showed.
-        if !scene.painter.sources().have(self.view.color) {
+        // The new spectrum may lack the data for the colours.
+        if !scene.painter.sources().support(self.view.color) {
             self.view.color = Color::None;
         }
-        let number = std::mem::replace(&mut self.number, self.next_number);
-        self.next_number += 1;
-        if let Some(before) = self.scene.replace(scene) {
-            self.others.push((number, before));
+        let id = std::mem::replace(&mut self.scene_id, self.next_scene_id);
+        self.next_scene_id += 1;
+        if let Some(previous) = self.scene.replace(scene) {
+            self.other_scenes.push((id, previous));
         }
-        // The oldest goes.
-        if self.others.len() == MOST_SCENES {
-            self.others.remove(0).1.close(&self.render_state);
+        if self.other_scenes.len() == MAX_SCENES {
+            let (_, mut oldest) = self.other_scenes.remove(0);
+            oldest.close(&self.render_state);
         }
-        (self.sweep, self.playing, self.typed) = (None, None, None);
-        self.reset();
+        (self.sweep_export, self.playing, self.isovalue_text) = (None, None, None);
+        self.reset_view();
         self.history = History::default();
         Ok(())
     }
 
-    /// Back to the first direction, with the surface that is shown filling the picture.
-    pub(super) fn reset(&mut self) {
-        hand::reset(&mut self.view, &self.first_camera);
-        self.is_to_fit = true;
+    /// Returns to the first direction, and fits the picture to the surface.
+    pub(super) fn reset_view(&mut self) {
+        camera_control::reset(&mut self.view, &self.first_camera);
+        self.is_fit_pending = true;
     }
 
-    /// Shows a line for a while.
-    pub(super) fn say(&mut self, context: &egui::Context, text: impl Into<String>) {
+    /// Shows a message for [`MESSAGE_TIME`].
+    pub(super) fn show_message(&mut self, context: &egui::Context, text: impl Into<String>) {
         let until = context.input(|input| input.time) + MESSAGE_TIME.as_secs_f64();
         self.message = Some((text.into(), until));
         context.request_repaint_after(MESSAGE_TIME);
     }
 
-    pub(super) fn say_result(&mut self, context: &egui::Context, result: Result<String>) {
-        self.say(context, result.unwrap_or_else(|error| error.to_string()));
+    /// Shows the message of an error, if there is one.
+    pub(super) fn show_error<T>(&mut self, context: &egui::Context, result: Result<T>) {
+        if let Err(error) = result {
+            self.show_message(context, error.to_string());
+        }
     }
 
-    /// Takes what the threads have ready and what was dropped.
-    fn receive(&mut self, context: &egui::Context) {
+    pub(super) fn show_result(&mut self, context: &egui::Context, result: Result<String>) {
+        self.show_message(context, result.unwrap_or_else(|error| error.to_string()));
+    }
+
+    /// Shows a spectrum when its thread has finished, and loads dropped files.
+    fn poll_files(&mut self, context: &egui::Context) {
         if let Some(result) = self.loading.as_ref().and_then(Loading::poll) {
             self.loading = None;
             let shown = result.and_then(|loaded| self.show_scene(loaded, context));
-            if let Err(error) = shown {
-                self.say(context, error.to_string());
-            }
+            self.show_error(context, shown);
         }
         let dropped: Vec<PathBuf> = context.input(|input| {
             input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
         });
-        self.waiting.extend(dropped);
-        if self.loading.is_none() && !self.waiting.is_empty() {
-            let path = self.waiting.remove(0);
-            self.load(Source::File(path), context);
+        self.pending_files.extend(dropped);
+        if self.loading.is_none() && !self.pending_files.is_empty() {
+            let path = self.pending_files.remove(0);
+            self.load(LoadSource::File(path), context);
         }
     }
 
-    pub(super) fn save(&mut self, command: Command, context: &egui::Context) {
-        // What was asked for before this shows in it.
-        if let Err(error) = self.fit() {
-            return self.say(context, error.to_string());
+    pub(super) fn run_command(&mut self, command: Command, context: &egui::Context) {
+        // Pending changes of the view must be in the saved picture.
+        if let Err(error) = self.fit_if_pending() {
+            return self.show_message(context, error.to_string());
         }
         let Some(scene) = &mut self.scene else { return };
-        if let Err(error) = scene.follow(&mut self.view) {
-            return self.say(context, error.to_string());
+        if let Err(error) = scene.update_picks(&mut self.view) {
+            return self.show_message(context, error.to_string());
         }
         let result = match command {
-            Command::Picture => save::picture(&self.folder, scene, &self.view)
-                .map(|path| format!("saved {}", path.display())),
-            Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension)
-                .map(|(path, n_triangles)| save::mesh_saved(&path, n_triangles)),
-            Command::Act(action) => return self.act(action, context),
+            Command::Picture => save::picture(&self.folder, scene, &self.view),
+            Command::Mesh(extension) => save::mesh(&self.folder, scene, &self.view, extension),
+            Command::Perform(action) => return self.perform(action, context),
             Command::GoTo(isovalue) => {
                 (scene.isovalue, self.playing) = (isovalue, None);
                 return;
             }
             Command::Sweep(n_frames) => {
                 self.playing = None;
-                match Sweep::start(&self.folder, scene, n_frames) {
-                    Ok(sweep) => {
-                        self.sweep = Some(sweep);
+                match SweepExport::start(&self.folder, scene, n_frames) {
+                    Ok(export) => {
+                        self.sweep_export = Some(export);
                         return;
                     }
                     Err(error) => Err(error),
                 }
             }
         };
-        self.say_result(context, result);
+        self.show_result(context, result);
     }
 
-    /// Moves what moves by itself: the sweep that plays, the sweep that is saved.
-    fn advance(&mut self, context: &egui::Context) {
+    /// Advances the sweep that is saved or played.
+    fn advance_sweep(&mut self, context: &egui::Context) {
         let Some(scene) = &mut self.scene else { return };
-        if let Some(mut sweep) = self.sweep.take() {
-            match sweep.step(scene, &mut self.view) {
-                Ok(_) if !sweep.is_done() => self.sweep = Some(sweep),
+        if let Some(mut export) = self.sweep_export.take() {
+            match export.step(scene, &mut self.view) {
+                Ok(_) if !export.is_done() => self.sweep_export = Some(export),
                 Ok(_) => {
-                    let text = sweep.finish(scene);
-                    self.say(context, text);
+                    let text = export.finish(scene);
+                    self.show_message(context, text);
                 }
                 Err(error) => {
-                    sweep.finish(scene);
-                    self.say(context, error.to_string());
+                    export.finish(scene);
+                    self.show_message(context, error.to_string());
                 }
             }
             context.request_repaint();
@@ -283,19 +288,18 @@ impl Window {
         }
     }
 
-    /// The title tells what is seen.
-    fn name_window(&mut self, context: &egui::Context) {
+    /// Shows name, isovalue and number of triangles in the title.
+    fn update_title(&mut self, context: &egui::Context) {
         let title = match (&self.scene, &self.loading) {
             (_, Some(_)) => "isospectrum - working".to_owned(),
-            (Some(scene), None) if scene.is_reading() => {
-                format!("{} - isovalue {} - reading", scene.name, typed::shown(scene.isovalue))
+            (Some(scene), None) => {
+                let state = match scene.is_reading() {
+                    true => "reading".to_owned(),
+                    false => format!("{} triangles", scene.n_triangles()),
+                };
+                let isovalue = format_number(scene.isovalue);
+                format!("{} - isovalue {isovalue} - {state}", scene.name)
             }
-            (Some(scene), None) => format!(
-                "{} - isovalue {} - {} triangles",
-                scene.name,
-                typed::shown(scene.isovalue),
-                scene.n_triangles()
-            ),
             (None, None) => "isospectrum".to_owned(),
         };
         if title != self.title {
@@ -316,22 +320,23 @@ impl eframe::App for Window {
         let is_dark = self.view.background == Background::Dark;
         let theme = if is_dark { Theme::Dark } else { Theme::Light };
         if context.theme() != theme {
-            // It holds from the next frame on.
+            // The new theme takes effect in the next frame.
             context.set_theme(theme);
             context.request_repaint();
         }
-        self.receive(&context);
+        self.poll_files(&context);
         if self.message.as_ref().is_some_and(|(_, until)| context.input(|i| i.time) > *until) {
             self.message = None;
         }
-        // A dialog takes the keys.
-        let pressed = if self.chooser.is_some() { Vec::new() } else { actions::pressed(&context) };
-        for action in pressed {
-            self.act(action, &context);
+        // An open dialog receives the keys instead.
+        if self.file_dialog.is_none() {
+            for action in actions::pressed(&context) {
+                self.perform(action, &context);
+            }
         }
-        self.advance(&context);
+        self.advance_sweep(&context);
         Panel::bottom("isovalue").show(ui, |ui| {
-            self.isovalue(ui);
+            self.show_isovalue_bar(ui);
             if self.scene.is_none()
                 && let Some((message, _)) = &self.message
             {
@@ -342,27 +347,23 @@ impl eframe::App for Window {
         if let Some(scene) = &mut self.scene {
             Panel::right("options").default_size(230.0).show(ui, |ui| {
                 ScrollArea::vertical().show(ui, |ui| {
-                    command = options::show(
-                        ui,
-                        scene,
-                        (&mut self.view, &mut self.tool),
-                        &mut self.options,
-                    );
+                    let (view, options) = (&mut self.view, &mut self.options);
+                    command = options::show(ui, scene, view, &mut self.tool, options);
                 });
             });
         }
         if let Some(command) = command {
-            self.save(command, &context);
+            self.run_command(command, &context);
         }
-        // A picture fills its part to the last pixel; words want ground under them.
+        // A picture fills its panel to the last pixel; text needs margins.
         let frame = match self.scene {
             Some(_) => Frame::NONE,
             None => Frame::central_panel(ui.style()),
         };
-        CentralPanel::default().frame(frame).show(ui, |ui| self.picture(ui));
-        self.progress(&context);
-        self.chosen(&context);
-        self.help(&context);
-        self.name_window(&context);
+        CentralPanel::default().frame(frame).show(ui, |ui| self.show_picture(ui));
+        self.show_progress(&context);
+        self.show_file_dialog(&context);
+        self.show_help(&context);
+        self.update_title(&context);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::common::program::Folder;
 use isospectrum::Error;
-use isospectrum::export::{Arrangement, Format, Frame, Look, write_all_to};
+use isospectrum::export::{Arrangement, Format, SceneMesh, SurfaceStyle, write_scene_to};
 use isospectrum::spectrum::SurfaceMesh;
 use isospectrum::volume::{Placement, Space, Unit};
 
@@ -19,9 +19,10 @@ fn fan(n: u32) -> SurfaceMesh {
     }
 }
 
-fn frames() -> Vec<Frame> {
-    let look = |isovalue: f64| Look { isovalue, color: [0.5, 0.25, 0.125], opacity: 0.75 };
-    let frame = |(i, n)| Frame { mesh: fan(n), look: look(10.0 * f64::from(i)), shown: None };
+fn frames() -> Vec<SceneMesh> {
+    let style = |isovalue: f64| SurfaceStyle { isovalue, color: [0.5, 0.25, 0.125], opacity: 0.75 };
+    let frame =
+        |(i, n)| SceneMesh { mesh: fan(n), style: style(10.0 * f64::from(i)), colors: None };
     [(1, 3), (2, 0), (3, 2)].map(frame).to_vec()
 }
 
@@ -33,7 +34,8 @@ fn bytes(arrangement: Arrangement, format: Format) -> Vec<u8> {
         ..Placement::default()
     };
     let mut bytes = Vec::new();
-    write_all_to(frames(), arrangement, &placement, format, &mut bytes).expect("memory takes all");
+    write_scene_to(frames(), arrangement, &placement, format, &mut bytes)
+        .expect("memory takes all");
     bytes
 }
 
@@ -135,7 +137,7 @@ fn usda_has_a_mesh_for_every_time() {
 #[test]
 fn other_formats_hold_one_mesh() {
     for format in [Format::Ply, Format::ThreeMf] {
-        let written = write_all_to(
+        let written = write_scene_to(
             frames(),
             Arrangement::Together,
             &Placement::default(),

@@ -1,12 +1,14 @@
-//! The structures that `shaders/surface.wgsl` reads, as the host writes them.
+//! The structures of the shaders `surface.wgsl`, `cut.wgsl`, `occlusion.wgsl` and `edges.wgsl`.
 //!
-//! A test parses the shader and compares every offset and size, so neither side can drift.
+//! # Invariants
+//!
+//! A test parses the shaders and compares every offset and size with those here.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::color::N_STOPS;
 
-/// What is the same for every corner of a picture; fields as in the shader.
+/// Uniforms of a surface; fields as in the shader.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Frame {
@@ -48,57 +50,81 @@ impl From<&crate::spectrum::Knot> for Knot {
 #[repr(C)]
 pub(super) struct ActiveTriangle {
     pub(super) vertices: [u32; 3],
-    pub(super) measures: u32,
+    pub(super) values: u32,
     pub(super) normals: [u32; 3],
 }
 
-/// Three shares of a colour map as the shader decodes them: 10 bits each, more than there are colours in a map; 0
-/// stands for none.
-pub(super) fn shares_code(shares: [Option<f32>; 3]) -> u32 {
-    let code = |share: Option<f32>| share.map_or(0, |t| 1 + (1022.0 * t).round() as u32);
-    let [a, b, c] = shares.map(code);
+/// Encodes the fractions of a colour map at the three corners of a triangle, 10 bits each: more than a map has colours; 0 means
+/// no value.
+pub(super) fn encode_fractions(fractions: [Option<f32>; 3]) -> u32 {
+    let code = |fraction: Option<f32>| fraction.map_or(0, |t| 1 + (1022.0 * t).round() as u32);
+    let [a, b, c] = fractions.map(code);
     a | b << 10 | c << 20
 }
 
-/// A unit normal as the shader decodes it.
-pub(super) fn normal_code(normal: [f32; 3]) -> u32 {
+/// Encodes a unit normal for the shader: octahedral, 16 bits per coordinate.
+pub(super) fn encode_normal(normal: [f32; 3]) -> u32 {
     let [u, v] = crate::spectrum::normal::encode(normal).map(|s| u32::from(s as u16));
     u | v << 16
 }
 
-/// The unit normal of a code, as the shader finds it.
-pub(super) fn normal_of_code(code: u32) -> [f32; 3] {
+/// Decodes a unit normal; the twin of `decode_normal` in the shader.
+pub(super) fn decode_normal(code: u32) -> [f32; 3] {
     crate::spectrum::normal::decode([code as u16 as i16, (code >> 16) as i16])
 }
 
-/// What only some pictures need; fields as in `shaders/cut.wgsl`.
+/// Uniforms of clipped and translucent surfaces; fields as in `shaders/cut.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Cut {
     pub(super) plane: [f32; 4],
     pub(super) opacity: f32,
-    pub(super) unused: f32,
+    pub(super) padding: f32,
     pub(super) depth: [f32; 2],
-    pub(super) reach: [f32; 2],
-    pub(super) unused_too: [f32; 2],
+    pub(super) half_extent: [f32; 2],
+    pub(super) end_padding: [f32; 2],
 }
 
-/// How the shader turns an attribute into a colour; the constants of the shader.
+/// Uniforms of the ambient occlusion; fields as in `shaders/occlusion.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct OcclusionUniforms {
+    pub(super) depth: [f32; 2],
+    pub(super) half_extent: [f32; 2],
+    pub(super) size: [f32; 2],
+    pub(super) radius: f32,
+    pub(super) parallel: u32,
+}
+
+/// Uniforms of the edges of the volume's box; fields as in `shaders/edges.wgsl`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct EdgeUniforms {
+    pub(super) clip_from_voxel: [[f32; 4]; 4],
+    pub(super) low: [f32; 4],
+    pub(super) high: [f32; 4],
+    pub(super) color: [f32; 4],
+    pub(super) half_size: [f32; 2],
+    pub(super) half_width: f32,
+    pub(super) padding: f32,
+}
+
+/// How the shader colours a surface; the values are those of the shader's constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub(super) enum Palette {
-    /// The frame's own colours.
+    /// One colour per side.
     Plain = 0,
     /// A colour map.
     Map = 1,
-    /// Colours without an order for numbers from 0.
-    Names = 2,
-    /// The normal's own direction.
+    /// Categorical colours of component indices.
+    Components = 2,
+    /// The direction of the normal.
     Normals = 3,
 }
 
-/// A number as the sum of two of single precision: 48 bits.
-pub(super) fn in_two(x: f64) -> [f32; 2] {
+/// Splits a number into a sum of two of single precision: 48 bits.
+pub(super) fn split_f64(x: f64) -> [f32; 2] {
     let high = x as f32;
     [high, (x - f64::from(high)) as f32]
 }
@@ -108,16 +134,19 @@ mod tests {
     use std::mem::{offset_of, size_of};
 
     use super::*;
+    use crate::render::occlusion::shader_text;
 
     const SHADER: &str = include_str!("../../shaders/surface.wgsl");
     const CUT: &str =
         concat!(include_str!("../../shaders/surface.wgsl"), include_str!("../../shaders/cut.wgsl"));
 
+    const EDGES: &str = include_str!("../../shaders/edges.wgsl");
+
     fn parse(text: &str) -> naga::Module {
         naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)))
     }
 
-    /// Name and offset of each field of a structure of the shader, and the structure's size.
+    /// Name and offset of each field of a structure of the shader, and the size of the structure.
     fn fields(module: &naga::Module, name: &str) -> (Vec<(String, usize)>, usize) {
         let (_, found) = module
             .types
@@ -127,19 +156,24 @@ mod tests {
         let naga::TypeInner::Struct { members, span } = &found.inner else {
             panic!("{name} is no structure")
         };
-        let of = |m: &naga::StructMember| (m.name.clone().expect("a name"), m.offset as usize);
-        (members.iter().map(of).collect(), *span as usize)
+        let field = |m: &naga::StructMember| (m.name.clone().expect("a name"), m.offset as usize);
+        (members.iter().map(field).collect(), *span as usize)
     }
 
     #[test]
     fn the_shaders_are_valid() {
-        for text in [SHADER, CUT] {
-            naga::valid::Validator::new(
-                naga::valid::ValidationFlags::all(),
-                naga::valid::Capabilities::empty(),
-            )
-            .validate(&parse(text))
-            .unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
+        let occlusion = naga::valid::Capabilities::MULTISAMPLED_SHADING;
+        let none = naga::valid::Capabilities::empty();
+        for (text, capabilities) in [
+            (SHADER, none),
+            (CUT, none),
+            (EDGES, none),
+            (&shader_text(1), occlusion),
+            (&shader_text(4), occlusion),
+        ] {
+            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
+                .validate(&parse(text))
+                .unwrap_or_else(|e| panic!("{}", e.emit_to_string(text)));
         }
     }
 
@@ -159,12 +193,24 @@ mod tests {
         assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z));
         assert_eq!(
             fields(&module, "ActiveTriangle"),
-            layout!(ActiveTriangle: vertices measures normals)
+            layout!(ActiveTriangle: vertices values normals)
         );
         assert_eq!(
             fields(&module, "Cut"),
-            layout!(Cut: plane opacity unused depth reach unused_too)
+            layout!(Cut: plane opacity padding depth half_extent end_padding)
         );
+        assert_eq!(
+            fields(&parse(EDGES), "EdgeUniforms"),
+            layout!(EdgeUniforms: clip_from_voxel low high color half_size half_width padding)
+        );
+        for n_samples in [1, 4] {
+            let text = shader_text(n_samples);
+            assert_eq!(text.contains("_multisampled_2d;"), n_samples > 1);
+            assert_eq!(
+                fields(&parse(&text), "OcclusionUniforms"),
+                layout!(OcclusionUniforms: depth half_extent size radius parallel)
+            );
+        }
     }
 
     #[test]
@@ -172,7 +218,7 @@ mod tests {
         for (name, palette) in [
             ("PLAIN", Palette::Plain),
             ("MAP", Palette::Map),
-            ("NAMES", Palette::Names),
+            ("COMPONENTS", Palette::Components),
             ("NORMALS", Palette::Normals),
         ] {
             let line = format!("const {name}: u32 = {}u;", palette as u32);
@@ -181,15 +227,15 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_1_to_1023_and_0_is_none() {
-        assert_eq!(shares_code([Some(0.0), Some(1.0), None]), 1 | 1023 << 10);
-        assert_eq!(shares_code([None, None, Some(0.5)]), 512 << 20);
+    fn fractions_are_encoded_as_1_to_1023_and_0_means_no_value() {
+        assert_eq!(encode_fractions([Some(0.0), Some(1.0), None]), 1 | 1023 << 10);
+        assert_eq!(encode_fractions([None, None, Some(0.5)]), 512 << 20);
     }
 
     #[test]
-    fn two_numbers_keep_48_bits() {
+    fn split_numbers_keep_48_bits() {
         for x in [0.0, 1.0, 1.0 / 3.0, 1.0 - f64::EPSILON, 1e-20, 0.123_456_789_012_345] {
-            let [high, low] = in_two(x);
+            let [high, low] = split_f64(x);
             let back = f64::from(high) + f64::from(low);
             assert!((back - x).abs() <= x * 2f64.powi(-48), "{x} became {back}");
         }

@@ -1,44 +1,40 @@
-//! Choosing a file, to open it or to save under its name. The window's own: dialogs of desktops would need their libraries.
+//! The dialog to open or save a file. It is drawn by egui, because native dialogs need the libraries of the desktop.
 
 use std::path::{Path, PathBuf};
 
 use eframe::egui::{self, Align2, Key, RichText, ScrollArea, TextEdit, Ui, vec2};
 
+use super::save;
 use crate::file::is_folder;
 
-/// Endings of what can be opened, in small letters.
-const READ: [&str; 23] = [
+/// Extensions of files that can be opened, in lower case.
+const READABLE: [&str; 23] = [
     "isp", "thesis", "nrrd", "nhdr", "nii", "gz", "hdr", "mha", "mhd", "vti", "vtk", "tif", "tiff",
     "dcm", "mrc", "map", "ccp4", "rec", "cube", "npy", "npz", "raw", "ima",
 ];
 
-/// Endings of what can be saved.
-pub(super) const WRITTEN: [&str; 7] = ["png", "ply", "stl", "obj", "glb", "vtp", "3mf"];
+/// Maximum width of the dialog and height of its list, points.
+const MAX_SIZE: [f32; 2] = [440.0, 260.0];
 
-/// Width of the dialog and height of its list, points, where the window has room.
-const SIZE: [f32; 2] = [440.0, 260.0];
-
-/// What a file is chosen for.
+/// The purpose of a dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// To be read.
     Open,
-    /// To be written.
     Save,
 }
 
-/// What came of a frame of the dialog.
+/// The result of a frame of the dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// Still open.
+    /// The dialog is still open.
     Open,
     /// Closed without a choice.
     Cancelled,
-    /// A file, or a folder of slices.
+    /// A file, or a folder that is opened as a whole.
     Chosen(PathBuf),
 }
 
-/// A file or a folder of the list.
+/// An entry of the list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Entry {
     name: String,
@@ -47,38 +43,36 @@ struct Entry {
 
 /// The dialog.
 #[derive(Clone, Debug)]
-pub(super) struct Chooser {
+pub(super) struct FileDialog {
     purpose: Purpose,
     folder: PathBuf,
     entries: Vec<Entry>,
-    /// What is typed, or the name that was clicked.
+    /// The text in the field: a typed name or path, or the clicked name.
     name: String,
-    /// What is wrong, or asked.
-    said: Option<String>,
-    /// The file that would be replaced, once that was told.
-    replaced: Option<PathBuf>,
-    is_new: bool,
+    /// An error or a question.
+    message: Option<String>,
+    /// The existing file that is replaced if the user confirms.
+    to_replace: Option<PathBuf>,
+    needs_focus: bool,
 }
 
-impl Chooser {
-    /// A dialog that begins in a folder, with a name to save under.
+impl FileDialog {
+    /// A dialog that shows a folder, with a default name.
     pub(super) fn new(purpose: Purpose, folder: &Path, name: String) -> Self {
-        let mut chooser = Chooser {
+        let mut dialog = FileDialog {
             purpose,
             folder: PathBuf::new(),
             entries: Vec::new(),
             name,
-            said: None,
-            replaced: None,
-            is_new: true,
+            message: None,
+            to_replace: None,
+            needs_focus: true,
         };
-        // Where it is no more, at the root.
-        let folder = folder.canonicalize().unwrap_or_else(|_| PathBuf::from("/"));
-        chooser.enter(folder);
-        chooser
+        // If the folder does not exist any more, show the root.
+        dialog.enter(folder.canonicalize().unwrap_or_else(|_| PathBuf::from("/")));
+        dialog
     }
 
-    /// What the file is chosen for.
     pub(super) fn purpose(&self) -> Purpose {
         self.purpose
     }
@@ -88,48 +82,51 @@ impl Chooser {
         match entries(&folder, self.purpose) {
             Ok(entries) => {
                 (self.entries, self.folder) = (entries, folder);
-                self.said = None;
+                self.message = None;
             }
-            Err(error) => self.said = Some(format!("{}: {error}", folder.display())),
+            Err(error) => self.message = Some(format!("{}: {error}", folder.display())),
         }
     }
 
-    /// Takes what is typed: enters a folder, or chooses a file.
-    fn take(&mut self) -> Outcome {
+    /// Accepts the text in the field: enters a folder, or chooses a file.
+    fn accept(&mut self) -> Outcome {
         let path = self.folder.join(self.name.trim());
         if self.name.trim().is_empty() {
             return Outcome::Open;
         }
         if self.purpose == Purpose::Open {
-            if path.exists() && !(path.is_dir() && holds_folders_or_spectra(&path)) {
+            if path.exists() && !(path.is_dir() && is_to_be_entered(&path)) {
                 return Outcome::Chosen(path);
             }
             match path.is_dir() {
-                true => self.descend(path),
-                false => self.said = Some(format!("{}: no such file", path.display())),
+                true => self.enter_typed(path),
+                false => self.message = Some(format!("{}: no such file", path.display())),
             }
             return Outcome::Open;
         }
         if path.is_dir() {
-            self.descend(path);
+            self.enter_typed(path);
             return Outcome::Open;
         }
-        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-        if !WRITTEN.contains(&ending.as_str()) {
-            self.said = Some(format!("expected a name that ends in .{}", WRITTEN.join(", .")));
+        let extension =
+            path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        if !save::EXTENSIONS.contains(&extension.as_str()) {
+            let expected = save::EXTENSIONS.join(", .");
+            self.message = Some(format!("expected a name that ends in .{expected}"));
             return Outcome::Open;
         }
-        if path.exists() && self.replaced.as_ref() != Some(&path) {
-            self.said = Some("there is such a file; once more replaces it".into());
-            self.replaced = Some(path);
+        if path.exists() && self.to_replace.as_ref() != Some(&path) {
+            self.message = Some("the file exists; save again to replace it".into());
+            self.to_replace = Some(path);
             return Outcome::Open;
         }
         Outcome::Chosen(path)
     }
 
-    fn descend(&mut self, folder: PathBuf) {
+    /// Enters a folder that was typed into the field.
+    fn enter_typed(&mut self, folder: PathBuf) {
         self.enter(folder);
-        if self.said.is_none() && self.purpose == Purpose::Open {
+        if self.message.is_none() && self.purpose == Purpose::Open {
             self.name.clear();
         }
     }
@@ -138,10 +135,10 @@ impl Chooser {
     pub(super) fn show(&mut self, context: &egui::Context) -> Outcome {
         let (title, verb) = match self.purpose {
             Purpose::Open => ("open a spectrum or a volume", "open"),
-            Purpose::Save => ("save what is seen as a picture or a mesh", "save"),
+            Purpose::Save => ("save as a picture or a mesh", "save"),
         };
-        let room = context.content_rect().size() - vec2(40.0, 190.0);
-        let size = vec2(SIZE[0].min(room.x), SIZE[1].min(room.y.max(40.0)));
+        let available = context.content_rect().size() - vec2(40.0, 190.0);
+        let size = vec2(MAX_SIZE[0].min(available.x), MAX_SIZE[1].min(available.y.max(40.0)));
         let mut outcome = Outcome::Open;
         let dialog = egui::Window::new(title).collapsible(false).resizable(false);
         dialog.anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0)).show(context, |ui| {
@@ -163,18 +160,18 @@ impl Chooser {
                     .hint_text("name, or a path")
                     .desired_width(size.x),
             );
-            if std::mem::take(&mut self.is_new) {
+            if std::mem::take(&mut self.needs_focus) {
                 field.request_focus();
             }
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-            if let Some(said) = &self.said {
-                ui.label(said);
+            if let Some(message) = &self.message {
+                ui.label(message);
             }
             ui.horizontal(|ui| {
                 if ui.button(verb).clicked() || is_entered {
-                    outcome = self.take();
+                    outcome = self.accept();
                     if is_entered {
-                        self.is_new = true;
+                        self.needs_focus = true;
                     }
                 }
                 if ui.button("cancel").clicked() {
@@ -188,18 +185,18 @@ impl Chooser {
         outcome
     }
 
-    /// The folders and files, of which one can be clicked, or twice to take it at once.
+    /// The list of folders and files: a click selects, a double click accepts.
     fn list(&mut self, ui: &mut Ui, height: f32) -> Option<Outcome> {
         let mut clicked = None;
         let area = ScrollArea::vertical().max_height(height).min_scrolled_height(height);
         area.auto_shrink([false, false]).show(ui, |ui| {
             if self.entries.is_empty() {
-                ui.label(RichText::new("nothing here that can be read").weak());
+                ui.label(RichText::new("no files that can be read").weak());
             }
             for entry in &self.entries {
-                let shown =
+                let label =
                     if entry.is_folder { format!("{}/", entry.name) } else { entry.name.clone() };
-                let response = ui.selectable_label(self.name == entry.name, shown);
+                let response = ui.selectable_label(self.name == entry.name, label);
                 if response.clicked() || response.double_clicked() {
                     clicked = Some((entry.clone(), response.double_clicked()));
                 }
@@ -211,32 +208,37 @@ impl Chooser {
             return None;
         }
         self.name = entry.name;
-        (is_double || (entry.is_folder && holds_folders_or_spectra(&self.folder.join(&self.name))))
-            .then(|| self.take())
+        (is_double || (entry.is_folder && is_to_be_entered(&self.folder.join(&self.name))))
+            .then(|| self.accept())
     }
 }
 
-/// Whether a folder is one to go into; else it may be a series of slices or the parts of a spectrum, and is opened as a whole.
-fn holds_folders_or_spectra(folder: &Path) -> bool {
+/// Whether the dialog enters a folder. Otherwise it is a series of slices or the parts of a spectrum, and is opened as a whole.
+fn is_to_be_entered(folder: &Path) -> bool {
     let is_slice = |entry: &Entry| {
-        let ending = entry.name.rsplit_once('.').map_or("", |(_, ending)| ending);
-        !entry.is_folder && ["dcm", "ima", "tif", "tiff", "png"].contains(&&*ending.to_lowercase())
+        let extension = entry.name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        let extension = extension.to_lowercase();
+        !entry.is_folder && ["dcm", "ima", "tif", "tiff", "png"].contains(&&*extension)
     };
-    let holds = |entries: Vec<Entry>| !entries.iter().any(is_slice);
-    !is_folder(folder) && entries(folder, Purpose::Open).is_ok_and(holds)
+    let has_no_slices = |entries: Vec<Entry>| !entries.iter().any(is_slice);
+    !is_folder(folder) && entries(folder, Purpose::Open).is_ok_and(has_no_slices)
 }
 
-/// Folders, then files that can be read, by name; hidden ones are left out.
+/// Folders, then files with a suitable extension, by name; without hidden ones.
 fn entries(folder: &Path, purpose: Purpose) -> std::io::Result<Vec<Entry>> {
-    let endings = if purpose == Purpose::Open { &READ[..] } else { &WRITTEN[..] };
+    let extensions = match purpose {
+        Purpose::Open => &READABLE[..],
+        Purpose::Save => &save::EXTENSIONS[..],
+    };
     let mut entries = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
-        // Where a link leads is what counts.
+        // Follows symbolic links.
         let is_folder = entry.path().is_dir();
-        let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
-        if !name.starts_with('.') && (is_folder || endings.contains(&ending.as_str())) {
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+        let is_suitable = extensions.contains(&&*extension.to_ascii_lowercase());
+        if !name.starts_with('.') && (is_folder || is_suitable) {
             entries.push(Entry { name, is_folder });
         }
     }
@@ -263,37 +265,38 @@ mod tests {
     }
 
     #[test]
-    fn what_can_be_read_is_listed_folders_first() {
+    fn readable_files_are_listed_after_folders() {
         let folder = folder();
-        let chooser = Chooser::new(Purpose::Open, folder.path(), String::new());
-        let names: Vec<&str> = chooser.entries.iter().map(|entry| &*entry.name).collect();
+        let dialog = FileDialog::new(Purpose::Open, folder.path(), String::new());
+        let names: Vec<&str> = dialog.entries.iter().map(|entry| &*entry.name).collect();
         assert_eq!(names, ["more", "s.ispt", "slices", "a.NRRD", "b.isp"]);
     }
 
     #[test]
-    fn names_are_taken_or_it_is_said_why_not() {
+    fn names_are_accepted_or_a_message_says_why_not() {
         let folder = folder();
         let at = |name: &str| folder.path().canonicalize().expect("a folder").join(name);
-        let mut open = Chooser::new(Purpose::Open, folder.path(), "b.isp".into());
-        assert_eq!(open.take(), Outcome::Chosen(at("b.isp")));
+        let mut open = FileDialog::new(Purpose::Open, folder.path(), "b.isp".into());
+        assert_eq!(open.accept(), Outcome::Chosen(at("b.isp")));
         open.name = "none.isp".into();
-        assert_eq!(open.take(), Outcome::Open);
-        assert!(open.said.as_ref().is_some_and(|said| said.ends_with("none.isp: no such file")));
+        assert_eq!(open.accept(), Outcome::Open);
+        let message = |dialog: &FileDialog| dialog.message.clone().unwrap_or_default();
+        assert!(message(&open).ends_with("none.isp: no such file"));
         // A folder of slices is a volume, one of parts a spectrum; any other is entered.
         for name in ["slices", "s.ispt"] {
             open.name = name.into();
-            assert_eq!(open.take(), Outcome::Chosen(at(name)));
+            assert_eq!(open.accept(), Outcome::Chosen(at(name)));
         }
         open.name = "more".into();
-        assert_eq!((open.take(), &*open.folder), (Outcome::Open, &*at("more")));
+        assert_eq!((open.accept(), &*open.folder), (Outcome::Open, &*at("more")));
 
-        let mut save = Chooser::new(Purpose::Save, folder.path(), "old".into());
-        assert_eq!(save.take(), Outcome::Open);
-        assert!(save.said.as_ref().is_some_and(|said| said.starts_with("expected a name")));
+        let mut save = FileDialog::new(Purpose::Save, folder.path(), "old".into());
+        assert_eq!(save.accept(), Outcome::Open);
+        assert!(message(&save).starts_with("expected a name"));
         save.name = "old.png".into();
-        assert_eq!(save.take(), Outcome::Open, "nothing is replaced unasked");
-        assert_eq!(save.take(), Outcome::Chosen(at("old.png")));
+        assert_eq!(save.accept(), Outcome::Open, "nothing is replaced without confirmation");
+        assert_eq!(save.accept(), Outcome::Chosen(at("old.png")));
         save.name = "new.3mf".into();
-        assert_eq!(save.take(), Outcome::Chosen(at("new.3mf")));
+        assert_eq!(save.accept(), Outcome::Chosen(at("new.3mf")));
     }
 }

@@ -1,4 +1,16 @@
-//! Colours as they are seen (sRGB, IEC 61966-2-1) and as light adds up (linear).
+//! Colour spaces: sRGB (IEC 61966-2-1), linear light, and OKLCh; colours that do not come from a map.
+
+/// Linear red, green and blue of missing values, for example outside of a field.
+pub(super) const NO_VALUE: [f32; 3] = [0.30, 0.30, 0.30];
+
+/// Linear red, green and blue of a component by its index; the twin of `component_color` in `shaders/surface.wgsl`.
+pub(super) fn component_color(index: u32) -> [f32; 3] {
+    const HUES: [f32; 8] = [245.0, 60.0, 165.0, 350.0, 95.0, 220.0, 35.0, 310.0];
+    const LIGHTNESS: [f32; 8] = [0.58, 0.74, 0.66, 0.64, 0.87, 0.80, 0.58, 0.48];
+    let turn = (index % 8) as usize;
+    let round = ((index / 8) % 3) as f32;
+    from_oklch(LIGHTNESS[turn] * (1.0 - 0.13 * round), 0.125, HUES[turn].to_radians())
+}
 
 /// Linear intensity of an sRGB byte.
 pub(crate) fn to_linear(byte: u8) -> f32 {
@@ -6,7 +18,7 @@ pub(crate) fn to_linear(byte: u8) -> f32 {
     if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Linear red, green and blue of a colour as it is seen, 0xrrggbb in sRGB.
+/// Linear red, green and blue of an sRGB colour, 0xrrggbb.
 pub fn linear(color: u32) -> [f32; 3] {
     [16, 8, 0].map(|bits| to_linear((color >> bits & 0xff) as u8))
 }
@@ -19,7 +31,7 @@ pub fn to_srgb(linear: f32) -> u8 {
 }
 
 /// Linear sRGB of a colour in OKLCh (Ottosson 2020, "A perceptual color space for image processing"); hue in radians.
-pub(super) fn from_oklch(lightness: f32, chroma: f32, hue: f32) -> [f32; 3] {
+fn from_oklch(lightness: f32, chroma: f32, hue: f32) -> [f32; 3] {
     let (a, b) = (chroma * hue.cos(), chroma * hue.sin());
     let [l, m, s] = [
         lightness + 0.396_337_78 * a + 0.215_803_76 * b,
@@ -40,14 +52,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn srgb_bytes_come_back() {
+    fn srgb_bytes_survive_a_round_trip() {
         for byte in 0..=255 {
             assert_eq!(to_srgb(to_linear(byte)), byte);
         }
     }
 
     #[test]
-    fn lightness_alone_is_a_grey() {
+    fn a_chroma_of_zero_is_grey() {
         let [r, g, b] = from_oklch(0.5, 0.0, 1.0);
         assert!((r - 0.125).abs() < 1e-4 && (g - r).abs() < 1e-4 && (b - r).abs() < 1e-4);
     }

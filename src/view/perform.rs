@@ -1,42 +1,42 @@
-//! What keys and buttons ask for is done.
+//! The effects of actions.
 
 use eframe::egui::{self, ViewportCommand};
 
 use super::actions::Action;
-use super::chooser::Purpose;
-use super::hand;
+use super::camera_control;
+use super::file_dialog::Purpose;
 use super::options::Command;
-use super::pointing::Tool;
+use super::pointer::Tool;
 use super::window::Window;
 use crate::render::Color;
 
 impl Window {
-    pub(super) fn act(&mut self, action: Action, context: &egui::Context) {
+    pub(super) fn perform(&mut self, action: Action, context: &egui::Context) {
         match (action, &mut self.scene) {
-            (Action::Help, _) => self.help = !self.help,
+            (Action::Help, _) => self.is_help_open = !self.is_help_open,
             (Action::Wireframe, _) => {
                 self.view.wireframe = self.view.wireframe.is_none().then_some(1.0);
             }
-            (Action::Reset, _) => self.reset(),
+            (Action::Reset, _) => self.reset_view(),
             (Action::Axes, _) => {
                 self.view.axes = !self.view.axes;
                 self.view.scale_bar = self.view.axes;
             }
             (Action::Occlusion, _) => self.view.occlusion = !self.view.occlusion,
             (Action::Components, _) => {
-                let is_so = self.view.color == Color::Component;
-                self.view.color = if is_so { Color::None } else { Color::Component };
+                let is_on = self.view.color == Color::Component;
+                self.view.color = if is_on { Color::None } else { Color::Component };
             }
             (Action::Fullscreen, _) => {
                 let is_full = context.input(|input| input.viewport().fullscreen.unwrap_or(false));
                 context.send_viewport_cmd(ViewportCommand::Fullscreen(!is_full));
             }
             (Action::Caps, _) => self.view.open = !self.view.open,
-            (Action::Zoom(factor), _) => hand::zoom(&mut self.view, factor),
+            (Action::Zoom(factor), _) => camera_control::zoom(&mut self.view, factor),
             (Action::Undo, _) => _ = self.history.undo(&mut self.view),
             (Action::Redo, _) => _ = self.history.redo(&mut self.view),
-            (Action::Open, _) => self.choose(Purpose::Open),
-            (Action::SaveAs, _) => self.choose(Purpose::Save),
+            (Action::Open, _) => self.open_file_dialog(Purpose::Open),
+            (Action::SaveAs, _) => self.open_file_dialog(Purpose::Save),
             (Action::Orthographic, Some(scene)) => {
                 let is_parallel = !self.view.camera.orthographic;
                 self.view.set_orthographic(scene.spectrum.volume(), is_parallel);
@@ -46,21 +46,20 @@ impl Window {
             }
             (Action::Event { is_up }, Some(scene)) => {
                 self.playing = None;
-                scene.next_event(is_up);
+                scene.go_to_event(is_up);
             }
-            (Action::Step { notches, is_fine }, Some(scene)) => {
+            (Action::Step { steps, is_fine }, Some(scene)) => {
                 self.playing = None;
-                scene.step_by(notches, is_fine);
+                scene.step_by(steps, is_fine);
             }
             (Action::Play, Some(_)) => {
                 self.playing = if self.playing.is_some() { None } else { Some(1.0) };
             }
-            (Action::Picture, Some(_)) => self.save(Command::Picture, context),
+            (Action::Picture, Some(_)) => self.run_command(Command::Picture, context),
             (Action::Pick { is_hiding }, Some(_)) => self.pick(is_hiding, context),
             (Action::ShowAll, Some(scene)) => {
-                if let Err(error) = scene.show_all(&mut self.view) {
-                    self.say(context, error.to_string());
-                }
+                let result = scene.show_all(&mut self.view);
+                self.show_error(context, result);
             }
             (Action::Measure, Some(scene)) => {
                 scene.measured.clear();

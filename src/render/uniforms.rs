@@ -1,0 +1,110 @@
+//! The parameters and uniforms of drawing the surfaces of a picture.
+
+use glam::DVec3;
+
+use super::projection::Projection;
+use super::shader_types::{Cut, Frame, Palette};
+use super::tables;
+use super::target::Target;
+use super::view::{Surface, View};
+use crate::color::{Color, Map};
+use crate::spectrum::Spectrum;
+
+/// The inputs that all passes of a picture share.
+pub(super) struct Picture<'a> {
+    pub(super) spectrum: &'a Spectrum,
+    pub(super) target: &'a Target,
+    pub(super) view: &'a View,
+    pub(super) projection: &'a Projection,
+}
+
+/// The parameters of drawing one layer.
+pub(super) struct LayerDraw {
+    pub(super) layer: usize,
+    pub(super) frame: Frame,
+    pub(super) opacity: f32,
+}
+
+/// Linear colours of the two sides of the first surface of a picture; the second surface has them swapped.
+const SIDE_COLORS: [[f32; 4]; 2] = [[0.235, 0.410, 0.620, 1.0], [0.700, 0.370, 0.150, 1.0]];
+
+/// Brightness of the side towards higher values of a surface with a colour of its own, relative to the other side.
+const BACK_SIDE_BRIGHTNESS: f32 = 0.45;
+
+/// The default linear red, green and blue of the side towards lower values of a plain surface, by its position in the list of
+/// surfaces.
+pub fn plain_color(position: usize) -> [f32; 3] {
+    let [r, g, b, _] = SIDE_COLORS[position % 2];
+    [r, g, b]
+}
+
+/// The uniforms of a surface.
+pub(super) fn frame(
+    spectrum: &Spectrum,
+    &Surface { isovalue, color, .. }: &Surface,
+    layer: usize,
+    view: &View,
+    projection: &Projection,
+    map: Map,
+) -> Frame {
+    let [front, back] = match color {
+        Some([r, g, b]) => {
+            let [back_r, back_g, back_b] = [r, g, b].map(|c| BACK_SIDE_BRIGHTNESS * c);
+            [[r, g, b, 1.0], [back_r, back_g, back_b, 1.0]]
+        }
+        None => [SIDE_COLORS[layer % 2], SIDE_COLORS[(layer + 1) % 2]],
+    };
+    let palette = match view.color {
+        Color::None => Palette::Plain,
+        Color::Component => Palette::Components,
+        Color::Normal => Palette::Normals,
+        _ => Palette::Map,
+    };
+    // The lines of a coloured mesh are darker, to be visible on every colour.
+    let wire = if palette == Palette::Plain {
+        [0.010, 0.022, 0.045, 0.80]
+    } else {
+        [0.008, 0.008, 0.010, 0.72]
+    };
+    Frame {
+        clip_from_voxel: projection.clip_from_voxel.as_mat4().to_cols_array_2d(),
+        eye_from_voxel: projection.eye_from_voxel.as_mat4().to_cols_array_2d(),
+        eye_from_normal: glam::Mat4::from_mat3(projection.eye_from_normal.as_mat3())
+            .to_cols_array_2d(),
+        front,
+        back,
+        wire,
+        isovalue: tables::scaled(spectrum, isovalue),
+        rank: spectrum.rank_at(isovalue).unwrap_or(0),
+        palette: palette as u32,
+        wire_width: view.wireframe.unwrap_or(0.0),
+        mirrored: u32::from(projection.mirrored),
+        parallel: u32::from(projection.parallel),
+        lamp: view.light as u32,
+        map: map.linear_stops().map(|[r, g, b]| [r, g, b, 1.0]),
+    }
+}
+
+/// Whether a surface needs the shader of clipped or translucent surfaces.
+pub(super) fn is_cut(view: &View, opacity: f32) -> bool {
+    view.clip.is_some() || opacity < 1.0
+}
+
+/// The clip plane in the eye frame and the opacity of a surface, if it [`is_cut`].
+pub(super) fn cut(view: &View, opacity: f32, projection: &Projection) -> Option<Cut> {
+    let plane = match view.clip {
+        // Planes transform with the inverse transpose.
+        Some(clip) => {
+            let kept = -DVec3::from_array(clip.normal);
+            projection.eye_from_voxel.inverse().transpose() * kept.extend(clip.offset)
+        }
+        None => glam::DVec4::W,
+    };
+    is_cut(view, opacity).then(|| Cut {
+        plane: plane.as_vec4().to_array(),
+        opacity,
+        depth: projection.depth.map(|x| x as f32),
+        half_extent: projection.half_extent.map(|x| x as f32),
+        ..Cut::default()
+    })
+}

@@ -1,0 +1,46 @@
+//! The initial state of a window.
+
+use std::path::PathBuf;
+
+use crate::file::SpectrumFolder;
+use crate::render::{Surface, View};
+use crate::spectrum::Spectrum;
+use crate::sweep::Parameters;
+use crate::volume::Volume;
+
+/// The initial content of a window.
+#[derive(Debug, Default)]
+pub enum Content {
+    /// Nothing: the user opens files.
+    #[default]
+    Nothing,
+    /// A spectrum and its displayed name.
+    Spectrum(String, Box<Spectrum>),
+    /// A folder of parts and its displayed name. Only the chunks that the shown isovalues need are read.
+    Folder(String, Box<SpectrumFolder>),
+    /// A volume, whose spectrum is computed in the window.
+    Volume(Box<Volume>),
+}
+
+/// The initial state of a window.
+#[derive(Debug, Default)]
+pub struct Opening {
+    /// The content.
+    pub content: Content,
+    /// The volume of the spectrum: for a histogram of its samples behind the curves, and for isovalues such as `p99`.
+    pub volume: Option<Volume>,
+    /// A second field for colours.
+    pub field: Option<Volume>,
+    /// The first isosurface and further pinned ones; if empty, that of [`Spectrum::shown_first`], or of the folder.
+    pub surfaces: Vec<Surface>,
+    /// Isovalues that are offered by name; if empty, suggested ones.
+    pub marks: Vec<(f64, String)>,
+    /// The view; width and height are those of the window, points.
+    pub view: View,
+    /// Parameters of spectra computed in the window.
+    pub parameters: Parameters,
+    /// A part of the name of the adapter.
+    pub adapter: Option<String>,
+    /// The folder for saved pictures and meshes.
+    pub folder: PathBuf,
+}
