@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 use drawing::*;
 use isospectrum::Error;
-use isospectrum::color::{Ends, Scale};
+use isospectrum::color::{Scale, ScaleEnds};
 use isospectrum::render::{Background, Clip, Color, Renderer, Surface, View};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::volume::Placement;
@@ -182,7 +182,7 @@ fn colors_of_lifetime_curvature_and_components_have_the_ends_they_state() {
     // sphere's triangles differ in size, however fine it is.
     assert!((high - curvature).abs() < curvature / 6.0, "{high}, not {curvature}");
     assert_eq!(low, -high);
-    let fixed = view.clone().with_ends(Ends::between(-0.5, 0.5));
+    let fixed = view.clone().with_ends(ScaleEnds::between(-0.5, 0.5));
     renderer.draw(0.5, &fixed).expect("a picture");
     assert_eq!(scale(&renderer), Scale { low: -0.5, high: 0.5 });
     let lifetime = view.clone().with_color(Color::Lifetime);
@@ -329,7 +329,7 @@ fn isovalues_and_views_that_make_no_sense_are_errors() {
         view.clone().with_width(0),
         view.clone().with_height(1 << 20),
         view.clone().with_wireframe(Some(-1.0)),
-        view.clone().with_ends(Ends { center: Some(f64::NAN), ..Ends::default() }),
+        view.clone().with_ends(ScaleEnds { center: Some(f64::NAN), ..ScaleEnds::default() }),
         view.clone().with_camera(far),
     ] {
         let error = renderer.draw(0.5, &wrong).expect_err("no such view");
