@@ -136,7 +136,8 @@ pub(crate) fn small(camera: &str) -> View {
 
 /// A view in parallel projection.
 pub(crate) fn parallel(view: View) -> View {
-    view.with_camera(Camera { orthographic: true, ..view.camera })
+    let camera = Camera { orthographic: true, ..view.camera };
+    view.with_camera(camera)
 }
 
 pub(crate) fn draw(spectrum: &Spectrum, isovalue: f64, view: &View) -> Image {
