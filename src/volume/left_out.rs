@@ -31,7 +31,7 @@ pub(super) mod dicom {
     }
 
     pub(crate) fn read(path: &Path, _options: &ReadOptions) -> Result<SampleGrid> {
-        Err(read_error(path, super::missing_feature("dicom")))
+        Err(read_error(path, crate::volume::left_out::missing_feature("dicom")))
     }
 }
 
@@ -45,7 +45,7 @@ pub(super) mod tiff {
     use crate::volume::samples::SampleGrid;
 
     pub(crate) fn read(_file: File, _length: u64, _: &ReadOptions) -> io::Result<SampleGrid> {
-        Err(super::missing_feature("tiff"))
+        Err(crate::volume::left_out::missing_feature("tiff"))
     }
 
     pub(crate) mod slices {
@@ -61,7 +61,7 @@ pub(super) mod tiff {
         }
 
         pub(crate) fn read(folder: &Path, _options: &ReadOptions) -> Result<SampleGrid> {
-            Err(read_error(folder, super::super::missing_feature("tiff")))
+            Err(read_error(folder, crate::volume::left_out::missing_feature("tiff")))
         }
     }
 }
@@ -76,7 +76,7 @@ pub(super) mod vti {
     use crate::volume::samples::SampleGrid;
 
     pub(crate) fn read(_file: File, _options: &ReadOptions) -> io::Result<SampleGrid> {
-        Err(super::missing_feature("xml"))
+        Err(crate::volume::left_out::missing_feature("xml"))
     }
 }
 
@@ -90,6 +90,6 @@ pub(super) mod npz {
     use crate::volume::samples::SampleGrid;
 
     pub(crate) fn read(_file: File, _length: u64, _: &ReadOptions) -> io::Result<SampleGrid> {
-        Err(super::missing_feature("zip"))
+        Err(crate::volume::left_out::missing_feature("zip"))
     }
 }
