@@ -42,7 +42,7 @@ pub(crate) fn parsed<T: std::str::FromStr<Err = Error>>(
     name: &str,
     text: Option<&str>,
 ) -> PyResult<Option<T>> {
-    let parse = |text: &str| text.parse().map_err(|error| usage(format!("{name} {error}")));
+    let parse = |text: &str| text.parse::<T>().map_err(|error| usage(format!("{name} {error}")));
     text.map(parse).transpose()
 }
 
@@ -62,18 +62,14 @@ pub(crate) fn preparation_settings(
 
 fn region(crop: Crop) -> PyResult<Region> {
     let length = |text: Option<String>| parsed::<Length>("crop", text.as_deref());
-    let axis = |axis: Axis| match axis {
-        Axis::Text(text) => {
-            let axis: Option<AxisRange> = parsed("crop", Some(&text))?;
-            Ok(axis.unwrap_or_default())
+    let axis = |axis: Axis| -> PyResult<AxisRange> {
+        match axis {
+            Axis::Text(text) => Ok(parsed::<AxisRange>("crop", Some(&text))?.unwrap_or_default()),
+            Axis::Ends(from, to) => Ok(AxisRange { from: length(from)?, to: length(to)? }),
         }
-        Axis::Ends(from, to) => Ok(AxisRange { from: length(from)?, to: length(to)? }),
     };
     match crop {
-        Crop::Text(text) => {
-            let region: Option<Region> = parsed("crop", Some(&text))?;
-            Ok(region.unwrap_or_default())
-        }
+        Crop::Text(text) => Ok(parsed::<Region>("crop", Some(&text))?.unwrap_or_default()),
         Crop::Axes([x, y, z]) => Region::new([axis(x)?, axis(y)?, axis(z)?]).map_err(raised),
     }
 }

@@ -31,6 +31,7 @@ pub(crate) struct ExecutionArguments {
 /// isovalues as texts.
 #[pyfunction]
 #[pyo3(signature = (volume, parameters, range, start, preparation, execution, progress))]
+#[allow(clippy::too_many_arguments, reason = "passed by name in Python")]
 pub(crate) fn compute(
     py: Python<'_>,
     volume: &Bound<'_, Volume>,
@@ -61,6 +62,14 @@ pub(crate) fn compute(
         let prepared = Prepared::of(volume, preparation, cleaned);
         let parameters = sweep.resolve(prepared.volume().range(), prepared.samples())?;
         let memory = max_memory.map(ByteSize::bytes);
+        let limit = memory.unwrap_or(f64::INFINITY);
+        let samples = prepared.volume().samples().n_bytes() as f64;
+        if limit <= samples {
+            return Err(Error::Usage(format!(
+                "{}: its samples take {samples} bytes, expected a max_memory above that",
+                prepared.volume().name()
+            )));
+        }
         let side = match (brick, memory) {
             (Some(side), _) => Some(side),
             (None, Some(memory)) => brick_side(&prepared, &parameters, memory)?,
@@ -71,13 +80,6 @@ pub(crate) fn compute(
         };
         let name = prepared.volume().name().to_owned();
         let survey = Survey::of(prepared);
-        let limit = memory.unwrap_or(f64::INFINITY);
-        let samples = survey.volume().bytes_in_memory();
-        if limit <= samples {
-            return Err(Error::Usage(format!(
-                "{name}: its samples take {samples} bytes, expected a max_memory above that"
-            )));
-        }
         let plan = Plan::new(VolumeSource::Given { name }, &survey, noise, &parameters, side)?;
         let work = TemporaryFolder::next_to(&std::env::temp_dir().join("isospectrum"))?;
         let parts = Parts::new(&plan, work.path());

@@ -174,7 +174,7 @@ def compute(
                     )  # fmt: skip
                 )
     whole = volume(a, **placed, name=name, nan_as=nan_as)
-    preparation = {
+    preparation: _native._Preparation = {
         "crop": None if crop is None else _region(crop, whole),
         "median": median,
         "smooth": _text(smooth),
@@ -183,7 +183,7 @@ def compute(
         "persistence": _text(persistence),
         "min_component": min_component,
     }
-    execution = {"brick": brick, "max_memory": _text(max_memory), "backend": backend, "adapter": adapter, "threads": threads}
+    execution: _native._Execution = {"brick": brick, "max_memory": _text(max_memory), "backend": backend, "adapter": adapter, "threads": threads}
     with _progress.shown(progress, "computing") as report:
         return Spectrum(_native.compute(whole, parameters, ends, start_text, preparation, execution, report))
 

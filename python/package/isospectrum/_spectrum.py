@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 #: One isovalue, several, or several with a colour each.
 Shown = Union[Isovalue, "dict[Isovalue, str]", Sequence[Isovalue], None]
 
+
 class Spectrum:
     """The isosurfaces of a volume at all isovalues of a range.
 
