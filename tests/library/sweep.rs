@@ -118,6 +118,7 @@ fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
     let volume = Arc::new(volume);
     let spectrum = swept(&volume);
     let steps = Counts::of(&spectrum).expect("counted").steps;
+    println!("{steps} steps");
     assert!((20..2_000).contains(&steps), "{steps} steps");
 }
 
@@ -131,16 +132,14 @@ fn a_smooth_field_in_few_grey_levels_has_the_counted_topology() {
 
 #[test]
 fn a_sphere_is_tracked_and_not_only_extracted() {
-    let spectrum = phantom_spectrum("sphere:20").1;
+    let (volume, spectrum) = phantom_spectrum("sphere:20");
     let counts = Counts::of(&spectrum).expect("counted");
     assert_eq!(counts.arcs, 1, "{counts:?}");
     assert!(counts.steps > 0, "{counts:?}");
-    // Where the sphere lies inside the volume most of its triangles live on while it shrinks by a twentieth of its
-    // radius, a third of a voxel; those of an extraction at every isovalue would not.
+    // Where the sphere lies inside the volume: a third of a voxel.
     let (low, high) = spectrum.range();
     let at = |share: f64| high - share * (high - low);
-    let share = survival(&spectrum, &[at(0.4), at(0.38)]);
-    assert!(share > 0.6, "{share} of the triangles live on: {counts:?}");
+    assert_tracked(&volume, &spectrum, at(0.4), at(0.38));
 }
 
 #[test]
@@ -153,16 +152,34 @@ fn a_range_in_which_the_isosurface_hardly_moves_has_a_tracked_mesh_all_along() {
     assert!(tracked_share(&spectrum) > 0.999, "{}", tracked_share(&spectrum));
 }
 
-/// Share of the triangles alive just before the first of some isovalues that are alive just after the last.
-fn survival(spectrum: &Spectrum, isovalues: &[f64]) -> f64 {
-    let tiny = 1e-7 * (spectrum.range().1 - spectrum.range().0);
-    let rank = |isovalue: f64| spectrum.rank_at(isovalue).expect("inside the range");
-    let (first, last) = (isovalues[0], isovalues[isovalues.len() - 1]);
-    let (before, after) = (rank(first - tiny), rank(last + tiny));
+/// Share of the triangles alive at one isovalue that are alive at another.
+fn survival(spectrum: &Spectrum, from: f64, to: f64) -> f64 {
+    let [from, to] = [from, to].map(|c| spectrum.rank_at(c).expect("inside the range"));
     let alive = |rank: u32| move |t: &&Triangle| t.birth <= rank && rank < t.death;
-    let n_before = spectrum.triangles().iter().filter(alive(before)).count();
-    let n_both = spectrum.triangles().iter().filter(alive(before)).filter(alive(after)).count();
+    let n_before = spectrum.triangles().iter().filter(alive(from)).count();
+    let n_both = spectrum.triangles().iter().filter(alive(from)).filter(alive(to)).count();
     n_both as f64 / n_before as f64
+}
+
+/// The same of extractions at the two isovalues, whose triangles are the same if their vertices are on the same lattice edges.
+fn extracted_survival(volume: &Volume, from: f64, to: f64) -> f64 {
+    let field = ExactField::new(volume).expect("a field");
+    let [from, to] = [from, to].map(|isovalue| {
+        let mesh = extract(&field, isovalue);
+        let edges = |face: &[u32; 3]| face.map(|v| mesh.crossings[v as usize]);
+        mesh.faces.iter().map(edges).collect::<Vec<_>>()
+    });
+    let n_both = from.iter().filter(|face| to.contains(face)).count();
+    n_both as f64 / from.len() as f64
+}
+
+/// Asserts that most triangles live from one isovalue to another, and that those of an extraction would not.
+fn assert_tracked(volume: &Volume, spectrum: &Spectrum, from: f64, to: f64) {
+    let (tracked, extracted) = (survival(spectrum, from, to), extracted_survival(volume, from, to));
+    let what =
+        format!("{tracked} of the triangles live from {from} to {to}, extracted {extracted}");
+    println!("{what}");
+    assert!(tracked > 0.6 && extracted < 0.4, "{what}");
 }
 
 #[test]
@@ -240,12 +257,12 @@ fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
 }
 
 #[test]
-fn most_triangles_live_through_a_merge() {
-    let spectrum = phantom_spectrum("blobs:32").1;
-    // Seen from low values, the one part of the isosurface splits in two.
+fn most_triangles_live_through_a_split() {
+    let (volume, spectrum) = phantom_spectrum("blobs:32");
     let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
-    let share = survival(&spectrum, &[split.isovalue]);
-    assert!(share > 0.95, "{share} of the triangles live through {split:?}");
+    // A third of a voxel, half of it on either side.
+    let half = 0.008 * (spectrum.range().1 - spectrum.range().0);
+    assert_tracked(&volume, &spectrum, split.isovalue - half, split.isovalue + half);
 }
 
 /// Three blobs in a row; the necks between them are the same, but for a trace.
@@ -267,14 +284,13 @@ fn two_necks_a_trace_apart() -> Arc<Volume> {
 #[test]
 fn most_triangles_live_through_two_events_next_to_each_other() {
     let parameters = Parameters::default().with_range(Some((0.4, 0.6)));
-    let spectrum = swept_with(&two_necks_a_trace_apart(), &parameters);
-    let counts = Counts::of(&spectrum);
+    let volume = two_necks_a_trace_apart();
+    let spectrum = swept_with(&volume, &parameters);
     let splits = spectrum.events().iter().filter(|e| e.kind == EventKind::Split);
     let splits: Vec<f64> = splits.map(|e| e.isovalue).collect();
     let [first, second] = splits[..] else { panic!("two splits: {splits:?}") };
     assert!((1e-6..5e-5).contains(&(second - first)), "{splits:?}");
-    let share = survival(&spectrum, &splits);
-    assert!(share > 0.6, "{share} of the triangles live from {first} to {second}: {counts:?}");
+    assert_tracked(&volume, &spectrum, first - 0.02, second + 0.02);
 }
 
 /// Distance of a point from the isosurface, to first order, voxels.
