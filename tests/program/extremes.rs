@@ -61,7 +61,7 @@ fn a_range_that_underflows_is_refused_in_one_line() {
         let all = [vec!["analyze", volume], compute(&[volume])];
         for arguments in all {
             let line = one_line(&ends(&folder, &arguments, 3));
-            assert!(line.contains("expected a range from 1e-290"), "{line}");
+            assert!(line.contains("1e-290"), "{line}");
         }
     }
 }
@@ -104,13 +104,9 @@ fn spacings_that_no_mesh_can_hold_are_refused_in_one_line() {
         "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 6 6\nencoding: raw\nspacings: 1 1 1e39\n\n";
     folder.write("b.nrrd", &[header.as_bytes(), &samples].concat());
     for (volume, spacing, words) in [
-        (
-            "a_6x6x6_uint8.raw",
-            Some("1e-320,1,1e308"),
-            "expected positive numbers from 1e-15 to 1e15",
-        ),
-        ("a_6x6x6_uint8.raw", Some("1e-10,1,1"), "times the smallest spacing"),
-        ("b.nrrd", None, "expected positive numbers from 1e-15 to 1e15"),
+        ("a_6x6x6_uint8.raw", Some("1e-320,1,1e308"), "1e-15 to 1e15"),
+        ("a_6x6x6_uint8.raw", Some("1e-10,1,1"), "smallest spacing"),
+        ("b.nrrd", None, "1e-15 to 1e15"),
     ] {
         let mut arguments = compute(&[volume]);
         arguments.extend(spacing.iter().flat_map(|s| ["--spacing", s]));

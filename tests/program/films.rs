@@ -142,15 +142,10 @@ fn without_a_working_ffmpeg_there_is_one_line_and_no_film() {
         [&turntable[..], &["-o", name, "--size", size], more].concat()
     };
     for (ffmpeg, arguments, code, says) in [
-        (None, sized("old.mp4", "96x64", &[]), 2, "a film needs ffmpeg, which is not on the PATH"),
-        (
-            Some(FAILS),
-            sized("old.mp4", "96x64", &[]),
-            3,
-            "old.mp4: ffmpeg made no film: Unknown encoder",
-        ),
-        (Some(FAILS), sized("new.webm", "96x64", &[]), 3, "new.webm: ffmpeg made no film"),
-        (Some(JOINS), sized("new.mp4", "95x64", &[]), 2, "expected even numbers"),
+        (None, sized("old.mp4", "96x64", &[]), 2, "PATH"),
+        (Some(FAILS), sized("old.mp4", "96x64", &[]), 3, "Unknown encoder"),
+        (Some(FAILS), sized("new.webm", "96x64", &[]), 3, "new.webm: "),
+        (Some(JOINS), sized("new.mp4", "95x64", &[]), 2, "even"),
         (Some(JOINS), sized("new.mp4", "96x64", &["--background", "transparent"]), 2, ".webm"),
         (Some(JOINS), sized("none/new.mp4", "96x64", &[]), 3, "none/new.mp4"),
         (Some(JOINS), sized("f%d.png", "96x64", &["--fps", "9"]), 2, "--fps"),

@@ -58,7 +58,7 @@ fn pictures_of_no_surface_are_told_of() {
     assert_eq!(stderr(&quiet), "");
     let sweep = ["render", "s.isp", "--sweep", "50%:100%:2", "-o", "%d.png"];
     let said = stderr(&folder.run(&[&sweep[..], &size].concat()));
-    assert!(said.contains("1 of 2 pictures show no surface"), "{said}");
+    assert!(said.contains("1 of 2 pictures"), "{said}");
 }
 
 #[test]
@@ -87,5 +87,5 @@ fn each_flag_of_a_look_reaches_the_picture() {
     // The phantom's axes are those of the world.
     assert!(picture(&["--up", "z"]) == pictures[0], "z is up by itself");
     let line = folder.fails(&[&base[..], &["--up", "w", "-o", "w.png"]].concat(), 2);
-    assert!(line.contains("expected one of x, y, z, -x, -y, -z"), "{line}");
+    assert!(line.contains("x, y, z, -x, -y, -z"), "{line}");
 }

