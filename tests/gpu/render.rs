@@ -94,7 +94,7 @@ fn points_appear_where_a_projection_by_hand_puts_them() {
 }
 
 #[test]
-fn knots_a_hair_apart_are_told_apart() {
+fn knots_a_hair_apart_are_distinguished() {
     let hair = 1e-12;
     let isovalues = vec![0.0, 0.5, 0.5 + hair, 1.0];
     let mut spectrum = empty(Placement::default(), [21; 3], isovalues, (0.0, 0.9));
@@ -388,7 +388,7 @@ fn a_picture_fits_the_surface_and_keeps_its_shape() {
 }
 
 #[test]
-fn what_is_tiny_is_shown_with_its_surroundings() {
+fn a_tiny_surface_is_shown_with_its_surroundings() {
     let spectrum = growing_sphere(2);
     let mut view = small("35,22");
     view.fit(spectrum.volume(), [MIDDLE; 2]);
@@ -399,7 +399,7 @@ fn what_is_tiny_is_shown_with_its_surroundings() {
 }
 
 #[test]
-fn what_a_plane_cuts_open_is_covered_where_it_is_inside() {
+fn a_clip_plane_caps_the_inside_of_a_surface() {
     // Seen along x, from the side that is left out: a ball of 8 voxels around (10, 10, 10), cut in its middle, and one of
     // 3 voxels that is a hole in it.
     let mut spectrum = empty(Placement::default(), [21; 3], vec![0.0, 2.0], (0.0, 1.0));

@@ -227,7 +227,7 @@ fn parts_of_another_volume_or_plan_are_refused() {
 }
 
 #[test]
-fn every_damaged_byte_of_a_part_is_found_and_none_is_a_panic() {
+fn every_damaged_byte_of_a_part_is_an_error() {
     let volume = in_grey_levels(&cropped("noise:17:3", [17, 9, 9]), 9.0);
     let bricks = Bricks::of(volume, 8, None);
     let whole = bricks.part(0);

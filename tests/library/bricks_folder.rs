@@ -155,7 +155,7 @@ fn parts_are_cut_by_isovalue_and_dropped_again() {
 }
 
 #[test]
-fn what_is_beyond_a_limit_is_told_as_soon_as_it_is_known() {
+fn exceeding_a_limit_is_an_error_as_soon_as_it_is_known() {
     let prepared = Prepared::of(
         phantom("noise:25:6").expect("a phantom"),
         Preparation::default(),
@@ -269,7 +269,7 @@ fn the_program_takes_a_folder_wherever_it_takes_a_file() {
 }
 
 #[test]
-fn what_is_wrong_with_a_folder_is_one_line() {
+fn errors_of_a_damaged_folder_are_one_line() {
     let folder = computed();
     // All chunks are read.
     let extract = ["extract", "s.ispt", "-c", "0%", "-c", "100%", "-o", "m%d.ply"];

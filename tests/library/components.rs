@@ -202,7 +202,7 @@ fn components_of_noise_end_where_their_branch_of_the_contour_tree_does() {
 }
 
 #[test]
-fn parts_are_told_and_kept_in_the_unit_of_the_world() {
+fn components_are_measured_and_selected_in_world_units() {
     let folder = Folder::new();
     // Two balls of 5 and 3 samples, spacing 0.5, 1, 1: the unit of the voxel frame is half of one.
     let sample = |i: usize| {
@@ -281,7 +281,7 @@ fn parts_are_told_and_kept_in_the_unit_of_the_world() {
 }
 
 #[test]
-fn the_table_tells_the_unit_where_the_volume_does() {
+fn the_table_shows_the_unit_if_the_volume_has_one() {
     let folder = Folder::new();
     let head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 6 6\nspace dimension: 3\n\
                 space directions: (2,0,0) (0,2,0) (0,0,2)\nspace units: \"mm\" \"mm\" \"mm\"\nencoding: raw\n\n";
@@ -303,7 +303,7 @@ fn the_table_tells_the_unit_where_the_volume_does() {
 }
 
 #[test]
-fn what_is_kept_does_not_change_the_rest() {
+fn selecting_components_does_not_change_them() {
     let spectrum = swept(&noise(3, 1 << 20));
     let isovalue = 0.6 * f64::from(1u32 << 20);
     let mesh = spectrum.mesh_at(isovalue).expect("inside");

@@ -425,7 +425,7 @@ fn custodios_cells_hold_tunnels() {
 }
 
 #[test]
-fn the_first_crossing_of_every_component_is_told() {
+fn every_component_has_its_first_crossing() {
     let mut random = Random(7);
     for n in 0..100 {
         let volume = random_volume(&mut random, n % 6);

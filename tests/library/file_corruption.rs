@@ -206,7 +206,7 @@ fn counts_beyond_the_file_reserve_nothing() {
 }
 
 #[test]
-fn what_coded_columns_claim_is_earned_and_used_up() {
+fn coded_columns_are_as_long_as_declared_and_fully_used() {
     let file = tiny();
     let original = unpacked(&file);
     for s in [3, 4, 5] {

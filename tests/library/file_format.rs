@@ -38,7 +38,7 @@ fn a_growing_sphere_comes_back() {
 }
 
 #[test]
-fn vertices_on_lattice_edges_come_back_and_are_told_shortly() {
+fn vertices_on_lattice_edges_come_back_and_are_stored_compactly() {
     let [on, off] = [0.0, 0.25].map(|off| on_lattice(20, off));
     assert_comes_back(&on);
     assert_comes_back(&off);
@@ -212,7 +212,7 @@ fn another_version_is_named() {
 }
 
 #[test]
-fn a_file_is_written_beside_and_renamed() {
+fn a_file_is_written_to_a_temporary_sibling_and_renamed() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("s.isp");
     file::write(&small(), &path).expect("writable");

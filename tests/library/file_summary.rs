@@ -82,7 +82,7 @@ fn files_of_every_version_tell_the_same_as_when_they_are_read() {
 }
 
 #[test]
-fn every_prefix_and_every_damage_of_what_is_read_is_refused() {
+fn every_truncated_or_damaged_summary_is_refused() {
     let file = to_bytes(&small()).expect("valid");
     for n in 0..file.len() {
         let refused = summary(&file[..n]).expect_err("a part of a file").to_string();

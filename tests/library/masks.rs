@@ -98,7 +98,7 @@ fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
 }
 
 #[test]
-fn the_mask_is_in_the_spectrum_told_by_info_and_applied_by_verify() {
+fn the_mask_is_stored_shown_by_info_and_applied_by_verify() {
     let folder = masked();
     let told = folder.run(&["info", "m.isp"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
@@ -146,7 +146,7 @@ fn a_mask_that_does_not_fit_is_an_error_of_one_line() {
 }
 
 #[test]
-fn dust_is_left_out_told_and_left_out_again_by_verify() {
+fn dust_is_removed_reported_and_removed_again_by_verify() {
     let folder = Folder::new();
     let specks = [[2.0, 2.0, 2.0], [13.0, 3.0, 12.0], [12.0, 13.0, 2.0]];
     write(&folder, "dusty", |p| {

@@ -102,7 +102,7 @@ fn a_flip_book_shows_one_mesh_at_a_time() {
 }
 
 #[test]
-fn surfaces_beside_each_other_have_their_colors() {
+fn several_surfaces_keep_their_colors() {
     let (json, _) = glb(&bytes(Arrangement::Together, Format::Glb));
     assert_eq!(json["meshes"].as_array().map(Vec::len), Some(2));
     let material = &json["materials"][1];

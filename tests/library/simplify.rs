@@ -152,7 +152,7 @@ fn half_of_the_range_is_too_much() {
 }
 
 #[test]
-fn a_simplified_spectrum_says_so_and_is_verified_against_the_simplified_volume() {
+fn a_simplified_spectrum_is_marked_and_verified_against_the_simplified_volume() {
     let folder = Folder::new();
     let arguments = ["--phantom", "noise:8", "--persistence", "10%"];
     let compute = ["compute", "--backend", "cpu", "-o", "s.isp"];
@@ -190,7 +190,7 @@ fn a_simplified_spectrum_says_so_and_is_verified_against_the_simplified_volume()
 }
 
 #[test]
-fn a_range_of_the_volume_with_its_noise_is_cut_to_what_is_left() {
+fn a_range_of_the_original_volume_is_clamped_to_that_of_the_simplified_one() {
     let folder = Folder::new();
     let noisy = ["--phantom", "noise:8", "--persistence", "10%"];
     let range = |name: &str| {
@@ -216,7 +216,7 @@ fn a_range_of_the_volume_with_its_noise_is_cut_to_what_is_left() {
 }
 
 #[test]
-fn analyze_writes_the_simplified_volume_and_tells_the_same_of_it() {
+fn analyze_of_the_simplified_volume_it_writes_gives_the_same_events() {
     let folder = Folder::new();
     let raw = "v_8x8x8_float64.raw";
     let analyze = ["analyze", "--json", "--samples", "2"];

@@ -70,7 +70,7 @@ fn probes(spectrum: &Spectrum) -> Vec<f64> {
 
 proptest! {
     #[test]
-    fn a_query_gives_what_the_definition_says(spectrum in any_spectrum(), order in any::<u64>()) {
+    fn a_query_agrees_with_the_definition(spectrum in any_spectrum(), order in any::<u64>()) {
         spectrum.check().expect("the generator keeps the invariants");
         let mut query = Query::new(&spectrum);
         let mut mesh = SurfaceMesh::default();
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn the_interval_tree_finds_what_a_search_finds(
+    fn the_interval_tree_agrees_with_a_linear_search(
         intervals in prop::collection::vec((0u32..60, 1u32..60), 0..80),
         far in any::<bool>(),
     ) {
@@ -159,7 +159,7 @@ fn knots_are_met_exactly() {
 }
 
 #[test]
-fn a_small_move_costs_what_it_changes_and_gives_the_same_as_a_jump() {
+fn a_small_move_costs_only_its_changes_and_agrees_with_a_jump() {
     let growth = Growth { subdivisions: 3, n_steps: 60, splits: 2, flips: 5, knot_distance: 9 };
     let spectrum = growing_sphere(&growth);
     let mut near = Query::new(&spectrum);

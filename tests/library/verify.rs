@@ -91,7 +91,7 @@ fn a_turned_triangle_is_found() {
 }
 
 #[test]
-fn a_mesh_that_faces_the_wrong_side_is_told() {
+fn a_mesh_that_faces_the_wrong_side_is_found() {
     let spectrum =
         unmoving_but(|patch| patch.triangles.iter_mut().for_each(|t| t.vertices.swap(0, 1)));
     let report = report(&spectrum);
@@ -100,7 +100,7 @@ fn a_mesh_that_faces_the_wrong_side_is_told() {
 }
 
 #[test]
-fn a_mesh_beside_the_isosurface_is_found() {
+fn a_mesh_off_the_isosurface_is_found() {
     // A third of a voxel along x is more than the tolerance nearly everywhere.
     let spectrum =
         unmoving_but(|patch| patch.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33));
@@ -265,7 +265,7 @@ fn keeps_its_promises(volume: &Volume, spectrum: &Spectrum) {
 }
 
 #[test]
-fn default_spectra_of_phantoms_keep_what_is_promised() {
+fn default_spectra_of_phantoms_keep_every_promise() {
     for spec in ["torus:24", "blobs:24", "noise:10:1", "noise:10:4"] {
         let (volume, spectrum) = phantom_spectrum(spec);
         keeps_its_promises(&volume, &spectrum);
@@ -302,7 +302,7 @@ mod real_volumes {
 
         #[test]
         #[ignore = "long, needs $ISOSPECTRUM_DATA: run by scripts/test --long"]
-        fn a_default_spectrum_of_nucleon_keeps_what_is_promised() {
+        fn a_default_spectrum_of_nucleon_keeps_every_promise() {
             let path = data::file("nucleon_41x41x41_uint8.raw");
             let volume = Arc::new(read_volume(&path, &ReadOptions::default()).expect("a volume"));
             keeps_its_promises(&volume, &swept(&volume));

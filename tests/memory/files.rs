@@ -119,7 +119,7 @@ fn a_description_that_is_large_or_deflated_is_refused() {
 }
 
 #[test]
-fn what_may_be_read_takes_memory_by_its_length() {
+fn valid_files_take_memory_by_their_length() {
     let _turn = turn();
     accepted("one triangle again and again", &triangle_again_and_again(20_000, 20_000), READ);
     let many = triangle_again_and_again(300_000, 4);
@@ -201,7 +201,7 @@ fn gzipped(bytes: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn volumes_take_memory_for_the_samples_that_arrive() {
+fn volumes_take_memory_for_the_samples_in_the_file() {
     let _turn = turn();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let header = |kind: &str, side: usize, encoding: &str| {

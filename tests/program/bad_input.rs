@@ -30,7 +30,7 @@ fn a_missing_file_is_named() {
 }
 
 #[test]
-fn a_truncated_raw_tells_how_long_it_is_and_should_be() {
+fn the_error_of_a_truncated_raw_names_both_lengths() {
     let folder = Folder::new();
     folder.write("a_4x4x4_uint8.raw", &[7; 63]);
     contains(&refused(&folder, &["a_4x4x4_uint8.raw"], 3), &["63 bytes", "expected 64"]);
@@ -161,7 +161,7 @@ fn an_adapter_that_is_not_there_is_an_error_of_one_line() {
 }
 
 #[test]
-fn a_folder_that_is_not_there_is_said_before_the_work() {
+fn a_missing_folder_is_an_error_before_the_work() {
     let folder = Folder::with_spectrum();
     let large = ["compute", "--phantom", "hydrogen:256", "-o", "no/s.isp"];
     contains(&folder.fails(&large, 3), &["no/s.isp"]);
@@ -194,7 +194,7 @@ fn a_full_disk_is_an_error_and_leaves_nothing() {
 }
 
 #[test]
-fn a_file_in_the_way_survives_an_error() {
+fn an_existing_output_survives_an_error() {
     let folder = Folder::with_spectrum();
     folder.write("m.ply", b"precious");
     folder.fails(&["extract", "s.isp", "-c", "1e9", "-o", "m.ply"], 4);
@@ -264,7 +264,7 @@ fn ended(folder: &Folder, arguments: &[&str]) -> (Option<i32>, String) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_is_no_regular_file_is_not_waited_for() {
+fn special_files_are_refused_without_waiting() {
     let folder = Folder::with_spectrum();
     let mkfifo = std::process::Command::new("mkfifo")
         .args(["p.isp", "p.nrrd", "p_2x2x2_uint8.raw", "p.ply"])

@@ -21,7 +21,7 @@ fn merged() -> Folder {
 }
 
 #[test]
-fn the_bytes_are_the_same_whoever_computes_which_part_when() {
+fn the_bytes_do_not_depend_on_which_process_computes_which_part() {
     let folder = merged();
     // Two processes at once, the later half first, some parts by both.
     let script = r#""$0" compute --backend cpu -q --plan p.json --parts 3:7 -o two & "$0" compute --backend cpu --threads 1 -q --plan p.json --parts 0:4 -o two; wait"#;
@@ -36,7 +36,7 @@ fn the_bytes_are_the_same_whoever_computes_which_part_when() {
 }
 
 #[test]
-fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
+fn a_killed_worker_and_a_damaged_part_are_recomputed() {
     let folder = merged();
     // Killed as soon as the first part is there.
     let script = r#""$0" compute --backend cpu --threads 1 -q --plan p.json -o parts & worker=$!
@@ -61,7 +61,7 @@ fn a_killed_worker_and_a_damaged_part_are_made_up_for() {
 }
 
 #[test]
-fn what_is_wrong_with_a_plan_is_one_line() {
+fn errors_of_a_plan_are_one_line() {
     let folder = Folder::new();
     folder.run(&PLAN);
     let told = folder.fails(&[&PARTS[..], &["3:8"]].concat(), 2);
@@ -83,7 +83,7 @@ const BRICKS: [&str; 8] =
     ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "8", "-q"];
 
 #[test]
-fn compute_in_bricks_is_what_plan_parts_and_merge_make() {
+fn compute_in_bricks_equals_plan_parts_and_merge() {
     let folder = merged();
     folder.run(&[&BRICKS[..], &["-o", "a.isp"]].concat());
     folder.run(&[&BRICKS[..], &["-o", "b.isp", "--threads", "1"]].concat());

@@ -3,7 +3,7 @@
 use crate::common::program::{Folder, json, stderr};
 
 #[test]
-fn a_spectrum_is_computed_told_extracted_and_verified() {
+fn a_spectrum_is_computed_summarised_extracted_and_verified() {
     let folder = Folder::with_spectrum();
     let info = json(&folder.run(&["info", "s.isp", "--json"]));
     assert_eq!(info["volume"]["dims"], serde_json::json!([12, 12, 12]));
@@ -63,7 +63,7 @@ fn an_empty_surface_explains_itself() {
 }
 
 #[test]
-fn isovalues_are_told_with_as_many_digits_as_tell_something() {
+fn isovalues_are_printed_with_significant_digits_only() {
     let folder = Folder::with_spectrum();
     // Shares of the range that are no short numbers.
     for percent in ["10%", "33.3%", "70%"] {
@@ -90,7 +90,7 @@ fn reports_have_a_name_and_a_version() {
 }
 
 #[test]
-fn compute_tells_how_good_its_spectrum_is_and_what_the_sweep_did_with_v_only() {
+fn compute_prints_the_quality_and_only_with_v_the_counts_of_the_sweep() {
     let folder = Folder::new();
     let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "s.isp"];
     let said = stderr(&folder.run(&compute));
@@ -112,7 +112,7 @@ fn compute_tells_how_good_its_spectrum_is_and_what_the_sweep_did_with_v_only() {
 }
 
 #[test]
-fn analyze_suggests_where_most_parts_are_seen_apart() {
+fn analyze_suggests_the_isovalue_that_separates_most_components() {
     let folder = Folder::new();
     let mut samples = [0u8; 9 * 5 * 5];
     // Three peaks on level ground; the highest is the trunk that the others branch off.
@@ -158,7 +158,7 @@ fn analyze_and_info_count_the_same_events() {
 }
 
 #[test]
-fn quiet_means_not_a_word() {
+fn quiet_prints_nothing() {
     let folder = Folder::with_spectrum();
     let output = folder.run(&["extract", "s.isp", "-c", "50%", "-o", "m.ply", "-q"]);
     assert!(output.stdout.is_empty());
@@ -264,7 +264,7 @@ fn help_and_version_are_data() {
 
 #[cfg(unix)]
 #[test]
-fn a_reader_that_has_enough_is_no_error() {
+fn a_closed_pipe_is_no_error() {
     let folder = Folder::with_spectrum();
     let script = "{ \"$0\" extract s.isp -c 50% -o -; echo code $? >&2; } | head -c 4 >/dev/null";
     let said = stderr(&folder.shell(script));
@@ -272,7 +272,7 @@ fn a_reader_that_has_enough_is_no_error() {
 }
 
 #[test]
-fn the_demo_leaves_a_spectrum_and_a_mesh_and_says_where() {
+fn the_demo_writes_a_spectrum_and_a_mesh_and_names_them() {
     let folder = Folder::new();
     let demo = ["demo", "--phantom", "sphere:12", "--backend", "cpu", "-o", "out", "--json"];
     let output = folder.run(&demo);

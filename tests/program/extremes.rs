@@ -72,7 +72,7 @@ fn beside(offset: f64, step: f64, n: u32) -> Vec<u8> {
 }
 
 #[test]
-fn ranges_that_are_small_beside_their_offset_are_computed() {
+fn ranges_that_are_small_next_to_their_offset_are_computed() {
     // With 10^15 and 1/8, and with whole numbers from 5 * 10^15 on, no number lies between two samples.
     let volumes = [
         ("a_4x4x4_float64.raw", beside(1e15, 0.125, 64)),
@@ -125,7 +125,7 @@ fn long_cells_are_computed() {
 }
 
 #[test]
-fn edges_shorter_than_the_shortest_that_are_aimed_at_may_be_asked_for() {
+fn max_edge_may_be_below_the_least_target_length() {
     let folder = Folder::new();
     ends(&folder, &compute(&["--phantom", "sphere:8", "--max-edge", "0.34"]), 0);
 }

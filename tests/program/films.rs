@@ -164,7 +164,7 @@ fn without_a_working_ffmpeg_there_is_one_line_and_no_film() {
 }
 
 #[test]
-fn an_interrupted_film_leaves_what_was_there() {
+fn an_interrupted_film_leaves_the_old_file() {
     let folder = Folder::with_spectrum();
     folder.write("old.mp4", b"as it was");
     let flags = ["render", "s.isp", "-c", "50%", "--turntable", "2", "-q", "-o", "old.mp4"];

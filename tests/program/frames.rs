@@ -19,7 +19,7 @@ fn a_sweep_writes_the_pictures_of_its_isovalues() {
 }
 
 #[test]
-fn what_is_wrong_with_a_sweep_is_said_before_anything_is_written() {
+fn errors_of_a_sweep_come_before_any_output() {
     let folder = Folder::with_spectrum();
     for (sweep, output, code, says) in [
         ("0%:100%:3", "f.png", 2, "%04d"),
@@ -48,7 +48,7 @@ fn the_folder_of_a_sweep_is_made() {
 }
 
 #[test]
-fn pictures_of_no_surface_are_told_of() {
+fn empty_pictures_are_reported() {
     let folder = Folder::with_spectrum();
     let size = ["--size", "8x8"];
     let one = ["render", "s.isp", "-c", "100%", "-o", "a.png"];

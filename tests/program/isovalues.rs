@@ -50,7 +50,7 @@ fn isovalues_are_written_by_the_range_and_by_the_samples() {
 }
 
 #[test]
-fn ranges_and_sweeps_are_written_so_too() {
+fn ranges_and_sweeps_take_the_same_notation() {
     let folder = Folder::new();
     let arguments = ["compute", "--phantom", "sphere:12", "--backend", "cpu", "-o", "s.isp"];
     folder.run(&[&arguments[..], &["--range", "top:50%:p90"]].concat());

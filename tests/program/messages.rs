@@ -24,7 +24,7 @@ fn check_plain(output: &std::process::Output, n_lines: usize) {
 }
 
 #[test]
-fn names_and_fields_reach_no_terminal_as_they_are() {
+fn control_characters_in_names_and_fields_are_escaped() {
     let folder = Folder::with_spectrum();
     let spectrum = folder.read("s.isp");
     // Names of files, in errors and in what is told of success.
@@ -68,7 +68,7 @@ fn names_and_fields_reach_no_terminal_as_they_are() {
 }
 
 #[test]
-fn what_a_spectrum_says_of_itself_is_only_shown() {
+fn control_characters_in_a_spectrum_are_shown_escaped() {
     let folder = Folder::with_spectrum();
     let path = folder.path().join("s.isp");
     let spectrum = isospectrum::file::read(&path).expect("a spectrum");
@@ -103,7 +103,7 @@ fn a_long_name_is_shortened() {
 }
 
 #[test]
-fn no_library_speaks_for_itself() {
+fn no_library_prints_to_stderr() {
     let folder = Folder::with_spectrum();
     for arguments in [
         &["compute", "--phantom", "sphere:8", "--backend", "gpu", "-o", "t.isp"][..],
@@ -129,7 +129,7 @@ fn no_library_speaks_for_itself() {
 }
 
 #[test]
-fn what_was_probably_meant_is_suggested() {
+fn misspelt_arguments_get_a_suggestion() {
     let folder = Folder::new();
     for (arguments, meant) in [
         (&["rendr", "s.isp"][..], "'render'"),
@@ -142,7 +142,7 @@ fn what_was_probably_meant_is_suggested() {
 }
 
 #[test]
-fn what_is_swapped_is_said() {
+fn swapped_arguments_are_recognised() {
     let folder = Folder::with_spectrum();
     folder.write("v_2x2x2_uint8.raw", &[1, 2, 3, 4, 5, 6, 7, 8]);
     std::fs::copy(folder.path().join("s.isp"), folder.path().join("odd.name")).expect("copied");
@@ -168,7 +168,7 @@ fn what_is_swapped_is_said() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_will_not_fit_is_said_before_the_work() {
+fn too_little_memory_is_an_error_before_the_work() {
     let folder = Folder::new();
     let script =
         "ulimit -v 250000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
@@ -191,7 +191,7 @@ fn a_page_says_what_it_packs() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn no_time_is_told_that_nobody_knows() {
+fn no_remaining_time_is_shown_before_it_can_be_estimated() {
     let folder = Folder::new();
     // `script` gives a terminal.
     let compute =

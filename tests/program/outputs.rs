@@ -80,7 +80,7 @@ fn a_link_of_either_kind_to_an_input_is_that_input() {
 }
 
 #[test]
-fn a_spectrum_is_asked_for_by_its_name() {
+fn the_output_of_compute_must_be_named_isp() {
     let folder = Folder::with_spectrum();
     for output in ["s.raw", "s", "s.ply", "s.thesis"] {
         let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", output];
@@ -94,7 +94,7 @@ fn a_spectrum_is_asked_for_by_its_name() {
 }
 
 #[test]
-fn a_simplified_volume_has_the_name_of_what_it_is() {
+fn the_name_of_a_simplified_volume_must_match_its_type() {
     let folder = Folder::new();
     write_volume(&folder, "v_4x4x4_uint8.raw");
     let samples: Vec<u8> = (0..64).flat_map(|i| (i as f32).to_le_bytes()).collect();
@@ -168,7 +168,7 @@ fn stopped(
 
 #[cfg(unix)]
 #[test]
-fn a_signal_that_asks_for_an_end_leaves_nothing() {
+fn a_termination_signal_leaves_no_files() {
     let folder = Folder::new();
     let compute = ["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "-o", "s.isp"];
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
@@ -182,7 +182,7 @@ fn a_signal_that_asks_for_an_end_leaves_nothing() {
 
 #[cfg(unix)]
 #[test]
-fn a_signal_is_heeded_by_work_that_does_not_look_for_it() {
+fn a_signal_stops_work_that_does_not_poll_for_it() {
     let folder = Folder::new();
     let growth = Growth { subdivisions: 8, n_steps: 1, splits: 0, flips: 0, knot_distance: 1 };
     isospectrum::file::write(&growing_sphere(&growth), folder.path().join("large.isp"))

@@ -122,7 +122,7 @@ fn a_morphing_mesh_is_the_isosurface_at_each_of_its_isovalues() {
 }
 
 #[test]
-fn what_cannot_be_morphed_is_told_with_what_can() {
+fn a_refused_morph_names_a_range_that_works() {
     let (folder, spectrum) = folder_with_spectrum();
     let (_, high) = quiet_range(&spectrum);
     for (flags, says) in [

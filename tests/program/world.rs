@@ -52,7 +52,7 @@ fn a_sheared_scan_keeps_its_world_through_spectrum_and_mesh() {
 }
 
 #[test]
-fn what_was_done_to_a_volume_is_told_and_done_again_by_verify() {
+fn preparation_is_recorded_and_repeated_by_verify() {
     let folder = Folder::new();
     let volume = ["--phantom", "blobs:32"];
     let steps = ["--crop", "2:31,:,1:", "--median", "1", "--smooth", "0.7", "--downsample", "2"];
@@ -79,7 +79,7 @@ fn what_was_done_to_a_volume_is_told_and_done_again_by_verify() {
 }
 
 #[test]
-fn what_does_not_fit_a_volume_is_a_line() {
+fn options_that_do_not_fit_a_volume_are_errors_of_one_line() {
     let folder = folder_with("vti_raw.vti");
     folder.write("a_2x2x2_uint8.raw", &[1, 2, 3, 4, 5, 6, 7, 8]);
     let file = "vti_raw.vti";

@@ -76,7 +76,7 @@ fn a_volume_is_computed_and_shown() {
 }
 
 #[test]
-fn what_cannot_be_shown_is_one_line() {
+fn files_that_cannot_be_shown_are_errors_of_one_line() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let mut damaged = folder.read("s.isp");

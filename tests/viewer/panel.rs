@@ -16,7 +16,7 @@ const SWEEP: i32 = 462;
 const ROW: i32 = 23;
 
 #[test]
-fn what_the_panel_offers_is_done() {
+fn every_control_of_the_panel_works() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let window = Window::open(&server, &folder, &["s.isp", "-c", "0.2", "--mark", "0.4"]);
@@ -68,7 +68,7 @@ fn what_the_panel_offers_is_done() {
 }
 
 #[test]
-fn isovalues_are_offered_and_kept_beside_each_other() {
+fn isovalues_are_suggested_and_kept_next_to_each_other() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let window =
@@ -99,7 +99,7 @@ fn isovalues_are_offered_and_kept_beside_each_other() {
 }
 
 #[test]
-fn surfaces_colours_and_a_plane_are_told_at_the_beginning() {
+fn surfaces_colours_and_a_plane_are_set_by_flags() {
     let server = Server::start();
     let folder = Folder::with_spectrum();
     let told = ["-c", "0.2=bone", "-c", "-0.2=skin@0.3", "--clip", "y:60%", "--background", "dark"];

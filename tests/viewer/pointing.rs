@@ -21,7 +21,7 @@ fn two_balls() -> Folder {
 }
 
 #[test]
-fn components_are_kept_and_hidden_where_one_points_and_followed() {
+fn components_are_selected_hidden_and_followed_by_the_mouse() {
     let server = Server::start();
     let folder = two_balls();
     // From the front the balls are left and right.
@@ -66,7 +66,7 @@ fn components_are_kept_and_hidden_where_one_points_and_followed() {
 const KEEP_ONE: i32 = 361;
 
 #[test]
-fn distances_are_measured_and_places_told() {
+fn distances_and_positions_are_shown() {
     let server = Server::start();
     let folder = two_balls();
     let window = Window::open(&server, &folder, &["s.isp", "-c", "0", "--camera", "-90,0"]);

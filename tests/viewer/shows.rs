@@ -45,7 +45,7 @@ fn the_window_shows_what_render_draws() {
 }
 
 #[test]
-fn what_render_draws_over_and_darkens_the_window_shows_too() {
+fn the_window_shows_overlays_and_occlusion_as_render_does() {
     let server = Server::start();
     let folder = Folder::new();
     // A ring, which has a hollow.

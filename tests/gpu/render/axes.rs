@@ -79,7 +79,7 @@ fn the_box_is_where_a_projection_by_hand_puts_it_and_behind_what_hides_it() {
 }
 
 #[test]
-fn the_axes_point_as_the_camera_says() {
+fn the_axes_point_in_the_directions_of_the_camera() {
     let spectrum = growing_sphere(1);
     for camera in ["35,22", "-70,40", "160,-30"] {
         let view =

@@ -59,7 +59,7 @@ fn hollows_are_darker_the_deeper_they_are_in_pictures_of_any_size() {
 }
 
 #[test]
-fn what_lies_behind_and_outlines_stay_as_they_are() {
+fn background_and_outlines_are_not_darkened() {
     let spectrum = touching();
     let view = small("30,20");
     let (plain, dark) = (draw(&spectrum, 0.5, &view), draw(&spectrum, 0.5, &occluded(&view)));
@@ -80,7 +80,7 @@ fn what_lies_behind_and_outlines_stay_as_they_are() {
 }
 
 #[test]
-fn what_one_looks_through_is_not_darkened_and_hides_no_darkness() {
+fn transparent_surfaces_are_not_darkened_and_hide_no_darkness() {
     let spectrum = touching();
     let view = small("0,0").with_background(Background::White);
     let clear = view.clone().with_opacity(0.5);

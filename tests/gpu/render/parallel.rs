@@ -20,7 +20,7 @@ fn near_and_far() -> Spectrum {
 }
 
 #[test]
-fn what_is_far_is_as_large_as_what_is_near() {
+fn size_does_not_depend_on_distance() {
     let spectrum = near_and_far();
     let radii = |view: &View| {
         [0.0, 1.0].map(|isovalue| (coverage(&draw(&spectrum, isovalue, view)).0 / PI).sqrt())
@@ -65,7 +65,7 @@ fn parallel_edges_stay_parallel() {
 }
 
 #[test]
-fn the_scale_bar_is_as_long_as_what_has_its_length() {
+fn the_scale_bar_is_as_long_as_an_object_of_its_length() {
     let spectrum = growing_sphere(5);
     // With the bar in its own picture the ball is counted without it.
     let view = parallel(
@@ -90,7 +90,7 @@ fn the_scale_bar_is_as_long_as_what_has_its_length() {
 }
 
 #[test]
-fn what_is_looked_at_keeps_its_size_in_the_other_projection() {
+fn the_target_keeps_its_size_when_the_projection_changes() {
     let spectrum = growing_sphere(1);
     let mut view = small("35,22,1.3");
     let first = view.clone();
@@ -109,7 +109,7 @@ fn what_is_looked_at_keeps_its_size_in_the_other_projection() {
 }
 
 #[test]
-fn one_cannot_be_inside_of_what_is_seen_in_parallel() {
+fn a_parallel_camera_is_never_inside_the_surface() {
     let spectrum = growing_sphere(4);
     let close = small("35,22,0.1");
     let middle = |view: &View| draw(&spectrum, 1.0, view).pixel(160, 120);

@@ -159,7 +159,7 @@ fn raw_options_win_over_the_file_name() {
 }
 
 #[test]
-fn detached_nrrd_data_lie_beside_the_header_and_behind_what_is_skipped() {
+fn detached_nrrd_data_are_found_next_to_the_header_after_skipped_bytes() {
     let folder = folder();
     let data: Vec<u8> = (0..N as u8).collect();
     fs::create_dir(folder.path().join("sub")).expect("a writable temporary folder");
@@ -217,7 +217,7 @@ fn nrrd_space_is_the_world_frame() {
 }
 
 #[test]
-fn raw_is_inflated_and_told_by_a_header_beside() {
+fn raw_data_are_inflated_and_described_by_a_header_file() {
     let folder = folder();
     let data: Vec<u8> = (0..N as u8).collect();
     let packed = write(&folder, "a_2x3x4_uint8.raw.gz", &gzipped(&data));
