@@ -1,5 +1,5 @@
-//! Spectrum files made to cost a reader much: whole sections, checksums that fit, and contents that deflate as far as the
-//! format lets them.
+//! Spectrum files that are as expensive for a reader as possible: complete sections, correct checksums, and contents that
+//! deflate as far as the format allows.
 
 use std::io::Write as _;
 

@@ -1,4 +1,4 @@
-//! Runs the program in a folder of its own.
+//! Runs the program in a temporary folder.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ pub(crate) fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_BIN_EXE_isospectrum"))
 }
 
-/// A temporary folder to run in.
+/// A temporary folder to run the program in.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -92,13 +92,13 @@ impl Folder {
             .current_dir(self.path())
             .output()
             .expect("the program runs");
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-        assert!(!said.contains("panicked") && !said.contains("internal error"), "{said}");
+        let printed = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {printed}");
+        assert!(!printed.contains("panicked") && !printed.contains("internal error"), "{printed}");
         output
     }
 
-    /// What a script of `sh` does in the folder, where `"$0"` is the program.
+    /// Runs a script of `sh` in the folder; `"$0"` is the program.
     pub(crate) fn shell(&self, script: &str) -> Output {
         std::process::Command::new("sh")
             .args(["-c", script])
@@ -108,8 +108,8 @@ impl Folder {
             .expect("sh runs")
     }
 
-    /// Runs the program and expects an exit code, no output, one line that explains, and no file
-    /// that was not there before. The line, without the name of the program.
+    /// Runs the program and expects an exit code, no output, one line on stderr and no new file. Returns the line without the
+    /// name of the program.
     pub(crate) fn fails(&self, arguments: &[&str], code: i32) -> String {
         let before = self.names();
         let output = self.run_for(arguments, code);
@@ -119,17 +119,17 @@ impl Folder {
     }
 }
 
-/// What the program said on stderr.
+/// The text on stderr.
 pub(crate) fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// The one line of an error.
-pub(crate) fn one_line(said: &str) -> String {
-    let lines: Vec<&str> = said.lines().collect();
-    assert_eq!(lines.len(), 1, "{said}");
+pub(crate) fn one_line(printed: &str) -> String {
+    let lines: Vec<&str> = printed.lines().collect();
+    assert_eq!(lines.len(), 1, "{printed}");
     let line = lines[0].strip_prefix("isospectrum: ");
-    line.unwrap_or_else(|| panic!("no name in front: {said}")).to_owned()
+    line.unwrap_or_else(|| panic!("no name in front: {printed}")).to_owned()
 }
 
 /// The JSON on stdout.

@@ -43,7 +43,7 @@ pub(crate) fn isovalue(rank: u32) -> f64 {
     f64::from(rank) + if rank % 3 == 1 { 1.0 / 3.0 } else { 0.0 }
 }
 
-/// What is said of a volume that does not exist.
+/// The description of a volume that does not exist.
 pub(crate) fn volume_info() -> VolumeInfo {
     VolumeInfo {
         name: "sphere".into(),

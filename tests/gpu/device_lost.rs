@@ -1,6 +1,4 @@
-//! A device that is lost in the middle of a sweep.
-//!
-//! Needs an adapter, as the other GPU tests do.
+//! A GPU device that is lost in the middle of a sweep.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,10 +8,10 @@ use isospectrum::volume::phantom;
 use isospectrum::{Backend, Choice};
 use isospectrum::{Parameters, Progress, Silent, compute};
 
-/// When, in questions, the device is taken away: after remeshing, at the first steps.
+/// The number of calls of `cancelled` before the device is lost: after remeshing, at the first steps.
 const TAKES_AT: usize = 6;
 
-/// Takes the device away when the sweep asks for the n-th time whether to stop.
+/// Loses the device at the n-th call of `cancelled`.
 struct Thief<'a> {
     backend: &'a Backend,
     asked: AtomicUsize,
@@ -43,7 +41,7 @@ fn a_device_lost_in_the_middle_of_a_sweep_is_an_error_of_one_line() {
     assert!(!error.to_string().contains('\n'), "{error}");
     assert!(thief.asked.into_inner() > TAKES_AT);
 
-    // Nor does what comes after hang or panic.
+    // Later sweeps with it neither hang nor panic.
     let swept = compute(&volume, &Parameters::default(), &backend, &Silent);
     let Err(error) = swept else { panic!("a spectrum without a device") };
     assert!(matches!(error, Error::Gpu(_)), "{error}");

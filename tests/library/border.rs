@@ -1,5 +1,5 @@
 //! Surfaces at the border of the volume: where the isovalue passes samples of the border, dents open in the
-//! caps, and the mesh must go into them.
+//! caps, and the mesh must follow them.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Bricks: parts swept apart fit each other, whoever computes them when. See `docs/decisions/0004-bricks.md`.
+//! Bricks: parts that are swept separately fit together. See `docs/decisions/0004-bricks.md`.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A spectrum as a folder of parts is the spectrum of one file, of which less is read.
+//! A spectrum as a folder of parts equals the spectrum in one file; a query reads only the parts that it needs.
 
 use std::sync::{Arc, OnceLock};
 
@@ -172,11 +172,11 @@ fn exceeding_a_limit_is_an_error_as_soon_as_it_is_known() {
         (refused.expect_err("beyond a limit").to_string(), folder.names().len())
     };
     let none = BrickLimits { memory: f64::INFINITY, one_file: true, triangles: None };
-    let (said, n) = refused(BrickLimits { memory: 1e5, ..none });
-    assert!(said.contains("9x9x9") && said.contains("1 MB"), "{said}");
+    let (printed, n) = refused(BrickLimits { memory: 1e5, ..none });
+    assert!(printed.contains("9x9x9") && printed.contains("1 MB"), "{printed}");
     assert_eq!(n, 0);
-    let (said, n) = refused(BrickLimits { memory: 12e6, ..none });
-    assert!(said.contains("12 MB") && said.contains("-o NAME.ispt"), "{said}");
+    let (printed, n) = refused(BrickLimits { memory: 12e6, ..none });
+    assert!(printed.contains("12 MB") && printed.contains("-o NAME.ispt"), "{printed}");
     assert!((1..27).contains(&n), "{n} parts");
 }
 

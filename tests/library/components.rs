@@ -1,4 +1,4 @@
-//! The components of an isosurface, where they begin and end, and what the program tells and keeps of them.
+//! The components of an isosurface, the isovalues where they begin and end, and how the program lists and selects them.
 //!
 //! Where components end is compared with the contour tree of the volume, which shares the samples with the spectrum
 //! and knows no mesh.
@@ -272,9 +272,9 @@ fn components_are_measured_and_selected_in_world_units() {
     let told = small["bounds"][0][0].as_f64().expect("a number");
     // The mesh is written with 32-bit floats, whose steps are 7.6e-6 there.
     assert!((least - told).abs() < 7.7e-6, "{least} and {told}");
-    let said =
+    let printed =
         folder.run(&["extract", "s.isp", "-c", "0", "--min-volume", "1e9", "-o", "none.ply"]);
-    assert!(program::stderr(&said).contains("no component is kept"));
+    assert!(program::stderr(&printed).contains("no component is kept"));
     for wrong in [["--keep", "0"], ["--at", "1,2"], ["--min-volume", "-1"]] {
         folder.fails(&[&["components", "s.isp", "-c", "0"][..], &wrong].concat(), 2);
     }

@@ -1,4 +1,4 @@
-//! Masks and dust as users meet them: what is left of a surface, what is told of it, and that it can be verified.
+//! Masks and removal of small components: the surface that is left, the reports, and verification.
 
 use crate::common::program::{Folder, json, stderr};
 use isospectrum::export::parse_ply;
@@ -28,7 +28,7 @@ fn masked() -> Folder {
     let folder = Folder::new();
     write(&folder, "slope", |[x, y, z]| 9.0 * x + 5.0 * y + z);
     write(&folder, "ball", |p| if is_inside(p) { 7.0 } else { 0.0 });
-    let said = folder.run(&[
+    let printed = folder.run(&[
         "compute",
         "slope_16x16x16_uint8.raw",
         "-o",
@@ -38,7 +38,7 @@ fn masked() -> Folder {
         "--backend",
         "cpu",
     ]);
-    assert!(stderr(&said).contains("11.841 %"), "{}", stderr(&said));
+    assert!(stderr(&printed).contains("11.841 %"), "{}", stderr(&printed));
     folder
 }
 
@@ -135,10 +135,10 @@ fn a_mask_that_does_not_fit_is_an_error_of_one_line() {
         folder.fails(&[&arguments[..], flags].concat(), code)
     };
     folder.write("small_2x2x2_uint8.raw", &[0, 1, 2, 3, 4, 5, 6, 7]);
-    let said = compute("small_2x2x2_uint8.raw", &[], 3);
-    assert!(said.contains("2x2x2 samples, expected 16x16x16"), "{said}");
-    let said = compute("ball_16x16x16_uint8.raw", &["--crop", "0:3,:,:"], 3);
-    assert!(said.contains("inside the mask"), "{said}");
+    let printed = compute("small_2x2x2_uint8.raw", &[], 3);
+    assert!(printed.contains("2x2x2 samples, expected 16x16x16"), "{printed}");
+    let printed = compute("ball_16x16x16_uint8.raw", &["--crop", "0:3,:,:"], 3);
+    assert!(printed.contains("inside the mask"), "{printed}");
     compute("none.nrrd", &[], 3);
     let mask = "ball_16x16x16_uint8.raw";
     folder.fails(&["analyze", slope, "--mask", mask, "--plot", mask], 2);
@@ -155,9 +155,9 @@ fn dust_is_removed_reported_and_removed_again_by_verify() {
     });
     let dusty = "dusty_16x16x16_uint8.raw";
     let compute = ["compute", dusty, "-o", "d.isp", "--backend", "cpu", "--error", "0.3"];
-    let said = folder.run(&[&compute[..], &["--min-component", "8"]].concat());
+    let printed = folder.run(&[&compute[..], &["--min-component", "8"]].concat());
     let expected = "3 parts and 0 cavities below 8 voxels left out: 3 samples changed";
-    assert!(stderr(&said).contains(expected), "{}", stderr(&said));
+    assert!(stderr(&printed).contains(expected), "{}", stderr(&printed));
     let told = folder.run(&["info", "d.isp"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();
     assert!(told.contains(expected), "{told}");

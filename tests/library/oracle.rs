@@ -1,6 +1,6 @@
-//! Volumes of other programs, against what those programs read back: the same samples, and the same world position of
-//! the eight corners. `make.py` beside this file wrote the files and `values.json`, and from the real volumes, which
-//! are not in the repository, `real.json`.
+//! Volumes of other programs, against what those programs read: the same samples, and the same world positions of the
+//! eight corners. `tests/oracle/make.py` wrote the files and `values.json`, and `real.json` from real volumes, which are
+//! not in the repository.
 
 mod filters;
 
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use isospectrum::volume::{ReadOptions, Space, Unit, Volume, read_volume};
 use serde::Deserialize;
 
-/// What an oracle read of a file.
+/// What another program read from a file.
 #[derive(Deserialize)]
 struct Expected {
     file: String,

@@ -1,4 +1,4 @@
-//! Sweeps of a part of a volume's range: nothing is missing at its ends.
+//! Sweeps over a part of a volume's range: the mesh is complete at both ends.
 //!
 //! The oracle is the count of the isosurface on the grid, which knows no mesh.
 

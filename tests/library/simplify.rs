@@ -1,4 +1,4 @@
-//! Noise taken out of volumes whose critical points are known.
+//! Topological simplification of volumes with known critical points.
 
 use crate::common::program::{Folder, json, stderr};
 use isospectrum::spectrum::{EventKind, Told};
@@ -211,8 +211,11 @@ fn a_range_of_the_original_volume_is_clamped_to_that_of_the_simplified_one() {
     }
     let beyond = format!("{}:{}", most + 0.1, most + 0.2);
     let beyond = [&compute[..], &["-o", "beyond.isp", "--range", &beyond], &noisy].concat();
-    let said = stderr(&folder.run_for(&beyond, 2));
-    assert!(said.contains(&format!("expected one of the volume's {least} to {most}")), "{said}");
+    let printed = stderr(&folder.run_for(&beyond, 2));
+    assert!(
+        printed.contains(&format!("expected one of the volume's {least} to {most}")),
+        "{printed}"
+    );
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Verification finds what is wrong with a spectrum, and nothing with a right one.
+//! Verification finds every kind of error in a spectrum, and none in a correct one.
 
 use std::sync::Arc;
 
@@ -75,18 +75,18 @@ fn a_right_spectrum_passes() {
 #[test]
 fn a_missing_triangle_is_found() {
     let spectrum = unmoving_but(|patch| patch.triangles.truncate(patch.triangles.len() - 1));
-    let said = failures(&spectrum);
-    assert!(said.contains("isovalues with wrong topology: 3, expected 0"), "{said}");
-    assert!(said.contains("no closed oriented manifold: 3, expected 0"), "{said}");
+    let printed = failures(&spectrum);
+    assert!(printed.contains("isovalues with wrong topology: 3, expected 0"), "{printed}");
+    assert!(printed.contains("no closed oriented manifold: 3, expected 0"), "{printed}");
 }
 
 #[test]
 fn a_turned_triangle_is_found() {
     let spectrum = unmoving_but(|patch| patch.triangles[0].vertices.swap(0, 1));
-    let said = failures(&spectrum);
+    let printed = failures(&spectrum);
     assert!(
-        said.contains("no closed oriented manifold: 3") && !said.contains("topology"),
-        "{said}"
+        printed.contains("no closed oriented manifold: 3") && !printed.contains("topology"),
+        "{printed}"
     );
 }
 
@@ -104,10 +104,10 @@ fn a_mesh_off_the_isosurface_is_found() {
     // A third of a voxel along x is more than the tolerance nearly everywhere.
     let spectrum =
         unmoving_but(|patch| patch.knots.iter_mut().for_each(|knot| knot.position[0] += 0.33));
-    let said = failures(&spectrum);
-    assert!(said.contains("vertices from isosurface, 99 % within"), "{said}");
-    assert!(said.contains("barycentres from isosurface, 50 % within"), "{said}");
-    assert!(!said.contains("topology"), "{said}");
+    let printed = failures(&spectrum);
+    assert!(printed.contains("vertices from isosurface, 99 % within"), "{printed}");
+    assert!(printed.contains("barycentres from isosurface, 50 % within"), "{printed}");
+    assert!(!printed.contains("topology"), "{printed}");
 }
 
 #[test]
@@ -120,8 +120,11 @@ fn a_vertex_pulled_through_the_sphere_crosses_triangles() {
         }
     });
     assert!(report(&spectrum).totals.self_intersecting_share > 0.0);
-    let said = failures(&spectrum);
-    assert!(said.contains("triangles that cross others") && !said.contains("jumps"), "{said}");
+    let printed = failures(&spectrum);
+    assert!(
+        printed.contains("triangles that cross others") && !printed.contains("jumps"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -134,9 +137,12 @@ fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
             knot.position[2] = middle + (knot.position[2] - middle).abs();
         }
     });
-    let said = failures(&spectrum);
-    assert!(said.contains("isosurface from mesh, 99 % within"), "{said}");
-    assert!(!said.contains("vertices from isosurface") && !said.contains("isovalues"), "{said}");
+    let printed = failures(&spectrum);
+    assert!(printed.contains("isosurface from mesh, 99 % within"), "{printed}");
+    assert!(
+        !printed.contains("vertices from isosurface") && !printed.contains("isovalues"),
+        "{printed}"
+    );
 }
 
 #[test]

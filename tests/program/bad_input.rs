@@ -1,5 +1,4 @@
-//! Bad input as the program sees it: one line that explains, the right exit code, nothing written,
-//! no panic.
+//! Bad input: an error of one line, the right exit code, nothing written, no panic.
 
 use crate::common::program;
 use crate::common::program::{Folder, one_line, stderr};
@@ -287,9 +286,9 @@ fn special_files_are_refused_without_waiting() {
         (&["info", "/dev/zero"], "/dev/zero"),
         (&["info", "."], "."),
     ] {
-        let (code, said) = ended(&folder, arguments);
-        assert_eq!(code, Some(3), "{arguments:?}: {said}");
-        contains(&one_line(&said), &[name, "not a regular file"]);
+        let (code, printed) = ended(&folder, arguments);
+        assert_eq!(code, Some(3), "{arguments:?}: {printed}");
+        contains(&one_line(&printed), &[name, "not a regular file"]);
     }
 }
 

@@ -29,8 +29,8 @@ fn the_bytes_do_not_depend_on_which_process_computes_which_part() {
     folder.run(&["merge", "p.json", "--parts", "two", "-o", "two.isp", "-q"]);
     assert_eq!(folder.read("m.isp"), folder.read("two.isp"));
     // Nothing is done twice.
-    let said = stderr(&folder.run(&["compute", "--backend", "cpu", "--plan", "p.json"]));
-    assert_eq!(said.matches("is there").count(), 8, "{said}");
+    let printed = stderr(&folder.run(&["compute", "--backend", "cpu", "--plan", "p.json"]));
+    assert_eq!(printed.matches("is there").count(), 8, "{printed}");
     let verify = ["verify", "m.isp", "--phantom", "noise:9:4", "--n", "8"];
     folder.run(&verify);
 }
@@ -54,8 +54,8 @@ fn a_killed_worker_and_a_damaged_part_are_recomputed() {
     let told = folder.fails(&merge, 3);
     assert!(told.contains("000005.part") && told.contains("damaged"), "{told}");
     let anew = ["compute", "--backend", "cpu", "--plan", "p.json", "--parts", "5", "-o", "parts"];
-    let said = stderr(&folder.run(&anew));
-    assert!(said.contains("made anew"), "{said}");
+    let printed = stderr(&folder.run(&anew));
+    assert!(printed.contains("made anew"), "{printed}");
     folder.run(&merge);
     assert_eq!(folder.read("again.isp"), folder.read("m.isp"));
 }
@@ -117,15 +117,15 @@ fn a_limit_of_memory_is_kept_by_bricks() {
     let compute =
         ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "150:180"];
     let within = [&compute[..], &["--max-memory", "70MB"]].concat();
-    let said = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
-    assert!(said.contains("in 9 bricks of about 128^3"), "{said}");
+    let printed = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
+    assert!(printed.contains("in 9 bricks of about 128^3"), "{printed}");
     // The same, whoever asks for it.
     folder.run(&[&compute[..], &["-q", "--brick", "128", "-o", "b.isp"]].concat());
     assert!(folder.read("a.isp") == folder.read("b.isp"));
     // What must be read as a whole is told.
     let prepared = [&within[..], &["--median", "1", "-o", "c.isp"]].concat();
-    let said = stderr(&folder.run(&prepared));
-    assert!(said.contains("1.83 MiB of samples"), "{said}");
+    let printed = stderr(&folder.run(&prepared));
+    assert!(printed.contains("1.83 MiB of samples"), "{printed}");
     // Nor do bricks help everywhere.
     let tight = [&compute[..], &["--max-memory", "50MB", "--brick", "128", "-o", "d.isp"]].concat();
     let output = folder.run_for(&tight, 2);
@@ -147,10 +147,10 @@ fn a_full_disk_is_one_line_and_leaves_nothing_in_part() {
     let full = |arguments: &str| {
         let script = format!("trap '' XFSZ; ulimit -f 1; \"$0\" {arguments}");
         let output = folder.shell(&script);
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(3), "{arguments}: {said}");
+        let printed = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{arguments}: {printed}");
         assert_eq!(folder.names(), before, "{arguments}");
-        one_line(&said)
+        one_line(&printed)
     };
     let phantom = "compute --phantom noise:9:4 --backend cpu --brick 4 -q";
     for name in ["s.isp", "s.ispt"] {

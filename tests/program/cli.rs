@@ -57,8 +57,8 @@ fn every_format_is_chosen_by_the_extension_and_stdout_is_data_only() {
 fn an_empty_surface_explains_itself() {
     let folder = Folder::with_spectrum();
     let output = folder.run(&["extract", "s.isp", "-c", "100%", "-o", "m.ply"]);
-    let said = stderr(&output);
-    assert!(said.contains("is empty") && said.contains("the range is"), "{said}");
+    let printed = stderr(&output);
+    assert!(printed.contains("is empty") && printed.contains("the range is"), "{printed}");
     assert!(folder.read("m.ply").starts_with(b"ply\n"));
 }
 
@@ -67,10 +67,10 @@ fn isovalues_are_printed_with_significant_digits_only() {
     let folder = Folder::with_spectrum();
     // Shares of the range that are no short numbers.
     for percent in ["10%", "33.3%", "70%"] {
-        let said = stderr(&folder.run(&["extract", "s.isp", "-c", percent, "-o", "m.ply"]));
-        let (_, told) = said.split_once("isovalue ").expect("the isovalue is told");
+        let printed = stderr(&folder.run(&["extract", "s.isp", "-c", percent, "-o", "m.ply"]));
+        let (_, told) = printed.split_once("isovalue ").expect("the isovalue is told");
         let digits = told.chars().take_while(|c| c.is_ascii_digit() || ".-".contains(*c)).count();
-        assert!((1..=8).contains(&digits), "{said}");
+        assert!((1..=8).contains(&digits), "{printed}");
     }
 }
 
@@ -93,13 +93,13 @@ fn reports_have_a_name_and_a_version() {
 fn compute_prints_the_quality_and_only_with_v_the_counts_of_the_sweep() {
     let folder = Folder::new();
     let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "s.isp"];
-    let said = stderr(&folder.run(&compute));
+    let printed = stderr(&folder.run(&compute));
     for wanted in
         ["done in", "tracked", "% of the area", "within 0.1 voxel", "radius ratio", "size"]
     {
-        assert!(said.contains(wanted), "no '{wanted}' in: {said}");
+        assert!(printed.contains(wanted), "no '{wanted}' in: {printed}");
     }
-    assert!(!said.contains("exchanges") && !said.contains("steps"), "{said}");
+    assert!(!printed.contains("exchanges") && !printed.contains("steps"), "{printed}");
     assert!(stderr(&folder.run(&[&compute[..], &["-v"]].concat())).contains("exchanges"));
     let report = json(&folder.run(&[&compute[..], &["--json"]].concat()));
     assert!(report["counts"]["exchanges_refused"].is_number(), "{report}");
@@ -169,8 +169,8 @@ fn quiet_prints_nothing() {
 fn nothing_is_coloured_and_no_bar_is_drawn_where_there_is_no_terminal() {
     let folder = Folder::new();
     let compute = ["compute", "--phantom", "sphere:8", "--backend", "cpu", "-o", "s.isp", "-v"];
-    let said = stderr(&folder.run(&compute));
-    assert!(!said.contains('\u{1b}') && !said.contains('\r'), "{said}");
+    let printed = stderr(&folder.run(&compute));
+    assert!(!printed.contains('\u{1b}') && !printed.contains('\r'), "{printed}");
 }
 
 #[test]
@@ -220,10 +220,10 @@ fn a_limit_that_is_not_kept_is_exit_code_5_with_the_reason() {
     let folder = Folder::with_spectrum();
     let verify = ["verify", "s.isp", "--phantom", "sphere:12", "--n", "8", "--max-deviation", "0"];
     let output = folder.run_for(&verify, 5);
-    let said = stderr(&output);
+    let printed = stderr(&output);
     let reason =
         "isospectrum: s.isp: verification failed: barycentres from isosurface, 99 % within: 0.";
-    assert!(said.starts_with(reason), "{said}");
+    assert!(printed.starts_with(reason), "{printed}");
     let report = String::from_utf8_lossy(&output.stdout);
     // The report is printed all the same, with what is kept and what is not.
     assert!(report.contains("promised 0 voxel: NOT KEPT") && report.contains(": kept"), "{report}");
@@ -267,8 +267,8 @@ fn help_and_version_are_data() {
 fn a_closed_pipe_is_no_error() {
     let folder = Folder::with_spectrum();
     let script = "{ \"$0\" extract s.isp -c 50% -o -; echo code $? >&2; } | head -c 4 >/dev/null";
-    let said = stderr(&folder.shell(script));
-    assert!(said.contains("code 0") && !said.contains("isospectrum:"), "{said}");
+    let printed = stderr(&folder.shell(script));
+    assert!(printed.contains("code 0") && !printed.contains("isospectrum:"), "{printed}");
 }
 
 #[test]

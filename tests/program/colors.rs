@@ -1,4 +1,4 @@
-//! Colours by a second field and by what meshes are like, in exports, pictures and pages.
+//! Colours by a second field and by properties of the mesh, in exports, pictures and pages.
 
 use crate::common::program::{Folder, stderr};
 

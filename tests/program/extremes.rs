@@ -1,4 +1,4 @@
-//! Volumes at the ends of what numbers can hold: they work, or are refused in one line.
+//! Volumes at the limits of floating point numbers: they are computed, or refused in one line.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -11,10 +11,10 @@ use isospectrum::volume::{ReadOptions, read_volume};
 /// A program that has not ended by then does not end; what is run here takes seconds.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// Runs the program and expects it to end, with an exit code. What it said on stderr.
+/// Runs the program and expects it to end with an exit code. Returns the text on stderr.
 fn ends(folder: &Folder, arguments: &[&str], code: i32) -> String {
-    let said = folder.path().join("said");
-    let stderr = std::fs::File::create(&said).expect("a file");
+    let printed = folder.path().join("said");
+    let stderr = std::fs::File::create(&printed).expect("a file");
     let mut command = Command::new(path());
     command.args(arguments).current_dir(folder.path()).stdout(Stdio::null()).stderr(stderr);
     let mut child = command.spawn().expect("the program runs");
@@ -29,15 +29,15 @@ fn ends(folder: &Folder, arguments: &[&str], code: i32) -> String {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    let said = std::fs::read_to_string(said).expect("text");
-    let said: String = said
+    let printed = std::fs::read_to_string(printed).expect("text");
+    let printed: String = printed
         .lines()
         .filter(|line| !line.contains("XDG_RUNTIME_DIR"))
         .map(|line| format!("{line}\n"))
         .collect();
-    assert_eq!(status.code(), Some(code), "{arguments:?}: {said}");
-    assert!(!said.contains("internal"), "{arguments:?}: {said}");
-    said
+    assert_eq!(status.code(), Some(code), "{arguments:?}: {printed}");
+    assert!(!printed.contains("internal"), "{arguments:?}: {printed}");
+    printed
 }
 
 fn bytes(samples: impl IntoIterator<Item = f64>) -> Vec<u8> {

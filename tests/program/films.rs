@@ -1,6 +1,6 @@
-//! `render --turntable` and films: which pictures they have, and what is left where ffmpeg fails.
+//! `render --turntable` and films: their pictures, and the files left where ffmpeg fails.
 //!
-//! A script stands in for ffmpeg: what is tested is what it is given, and what becomes of what it makes.
+//! A script replaces ffmpeg: the tests check its input and what happens to its output.
 
 use std::os::unix::fs::PermissionsExt as _;
 use std::process::{Child, Command, Output, Stdio};
@@ -11,7 +11,7 @@ use crate::common::program::{Folder, one_line, stderr};
 
 const SIZE: [&str; 2] = ["--size", "96x64"];
 
-/// Joins the pictures into a film, and tells in which order it was asked for what.
+/// Joins the pictures into a film and writes down its arguments.
 const JOINS: &str = r#"#!/bin/sh
 [ "$1" = -version ] && exit 0
 for last; do :; done
@@ -29,7 +29,7 @@ echo "Unknown encoder 'libx264'" >&2
 exit 1
 "#;
 
-/// Tells that it has begun, and does not end by itself within a test.
+/// Creates a file once it runs, and does not end within a test.
 const LINGERS: &str = r#"#!/bin/sh
 [ "$1" = -version ] && exit 0
 for last; do :; done
@@ -124,8 +124,8 @@ fn a_film_is_made_of_the_pictures_that_files_would_have() {
             let pictures = ["f0.png", "f1.png", "f2.png"].map(|name| folder.read(name)).concat();
             assert!(folder.read(name) == pictures, "{name} has other pictures");
         }
-        let said = String::from_utf8(folder.read("said")).expect("text");
-        assert!(told.iter().all(|word| said.contains(word)), "{said}");
+        let printed = String::from_utf8(folder.read("said")).expect("text");
+        assert!(told.iter().all(|word| printed.contains(word)), "{printed}");
         assert!(stderr(&output).contains(&format!("{name}: 3 pictures of 96x64")));
     }
     let names = folder.names();

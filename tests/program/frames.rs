@@ -52,13 +52,13 @@ fn empty_pictures_are_reported() {
     let folder = Folder::with_spectrum();
     let size = ["--size", "8x8"];
     let one = ["render", "s.isp", "-c", "100%", "-o", "a.png"];
-    let said = stderr(&folder.run(&[&one[..], &size].concat()));
-    assert!(said.contains("is empty") && said.contains("try 50%"), "{said}");
+    let printed = stderr(&folder.run(&[&one[..], &size].concat()));
+    assert!(printed.contains("is empty") && printed.contains("try 50%"), "{printed}");
     let quiet = folder.run(&[&one[..], &size, &["-q"]].concat());
     assert_eq!(stderr(&quiet), "");
     let sweep = ["render", "s.isp", "--sweep", "50%:100%:2", "-o", "%d.png"];
-    let said = stderr(&folder.run(&[&sweep[..], &size].concat()));
-    assert!(said.contains("1 of 2 pictures"), "{said}");
+    let printed = stderr(&folder.run(&[&sweep[..], &size].concat()));
+    assert!(printed.contains("1 of 2 pictures"), "{printed}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Isovalues as they are written on the command line, against the samples they are written by; several at once.
+//! The notations of isovalues on the command line, against the samples that they refer to; several isovalues at once.
 
 use crate::common::program::Folder;
 use isospectrum::volume::{Histogram, Samples, phantom};

@@ -1,5 +1,5 @@
-//! What users are told: nothing that a terminal would obey, nothing of other libraries, what is swapped,
-//! what was probably meant, what will not fit.
+//! Messages: no control characters, no output of other libraries, suggestions for misspelt and swapped arguments, errors
+//! before work that cannot fit into memory.
 
 use crate::common::program;
 use crate::common::program::{Folder, stderr};
@@ -8,7 +8,7 @@ use isospectrum::spectrum::Told;
 /// Sets the title of a window, clears the screen, and has a line that looks like one of ours.
 const TRAP: &str = "\u{1b}]0;gone\u{7}\u{1b}[2J\u{9b}2J\nisospectrum: all is well";
 
-/// The bytes of a control sequence in what was printed, if there is one.
+/// The first control character of an output, if there is one.
 fn control(printed: &[u8]) -> Option<char> {
     String::from_utf8_lossy(printed).chars().find(|&c| c.is_control() && c != '\n')
 }
@@ -162,7 +162,7 @@ fn swapped_arguments_are_recognised() {
             assert!(line.contains(word), "expected '{word}' in: {line}");
         }
     }
-    // What is missing is said, too.
+    // A missing argument is named as well.
     assert!(folder.fails(&["extract", "v_2x2x2_uint8.raw"], 2).contains("--isovalue"));
 }
 
@@ -173,9 +173,9 @@ fn too_little_memory_is_an_error_before_the_work() {
     let script =
         "ulimit -v 250000; \"$0\" compute --phantom noise:48 --backend cpu --threads 1 -o s.isp";
     let output = folder.shell(script);
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    let line = program::one_line(&said);
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    let line = program::one_line(&text);
     assert!(line.contains("address space") && line.contains("--max-memory"), "{line}");
     assert_eq!(folder.names(), [] as [&str; 0]);
 }
@@ -183,10 +183,10 @@ fn too_little_memory_is_an_error_before_the_work() {
 #[test]
 fn a_page_says_what_it_packs() {
     let folder = Folder::with_spectrum();
-    let said = stderr(&folder.run(&["html", "s.isp", "-o", "a.html"]));
-    assert!(said.lines().next().is_some_and(|line| line.starts_with("packing ")), "{said}");
-    let said = stderr(&folder.run(&["html", "s.isp", "-o", "b.html", "-c", "100%"]));
-    assert!(said.contains("is empty"), "{said}");
+    let text = stderr(&folder.run(&["html", "s.isp", "-o", "a.html"]));
+    assert!(text.lines().next().is_some_and(|line| line.starts_with("packing ")), "{text}");
+    let text = stderr(&folder.run(&["html", "s.isp", "-o", "b.html", "-c", "100%"]));
+    assert!(text.contains("is empty"), "{text}");
 }
 
 #[cfg(target_os = "linux")]

@@ -1,5 +1,4 @@
-//! What is written where: an output is never an input, links stay links, and a command that is
-//! stopped leaves nothing.
+//! Output files: an output is never an input, links stay links, and a command that is stopped leaves no files.
 
 use std::io::BufRead as _;
 
@@ -142,12 +141,12 @@ fn a_link_stays_a_link_and_its_target_is_written() {
     }
 }
 
-/// Sends a signal to a command once it has said something (it talks much): the exit code and what was said after that.
+/// Sends a signal to a command, run with `-v`, once it has printed a text. Returns the exit code and the lines after that.
 #[cfg(unix)]
 fn stopped(
     folder: &Folder,
     arguments: &[&str],
-    said: &str,
+    printed: &str,
     signal: &str,
 ) -> (Option<i32>, Vec<String>) {
     let mut child = std::process::Command::new(program::path())
@@ -159,7 +158,7 @@ fn stopped(
         .spawn()
         .expect("the program starts");
     let mut lines = std::io::BufReader::new(child.stderr.take().expect("piped")).lines();
-    assert!(lines.any(|line| line.is_ok_and(|line| line.contains(said))), "{arguments:?}");
+    assert!(lines.any(|line| line.is_ok_and(|line| line.contains(printed))), "{arguments:?}");
     let sent = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
     assert!(sent.expect("kill runs").success());
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
@@ -173,9 +172,9 @@ fn a_termination_signal_leaves_no_files() {
     let compute = ["compute", "--phantom", "hydrogen:96", "--backend", "cpu", "-o", "s.isp"];
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         // Once the sweep begins.
-        let (found, said) = stopped(&folder, &compute, "Forecast", signal);
+        let (found, printed) = stopped(&folder, &compute, "Forecast", signal);
         assert_eq!(found, Some(code), "{signal}");
-        assert_eq!(said.last().map(String::as_str), Some("isospectrum: interrupted"));
+        assert_eq!(printed.last().map(String::as_str), Some("isospectrum: interrupted"));
         assert_eq!(folder.names(), [] as [&str; 0]);
     }
 }
@@ -199,10 +198,10 @@ fn a_signal_stops_work_that_does_not_poll_for_it() {
         (&["html", "large.isp", "-o", "p.html"], "packing", "packed"),
     ] {
         for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
-            let (found, said) = stopped(&folder, arguments, begun, signal);
-            assert_eq!(found, Some(code), "{arguments:?}: {said:?}");
-            assert_eq!(said.last().map(String::as_str), Some("isospectrum: interrupted"));
-            assert!(!said.iter().any(|line| line.contains(done)), "{arguments:?}: {said:?}");
+            let (found, printed) = stopped(&folder, arguments, begun, signal);
+            assert_eq!(found, Some(code), "{arguments:?}: {printed:?}");
+            assert_eq!(printed.last().map(String::as_str), Some("isospectrum: interrupted"));
+            assert!(!printed.iter().any(|line| line.contains(done)), "{arguments:?}: {printed:?}");
             assert_eq!(folder.names(), ["large.isp", volume]);
         }
     }
@@ -226,9 +225,9 @@ fn help_to_a_full_device_is_an_error() {
     ] {
         let script = format!("\"$0\" {command} >/dev/full");
         let output = folder.shell(&script);
-        let said = stderr(&output);
-        assert_eq!(output.status.code(), Some(3), "{command}: {said}");
-        assert!(said.contains("standard output: No space left"), "{command}: {said}");
+        let printed = stderr(&output);
+        assert_eq!(output.status.code(), Some(3), "{command}: {printed}");
+        assert!(printed.contains("standard output: No space left"), "{command}: {printed}");
     }
     // Nobody can be told then; the exit code stays.
     let output = folder.shell("\"$0\" info no.isp 2>/dev/full");

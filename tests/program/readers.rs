@@ -20,8 +20,8 @@ fn folder_with_spectrum() -> (Folder, Spectrum) {
     (folder, spectrum)
 }
 
-/// What other programs say of GLB files.
-fn told(folder: &Folder, names: &[&str]) -> Vec<serde_json::Value> {
+/// What the validator and the importer report about GLB files.
+fn inspect(folder: &Folder, names: &[&str]) -> Vec<serde_json::Value> {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page");
     for package in ["gltf-validator", "three"] {
         assert!(
@@ -59,22 +59,22 @@ fn the_validator_and_the_importer_of_others_take_every_kind_of_glb() {
     folder.run(&[&base[..], &["several.glb", "-c", "40%=bone", "-c", "70%=skin@0.3"]].concat());
     folder.run(&[&base[..], &["sweep.glb", "--sweep", "20%:80%:5"]].concat());
     let names = ["one.glb", "colored.glb", "several.glb", "sweep.glb"];
-    let told = told(&folder, &names);
-    assert_eq!(told.len(), names.len());
-    for file in &told {
+    let reports = inspect(&folder, &names);
+    assert_eq!(reports.len(), names.len());
+    for file in &reports {
         assert_eq!(file["messages"], serde_json::json!([]), "{file}");
     }
     let (low, high) = spectrum.range();
     let at = |share: f64| low * (1.0 - share) + high * share;
     let n_triangles = |share: f64| spectrum.mesh_at(at(share)).expect("inside").triangles.len();
-    assert_eq!(told[0]["frames"][0]["nTriangles"], n_triangles(0.5));
-    assert_eq!(told[1]["frames"][0]["nTriangles"], n_triangles(0.5));
-    assert_eq!(told[2]["frames"][0]["nTriangles"], n_triangles(0.4) + n_triangles(0.7));
+    assert_eq!(reports[0]["frames"][0]["nTriangles"], n_triangles(0.5));
+    assert_eq!(reports[1]["frames"][0]["nTriangles"], n_triangles(0.5));
+    assert_eq!(reports[2]["frames"][0]["nTriangles"], n_triangles(0.4) + n_triangles(0.7));
     // A flip-book shows one mesh at each time; 0, 0.26, 0.5 and 0.999 of its five pages.
     for (frame, share) in [(0, 0.2), (1, 0.35), (2, 0.5), (3, 0.8)] {
-        assert_eq!(told[3]["frames"][frame]["nTriangles"], n_triangles(share), "{share}");
+        assert_eq!(reports[3]["frames"][frame]["nTriangles"], n_triangles(share), "{share}");
     }
-    let found = &told[0]["frames"][0];
+    let found = &reports[0]["frames"][0];
     for (name, wanted) in ["low", "high"].iter().zip(bounds(&spectrum, at(0.5))) {
         let corner = corner(found, name);
         assert!((0..3).all(|i| (corner[i] - wanted[i]).abs() < ROUNDING), "{corner:?}");
@@ -101,12 +101,12 @@ fn a_morphing_mesh_is_the_isosurface_at_each_of_its_isovalues() {
     let (low, high) = quiet_range(&spectrum);
     let sweep = format!("{low}:{high}:5");
     let output = folder.run(&["extract", "s.isp", "--sweep", &sweep, "--morph", "-o", "m.glb"]);
-    let said = program::stderr(&output);
-    assert!(said.contains("4 morph targets"), "{said}");
-    let told = told(&folder, &["m.glb"]);
-    assert_eq!(told[0]["messages"], serde_json::json!([]));
+    let printed = program::stderr(&output);
+    assert!(printed.contains("4 morph targets"), "{printed}");
+    let reports = inspect(&folder, &["m.glb"]);
+    assert_eq!(reports[0]["messages"], serde_json::json!([]));
     // Straight between the isovalues; a quarter and a half of the time are two of them, the end nearly the last.
-    let frames = told[0]["frames"].as_array().expect("frames");
+    let frames = reports[0]["frames"].as_array().expect("frames");
     assert!(frames.iter().all(|frame| frame["nTriangles"] == frames[0]["nTriangles"]));
     for (frame, share) in [(0, 0.0), (2, 0.5), (3, 1.0)] {
         let wanted = bounds(&spectrum, low * (1.0 - share) + high * share);
@@ -135,11 +135,11 @@ fn a_refused_morph_names_a_range_that_works() {
         assert!(line.contains(says), "{line}");
     }
     assert!(!folder.path().join("m.glb").exists());
-    // The range that is told is one.
+    // The range in the error works.
     let line = folder
         .fails(&["extract", "s.isp", "--morph", "-q", "--sweep", "10%:90%:5", "-o", "m.glb"], 2);
-    let (_, told) = line.trim().rsplit_once("from ").expect("a range");
-    let ends: Vec<f64> = told.split(" to below ").map(|end| end.parse().expect("one")).collect();
+    let (_, range) = line.trim().rsplit_once("from ").expect("a range");
+    let ends: Vec<f64> = range.split(" to below ").map(|end| end.parse().expect("one")).collect();
     assert!(ends[0] < high && high < ends[1], "{ends:?}, expected to reach beyond {high}");
     let sweep = format!("{}:{}:3", ends[0], ends[1] - 1e-6);
     folder.run(&["extract", "s.isp", "--sweep", &sweep, "--morph", "-o", "m.glb"]);

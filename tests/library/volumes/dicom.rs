@@ -1,4 +1,4 @@
-//! Folders of DICOM files: which series, which slices, and what is said where some are missing.
+//! Folders of DICOM files: the choice of series and slices, and the errors where slices are missing.
 
 use std::path::{Path, PathBuf};
 
@@ -31,13 +31,13 @@ fn replace(path: &PathBuf, from: &[u8], to: &[u8]) {
 #[test]
 fn one_of_several_series_is_chosen_by_number_or_identifier() {
     let folder = copy("dicom_two");
-    let said = message(folder.path());
+    let printed = message(folder.path());
     let expected = [
         "2 series, expected one chosen by --series",
         "0 ('made by pydicom', 3 slices of 8x7, 1.2.3.4.8)",
         "1 ('made by pydicom', 4 slices of 8x7, 1.2.3.4.9)",
     ];
-    assert_mentions(&said, &expected);
+    assert_mentions(&printed, &expected);
     for (series, n) in [("0", 3), ("1", 4), ("1.2.3.4.8", 3), ("1.2.3.4.9", 4)] {
         let options = ReadOptions { series: Some(series.into()), ..ReadOptions::default() };
         let volume = read_volume(folder.path(), &options).expect("a series");
@@ -47,8 +47,8 @@ fn one_of_several_series_is_chosen_by_number_or_identifier() {
     assert_mentions(&message_with(folder.path(), &options), &["no series '2' of 2", "1.2.3.4.8"]);
     let header = nrrd_header("uchar", "encoding: raw\n");
     let other = write(&folder, "a.nrrd", &[&header[..], &[1; 24]].concat());
-    let said = read_volume(&other, &options).expect_err("no series there");
-    assert!(matches!(said, Error::Usage(_)), "{said}");
+    let printed = read_volume(&other, &options).expect_err("no series there");
+    assert!(matches!(printed, Error::Usage(_)), "{printed}");
 }
 
 #[test]
