@@ -69,7 +69,7 @@ pub fn without_dust(volume: &Volume, voxels: u32) -> Result<(Volume, Dust)> {
         for is_high in [true, false] {
             let before = samples.clone();
             let is_joined_by_layer = is_high == layer_is_high;
-            Parts::of(&before, volume.dims(), is_high, is_joined_by_layer).flatten(voxels, &mut samples);
+            GrowingParts::of(&before, volume.dims(), is_high, is_joined_by_layer).flatten(voxels, &mut samples);
             let changed: Vec<bool> = before.iter().zip(&samples).map(|(a, b)| a != b).collect();
             let n = n_connected(changed, volume.dims());
             *(if is_high { &mut done.parts } else { &mut done.cavities }) = n;
@@ -85,7 +85,7 @@ pub fn without_dust(volume: &Volume, voxels: u32) -> Result<(Volume, Dust)> {
 }
 
 /// The parts during the union-find.
-struct Parts<'a, T> {
+struct GrowingParts<'a, T> {
     values: &'a [T],
     dims: [usize; 3],
     /// Samples in the order in which they join.
@@ -110,7 +110,7 @@ struct Touched {
     root: u32,
 }
 
-impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
+impl<'a, T: Copy + PartialOrd + Sync> GrowingParts<'a, T> {
     fn of(values: &'a [T], dims: [usize; 3], is_high: bool, is_joined_by_layer: bool) -> Self {
         let n = values.len() as u32;
         let mut order: Vec<u32> = (0..n).collect();
@@ -122,7 +122,7 @@ impl<'a, T: Copy + PartialOrd + Sync> Parts<'a, T> {
         if is_high {
             order.reverse();
         }
-        Parts {
+        GrowingParts {
             values,
             dims,
             order,

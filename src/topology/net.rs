@@ -18,7 +18,7 @@ use super::event::{Event, EventKind, TopologyEvent};
 
 /// Events joined by arcs that only the ramp makes.
 #[derive(Clone, Default)]
-struct Cluster {
+struct EventCluster {
     n_below: u32,
     n_above: u32,
     /// Euler characteristic above minus that below.
@@ -46,7 +46,7 @@ pub(super) fn net_events(events: &[TopologyEvent], arcs: &[Arc]) -> Vec<Event> {
     net.into_iter().map(|(_, event)| event).collect()
 }
 
-impl Cluster {
+impl EventCluster {
     /// The net events: kinds and numbers.
     fn changes(&self) -> [(EventKind, u32); 6] {
         let emerges = u32::from(self.n_below == 0 && self.n_above > 0);
@@ -68,7 +68,7 @@ impl Cluster {
 }
 
 /// The clusters with the arcs that leave them.
-fn clusters(n_events: usize, arcs: &[Arc]) -> Vec<Cluster> {
+fn clusters(n_events: usize, arcs: &[Arc]) -> Vec<EventCluster> {
     let mut parent: Vec<u32> = (0..n_events as u32).collect();
     let find = |parent: &mut Vec<u32>, mut i: u32| {
         while parent[i as usize] != i {
@@ -83,7 +83,7 @@ fn clusters(n_events: usize, arcs: &[Arc]) -> Vec<Cluster> {
             parent[a as usize] = b;
         }
     }
-    let mut clusters = vec![Cluster::default(); n_events];
+    let mut clusters = vec![EventCluster::default(); n_events];
     for i in 0..n_events as u32 {
         clusters[find(&mut parent, i) as usize].events.push(i);
     }

@@ -42,7 +42,7 @@ use crate::error::{Error, Result};
 use crate::volume::{Samples, Volume, with_samples};
 use drain::drain_minima;
 use lattice::{Grain, Lattice};
-use relax::{Relaxation, relax};
+use relax::{RelaxParameters, relax};
 use smooth::smooth;
 
 /// Iterations of `relax` after the first round of draining, and after the second. More gain little (15 and 5: 1 % of the
@@ -167,7 +167,7 @@ fn simplify_counted(volume: &Volume, persistence: f64) -> Result<(Volume, Census
         let n_removed = drain(&mut lattice, persistence, &marked);
         if n_removed > 0 {
             if let Some(iterations) = iterations.next() {
-                let relaxation = Relaxation { radius: persistence, iterations };
+                let relaxation = RelaxParameters { radius: persistence, iterations };
                 with_samples!(volume.samples(), given => relax(&mut lattice, given, relaxation));
             }
             continue;

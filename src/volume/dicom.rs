@@ -27,7 +27,7 @@ use super::text::shortened;
 use crate::error::{Error, Result};
 use crate::input;
 use header::DicomHeader;
-use image::Image;
+use image::DicomImage;
 
 /// Reads the series of a folder, the frames of a file, or the series that a file with one frame belongs to.
 ///
@@ -93,14 +93,14 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
 }
 
 /// The images in the DICOM files of a folder.
-fn images_in_folder(folder: &Path) -> Result<Vec<Image>> {
-    let images = files(folder)?.into_iter().map(|path| Image::of(&path));
+fn images_in_folder(folder: &Path) -> Result<Vec<DicomImage>> {
+    let images = files(folder)?.into_iter().map(|path| DicomImage::of(&path));
     images.filter_map(Result::transpose).collect()
 }
 
 /// The image of a file, with those of the same series in its folder unless it has several frames.
-fn series_of_file(path: &Path) -> Result<Vec<Image>> {
-    let image = Image::of(path)?.ok_or_else(|| {
+fn series_of_file(path: &Path) -> Result<Vec<DicomImage>> {
+    let image = DicomImage::of(path)?.ok_or_else(|| {
         Error::input(format!(
             "{}: a DICOM file without samples, expected a file of a series or its folder",
             path.display()
@@ -114,7 +114,7 @@ fn series_of_file(path: &Path) -> Result<Vec<Image>> {
     let mut images = Vec::new();
     for other in files(folder.unwrap_or(Path::new(".")))? {
         if other.file_name() != name
-            && let Some(other) = Image::of(&other)?
+            && let Some(other) = DicomImage::of(&other)?
             && other.header.series == image.header.series
         {
             images.push(other);
@@ -126,13 +126,17 @@ fn series_of_file(path: &Path) -> Result<Vec<Image>> {
 }
 
 /// The images of the chosen series (by number, from 0, or UID), or of the only one.
-fn select_series(path: &Path, images: Vec<Image>, given: Option<&str>) -> Result<Vec<Image>> {
-    let mut by_uid: BTreeMap<String, Vec<Image>> = BTreeMap::new();
+fn select_series(
+    path: &Path,
+    images: Vec<DicomImage>,
+    given: Option<&str>,
+) -> Result<Vec<DicomImage>> {
+    let mut by_uid: BTreeMap<String, Vec<DicomImage>> = BTreeMap::new();
     for image in images {
         by_uid.entry(image.header.series.clone()).or_default().push(image);
     }
     // By the series number of the scanner, then by UID.
-    let mut all: Vec<Vec<Image>> = by_uid.into_values().collect();
+    let mut all: Vec<Vec<DicomImage>> = by_uid.into_values().collect();
     all.sort_by(|a, b| a[0].header.series_number.total_cmp(&b[0].header.series_number));
     let n = all.len();
     let index = match given {
@@ -162,7 +166,7 @@ fn select_series(path: &Path, images: Vec<Image>, given: Option<&str>) -> Result
 }
 
 /// A series for messages. UIDs, of at most 64 characters, are shown in full: many differ at their end only.
-fn describe_series((i, images): (usize, &Vec<Image>)) -> String {
+fn describe_series((i, images): (usize, &Vec<DicomImage>)) -> String {
     let n: usize = images.iter().map(|image| image.header.n_frames.unwrap_or(1)).sum();
     let DicomHeader { size: [x, y], description, series, .. } = &images[0].header;
     let uid: String = series.chars().take(64).flat_map(char::escape_default).collect();

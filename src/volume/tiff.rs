@@ -70,7 +70,7 @@ pub(super) fn read(file: File, length: u64, options: &ReadOptions) -> io::Result
 }
 
 /// The placement of the samples, as far as the file has it.
-fn placement(first: &Page, described: &Described) -> Placement {
+fn placement(first: &TiffPage, described: &Described) -> Placement {
     let mut placement = Placement { unit: described.unit, ..Placement::IDENTITY };
     for a in 0..3 {
         let spacing = described.spacing[a].or_else(|| {
@@ -90,7 +90,7 @@ fn placement(first: &Page, described: &Described) -> Placement {
 
 /// The properties of a page.
 #[derive(Clone, Debug, PartialEq)]
-struct Page {
+struct TiffPage {
     size: [usize; 2],
     n_colours: usize,
     sample_type: SampleType,
@@ -103,7 +103,7 @@ struct Page {
 struct Pages {
     decoder: Decoder<BufReader<File>>,
     length: u64,
-    first: Page,
+    first: TiffPage,
 }
 
 impl Pages {
@@ -145,7 +145,7 @@ impl Pages {
                 at += 1;
             }
             let page = page(&mut self.decoder, self.length)?;
-            let Page { size, n_colours, sample_type, .. } = self.first;
+            let TiffPage { size, n_colours, sample_type, .. } = self.first;
             if (page.size, page.n_colours, page.sample_type) != (size, n_colours, sample_type) {
                 let [width, height] = page.size;
                 return Err(invalid(format!(
@@ -171,7 +171,7 @@ impl Pages {
         let (Some(&[start, ..]), None | Some(1)) = (offset.as_deref(), compression) else {
             return Err(invalid("one compressed page, expected several according to ImageJ"));
         };
-        let Page { size: [width, height], sample_type, .. } = self.first;
+        let TiffPage { size: [width, height], sample_type, .. } = self.first;
         let n = width * height;
         let n_bytes = (n * sample_type.n_bytes()) as u64;
         let big_endian = self.decoder.byte_order() == ::tiff::tags::ByteOrder::BigEndian;
@@ -197,7 +197,7 @@ fn joined(pages: impl Iterator<Item = io::Result<Samples>>) -> io::Result<Sample
 }
 
 /// The properties of the current page.
-fn page(decoder: &mut Decoder<BufReader<File>>, length: u64) -> io::Result<Page> {
+fn page(decoder: &mut Decoder<BufReader<File>>, length: u64) -> io::Result<TiffPage> {
     let (width, height) = decoder.dimensions().map_err(wrong)?;
     let (n_colours, bits) = match decoder.colortype().map_err(wrong)? {
         ColorType::Gray(bits) => (1, bits),
@@ -242,7 +242,7 @@ fn page(decoder: &mut Decoder<BufReader<File>>, length: u64) -> io::Result<Page>
         Some(value).filter(|v| v.is_finite() && *v > 0.0)
     };
     let resolution = [number(Tag::XResolution), number(Tag::YResolution)];
-    Ok(Page { size, n_colours, sample_type, description, resolution })
+    Ok(TiffPage { size, n_colours, sample_type, description, resolution })
 }
 
 /// The samples of a page, with types that `Samples` does not have widened.

@@ -36,9 +36,9 @@ pub(super) fn drain_minima(lattice: &mut Lattice, depth: f64, marked: &[usize]) 
         }
         let is_marked = marked.binary_search(&minimum).is_ok();
         let depth = if is_marked { f64::INFINITY } else { depth };
-        let component = Component::grow(lattice, minimum, depth, &mut seen);
-        if let Some(outlet) = component.outlet {
-            component.drain(lattice, outlet, &mut seen, &mut done);
+        let basin = Basin::grow(lattice, minimum, depth, &mut seen);
+        if let Some(outlet) = basin.outlet {
+            basin.drain(lattice, outlet, &mut seen, &mut done);
             n_removed += 1;
         }
     }
@@ -68,14 +68,14 @@ struct Outlet {
 }
 
 /// The samples around a minimum up to its saddle.
-struct Component {
+struct Basin {
     /// The first is the minimum.
     visited: Vec<Visited>,
     /// None if the minimum stays.
     outlet: Option<Outlet>,
 }
 
-impl Component {
+impl Basin {
     /// Grows until the minimum drains or `depth` is reached. Afterwards only the samples of the component are marked as seen.
     fn grow(lattice: &Lattice, minimum: usize, depth: f64, seen: &mut Marks) -> Self {
         let bottom = lattice.get(minimum);
@@ -114,7 +114,7 @@ impl Component {
             visited.iter().for_each(|v| seen.clear(v.sample));
         }
         heap.into_iter().for_each(|left| seen.clear(left.sample));
-        Component { visited, outlet }
+        Basin { visited, outlet }
     }
 
     /// Fills the component half-way and cuts the path out down to the same height. Other samples that would fall below a

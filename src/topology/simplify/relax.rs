@@ -17,7 +17,7 @@ use super::lattice::{Grain, Lattice, TieOrder};
 
 /// Parameters of [`relax`].
 #[derive(Clone, Copy)]
-pub(super) struct Relaxation {
+pub(super) struct RelaxParameters {
     /// Largest distance of a sample from the given one; samples that are farther away do not move farther.
     pub(super) radius: f64,
     pub(super) iterations: usize,
@@ -27,7 +27,7 @@ pub(super) struct Relaxation {
 pub(super) fn relax<G: AsPrimitive<f64> + Sync>(
     lattice: &mut Lattice,
     given: &[G],
-    relaxation: Relaxation,
+    relaxation: RelaxParameters,
 ) {
     let (dims, order, grain) = (lattice.dims, lattice.order, lattice.grain);
     for _ in 0..relaxation.iterations {
@@ -65,7 +65,7 @@ struct Neighbours {
 }
 
 impl MovingPlane<'_> {
-    fn relax<G: AsPrimitive<f64>>(&mut self, given: &[G], relaxation: Relaxation) {
+    fn relax<G: AsPrimitive<f64>>(&mut self, given: &[G], relaxation: RelaxParameters) {
         let [nx, ny, nz] = self.dims;
         let still = self.still;
         let is_inner = self.z > 0 && self.z + 1 < nz;
@@ -91,7 +91,7 @@ impl MovingPlane<'_> {
 
     /// Moves a sample of the plane towards the mean of its neighbours.
     #[inline]
-    fn move_one(&mut self, i: usize, neighbours: &[f64], given: f64, relaxation: Relaxation) {
+    fn move_one(&mut self, i: usize, neighbours: &[f64], given: f64, relaxation: RelaxParameters) {
         let mean = neighbours.iter().sum::<f64>() / neighbours.len() as f64;
         let value = self.plane[i];
         let wanted = mean

@@ -42,7 +42,7 @@ pub(super) struct ElementEncoding {
 
 /// The data set of a file: the bytes after its meta information.
 #[derive(Clone, Debug)]
-pub(super) struct Body {
+pub(super) struct DataSet {
     pub(super) encoding: ElementEncoding,
     /// UID of the transfer syntax; empty if the file has none.
     pub(super) syntax: String,
@@ -97,9 +97,9 @@ fn is_type(code: [u8; 2]) -> bool {
     code.iter().all(u8::is_ascii_uppercase)
 }
 
-impl Body {
+impl DataSet {
     /// Finds the data set of a file and its encoding.
-    pub(super) fn of(file: &File, length: u64) -> io::Result<Body> {
+    pub(super) fn of(file: &File, length: u64) -> io::Result<DataSet> {
         let mut reader = BufReader::new(file);
         let mut head = Vec::new();
         reader.by_ref().take(132).read_to_end(&mut head)?;
@@ -123,7 +123,7 @@ impl Body {
                     if syntax.is_empty() { guess_encoding(&first) } else { encoding_of(&syntax) };
                 let encoding =
                     encoding.ok_or_else(|| invalid("no DICOM element after the first bytes"))?;
-                return Ok(Body { encoding, syntax, start });
+                return Ok(DataSet { encoding, syntax, start });
             }
             let element = meta.next()?.ok_or(io::ErrorKind::UnexpectedEof)?;
             if element.tag == TRANSFER_SYNTAX {
@@ -196,7 +196,7 @@ impl<F: Read> Read for ByteSource<F> {
 }
 
 /// Tag, type and length of an element. Delimiters and implicit elements have no type.
-struct Element {
+struct ElementHeader {
     tag: u32,
     kind: [u8; 2],
     length: u32,
@@ -281,7 +281,7 @@ impl<F: Read + io::Seek> Elements<F> {
     }
 
     /// Reads tag, type and length of the next element; none at the end of the file.
-    fn next(&mut self) -> io::Result<Option<Element>> {
+    fn next(&mut self) -> io::Result<Option<ElementHeader>> {
         let mut head = [0; 8];
         if self.source.read(&mut head[..1])? == 0 {
             return Ok(None);
@@ -298,7 +298,7 @@ impl<F: Read + io::Seek> Elements<F> {
         let [a, b, c, d, e, f, g, h] = head;
         let tag = u32::from(short([a, b])) << 16 | u32::from(short([c, d]));
         if !self.encoding.explicit || tag >> 16 == 0xfffe {
-            return Ok(Some(Element { tag, kind: [0; 2], length: long([e, f, g, h]) }));
+            return Ok(Some(ElementHeader { tag, kind: [0; 2], length: long([e, f, g, h]) }));
         }
         let kind = [e, f];
         if !is_type(kind) {
@@ -313,7 +313,7 @@ impl<F: Read + io::Seek> Elements<F> {
             }
             _ => u32::from(short([g, h])),
         };
-        Ok(Some(Element { tag, kind, length }))
+        Ok(Some(ElementHeader { tag, kind, length }))
     }
 
     fn walk(&mut self, visitor: &mut impl Visitor) -> io::Result<Option<PixelData>> {
@@ -362,7 +362,7 @@ impl<F: Read + io::Seek> Elements<F> {
 
     fn enter_item(
         &mut self,
-        element: &Element,
+        element: &ElementHeader,
         levels: &mut Vec<Level>,
         visitor: &mut impl Visitor,
     ) -> io::Result<()> {
@@ -383,11 +383,11 @@ impl<F: Read + io::Seek> Elements<F> {
     /// find its end.
     fn enter_or_skip(
         &mut self,
-        element: &Element,
+        element: &ElementHeader,
         levels: &mut Vec<Level>,
         visitor: &mut impl Visitor,
     ) -> io::Result<()> {
-        let &Element { tag, kind, length } = element;
+        let &ElementHeader { tag, kind, length } = element;
         let path = path(levels);
         let is_sequence = &kind == b"SQ" || length == UNDEFINED || is_functional_group(tag);
         let wanted = visitor.wants(&path, tag);

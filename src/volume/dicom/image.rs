@@ -4,7 +4,7 @@ use std::io::{self, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::codec::{self, Codec, FrameShape};
-use super::elements::{Body, PixelData};
+use super::elements::{DataSet, PixelData};
 use super::header::{DicomHeader, Slice};
 use super::order;
 use super::rle;
@@ -15,10 +15,10 @@ use crate::volume::layout::{SampleType, size_of_grid};
 use crate::volume::stream::DEFLATE_RATIO;
 
 /// The image of a file.
-pub(super) struct Image {
+pub(super) struct DicomImage {
     pub(super) path: PathBuf,
     pub(super) length: u64,
-    pub(super) body: Body,
+    pub(super) body: DataSet,
     pub(super) header: DicomHeader,
     pub(super) pixels: PixelData,
     /// The compression of frames, if any.
@@ -27,9 +27,9 @@ pub(super) struct Image {
     pub(super) fragments: Vec<(u64, u32)>,
 }
 
-impl Image {
+impl DicomImage {
     /// Reads the header of a file; none if it has no image.
-    pub(super) fn of(path: &Path) -> Result<Option<Image>> {
+    pub(super) fn of(path: &Path) -> Result<Option<DicomImage>> {
         let (file, length) = input::open(path)?;
         let wrong = |e: io::Error| match e.kind() {
             io::ErrorKind::UnexpectedEof => {
@@ -37,7 +37,7 @@ impl Image {
             }
             _ => read_error(path, e),
         };
-        let body = Body::of(&file, length).map_err(wrong)?;
+        let body = DataSet::of(&file, length).map_err(wrong)?;
         let mut header = DicomHeader { n_channels: 1, ..DicomHeader::default() };
         let pixels = body.walk(file, length, &mut header).map_err(wrong)?;
         let Some(pixels) = pixels else { return Ok(None) };
@@ -47,7 +47,15 @@ impl Image {
             let at = body.start + pixels.offset;
             fragments = rle::fragments(input::open(path)?.0, at).map_err(wrong)?;
         }
-        Ok(Some(Image { path: path.to_owned(), length, body, header, pixels, codec, fragments }))
+        Ok(Some(DicomImage {
+            path: path.to_owned(),
+            length,
+            body,
+            header,
+            pixels,
+            codec,
+            fragments,
+        }))
     }
 
     /// The slices of the image, whose index in its series is `image`.

@@ -7,7 +7,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::header::Slice;
-use super::image::Image;
+use super::image::DicomImage;
 use crate::error::Result;
 use crate::input;
 use crate::volume::data_error::{invalid, read_error};
@@ -28,7 +28,7 @@ const UNCOMPRESSED: [&str; 4] =
 /// # Errors
 ///
 /// `InvalidData` with the difference.
-pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
+pub(super) fn check(image: &DicomImage, first: &DicomImage) -> io::Result<()> {
     let header = &image.header;
     let syntax = image.body.syntax.as_str();
     if !syntax.is_empty() && image.codec.is_none() && !UNCOMPRESSED.contains(&syntax) {
@@ -58,7 +58,7 @@ pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
     if image.body.encoding.big_endian && allocated == 8 && image.pixels.is_words {
         return Err(invalid("8-bit samples in big-endian words, expected bytes"));
     }
-    let kind = |image: &Image| {
+    let kind = |image: &DicomImage| {
         let h = &image.header;
         let bits = (h.bits_allocated, h.bits_stored, h.high_bit, h.is_signed);
         (h.size, h.n_channels, bits, image.body.encoding.big_endian, image.codec)
@@ -82,7 +82,7 @@ pub(super) fn check(image: &Image, first: &Image) -> io::Result<()> {
 /// [`crate::Error::Io`] if a file cannot be read; [`crate::Error::Input`] if one ends early, and if a channel must be chosen.
 pub(super) fn read(
     path: &Path,
-    images: &[Image],
+    images: &[DicomImage],
     slices: &[Slice],
     options: &ReadOptions,
 ) -> Result<Samples> {
@@ -160,7 +160,7 @@ fn to_modality_values(samples: Samples, slices: &[Slice]) -> Samples {
 
 /// A reader of the bytes of all slices, one after the other.
 struct FrameReader<'a> {
-    images: &'a [Image],
+    images: &'a [DicomImage],
     slices: &'a [Slice],
     /// The plane of the channel, if channels are stored as planes.
     plane: Option<usize>,

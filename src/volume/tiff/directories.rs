@@ -29,7 +29,7 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
     reader.read_exact(&mut head)?;
     let big_endian = head[0] == b'M';
     let is_big = head[2..].contains(&43);
-    let mut file = Numbers { reader, big_endian };
+    let mut file = NumberReader { reader, big_endian };
     let width = if is_big { 8 } else { 4 };
     if is_big {
         file.next(4)?;
@@ -62,12 +62,12 @@ fn check_all(reader: &mut (impl Read + Seek), length: u64) -> io::Result<()> {
 }
 
 /// Reads numbers in the byte order of the file.
-struct Numbers<'a, R> {
+struct NumberReader<'a, R> {
     reader: &'a mut R,
     big_endian: bool,
 }
 
-impl<R: Read> Numbers<'_, R> {
+impl<R: Read> NumberReader<'_, R> {
     /// The next number, of `width` bytes.
     fn next(&mut self, width: usize) -> io::Result<u64> {
         let mut bytes = [0; 8];
