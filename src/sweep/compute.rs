@@ -6,7 +6,7 @@ use super::area;
 use super::chords::split_chords;
 use super::context::Sweep;
 use super::counts::Counts;
-use super::exact::{self, ExactInterval, join_intervals};
+use super::exact::{ExactInterval, add_exact_triangles, join_intervals};
 use super::initial::{self, InitialMesh};
 use super::march::{Marched, march};
 use super::parameters::Parameters;
@@ -63,16 +63,16 @@ pub fn compute(
 /// The whole sweep as one patch: the march's record, and the exact cells in the intervals in which they are exact.
 pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swept, Counts)> {
     let is_given = initial.is_some();
-    let Marched { mut record, mut shown, counts } = march(sweep, initial)?;
+    let Marched { mut record, exact_intervals: mut intervals, counts } = march(sweep, initial)?;
     log::info!("{counts:?}");
     let grid = Grid::of(&sweep.exact);
     let (low, high) = sweep.range;
     let shared = Shared::of(&sweep.exact);
     let own = region::layer(grid).filter(|&cell| !shared.is_beyond(cell));
-    shown.extend(own.map(|cell| ExactInterval { cell, low, high }));
-    let joined = join_intervals(shown);
+    intervals.extend(own.map(|cell| ExactInterval { cell, low, high }));
+    let joined = join_intervals(intervals);
     let n_tracked = record.lives.len();
-    let mut inner = exact::extend(&mut record, &sweep.exact, &sweep.topology, &joined);
+    let mut inner = add_exact_triangles(&mut record, &sweep.exact, &sweep.topology, &joined);
     log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
     split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
     // An initial mesh is shown unchanged at its isovalue.

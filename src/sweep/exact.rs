@@ -52,35 +52,35 @@ pub(super) fn join_intervals(mut intervals: Vec<ExactInterval>) -> Vec<ExactInte
 
 /// The result of one task.
 #[derive(Debug, Default)]
-struct Part {
+struct ExactTriangles {
     lives: Vec<Life>,
     /// Trajectories of vertices inside cells: isovalues and positions.
     inner: Vec<Vec<(f64, Vec3)>>,
 }
 
 /// Adds the triangles of cells in the intervals in which they are exact; returns the trajectories of vertices inside
-/// cells. `shown` is sorted.
-pub(super) fn extend(
+/// cells. `intervals` is sorted.
+pub(super) fn add_exact_triangles(
     record: &mut Recorder,
     field: &ExactField,
     topology: &Topology,
-    shown: &[ExactInterval],
+    intervals: &[ExactInterval],
 ) -> Vec<Vec<(f64, Vec3)>> {
     let shared = Shared::of(field);
     let events = &event_isovalues(field, topology, shared);
-    let part = |shown: &[ExactInterval]| {
-        let mut part = Part::default();
-        for interval in shown {
-            part.add_cell(field, events.get(&interval.cell).map_or(&[], |e| e), interval);
+    let triangles = |intervals: &[ExactInterval]| {
+        let mut triangles = ExactTriangles::default();
+        for interval in intervals {
+            triangles.add_cell(field, events.get(&interval.cell).map_or(&[], |e| e), interval);
         }
-        part
+        triangles
     };
     let mut inner = Vec::new();
-    for shown in shown.chunks(ROUND_CELLS) {
-        let parts: Vec<Part> = shown.par_chunks(TASK_CELLS).map(part).collect();
-        for part in parts {
+    for intervals in intervals.chunks(ROUND_CELLS) {
+        let all: Vec<ExactTriangles> = intervals.par_chunks(TASK_CELLS).map(triangles).collect();
+        for triangles in all {
             let base = inner.len() as u32;
-            record.lives.extend(part.lives.into_iter().map(|mut l| {
+            record.lives.extend(triangles.lives.into_iter().map(|mut l| {
                 for t in &mut l.vertices {
                     if let Track::Inner(n) = t {
                         *n += base;
@@ -88,7 +88,7 @@ pub(super) fn extend(
                 }
                 l
             }));
-            inner.extend(part.inner);
+            inner.extend(triangles.inner);
         }
     }
     inner
@@ -139,7 +139,7 @@ fn breaks(
     breaks
 }
 
-impl Part {
+impl ExactTriangles {
     fn add_cell(&mut self, field: &ExactField, events: &[f64], interval: &ExactInterval) {
         let &ExactInterval { cell, low, high } = interval;
         let values = field.cell_offsets().map(|o| field.sample(cell + o));

@@ -144,7 +144,7 @@ impl March<'_, '_> {
     /// Ends the interval in which a block was exact, if it was.
     fn no_longer_exact(&mut self, state: &mut State, block: u32) {
         if let Some(since) = state.since.remove(&block) {
-            self.show(block, since, state.at);
+            self.record_exact(block, since, state.at);
         }
     }
 
@@ -324,7 +324,7 @@ mod tests {
     use crate::volume::phantom;
 
     #[test]
-    fn blocks_that_were_exact_are_shown_until_everything_becomes_exact() {
+    fn intervals_of_exact_blocks_end_when_the_isosurface_has_left_them() {
         let volume = Arc::new(phantom("sphere:16").expect("a phantom"));
         let parameters = Parameters::default();
         let backend = Backend::choose(Choice::Cpu, None).expect("the CPU");
@@ -344,8 +344,8 @@ mod tests {
         let left: BTreeSet<u32> = before.difference(&after).copied().collect();
         assert!(!left.is_empty() && !after.is_empty(), "a sphere shrinks");
         let cells: BTreeSet<u32> = left.iter().flat_map(|&b| march.grid.cells_of(b)).collect();
-        assert_eq!(march.shown.iter().map(|s| s.cell).collect::<BTreeSet<u32>>(), cells);
-        assert!(march.shown.iter().all(|s| (s.low, s.high) == (start, end)));
+        assert_eq!(march.exact_intervals.iter().map(|s| s.cell).collect::<BTreeSet<u32>>(), cells);
+        assert!(march.exact_intervals.iter().all(|s| (s.low, s.high) == (start, end)));
         let since = |b: &u32| if before.contains(b) { start } else { end };
         assert_eq!(state.since.len(), after.len());
         assert!(after.iter().all(|b| state.since[b] == since(b)));

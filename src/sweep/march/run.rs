@@ -17,7 +17,7 @@ use crate::sweep::transport::{Step, typical_slope};
 /// The results of both directions.
 pub(in crate::sweep) struct Marched {
     pub(in crate::sweep) record: Recorder,
-    pub(in crate::sweep) shown: Vec<ExactInterval>,
+    pub(in crate::sweep) exact_intervals: Vec<ExactInterval>,
     pub(in crate::sweep) counts: Counts,
 }
 
@@ -42,12 +42,12 @@ pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Re
         || down.march_to(begun, low, length, &mut *sweep.backend.kernels(&sweep.field)?),
     );
     went_up.and(went_down)?;
-    let March { mut record, mut shown, mut counts, .. } = up;
+    let March { mut record, mut exact_intervals, mut counts, .. } = up;
     record.join(down.record, n_common);
-    shown.extend(down.shown);
+    exact_intervals.extend(down.exact_intervals);
     counts.add(&down.counts);
     sweep.progress.report(1.0, "tracking");
-    Ok(Marched { record, shown, counts })
+    Ok(Marched { record, exact_intervals, counts })
 }
 
 impl March<'_, '_> {
@@ -92,7 +92,7 @@ impl March<'_, '_> {
         self.count(kernels.device_work());
         self.record.finish(last);
         for (block, since) in sorted(std::mem::take(&mut state.since)) {
-            self.show(block, since, last);
+            self.record_exact(block, since, last);
         }
         Ok(())
     }

@@ -169,7 +169,7 @@ impl March<'_, '_> {
         step: Step,
         passage: Passage,
         moved: &Moved,
-        failed: BTreeSet<u32>,
+        mut failed: BTreeSet<u32>,
         may_retry: bool,
     ) -> std::result::Result<(), BTreeSet<u32>> {
         let exact = self.exact();
@@ -181,7 +181,6 @@ impl March<'_, '_> {
             samples.reverse();
         }
         let criteria = Criteria::new(self.field(), step.next, self.parameters());
-        let mut failed = failed;
         let mut crossed_faces: BTreeSet<Face> = BTreeSet::new();
         // Vertices removed before the end, each with the isovalue and its last position.
         let mut left: Vec<(Vertex, f64, Vec3)> = Vec::new();

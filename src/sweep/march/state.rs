@@ -65,7 +65,7 @@ pub(super) struct March<'s, 'a> {
     pub(super) calendar: &'s Calendar<'s>,
     pub(super) grid: Grid,
     pub(super) record: Recorder,
-    pub(super) shown: Vec<ExactInterval>,
+    pub(super) exact_intervals: Vec<ExactInterval>,
     pub(super) counts: Counts,
     pub(super) step: u32,
     pub(super) done: &'s WorkDone<'s>,
@@ -92,8 +92,8 @@ impl<'s, 'a> March<'s, 'a> {
         };
         let mut record = Recorder::default();
         record.changed_all(&tracked, start);
-        let (shown, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
-        let march = March { sweep, calendar, grid, record, shown, counts, step, done };
+        let (exact_intervals, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
+        let march = March { sweep, calendar, grid, record, exact_intervals, counts, step, done };
         let since = region.blocks().iter().map(|&b| (b, start)).collect();
         Ok((march, State { tracked, region, since, reasons: HashMap::new(), at: start }))
     }
@@ -101,8 +101,17 @@ impl<'s, 'a> March<'s, 'a> {
     /// A march in the other direction from the same record, with empty counts and intervals.
     pub(super) fn fork(&self) -> Self {
         let March { sweep, calendar, grid, step, done, .. } = *self;
-        let (shown, counts) = (Vec::new(), Counts::default());
-        March { sweep, calendar, grid, record: self.record.clone(), shown, counts, step, done }
+        let (exact_intervals, counts) = (Vec::new(), Counts::default());
+        March {
+            sweep,
+            calendar,
+            grid,
+            record: self.record.clone(),
+            exact_intervals,
+            counts,
+            step,
+            done,
+        }
     }
 
     pub(super) fn exact(&self) -> &'s ExactField<'a> {
@@ -118,10 +127,10 @@ impl<'s, 'a> March<'s, 'a> {
     }
 
     /// Records that a block was exact between two isovalues.
-    pub(super) fn show(&mut self, block: u32, a: f64, b: f64) {
+    pub(super) fn record_exact(&mut self, block: u32, a: f64, b: f64) {
         if a != b {
             let cells = self.grid.cells_of(block);
-            self.shown.extend(cells.map(|cell| ExactInterval {
+            self.exact_intervals.extend(cells.map(|cell| ExactInterval {
                 cell,
                 low: a.min(b),
                 high: a.max(b),
