@@ -125,20 +125,15 @@ impl Survey {
             return Ok(known.clone());
         }
         match &self.volume {
-            OpenVolume::Blocks(..) => {
+            OpenVolume::Whole(_) | OpenVolume::Blocks(..) => {
                 let block = |&(first, end): &_| Ok(checksum(&self.volume.block(first, end)?));
-                blocks.iter().map(block).collect()
-            }
-            OpenVolume::Whole(prepared) => {
-                let volume = prepared.volume();
-                let block = |&(first, end): &_| Ok(checksum(&volume.block(first, end)?));
                 blocks.iter().map(block).collect()
             }
             OpenVolume::Slabs(slabs, _) => {
                 let [nx, ny, _] = slabs.dims();
                 let mut hashers = vec![crc32fast::Hasher::new(); blocks.len()];
                 slabs.for_each(|z, samples| {
-                    hash_planes(samples, ([nx, ny], z), blocks, &mut hashers);
+                    hash_planes(samples, [nx, ny], z, blocks, &mut hashers);
                     Ok(())
                 })?;
                 Ok(hashers.into_iter().map(crc32fast::Hasher::finalize).collect())
@@ -147,10 +142,11 @@ impl Survey {
     }
 }
 
-/// Adds the samples of some planes, the first of which is `z`, to the checksums of the blocks that contain them.
+/// Adds the samples of planes of `nx` by `ny` samples, the first of which is `z`, to the checksums of the blocks that contain them.
 fn hash_planes(
     samples: &Samples,
-    ([nx, ny], z): ([usize; 2], usize),
+    [nx, ny]: [usize; 2],
+    z: usize,
     blocks: &Blocks,
     hashers: &mut [crc32fast::Hasher],
 ) {

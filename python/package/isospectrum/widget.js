@@ -1,5 +1,5 @@
-// Hosts the page of a spectrum in a frame of its own, so any number stand in one notebook, and keeps the isovalue of the
-// page and that of the model the same. The frame may run its scripts and save files, and reach nothing of the notebook.
+// Shows the page of a spectrum in an iframe of its own, so that a notebook may contain several, and synchronizes the isovalues of
+// the page and of the model. The iframe may run scripts and save files, but has no access to the notebook.
 
 function render({ model, el }) {
     const frame = document.createElement("iframe");
@@ -11,7 +11,7 @@ function render({ model, el }) {
     resize();
 
     let isReady = false;
-    // What the page shows, as far as is known: nothing is told it that it has told.
+    // The last isovalue known to be shown by the page, which is not sent back to it.
     let shown = null;
     const send = () => {
         const isovalue = model.get("isovalue");
@@ -36,7 +36,7 @@ function render({ model, el }) {
     model.on("change:height", resize);
     frame.srcdoc = model.get("_page");
     el.append(frame);
-    // A frame that is gone takes its WebGL or WebGPU context along.
+    // Removing the iframe also releases its WebGL or WebGPU context.
     return () => {
         window.removeEventListener("message", receive);
         model.off("change:isovalue", send);
