@@ -175,7 +175,7 @@ impl Prepared {
     ) -> Result<Spectrum> {
         let mut spectrum = compute(&self.volume, parameters, backend, progress)?;
         for (key, value) in self.metadata() {
-            spectrum.about_mut().parameters.tell(&key, value);
+            spectrum.about_mut().parameters.insert(&key, value);
         }
         self.cap(&mut spectrum);
         Ok(spectrum)

@@ -1,17 +1,18 @@
-//! A spectrum against its volume: is the mesh at an isovalue really that isosurface?
+//! Verification of a spectrum against its volume: is the mesh at an isovalue the isosurface?
 //!
-//! Isovalues are drawn at random, and just before and just after events. At each, the mesh is
-//! counted and measured from its triangle list alone, and the isosurface from the samples alone
-//! ([`crate::extract::count`](mod@crate::extract::count)), so nothing that the sweep believes is taken on trust.
+//! Isovalues are random, and just before and just after events. At each, the topology and geometry of the mesh are
+//! computed from its triangle list alone, and those of the isosurface from the samples alone
+//! ([`crate::extract::count`](mod@crate::extract::count)), independently of the sweep.
 //!
 //! Measured: components and Euler characteristic on both sides; whether the mesh is a closed oriented
 //! 2-manifold; triangles that cross; distances of vertices, of barycentres, and of the isosurface
-//! from the mesh; radius ratios; how far the surface jumps across events and where most triangles are
-//! born or die; and, from the spectrum alone, the shares of vertices that live on from one isovalue to
-//! the next and of triangles that live on past events.
+//! from the mesh; radius ratios; jumps of the mesh across events and where most triangles are
+//! born or die; and, from the spectrum alone, the shares of vertices that stay in the mesh from one isovalue to
+//! the next and of triangles that survive events.
 
 mod coherence;
 mod distribution;
+mod findings;
 mod geometry;
 mod isovalues;
 mod jump;
@@ -34,42 +35,26 @@ use crate::volume::Volume;
 
 pub use coherence::{Coherence, EventCoherence};
 pub use distribution::Summary;
+pub use findings::{Continuity, Row, Totals};
+pub use isovalues::Sampling;
 pub use jump::Jump;
 pub use manifold::{MeshTopology, mesh_topology};
 pub use promise::{Limits, Promise};
-pub use report::{Continuity, Report, Row, Totals};
+pub use report::Report;
 
 use distribution::Distribution;
 use isovalues::{event_isovalues, random_isovalues};
 use measure::Geometry;
 use triangle_grid::TriangleGrid;
 
-/// The distance in voxels from a point of the voxel frame to the isosurface of an isovalue, along a unit normal there,
-/// along the slope, or where descent leads, whichever is shortest; not a number where none of these comes to it within 4
-/// voxels, as beyond the border of the volume.
+/// The distance in voxels from a point of the voxel frame to the isosurface of an isovalue: along a unit normal,
+/// along the gradient, or by descent, whichever is shortest. NaN if none of these meets it within 4
+/// voxels and the volume.
 pub fn distance(volume: &Volume, isovalue: f64, point: [f32; 3], normal: [f32; 3]) -> f64 {
     let [point, normal] = [point, normal].map(|v| v.map(f64::from));
-    match ray::distance_near(volume, isovalue, point, Some(normal), measure::REACH) {
+    match ray::distance_near(volume, isovalue, point, Some(normal), measure::MAX_DISTANCE) {
         ray::Hit::At(distance) => distance,
         ray::Hit::Nothing | ray::Hit::Border => f64::NAN,
-    }
-}
-
-/// What to look at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sampling {
-    /// How many random isovalues.
-    pub n_random: usize,
-    /// At most how many events, on both sides of each, and how many isovalues elsewhere at which
-    /// triangles are born or die.
-    pub n_events: usize,
-    /// Seed of the random choice; equal seeds choose equally.
-    pub seed: u64,
-}
-
-impl Default for Sampling {
-    fn default() -> Self {
-        Sampling { n_random: 64, n_events: 16, seed: 0 }
     }
 }
 
@@ -91,8 +76,8 @@ impl Default for Sampling {
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` wants
-/// that. A spectrum that fails is no error here: the report says so.
+/// [`Error::Input`] if the volume is not the spectrum's, [`Error::Interrupted`] if `progress` is
+/// cancelled. A spectrum that fails is not an error: see [`Report::passed`].
 pub fn verify(
     spectrum: &Spectrum,
     volume: &Volume,
@@ -112,13 +97,13 @@ pub fn verify(
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
     let mut query = Query::new(spectrum);
-    let mut look = |isovalue: f64, at_event: bool| -> Result<SurfaceMesh> {
+    let mut measure_at = |isovalue: f64, at_event: bool| -> Result<SurfaceMesh> {
         progress.report(rows.len() as f64 / n_all, "verifying");
         if progress.cancelled() {
             return Err(Error::Interrupted);
         }
         let mesh = query.mesh_at(isovalue)?;
-        let (row, geometry) = look_at(&field, isovalue, at_event, &mesh);
+        let (row, geometry) = measured(&field, isovalue, at_event, &mesh);
         if let Some(geometry) = geometry.filter(|_| !at_event) {
             pooled.merge(&geometry);
         }
@@ -126,13 +111,13 @@ pub fn verify(
         Ok(mesh)
     };
     for &isovalue in &single {
-        look(isovalue, false)?;
+        measure_at(isovalue, false)?;
     }
     let mut jumps_at = |pairs: &[(f64, f64)]| -> Result<(Vec<Jump>, Summary)> {
-        let mut beyond = Distribution::new(measure::REACH);
+        let mut beyond = Distribution::new(measure::MAX_DISTANCE);
         let mut jumps = Vec::with_capacity(pairs.len());
         for &(before, after) in pairs {
-            let (a, b) = (look(before, true)?, look(after, true)?);
+            let (a, b) = (measure_at(before, true)?, measure_at(after, true)?);
             jumps.push(jump::jump(&field, (before, &a), (after, &b), &mut beyond));
         }
         Ok((jumps, beyond.summary()))
@@ -150,25 +135,25 @@ pub fn verify(
     Ok(Report::new(spectrum, sampling, limits, rows, &pooled, continuity))
 }
 
-/// What a look at a spectrum tells, where a verification would take too long.
+/// The result of [`spot_check`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Glance {
-    /// Isovalues looked at, in the middle of equal parts of the range.
+pub struct SpotCheck {
+    /// Number of isovalues, in the middle of equal parts of the range.
     pub n_isovalues: usize,
-    /// Of the barycentres of the triangles there, at most 20,000 at each, evenly spread, the share within the tolerance of
-    /// the isosurface; `None` where there are none.
+    /// Share of the triangles' barycentres within the tolerance of the isosurface, of at most 20,000 at each isovalue; `None` without
+    /// triangles.
     pub within_tolerance_share: Option<f64>,
     /// Mean radius ratio of these triangles.
     pub radius_ratio: Option<f64>,
 }
 
-/// Measures a spectrum against its volume at a few isovalues.
+/// Measures a spectrum against its volume at a few isovalues, much faster than [`verify`].
 ///
 /// # Errors
 ///
 /// [`Error::Input`] if the volume is not the spectrum's.
-pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<Glance> {
+pub fn spot_check(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Result<SpotCheck> {
     check_same_volume(spectrum, volume)?;
     let (low, high) = spectrum.range();
     let mut query = Query::for_some(spectrum, n_isovalues);
@@ -178,10 +163,10 @@ pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Resul
         let isovalue = low * (1.0 - share) + high * share;
         let mesh = query.mesh_at(isovalue)?;
         if measure::is_placed(volume, &mesh) {
-            pooled.merge(&measure::glance(volume, isovalue, &mesh));
+            pooled.merge(&measure::spot_check(volume, isovalue, &mesh));
         }
     }
-    Ok(Glance {
+    Ok(SpotCheck {
         n_isovalues,
         within_tolerance_share: pooled.barycentre_deviation.share_within(spectrum.tolerance()),
         radius_ratio: pooled.radius_ratio.summary().mean,
@@ -189,14 +174,14 @@ pub fn glance(spectrum: &Spectrum, volume: &Volume, n_isovalues: usize) -> Resul
 }
 
 fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
-    let told = |dims: [usize; 3]| format!("{}x{}x{}", dims[0], dims[1], dims[2]);
+    let text = |dims: [usize; 3]| format!("{}x{}x{}", dims[0], dims[1], dims[2]);
     let of = spectrum.volume();
     if of.dims != volume.dims() {
         return Err(Error::input(format!(
             "{}: {} samples, expected {} as the spectrum of {} has",
             volume.name(),
-            told(volume.dims()),
-            told(of.dims),
+            text(volume.dims()),
+            text(of.dims),
             of.name
         )));
     }
@@ -214,8 +199,8 @@ fn check_same_volume(spectrum: &Spectrum, volume: &Volume) -> Result<()> {
     Ok(())
 }
 
-/// Everything about one isovalue; no geometry where the mesh is not even placed in the volume.
-fn look_at(
+/// All measurements at one isovalue; no geometry if the mesh is not inside the volume.
+fn measured(
     field: &ExactField<'_>,
     isovalue: f64,
     at_event: bool,
@@ -247,24 +232,24 @@ fn look_at(
     (row, Some(geometry))
 }
 
-/// Of the vertices in the meshes at some isovalues, the share that is also in the mesh a 256th of
-/// the range higher; `None` where there are none.
+/// The share of the vertices in the meshes at some isovalues that are also in the mesh a 256th of
+/// the range higher; `None` without vertices.
 fn tracked_share(spectrum: &Spectrum, isovalues: &[f64]) -> Option<f64> {
     let step = (spectrum.range().1 - spectrum.range().0) / 256.0;
-    let (mut alive, mut lives_on) = (0u64, 0u64);
+    let (mut alive, mut survived) = (0u64, 0u64);
     for &isovalue in isovalues.iter().filter(|&&c| c + step < spectrum.range().1) {
         let here = active_vertices(spectrum, isovalue);
         let there = active_vertices(spectrum, isovalue + step);
         alive += here.iter().filter(|&&active| active).count() as u64;
-        lives_on += here.iter().zip(&there).filter(|&(&a, &b)| a && b).count() as u64;
+        survived += here.iter().zip(&there).filter(|&(&a, &b)| a && b).count() as u64;
     }
-    (alive > 0).then(|| lives_on as f64 / alive as f64)
+    (alive > 0).then(|| survived as f64 / alive as f64)
 }
 
 fn active_vertices(spectrum: &Spectrum, isovalue: f64) -> Vec<bool> {
     let after = spectrum.isovalues().partition_point(|&c| c <= isovalue);
     let mut active = vec![false; spectrum.n_vertices()];
-    // Rank r is that of the last isovalue not above; before the first there is no mesh.
+    // Below the first isovalue of the table there is no mesh.
     if let Some(rank) = after.checked_sub(1) {
         let rank = rank as u32;
         for triangle in spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death) {

@@ -59,13 +59,13 @@ fn read_or_one_line<T>(result: isospectrum::Result<T>) -> Option<T> {
 /// A spectrum file. The first byte selects how the rest becomes one.
 pub fn spectrum(input: &[u8]) {
     let Some((&kind, rest)) = input.split_first() else { return };
-    let file = if kind & 1 == 0 { from_contents(kind, rest) } else { repaired(rest.to_vec()) };
+    let file = if kind & 1 == 0 { from_contents(rest) } else { repaired(rest.to_vec()) };
     within_limits(file.len(), || {
         let summary = Summary::from_reader(&mut Cursor::new(&file), file.len() as u64);
         let summary = read_or_one_line(summary);
         if let Some(spectrum) = read_or_one_line(from_bytes(&file)) {
             let summary = summary.expect("a file that can be read has a summary");
-            assert_eq!((summary.size, summary.told.about()), (Size::of(&spectrum), spectrum.about()));
+            assert_eq!((summary.size, summary.spectrum.about()), (Size::of(&spectrum), spectrum.about()));
             check_sound(&spectrum);
             let again = to_bytes(&spectrum).expect("a spectrum that was read can be written");
             let read = from_bytes(&again).expect("a file that was written can be read");
@@ -74,28 +74,28 @@ pub fn spectrum(input: &[u8]) {
     });
 }
 
-/// A file whose sections have the given contents, each a length (u16) and that many bytes; the last takes the rest.
-fn from_contents(kind: u8, mut rest: &[u8]) -> Vec<u8> {
-    let version = 1 + u32::from(kind >> 1) % 5;
-    let mut file = head(version);
-    let tags: [&[u8; 4]; 8] =
-        [b"INFO", b"EVNT", b"ISOV", b"VERT", b"TRIA", b"POSN", b"NRML", b"COLL"];
-    for tag in tags.into_iter().filter(|tag| version < 3 || *tag != b"NRML") {
-        let n = rest.split_first_chunk().map_or(0, |(n, after)| {
-            rest = after;
-            usize::from(u16::from_le_bytes(*n))
-        });
+/// A file whose sections have these contents: for each section its length (u16), for coded columns how many numbers they have (u16), and
+/// the bytes.
+fn from_contents(mut rest: &[u8]) -> Vec<u8> {
+    let mut file = isospectrum::file::MAGIC.to_vec();
+    file.extend(isospectrum::file::VERSION.to_le_bytes());
+    file.extend(crc32fast::hash(&file).to_le_bytes());
+    for tag in [b"INFO", b"EVNT", b"ISOV", b"VERT", b"TRIA", b"POSN", b"COLL"] {
+        let mut number = || {
+            rest.split_first_chunk().map_or(0, |(n, after)| {
+                rest = after;
+                usize::from(u16::from_le_bytes(*n))
+            })
+        };
+        let n = number();
+        let n_numbers = matches!(tag, b"VERT" | b"TRIA" | b"POSN").then(number);
         let content;
         (content, rest) = rest.split_at(n.min(rest.len()));
-        section(&mut file, tag, 0, content, content.len());
+        match n_numbers {
+            Some(n_numbers) => section(&mut file, tag, 2, content, n_numbers),
+            None => section(&mut file, tag, 0, content, content.len()),
+        }
     }
-    file
-}
-
-fn head(version: u32) -> Vec<u8> {
-    let mut file = isospectrum::file::MAGIC.to_vec();
-    file.extend(version.to_le_bytes());
-    file.extend(crc32fast::hash(&file).to_le_bytes());
     file
 }
 

@@ -93,7 +93,7 @@ pub(crate) fn compute(
 
 /// The spectrum as its file would hold it, so that its meshes are the same before it is saved and after.
 pub(crate) fn rounded(spectrum: &isospectrum::Spectrum) -> Result<isospectrum::Spectrum> {
-    file::arranged(&spectrum.quantised())
+    file::in_file_order(&spectrum.quantised())
 }
 
 /// The side of the bricks, if the volume has to be cut to stay within the memory.

@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::source::OpenVolume;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
-use crate::spectrum::{About, Event, Joiner, Spectrum, Told, Unlike};
+use crate::spectrum::{About, Event, Joiner, Metadata, Spectrum, VertexMismatch};
 use crate::sweep::{Counts, insert_area_shares, metadata};
 use crate::topology::blocks::join_blocks;
 
@@ -75,14 +75,14 @@ pub(super) fn join_borders(
     let (parameters, areas) = parameters(parts.plan(), &heads, arcs);
     let tolerance = recipe.parameters.error;
     let about = About {
-        parameters: Told::of_value(parameters),
+        parameters: Metadata::from_value(parameters),
         events,
         ..About::new(recipe.volume.clone(), range, tolerance)
     };
     let mut whole = Spectrum::from_patch(about, Joiner::default().finish().0)?;
     insert_area_shares(&mut whole, &areas);
     for (key, value) in &recipe.metadata {
-        whole.about_mut().parameters.tell(key, value.clone());
+        whole.about_mut().parameters.insert(key, value.clone());
     }
     Ok(JoinedBorders { whole, heads })
 }
@@ -118,7 +118,7 @@ fn parameters(plan: &Plan, heads: &[PartHead], arcs: u64) -> (serde_json::Value,
     (parameters, areas)
 }
 
-pub(super) fn seam_mismatch(number: usize, Unlike(place): Unlike) -> Error {
+pub(super) fn seam_mismatch(number: usize, VertexMismatch(place): VertexMismatch) -> Error {
     Error::input(format!(
         "part {number} has another vertex at {place:?} than its neighbour, expected parts of one volume"
     ))

@@ -18,11 +18,11 @@ use super::source::OpenVolume;
 use crate::error::{Error, Result};
 use crate::file::{
     self, ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, SpectrumFolder,
-    TemporaryFolder, WHOLE, Written, chunk_name, is_folder, key_in_part, living, seam_bytes,
-    seam_name,
+    TemporaryFolder, WHOLE, Written, chunk_name, is_folder, key_in_part, seam_bytes, seam_name,
+    sub_patch,
 };
 use crate::progress::Progress;
-use crate::spectrum::{About, Event, Joiner, Knot, Patch, Spectrum, Told, Triangle, cuts};
+use crate::spectrum::{About, Event, Joiner, Knot, Metadata, Patch, Spectrum, Triangle, cuts};
 
 /// Memory for writing a part, bytes per triangle (measured: 120 to 150 for `bonsai`).
 const BYTES_PER_TRIANGLE: f64 = 150.0;
@@ -195,10 +195,10 @@ fn write_chunks(
     let mut chunk = |(chunk, ends): (usize, &[u32])| {
         let lives = |t: &Triangle| t.birth < ends[1] && ends[0] < t.death;
         // With the index of each vertex in the part.
-        let (own, in_part) = living(&patch, &all, lives);
+        let (own, in_part) = sub_patch(&patch, &all, lives);
         let n_triangles = own.triangles.len() as u64;
         let name = ChunkName { plan: plan.hash().to_owned(), number, chunk };
-        let parameters = Told::of_value(serde_json::json!({ PART: name }));
+        let parameters = Metadata::from_value(serde_json::json!({ PART: name }));
         let own = Spectrum::from_patch(About { parameters, ..about.clone() }, own)?;
         let Written { bytes, order, .. } = file::into_bytes(own)?;
         let mut key_of = |v: u32| {

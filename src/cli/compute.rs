@@ -9,7 +9,7 @@ use clap::Args;
 use isospectrum::Forecast;
 use isospectrum::Parameters;
 use isospectrum::settings::{IsovalueRange, SweepSettings};
-use isospectrum::verify::{Glance, glance};
+use isospectrum::verify::{SpotCheck, spot_check};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
@@ -130,7 +130,7 @@ impl ParameterArguments {
 struct Computed<'a> {
     seconds: f64,
     /// The spectrum measured against its volume at a few isovalues; not of one in bricks, whose volume is nowhere as a whole.
-    measured: Option<Glance>,
+    measured: Option<SpotCheck>,
     /// What was expected before the sweep of a whole.
     forecast: Option<Forecast>,
     #[serde(flatten)]
@@ -163,7 +163,8 @@ impl Compute {
             return Err(Error::internal("a folder of parts that is computed as a whole").into());
         };
         let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
-        let measured = (!quiet || self.json).then(|| glance(&spectrum, prepared.volume(), GLANCES));
+        let measured =
+            (!quiet || self.json).then(|| spot_check(&spectrum, prepared.volume(), GLANCES));
         let measured = measured.transpose()?.map(|measured| (measured, forecast));
         let made = Made::File(Box::new(spectrum), n_bytes);
         self.tell(&made, (path, started), measured, quiet)
@@ -174,7 +175,7 @@ impl Compute {
         &self,
         made: &Made,
         (path, started): (&Path, Instant),
-        measured: Option<(Glance, Forecast)>,
+        measured: Option<(SpotCheck, Forecast)>,
         quiet: bool,
     ) -> anyhow::Result<()> {
         let facts = made.facts();
@@ -216,7 +217,7 @@ impl Compute {
 }
 
 /// What came out, for people: how good it is, and how large.
-fn summary(facts: &Facts, measured: Option<&Glance>) -> String {
+fn summary(facts: &Facts, measured: Option<&SpotCheck>) -> String {
     let tolerance = report::number(facts.tolerance());
     let mut rows = facts.summary();
     if let Some(measured) = measured {

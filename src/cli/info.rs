@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use isospectrum::file::{SpectrumFolder, is_folder};
 use isospectrum::render::Memory;
-use isospectrum::spectrum::{Size, Spectrum, Told, VolumeInfo};
+use isospectrum::spectrum::{Metadata, Size, Spectrum, VolumeInfo};
 use isospectrum::unstable::sweep::{TRACKED_AREA_SHARE, TRACKED_AREA_SHARES};
 use isospectrum::unstable::topology::dust::Dust;
 use isospectrum::volume::{Placement, Preparation, Space, Unit};
@@ -32,7 +32,7 @@ impl Info {
             Facts::of_folder(&folder)
         } else {
             file = spectrum_file::read_summary(&self.spectrum)?;
-            Facts::told(&file.told, &file.size, file.bytes)
+            Facts::told(&file.spectrum, &file.size, file.bytes)
         };
         if self.json {
             report::print_json("info", &facts)?;
@@ -74,7 +74,7 @@ pub(super) struct Facts<'a> {
     events: Vec<f64>,
     backend: Option<&'a str>,
     adapter: Option<&'a str>,
-    parameters: &'a Told,
+    parameters: &'a Metadata,
     #[serde(skip)]
     preparation: Option<Preparation>,
     #[serde(skip)]

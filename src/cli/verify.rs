@@ -147,7 +147,11 @@ fn text(found: &Report) -> String {
 /// Found, limit, and whether that is kept.
 fn verdict(promise: &Promise) -> String {
     let unit = if promise.unit.is_empty() { String::new() } else { format!(" {}", promise.unit) };
-    let kept = if promise.kept { "kept" } else { "NOT KEPT" };
+    let kept = match promise.kept {
+        Some(true) => "kept",
+        Some(false) => "NOT KEPT",
+        None => "not measured",
+    };
     let found = number_or_dash(promise.found);
     format!("{found}{unit}, promised {}{unit}: {kept}", number(promise.limit))
 }

@@ -29,7 +29,7 @@ impl KnotValues {
 
     /// The value at vertex `v` at `isovalue` with rank `rank`, interpolated between knots as the position is.
     pub fn at(&self, spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> f32 {
-        let ([before, after], t) = spectrum.way_between_knots(v, rank, isovalue);
+        let ([before, after], t) = spectrum.bracketing_knots(v, rank, isovalue);
         let [p, q] = [before, after].map(|i| f64::from(self.values[i]));
         // At a knot the next value does not count, even if it is NaN.
         if t == 0.0 { p as f32 } else { ((1.0 - t) * p + t * q) as f32 }

@@ -1,27 +1,27 @@
-//! Columns: the one way in which numbers lie in a section.
+//! Columns of numbers: the content of sections.
 //!
 //! Small sections have columns in planes: a byte `width` (1 to 8) and then `width` planes of one byte per number, lowest
 //! byte first. Small numbers in a wide column leave planes of zeros, and each plane has its own
-//! statistics: both are what deflate is good at. In large sections the numbers of all columns are coded one after the
+//! statistics; deflate compresses both well. In large sections the numbers of all columns are coded one after the
 //! other ([`super::coder`]). Signed numbers are zigzag coded
-//! (0, -1, 1, -2, ... become 0, 1, 2, 3, ...). FORMAT.md describes the same.
+//! (0, -1, 1, -2, ... become 0, 1, 2, 3, ...).
 //!
 //! # Invariants
 //!
-//! A number in planes takes at least one byte, and a coded section tells how many numbers it holds: no count
-//! can ask for memory that the file's length has not earned.
+//! A number in planes takes at least one byte, and a coded section declares how many numbers it has, which its length limits: no count
+//! makes a reader reserve memory out of proportion to the file.
 
 use std::borrow::Cow;
 
-use super::coder::{Coder as _, Decoder, Encoder, Row};
+use super::coder::{Coder as _, ColumnModels, Decoder, Encoder};
 use crate::error::{Error, Result};
 
 /// Bits of the width of a coded column, and of a count.
-const WIDTH: u32 = 4;
-const COUNT: u32 = 40;
+const WIDTH_BITS: u32 = 4;
+const COUNT_BITS: u32 = 40;
 
-/// After so many numbers a reader looks whether it has read beyond the end.
-const LOOK: usize = 4096;
+/// A decoder checks after so many numbers whether it has read past the end.
+const NUMBERS_PER_CHECK: usize = 4096;
 
 /// Appends the column of `values` to `bytes`.
 pub(crate) fn write_column(bytes: &mut Vec<u8>, values: &[u64]) {
@@ -34,7 +34,7 @@ pub(crate) fn write_column(bytes: &mut Vec<u8>, values: &[u64]) {
     }
 }
 
-/// The content of a section of coded columns.
+/// Writes the content of a section of coded columns.
 #[derive(Debug)]
 pub(super) struct CodedColumns {
     encoder: Encoder,
@@ -46,23 +46,23 @@ impl CodedColumns {
         CodedColumns { encoder: Encoder::new(), n_numbers: 0 }
     }
 
-    /// A count, which stands before the columns it counts.
+    /// Writes the count of the columns after it.
     pub(super) fn count(&mut self, n: usize) {
-        self.encoder.bits(COUNT, n as u64);
+        self.encoder.bits(COUNT_BITS, n as u64);
     }
 
     pub(super) fn column(&mut self, values: impl Iterator<Item = u64> + Clone) {
         let all = values.clone().fold(0, |all, v| all | v);
         let width = (64 - all.leading_zeros()).div_ceil(8).max(1);
-        self.encoder.bits(WIDTH, width.into());
-        let mut row = Row::new();
+        self.encoder.bits(WIDTH_BITS, width.into());
+        let mut models = ColumnModels::new();
         for value in values {
-            row.number(&mut self.encoder, value);
+            models.number(&mut self.encoder, value);
             self.n_numbers += 1;
         }
     }
 
-    /// A count and a column of that many numbers.
+    /// Writes a count and a column of that many numbers.
     pub(super) fn counted(&mut self, values: impl ExactSizeIterator<Item = u64> + Clone) {
         self.count(values.len());
         self.column(values);
@@ -73,12 +73,12 @@ impl CodedColumns {
     }
 }
 
-/// What a section holds.
+/// The unpacked content of a section.
 #[derive(Clone, Debug)]
 pub(crate) enum Content<'a> {
-    /// Columns in planes, or what is no columns.
+    /// Columns in planes, or other bytes.
     Plain(Cow<'a, [u8]>),
-    /// Coded columns of so many numbers in all.
+    /// Coded columns, and the sum of their lengths.
     Coded { bytes: Cow<'a, [u8]>, n_numbers: usize },
 }
 
@@ -93,7 +93,7 @@ impl Content<'_> {
         match self {
             Content::Plain(bytes) => Columns::new(bytes),
             Content::Coded { bytes, n_numbers } => {
-                Columns(Source::Coded { decoder: Decoder::new(bytes), left: *n_numbers })
+                Columns(Rest::Coded { decoder: Decoder::new(bytes), left: *n_numbers })
             }
         }
     }
@@ -101,12 +101,13 @@ impl Content<'_> {
 
 /// Takes columns off the content of one section.
 #[derive(Debug)]
-pub(super) struct Columns<'a>(Source<'a>);
+pub(super) struct Columns<'a>(Rest<'a>);
 
+/// What has not been read.
 #[derive(Debug)]
-enum Source<'a> {
+enum Rest<'a> {
     Planes(&'a [u8]),
-    /// And how many numbers may still be in its columns.
+    /// With the number of numbers that are left.
     Coded {
         decoder: Decoder<'a>,
         left: usize,
@@ -114,38 +115,38 @@ enum Source<'a> {
 }
 
 impl<'a> Columns<'a> {
-    /// Those in planes.
+    /// Columns in planes.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Columns(Source::Planes(bytes))
+        Columns(Rest::Planes(bytes))
     }
 
-    /// The next count, which stands before the columns it counts.
+    /// The next count.
     pub(super) fn count(&mut self) -> Result<usize> {
         let count = match &mut self.0 {
-            Source::Planes(bytes) => {
+            Rest::Planes(bytes) => {
                 let bytes = take(bytes, 8)?;
                 u64::from_le_bytes(bytes.try_into().expect("eight bytes were taken"))
             }
-            Source::Coded { decoder, .. } => decoder.bits(COUNT, 0),
+            Rest::Coded { decoder, .. } => decoder.bits(COUNT_BITS, 0),
         };
         usize::try_from(count).map_err(|_| too_short())
     }
 
-    /// The next column, which must hold `n` numbers of at most `bits` bits.
+    /// The next column: `n` numbers of at most `bits` bits.
     pub(super) fn column(&mut self, n: usize, bits: u32) -> Result<Column<'a>> {
         let width = match &mut self.0 {
-            Source::Planes(bytes) => usize::from(take(bytes, 1)?[0]),
-            Source::Coded { decoder, .. } => decoder.bits(WIDTH, 0) as usize,
+            Rest::Planes(bytes) => usize::from(take(bytes, 1)?[0]),
+            Rest::Coded { decoder, .. } => decoder.bits(WIDTH_BITS, 0) as usize,
         };
         if !(1..=8).contains(&width) {
             return Err(Error::input(format!("a column is {width} bytes wide, expected 1 to 8")));
         }
         let numbers = match &mut self.0 {
-            Source::Planes(bytes) => {
+            Rest::Planes(bytes) => {
                 let planes = take(bytes, width.checked_mul(n).ok_or_else(too_short)?)?;
                 Numbers::Planes { planes, n, width }
             }
-            Source::Coded { decoder, left } => {
+            Rest::Coded { decoder, left } => {
                 *left = left.checked_sub(n).ok_or_else(too_short)?;
                 Numbers::decoded(decoder, n, width)?
             }
@@ -153,14 +154,14 @@ impl<'a> Columns<'a> {
         Ok(Column { numbers, limit: u64::MAX >> (64 - bits) })
     }
 
-    /// Ends the section: nothing may be left, but zeros behind what is coded.
+    /// Checks that nothing is left, except for zeros after coded numbers.
     pub(super) fn end(self) -> Result<()> {
         let n_left = match self.0 {
-            Source::Planes(bytes) => bytes.len(),
-            Source::Coded { left, .. } if left > 0 => {
+            Rest::Planes(bytes) => bytes.len(),
+            Rest::Coded { left, .. } if left > 0 => {
                 return Err(Error::input(format!("{left} numbers too many")));
             }
-            Source::Coded { decoder, .. } => {
+            Rest::Coded { decoder, .. } => {
                 decoder.rest().ok_or_else(too_short)?.iter().filter(|&&b| b != 0).count()
             }
         };
@@ -184,7 +185,7 @@ pub(super) struct Column<'a> {
     limit: u64,
 }
 
-/// The numbers of a column: still in planes, or as narrow as they are.
+/// The numbers of a column: in planes, or decoded into a type of their width.
 #[derive(Clone, Debug)]
 enum Numbers<'a> {
     Planes { planes: &'a [u8], n: usize, width: usize },
@@ -194,13 +195,13 @@ enum Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    /// The next `n` numbers, each of at most so many bytes.
+    /// Decodes the next `n` numbers, each of at most `width` bytes.
     fn decoded(decoder: &mut Decoder, n: usize, width: usize) -> Result<Self> {
-        let mut row = Row::new();
-        let most = u64::MAX >> (64 - 8 * width);
+        let mut models = ColumnModels::new();
+        let max = u64::MAX >> (64 - 8 * width);
         let mut next = |i: usize| {
-            let value = row.number(decoder, 0);
-            if value > most || i.is_multiple_of(LOOK) && decoder.rest().is_none() {
+            let value = models.number(decoder, 0);
+            if value > max || i.is_multiple_of(NUMBERS_PER_CHECK) && decoder.rest().is_none() {
                 return Err(too_short());
             }
             Ok(value)
@@ -244,7 +245,7 @@ impl Column<'_> {
     }
 }
 
-/// What `read` makes of 0, 1, ..., in a vector that never grows: columns of `n` numbers are there.
+/// The results of `read` for 0 to `n` - 1. The capacity is reserved at once: columns of `n` numbers have been read, so `n` is not too large.
 pub(super) fn collected<T>(n: usize, mut read: impl FnMut(usize) -> Result<T>) -> Result<Vec<T>> {
     let mut all = Vec::with_capacity(n);
     for i in 0..n {

@@ -1,16 +1,16 @@
-//! A spectrum as a folder of parts, `.ispt`: each a file of its own, read only where it is needed.
+//! A spectrum as a folder of parts, `.ispt`. Each part has its own files, which are read only when they are needed.
 //!
 //! # Layout
 //!
-//! `index.json` ([`Index`]); `whole.isp`, a spectrum file without triangles, which has the events and all that is known of the
-//! whole. A part, which is a brick, is cut into chunks by isovalue: each has the triangles that live somewhere in its interval, whole,
-//! so some stand in two. Of a chunk there are a spectrum file, `000000-000.isp`, and its vertices in common with other chunks,
+//! `index.json` ([`Index`]); `whole.isp`, a spectrum file without triangles, with the events and the description of the
+//! whole. A part, which is a brick, is divided into chunks by isovalue: each has the triangles that are alive somewhere in its interval, with their whole lifetimes,
+//! so a triangle may be in several. A chunk has a spectrum file, `000000-000.isp`, and the keys of the vertices that it shares with other chunks,
 //! `000000-000.seam` (`folder_index`).
 //!
 //! # Invariants
 //!
-//! Vertices of one key are one vertex, with the same trajectory in every chunk. A triangle is in all chunks of its part in whose
-//! intervals it lives: so it is new to whoever has read none of these before. Every chunk names the plan that it is of, and its place.
+//! Vertices with equal keys are one vertex, with the same trajectory in every chunk. A triangle is in all chunks of its part in whose
+//! intervals it is alive, so it is new to a reader that has read none of these. Every chunk contains the hash of its plan and its number.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ use super::folder_index::{
     ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, WHOLE, chunk_name, read_seam,
     seam_name,
 };
-use super::from_bytes;
+use super::spectrum_file::{from_bytes, read};
 use crate::error::{Error, Result};
 use crate::input;
 use crate::spectrum::{About, Joiner, Patch, Spectrum, Triangle, shown_first};
@@ -30,7 +30,7 @@ pub fn is_folder(path: &Path) -> bool {
     path.join(INDEX).is_file()
 }
 
-/// A folder of parts, of which no part is read yet.
+/// A folder of parts. No part is read until it is asked for.
 #[derive(Clone, Debug)]
 pub struct SpectrumFolder {
     path: PathBuf,
@@ -40,16 +40,16 @@ pub struct SpectrumFolder {
 }
 
 impl SpectrumFolder {
-    /// Reads what is known of the whole.
+    /// Reads the index and the description of the whole.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`]; [`Error::Input`] if there is no folder of this version, or it is damaged.
+    /// [`Error::Io`]; [`Error::Input`] if it is not a folder of this version, or it is damaged.
     pub fn open(path: &Path) -> Result<SpectrumFolder> {
         let file = path.join(INDEX);
         let bytes = input::read(&file)?;
         let index = Index::from_bytes(&bytes).map_err(|e| e.of_file(&file))?;
-        let whole = super::read(path.join(WHOLE))?;
+        let whole = read(path.join(WHOLE))?;
         let of_whole = input::open(&path.join(WHOLE))?.1;
         let parts = index.parts.iter().fold(0u64, |n, p| n.saturating_add(p.bytes()));
         let bytes = parts.saturating_add(bytes.len() as u64).saturating_add(of_whole);
@@ -61,28 +61,28 @@ impl SpectrumFolder {
         &self.path
     }
 
-    /// What is in it.
+    /// The index.
     pub fn index(&self) -> &Index {
         &self.index
     }
 
-    /// Bytes of all its files, as the index says.
+    /// Bytes of all its files, according to the index.
     pub fn n_bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// What is known of the whole: a spectrum without triangles.
+    /// The description of the whole: a spectrum without triangles.
     pub fn whole(&self) -> &Spectrum {
         &self.whole
     }
 
-    /// The numbers of the parts that have triangles somewhere between two isovalues, both included.
+    /// The numbers of the parts that have triangles between two isovalues, both included.
     pub fn parts_between(&self, between: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
         let lives = move |p: &IndexedPart| p.chunks.iter().any(|c| c.meets(between));
         self.index.parts.iter().enumerate().filter(move |(_, p)| lives(p)).map(|(i, _)| i)
     }
 
-    /// The chunks that have isovalues between two, both included: each by its part and its number there, ascending.
+    /// The chunks whose intervals contain isovalues between two, both included: part, number of the chunk in the part, and entry, ascending.
     pub fn chunks_between(
         &self,
         between: (f64, f64),
@@ -94,42 +94,42 @@ impl SpectrumFolder {
         all.filter(move |(_, chunk)| chunk.meets(between))
     }
 
-    /// The isovalue to show first, as [`Spectrum::shown_first`], but by what the index tells: the triangles of the chunks around an
-    /// isovalue stand for the area there.
+    /// The isovalue to show first, as [`Spectrum::shown_first`], but from the index alone: the number of triangles in the chunks at an
+    /// isovalue is used instead of the area.
     pub fn shown_first(&self) -> f64 {
         shown_first(self.whole.range(), |c| {
             self.chunks_between((c, c)).map(|(_, chunk)| chunk.triangles as f64).sum()
         })
     }
 
-    /// The spectrum between two isovalues of its range, both included: its meshes there are those of the whole. Chunks that do not
-    /// live there are not read, triangles that do not are not kept; no more than one chunk is in memory beside these.
+    /// The spectrum between two isovalues of its range, both included: its meshes there are those of the whole. Other chunks
+    /// are not read, and other triangles are dropped; apart from the result, one chunk at a time is in memory.
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] outside the whole's range; [`Error::Io`]; [`Error::Input`] for damaged chunks and those that do not fit.
+    /// [`Error::Range`] outside the whole's range; [`Error::Io`]; [`Error::Input`] for chunks that are damaged or inconsistent.
     pub fn read_between(&self, between: (f64, f64)) -> Result<Spectrum> {
         [between.0, between.1].into_iter().try_for_each(|c| self.whole.check_isovalue(c))?;
         let mut joiner = Joiner::default();
         let mut before = None;
         for (place, chunk) in self.chunks_between(between) {
-            // Of its part all chunks from the first one that was read up to this one are there.
+            // All chunks of this part from the first one that was read up to this one have been read.
             let from = before.filter(|&(number, _)| number == place.0);
             let (_, from) = from.unwrap_or((place.0, f64::NEG_INFINITY));
             let (patch, shared) = self.chunk(place)?;
-            // From the low end on, and new: born where no chunk before is.
+            // Alive in the interval, and new: not born in an earlier chunk.
             let [low, high] = [between.0, between.1].map(|x| above(&patch, x));
             let first = if from > f64::NEG_INFINITY { at_least(&patch, from) } else { 0 };
             let kept = |t: &Triangle| first <= t.birth && t.birth < high && t.death >= low;
-            let (patch, shared) = living(&patch, &shared, kept);
+            let (patch, shared) = sub_patch(&patch, &shared, kept);
             self.append(&mut joiner, place, (&patch, &shared))?;
             before = Some((place.0, chunk.to));
         }
         self.spectrum(joiner.finish().0, between)
     }
 
-    /// The spectrum with all triangles that live at some isovalues, or between them; its range is that of the whole, though no
-    /// others may be asked for.
+    /// The spectrum with all triangles that are alive at some isovalues, or between them. Its range is that of the whole, but its meshes
+    /// elsewhere are incomplete.
     ///
     /// # Errors
     ///
@@ -149,12 +149,12 @@ impl SpectrumFolder {
         self.read_between(self.whole.range())
     }
 
-    /// A spectrum of parts of this one, with its events.
+    /// A spectrum of some chunks, with the description of the whole.
     pub(super) fn spectrum(&self, patch: Patch, range: (f64, f64)) -> Result<Spectrum> {
         Spectrum::from_patch(About { range, ..self.whole.about().clone() }, patch)
     }
 
-    /// Takes a chunk in.
+    /// Appends a chunk.
     pub(super) fn append(
         &self,
         joiner: &mut Joiner,
@@ -164,14 +164,14 @@ impl SpectrumFolder {
         joiner.append(patch, shared)?.map_err(|at| {
             let file = self.path.join(chunk_name(place));
             Error::input(format!(
-                "{}: another vertex at {:?} than the part beside it, expected parts of one volume",
+                "{}: the vertex at {:?} differs from that of a neighbouring part, expected parts of one volume",
                 file.display(),
                 at.0
             ))
         })
     }
 
-    /// A chunk, and its vertices in common with others, ascending, with their keys.
+    /// Reads a chunk, and its shared vertices, ascending, with their keys.
     pub(super) fn chunk(&self, place: (usize, usize)) -> Result<(Patch, Vec<(u32, u64)>)> {
         let file = self.path.join(chunk_name(place));
         let found = from_bytes(&input::read(&file)?).map_err(|e| e.of_file(&file))?;
@@ -189,7 +189,7 @@ impl SpectrumFolder {
         let shared = read_seam(number, &input::read(&seam)?).map_err(|e| e.of_file(&seam))?;
         let ascends = shared.windows(2).all(|w| w[0].0 < w[1].0);
         if !ascends || shared.last().is_some_and(|s| s.0 as usize >= found.n_vertices()) {
-            return Err(Error::input(format!("{}: of another part", seam.display())));
+            return Err(Error::input(format!("{}: belongs to another part", seam.display())));
         }
         Ok((found.into_parts().1, shared))
     }
@@ -200,19 +200,19 @@ pub(super) fn above(patch: &Patch, isovalue: f64) -> u32 {
     patch.isovalues.partition_point(|&c| c <= isovalue) as u32
 }
 
-/// The first rank of a patch that is not below an isovalue.
+/// The first rank of a patch at or above an isovalue.
 pub(super) fn at_least(patch: &Patch, isovalue: f64) -> u32 {
     patch.isovalues.partition_point(|&c| c < isovalue) as u32
 }
 
-/// Some triangles of a patch, the vertices that they use, and those of these that are in common with others.
-pub(crate) fn living(
+/// The triangles of a patch for which `is_kept` is true, as a patch, and its shared vertices with their keys.
+pub(crate) fn sub_patch(
     patch: &Patch,
     shared: &[(u32, u64)],
-    lives: impl Fn(&Triangle) -> bool,
+    is_kept: impl Fn(&Triangle) -> bool,
 ) -> (Patch, Vec<(u32, u64)>) {
     let Patch { isovalues, first_knot, knots, triangles, .. } = patch;
-    let mut triangles: Vec<Triangle> = triangles.iter().filter(|t| lives(t)).copied().collect();
+    let mut triangles: Vec<Triangle> = triangles.iter().filter(|t| is_kept(t)).copied().collect();
     let mut is_used = vec![false; first_knot.len().saturating_sub(1)];
     triangles.iter().flat_map(|t| t.vertices).for_each(|v| is_used[v as usize] = true);
     let mut number = vec![u32::MAX; is_used.len()];

@@ -1,4 +1,4 @@
-//! What is in a folder of parts, and how its files are named.
+//! The index of a folder of parts, the names of its files, and the files of shared vertices.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,24 +7,24 @@ use super::section::{deflate, inflate};
 use crate::error::{Error, Result};
 use crate::volume::DEFLATE_RATIO;
 
-/// The file that tells what is in the folder.
+/// The name of the index.
 pub const INDEX: &str = "index.json";
 
-/// The file of what is known of the whole.
+/// The name of the file with the description of the whole.
 pub const WHOLE: &str = "whole.isp";
 
-/// The version of such folders; none but this one was ever in a release.
+/// The version of the folder.
 const VERSION: u32 = 2;
 
 const SEAM_MAGIC: [u8; 8] = *b"ISPTSEAM";
 
-/// Keys from here on are those of vertices that chunks of one part have in common; below, those of lattice edges.
-const OF_PART: u64 = 1 << 63;
+/// Keys with this bit are those of vertices shared by chunks of one part; others are those of lattice edges.
+const KEY_IN_PART: u64 = 1 << 63;
 
-/// Under this name the parameters of a chunk's file tell which one it is ([`ChunkName`]).
+/// The key of a [`ChunkName`] in the parameters of a chunk's file.
 pub(crate) const PART: &str = "part";
 
-/// Which chunk a file is.
+/// Identifies a chunk.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChunkName {
@@ -36,7 +36,7 @@ pub(crate) struct ChunkName {
     pub(crate) chunk: usize,
 }
 
-/// What is in a folder.
+/// The index of a folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -45,56 +45,57 @@ pub struct Index {
     version: u32,
     /// Hash of the plan that the parts are of.
     pub plan: String,
-    /// Trajectories, knots and triangles of the whole; what parts and chunks have in common is counted once.
+    /// Trajectories, knots and triangles of the whole; those shared by parts or chunks count once.
     pub size: [u64; 3],
-    /// All parts, those without triangles too.
+    /// All parts, including those without triangles.
     pub parts: Vec<IndexedPart>,
 }
 
-/// What is known of a part without it.
+/// The entry of a part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct IndexedPart {
     /// Its first sample along x, y, z.
     pub first: [usize; 3],
-    /// The sample behind its last one.
+    /// Its last sample plus 1 along x, y, z.
     pub end: [usize; 3],
-    /// Its trajectories, knots and triangles; what its chunks have in common is counted once.
+    /// Its trajectories, knots and triangles; those shared by its chunks count once.
     pub size: [u64; 3],
-    /// How many events lie in it.
+    /// The number of events in it.
     pub events: usize,
-    /// Its chunks, by isovalue, each beginning where the one before ends; none without triangles.
+    /// Its chunks, by isovalue, each starting at the end of the one before; none without triangles.
     pub chunks: Vec<IndexedChunk>,
 }
 
-/// What is known of the triangles of a part that live somewhere in an interval of isovalues, without them.
+/// The entry of a chunk: the triangles of a part that are alive somewhere in an interval of isovalues.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct IndexedChunk {
-    /// Where it begins; in a part's first chunk, the lowest isovalue with triangles.
+    /// The start of its interval; for a part's first chunk, the lowest isovalue with triangles.
     pub from: f64,
-    /// The isovalue from which it has none.
+    /// The end of its interval, exclusive.
     pub to: f64,
-    /// How many triangles are in its file.
+    /// The number of triangles in its file.
     pub triangles: u64,
     /// Bytes of its files.
     pub bytes: u64,
 }
 
 impl Index {
-    /// What is in a folder of this version.
+    /// An index of this version.
     pub(crate) fn new(plan: &str, size: [u64; 3], parts: Vec<IndexedPart>) -> Index {
         Index { version: VERSION, plan: plan.to_owned(), size, parts }
     }
 
     /// The index from its file.
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Index> {
-        let no_index = |what: String| Error::input(format!("no index of this version: {what}"));
-        let told: Told = serde_json::from_slice(bytes).map_err(|e| no_index(e.to_string()))?;
-        if told.version != VERSION {
-            return Err(no_index(format!("version {}, expected {VERSION}", told.version)));
+        let no_index = |what: String| Error::input(format!("unsupported index: {what}"));
+        let versioned: Versioned =
+            serde_json::from_slice(bytes).map_err(|e| no_index(e.to_string()))?;
+        if versioned.version != VERSION {
+            return Err(no_index(format!("version {}, expected {VERSION}", versioned.version)));
         }
         let index: Index = serde_json::from_slice(bytes).map_err(|e| no_index(e.to_string()))?;
         let is_right = |part: &IndexedPart| {
@@ -108,14 +109,14 @@ impl Index {
     }
 }
 
-/// What every version has.
+/// The field that every version has.
 #[derive(Deserialize)]
-struct Told {
+struct Versioned {
     version: u32,
 }
 
 impl IndexedPart {
-    /// The lowest isovalue at which it has triangles, and the one from which it has none.
+    /// The lowest isovalue with triangles, and the first one above it from which on there are none.
     pub fn lives(&self) -> Option<(f64, f64)> {
         Some((self.chunks.first()?.from, self.chunks.last()?.to))
     }
@@ -131,7 +132,7 @@ impl IndexedChunk {
         IndexedChunk { from, to, triangles, bytes }
     }
 
-    /// Whether it has isovalues between two, both included.
+    /// Whether its interval contains isovalues between two, both included.
     pub(super) fn meets(&self, (low, high): (f64, f64)) -> bool {
         self.from <= high && low < self.to
     }
@@ -142,18 +143,18 @@ pub(crate) fn chunk_name((number, chunk): (usize, usize)) -> String {
     format!("{number:06}-{chunk:03}.isp")
 }
 
-/// The name of the file of a chunk's vertices in common with others.
+/// The name of the file of the vertices that a chunk shares with others.
 pub(crate) fn seam_name((number, chunk): (usize, usize)) -> String {
     format!("{number:06}-{chunk:03}.seam")
 }
 
-/// The key of a vertex that several chunks of a part have: its number among these.
+/// The key of a vertex shared by chunks of one part, by its number among these.
 pub(crate) fn key_in_part(number: usize, vertex: u32) -> u64 {
-    OF_PART | (number as u64) << 32 | u64::from(vertex)
+    KEY_IN_PART | (number as u64) << 32 | u64::from(vertex)
 }
 
-/// The bytes of the file of vertices in common, ascending, each with its key, of a part: columns of the steps from vertex to vertex,
-/// of what the keys are of, and of the steps from key to key of the same kind.
+/// The bytes of the file of shared vertices, ascending, with their keys: columns of the steps from vertex to vertex,
+/// the kinds of the keys, and the steps from key to key of the same kind.
 pub(crate) fn seam_bytes(number: usize, shared: &[(u32, u64)]) -> Vec<u8> {
     let mut content = (shared.len() as u64).to_le_bytes().to_vec();
     let after = std::iter::once(0).chain(shared.iter().map(|s| s.0 + 1));
@@ -174,9 +175,9 @@ pub(crate) fn seam_bytes(number: usize, shared: &[(u32, u64)]) -> Vec<u8> {
     bytes
 }
 
-/// Vertices in common from the file of a part.
+/// Reads the shared vertices of a chunk of a part.
 pub(super) fn read_seam(number: usize, bytes: &[u8]) -> Result<Vec<(u32, u64)>> {
-    let damaged = || Error::input("damaged vertices in common with other parts");
+    let damaged = || Error::input("the file of shared vertices is damaged");
     let (head, crc) = bytes.split_last_chunk::<4>().ok_or_else(damaged)?;
     if crc32fast::hash(head) != u32::from_le_bytes(*crc) {
         return Err(damaged());
@@ -202,7 +203,7 @@ pub(super) fn read_seam(number: usize, bytes: &[u8]) -> Result<Vec<(u32, u64)>> 
         let kind = kinds.get(i)?;
         let last = &mut last[kind as usize];
         *last = last.wrapping_add(keys.get_signed(i)? as u64);
-        // A key tells by itself what it is of.
+        // The key contains its kind.
         if *last >> 63 == kind { Ok((vertex, *last)) } else { Err(damaged()) }
     })
 }
@@ -212,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vertices_in_common_come_back_and_damage_is_found() {
+    fn shared_vertices_are_read_as_written_and_damage_is_detected() {
         let all = [
             (0, 7),
             (1, key_in_part(3, 5)),
@@ -230,7 +231,7 @@ mod tests {
                 assert!(read_seam(3, &bytes[..i]).is_err(), "{i} bytes");
             }
         }
-        // What claims more than it can stand for.
+        // A declared length that is too large.
         let mut large = SEAM_MAGIC.to_vec();
         large.extend(u64::MAX.to_le_bytes());
         large.extend(crc32fast::hash(&large).to_le_bytes());

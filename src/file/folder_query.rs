@@ -1,4 +1,4 @@
-//! The mesh at any isovalue of a folder of parts, whose chunks are read when they are needed first, and dropped when they are many.
+//! The mesh at any isovalue of a folder of parts. Chunks are read when they are first needed, and dropped when too many are in memory.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use super::folder_spectrum::FolderSpectrum;
 use crate::error::Result;
 use crate::spectrum::{Query, Spectrum, SurfaceMesh};
 
-/// Most triangles that are kept where nothing else is said: about 1 GB with their trajectories and search structures.
-const MOST_TRIANGLES: u64 = 8_000_000;
+/// Default for the most triangles in memory: about 1 GB with their trajectories and search structures.
+const MAX_TRIANGLES: u64 = 8_000_000;
 
-/// See the module. What was read stays until more is wanted than may be kept; then no more stays than lives where the new isovalue is.
+/// Extracts meshes from a folder. When a limit of triangles is reached, only the chunks at the new isovalue stay in memory.
 #[derive(Debug)]
 pub struct FolderQuery {
     read: FolderSpectrum,
@@ -18,16 +18,16 @@ pub struct FolderQuery {
 }
 
 impl FolderQuery {
-    /// Of a folder, of which nothing is read yet.
+    /// A query of a folder, with the default limit.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`](crate::Error::Input) if what is known of the whole passes no check.
+    /// [`Error::Input`](crate::Error::Input) if the description of the whole is invalid.
     pub fn new(folder: SpectrumFolder) -> Result<FolderQuery> {
-        FolderQuery::within(folder, MOST_TRIANGLES)
+        FolderQuery::within(folder, MAX_TRIANGLES)
     }
 
-    /// As [`FolderQuery::new`]; no more than so many triangles are kept, but those that a mesh needs.
+    /// As [`FolderQuery::new`], with a limit of triangles in memory. It is exceeded only if one mesh needs more.
     ///
     /// # Errors
     ///
@@ -37,7 +37,7 @@ impl FolderQuery {
         Ok(FolderQuery { query: Query::new(read.spectrum().clone()), read })
     }
 
-    /// The mesh at an isovalue, as [`Query::mesh_at`] has it of the whole, but for the order of its vertices and triangles.
+    /// The mesh at an isovalue: that of [`Query::mesh_at`] of the whole, except for the order of its vertices and triangles.
     ///
     /// # Errors
     ///
@@ -48,15 +48,15 @@ impl FolderQuery {
         Ok(mesh)
     }
 
-    /// As [`FolderQuery::mesh_at`], into a mesh whose memory is used again.
+    /// As [`FolderQuery::mesh_at`], reusing the memory of a mesh.
     ///
     /// # Errors
     ///
     /// As [`FolderQuery::mesh_at`].
     pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
         if !self.read.has(&[isovalue]) {
-            // What is searched goes before what comes in its place.
-            self.query = Query::new(self.read.nothing()?);
+            // The old search structures are dropped before new ones are built.
+            self.query = Query::new(self.read.empty()?);
             let read = self.read.read_at(&[isovalue]);
             self.query = Query::new(self.read.spectrum().clone());
             read?;
@@ -64,12 +64,12 @@ impl FolderQuery {
         self.query.mesh_at_into(isovalue, mesh)
     }
 
-    /// How many chunks are kept.
+    /// The number of chunks in memory.
     pub fn n_read(&self) -> usize {
         self.read.n_read()
     }
 
-    /// How many triangles are kept.
+    /// The number of triangles in memory.
     pub fn n_triangles(&self) -> usize {
         self.read.spectrum().triangles().len()
     }

@@ -1,46 +1,44 @@
-//! Section `POSN`: where the vertices are.
+//! Section `POSN`: positions.
 //!
-//! The columns hold what predictions miss ([`super::predict`]). They lie apart by what is told, because
-//! each kind has its own statistics: lattice vertices ([`super::samples`]), first knots of other vertices, and
-//! their further knots.
-
-use std::borrow::Cow;
+//! The columns hold the differences from predicted positions ([`super::predict`]). Three kinds of knots have columns of their own, because
+//! their statistics differ: those of lattice vertices ([`super::samples`]), first knots of other vertices, and
+//! further knots of these.
 
 use rayon::prelude::*;
 
 use super::column::{CodedColumns, Column, Columns, Content, zigzag};
-use super::facing::Units;
 use super::predict::Predictor;
 use super::samples::Samples;
-use super::trajectories::{Ranks, read_flags};
+use super::trajectories::Ranks;
+use super::units::Units;
 use crate::error::{Error, Result};
 use crate::spectrum::{Knot, Spectrum, Triangle, VolumeInfo};
 
-/// Kinds of knots, those of lattice vertices aside: each with columns of its own.
+/// Kinds of knots of vertices that are not lattice vertices.
 const FIRST: usize = 0;
 const FURTHER: usize = 1;
 
-/// So many vertices are told by one task.
-const VERTICES_AT_ONCE: usize = 1 << 14;
+/// Vertices that are encoded by one task.
+const VERTICES_PER_TASK: usize = 1 << 14;
 
-/// How many columns there are, and which of them are the axes.
-const COLUMNS: usize = 11;
-const FACING: usize = 4;
+/// The number of columns, and the index of the column of axes.
+const N_COLUMNS: usize = 11;
+const AXES: usize = 4;
 
-/// All columns.
+/// The columns, of some vertices.
 #[derive(Debug, Default)]
-struct Told {
-    /// The samples at which lattice vertices start, less the predicted ones.
+struct PositionColumns {
+    /// The first samples of lattice vertices, minus the predicted ones.
     samples: [Vec<u64>; 3],
-    /// Their ways.
-    ways: Vec<u64>,
-    /// The axes that the others face.
-    facing: Vec<u64>,
-    /// By kind; none of lattice vertices.
+    /// The directions of lattice vertices.
+    directions: Vec<u64>,
+    /// The axes that other vertices face, see [`super::facing`].
+    axes: Vec<u64>,
+    /// The positions of other vertices minus the predicted ones, by kind.
     positions: [[Vec<u64>; 3]; 2],
 }
 
-/// Writes section `POSN`. Positions are as [`Units::rounded`] leaves them.
+/// Writes section `POSN`. Positions must be rounded as by [`Units::rounded`].
 ///
 /// # Errors
 ///
@@ -50,62 +48,62 @@ pub(super) fn write_geometry(
     ranks: &Ranks,
     units: Units,
 ) -> Result<Content<'static>> {
-    let told = tell(spectrum, ranks, units)?;
-    let mut positions = CodedColumns::new();
-    for k in (0..COLUMNS).filter(|&k| k != FACING || units.has_facing()) {
-        positions.column(told.iter().flat_map(|told| told.columns()[k].iter().copied()));
+    let parts = encode(spectrum, ranks, units)?;
+    let mut content = CodedColumns::new();
+    for k in (0..N_COLUMNS).filter(|&k| k != AXES || units.has_facing()) {
+        content.column(parts.iter().flat_map(|part| part.columns()[k].iter().copied()));
     }
-    Ok(positions.end())
+    Ok(content.end())
 }
 
-/// What the predictions miss, knot by knot, of some vertices after the other.
-fn tell(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<Told>> {
+/// The columns in parts of [`VERTICES_PER_TASK`] vertices.
+fn encode(spectrum: &Spectrum, ranks: &Ranks, units: Units) -> Result<Vec<PositionColumns>> {
     let samples = Samples::new(spectrum.volume(), units);
     let mut predictor = Predictor::new(ranks, spectrum.isovalues(), spectrum.triangles())?;
     spectrum.knots().iter().for_each(|knot| predictor.push(units.of(knot)));
     let all: Vec<u32> = (0..ranks.n_vertices()).collect();
-    let told = all.par_chunks(VERTICES_AT_ONCE);
-    let told = told.map(|vertices| tell_some(spectrum, &predictor, &samples, units, vertices));
-    Ok(told.collect())
+    let parts = all.par_chunks(VERTICES_PER_TASK);
+    Ok(parts.map(|part| encode_part(spectrum, &predictor, &samples, units, part)).collect())
 }
 
-/// The same for vertices in a row, of a predictor that knows all knots.
-fn tell_some(
+/// The columns of consecutive vertices, given a predictor that knows all knots.
+fn encode_part(
     spectrum: &Spectrum,
     predictor: &Predictor,
     samples: &Samples,
     units: Units,
     vertices: &[u32],
-) -> Told {
-    let mut told = Told::default();
+) -> PositionColumns {
+    let mut part = PositionColumns::default();
     let has_knots = |v: &u32| !spectrum.trajectory(*v).is_empty();
     let mut last = (0..vertices[0]).rev().find(has_knots);
     for &v in vertices {
         let knots = spectrum.trajectory(v);
         let first = spectrum.first_knot()[v as usize] as usize;
-        let lattice = samples.way_along(knots);
+        let lattice_edge = samples.edge_of(knots);
         let axis = units.facing(knots);
-        if lattice.is_none() && !knots.is_empty() {
-            told.facing.push(axis as u64);
+        if lattice_edge.is_none() && !knots.is_empty() {
+            part.axes.push(axis as u64);
         }
         for (i, knot) in knots.iter().enumerate() {
-            let expected = predictor.expected(v, first + i, last);
+            let predicted = predictor.expected(v, first + i, last);
             let stored = units.of(knot);
-            match lattice {
-                Some((start, way)) if i == 0 => {
-                    let near = samples.nearest(expected);
+            match lattice_edge {
+                Some((start, direction)) if i == 0 => {
+                    let nearest = samples.nearest(predicted);
                     for a in 0..3 {
-                        told.samples[a].push(zigzag(start[a] - near[a]));
+                        part.samples[a].push(zigzag(start[a] - nearest[a]));
                     }
-                    told.ways.push(way);
+                    part.directions.push(direction);
                 }
                 Some(_) => {}
                 None => {
-                    for (k, column) in told.positions[kind(i)].iter_mut().enumerate() {
+                    for (k, column) in part.positions[kind(i)].iter_mut().enumerate() {
                         let a = (axis + k) % 3;
                         let unit = if k == 0 { 1 } else { units.along };
-                        let miss = i64::from(stored[a]) / unit - nearest(expected[a].into(), unit);
-                        column.push(zigzag(miss));
+                        let difference =
+                            i64::from(stored[a]) / unit - rounded(predicted[a].into(), unit);
+                        column.push(zigzag(difference));
                     }
                 }
             }
@@ -114,42 +112,43 @@ fn tell_some(
             last = Some(v);
         }
     }
-    told
+    part
 }
 
-impl Told {
+impl PositionColumns {
     /// In the order of the file.
-    fn columns(&self) -> [&[u64]; COLUMNS] {
-        let Told { samples: [x, y, z], ways, facing, positions: [[a, b, c], [d, e, f]] } = self;
-        [x, y, z, ways, facing, a, b, c, d, e, f].map(Vec::as_slice)
+    fn columns(&self) -> [&[u64]; N_COLUMNS] {
+        let PositionColumns { samples: [x, y, z], directions, axes, positions } = self;
+        let [[a, b, c], [d, e, f]] = positions;
+        [x, y, z, directions, axes, a, b, c, d, e, f].map(Vec::as_slice)
     }
 }
 
-/// The kind of knot `i` of a vertex that is no lattice vertex.
+/// The kind of knot `i` of a vertex that is not a lattice vertex.
 fn kind(i: usize) -> usize {
     if i == 0 { FIRST } else { FURTHER }
 }
 
-/// How many `unit`s are nearest to a coordinate.
-fn nearest(x: i64, unit: i64) -> i64 {
+/// A coordinate in multiples of `unit`, rounded to the nearest.
+fn rounded(x: i64, unit: i64) -> i64 {
     (x + unit / 2).div_euclid(unit)
 }
 
-/// Columns of one length, read from the front.
+/// Reads three columns of one length from the front.
 #[derive(Debug)]
-struct Queue<'a> {
+struct VectorReader<'a> {
     columns: [Column<'a>; 3],
     next: usize,
 }
 
-impl<'a> Queue<'a> {
+impl<'a> VectorReader<'a> {
     fn new(from: &mut Columns<'a>, n: usize) -> Result<Self> {
         let mut column = || from.column(n, 34);
-        Ok(Queue { columns: [column()?, column()?, column()?], next: 0 })
+        Ok(VectorReader { columns: [column()?, column()?, column()?], next: 0 })
     }
 
     /// The next number of each column.
-    fn take(&mut self) -> Result<[i64; 3]> {
+    fn next(&mut self) -> Result<[i64; 3]> {
         let mut numbers = [0; 3];
         for (number, column) in numbers.iter_mut().zip(&self.columns) {
             *number = column.get_signed(self.next)?;
@@ -159,50 +158,50 @@ impl<'a> Queue<'a> {
     }
 }
 
+/// The tables that the positions of a file depend on.
+#[derive(Clone, Copy)]
+pub(super) struct Tables<'a> {
+    pub(super) volume: &'a VolumeInfo,
+    pub(super) isovalues: &'a [f64],
+    pub(super) ranks: &'a Ranks,
+    pub(super) triangles: &'a [Triangle],
+}
+
 /// Reads section `POSN` of a file.
-pub(super) fn read_geometry(
-    content: &Content,
-    volume: &VolumeInfo,
-    ranks: &Ranks,
-    (isovalues, triangles): (&[f64], &[Triangle]),
-    units: Units,
-) -> Result<Vec<Knot>> {
+pub(super) fn read_geometry(content: &Content, tables: Tables, units: Units) -> Result<Vec<Knot>> {
+    let Tables { volume, isovalues, ranks, triangles } = tables;
     let mut columns = content.columns();
-    let is_lattice = match &ranks.is_lattice {
-        Some(is_lattice) => Cow::Borrowed(is_lattice),
-        None => Cow::Owned(read_flags(&mut columns, &ranks.first_knot)?),
-    };
-    let (n_lattice, n) = counts(ranks, &is_lattice);
-    let mut starts = Queue::new(&mut columns, n_lattice)?;
-    let ways = columns.column(n_lattice, 3)?;
+    let (n_lattice, n) = counts(ranks);
+    let mut starts = VectorReader::new(&mut columns, n_lattice)?;
+    let directions = columns.column(n_lattice, 3)?;
     let mut positions =
-        [Queue::new(&mut columns, n[FIRST])?, Queue::new(&mut columns, n[FURTHER])?];
+        [VectorReader::new(&mut columns, n[FIRST])?, VectorReader::new(&mut columns, n[FURTHER])?];
     columns.end()?;
 
     let samples = Samples::new(volume, units);
     let mut predictor = Predictor::new(ranks, isovalues, triangles)?;
     let mut knots = Vec::with_capacity(ranks.ranks.len());
     for v in 0..ranks.n_vertices() {
-        let (mut sample, mut way) = ([0; 3], 0);
+        let (mut sample, mut direction) = ([0; 3], 0);
         for (i, &rank) in ranks.of(v).expect("the vertex exists").iter().enumerate() {
-            let expected = predictor.predict(v);
-            let position = if is_lattice[v as usize] {
+            let predicted = predictor.predict(v);
+            let position = if ranks.is_lattice(v) {
                 if i == 0 {
-                    way = read_way(&ways, starts.next)?;
-                    sample = added(samples.nearest(expected), starts.take()?);
+                    direction = read_direction(&directions, starts.next)?;
+                    sample = sum(samples.nearest(predicted), starts.next()?);
                 } else {
-                    sample = Samples::neighbour(sample, way);
+                    sample = Samples::neighbour(sample, direction);
                 }
-                samples.place(sample).ok_or_else(|| {
+                samples.position(sample).ok_or_else(|| {
                     Error::input(format!(
                         "vertex {v} starts or ends at {sample:?}, expected a sample"
                     ))
                 })?
             } else {
-                let x = added(expected.map(i64::from), positions[kind(i)].take()?);
-                in_file(x, units).ok_or_else(|| {
+                let x = sum(predicted.map(i64::from), positions[kind(i)].next()?);
+                storable(x, units).ok_or_else(|| {
                     Error::input(format!(
-                        "knot {i} of vertex {v} lies at {x:?} quanta, expected less"
+                        "knot {i} of vertex {v} is at {x:?} quanta, which is too far"
                     ))
                 })?
             };
@@ -213,12 +212,12 @@ pub(super) fn read_geometry(
     Ok(knots)
 }
 
-/// How many lattice vertices there are, and how many knots of others of each kind.
-fn counts(ranks: &Ranks, is_lattice: &[bool]) -> (usize, [usize; 2]) {
+/// The number of lattice vertices, and of knots of other vertices by kind.
+fn counts(ranks: &Ranks) -> (usize, [usize; 2]) {
     let (mut n_lattice, mut n) = (0, [0; 2]);
     for v in 0..ranks.n_vertices() {
         let knots = ranks.of(v).map_or(0, <[u32]>::len);
-        if is_lattice[v as usize] {
+        if ranks.is_lattice(v) {
             n_lattice += 1;
         } else {
             (0..knots).for_each(|i| n[kind(i)] += 1);
@@ -227,22 +226,25 @@ fn counts(ranks: &Ranks, is_lattice: &[bool]) -> (usize, [usize; 2]) {
     (n_lattice, n)
 }
 
-/// Way number `i` of a column.
-fn read_way(ways: &Column, i: usize) -> Result<u64> {
-    let way = ways.get(i)?;
-    (way < 6).then_some(way).ok_or_else(|| Error::input(format!("way {way}, expected 0 to 5")))
+/// Direction number `i` of a column.
+fn read_direction(directions: &Column, i: usize) -> Result<u64> {
+    let direction = directions.get(i)?;
+    let is_valid = direction < 6;
+    is_valid
+        .then_some(direction)
+        .ok_or_else(|| Error::input(format!("direction {direction}, expected 0 to 5")))
 }
 
-fn added(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
+fn sum(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
     std::array::from_fn(|i| a[i].saturating_add(b[i]))
 }
 
-/// A position that a file may hold.
-pub(super) fn in_file(x: [i64; 3], units: Units) -> Option<[i32; 3]> {
+/// The position, if a coordinate can hold it exactly.
+fn storable(x: [i64; 3], units: Units) -> Option<[i32; 3]> {
     let mut position = [0; 3];
-    for (whole, x) in position.iter_mut().zip(x) {
-        let comes_back = |&x: &i32| units.of_coordinate(units.coordinate(x)) == x;
-        *whole = i32::try_from(x).ok().filter(comes_back)?;
+    for (integer, x) in position.iter_mut().zip(x) {
+        let is_exact = |&x: &i32| units.of_coordinate(units.coordinate(x)) == x;
+        *integer = i32::try_from(x).ok().filter(is_exact)?;
     }
     Some(position)
 }

@@ -1,28 +1,27 @@
-//! Predicts where a vertex is from what stands before it in the file.
+//! Predicts the position of a knot from what precedes it in the file.
 //!
 //! # Theory
 //!
 //! The neighbours of a vertex at its birth are near it, most of all where it was born by a split,
-//! and they move as it does. So the first knot is expected at the mean of those neighbours that
-//! have a lower number, at the same isovalue; the next ones where the vertex gets when it moves as
-//! they do. Without such neighbours the last vertex's first knot, and the last knot, have to
-//! do.
+//! and they move as it does. So its first knot is predicted at the mean of those neighbours that
+//! have a lower number, at the same isovalue, and its further knots by moving as they do.
+//! Without such neighbours the prediction is the first knot of the last vertex, and the previous knot.
 //!
 //! # Invariants
 //!
-//! A reader must predict exactly what the writer did: everything is a whole number except for where
-//! an isovalue lies between two others, which takes -, * and / on f64 in the order written here and
+//! A reader must predict exactly what the writer did. All arithmetic is on integers, except where
+//! an isovalue is interpolated: this takes -, * and / on f64 in the order written here and
 //! in FORMAT.md.
 
 use super::trajectories::Ranks;
 use crate::error::{Error, Result};
 use crate::spectrum::Triangle;
 
-/// Neighbours are looked up so many times per knot at most, in the mean over all knots, and so many times more. Where
-/// no vertex has more than 64 neighbours this cannot be reached, and a mesh has 6 in the mean; without it a
-/// small file could ask for a look at each of its vertices at each of its knots.
-const LOOKS_PER_KNOT: usize = 64;
-const FREE_LOOKS: usize = 1 << 20;
+/// Most look-ups of neighbours per knot, in the mean over all knots, and a number that is allowed in addition. If
+/// no vertex has more than 64 neighbours the limit cannot be reached, and in a mesh the mean is 6. Without it a
+/// small file could make the reader look up each of its vertices at each of its knots.
+const LOOKUPS_PER_KNOT: usize = 64;
+const FREE_LOOKUPS: usize = 1 << 20;
 
 /// Predicts knot after knot, in the order of the file.
 #[derive(Debug)]
@@ -37,36 +36,37 @@ pub(super) struct Predictor<'a> {
     last_vertex: Option<u32>,
 }
 
-/// A neighbour, and how often it occurs.
+/// A neighbour, and the number of times that it occurs.
 #[derive(Clone, Copy, Debug, Default)]
 struct Neighbour {
     vertex: u32,
     times: u32,
 }
 
-/// A place or a way, quanta.
-type Place = [i64; 3];
+/// A position or a difference of positions, quanta.
+type Vector = [i64; 3];
 
 impl<'a> Predictor<'a> {
-    /// A predictor that knows no knot yet. The triangles must lie within the trajectories.
+    /// A predictor that knows no knot yet. Lifetimes of triangles must be within the trajectories.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] if so many triangles meet at vertices of so many knots that no mesh has them.
+    /// [`Error::Input`] if there are more look-ups of neighbours than any mesh needs.
     pub(super) fn new(
         ranks: &'a Ranks,
         isovalues: &'a [f64],
         triangles: &[Triangle],
     ) -> Result<Self> {
         let (first_neighbour, neighbours) = lower_neighbours(ranks, triangles);
-        let looks = first_neighbour.windows(2).zip(0..).map(|(range, v)| {
+        let lookups = first_neighbour.windows(2).zip(0..).map(|(range, v)| {
             let n_knots = ranks.of(v).map_or(0, <[u32]>::len);
             (range[1] - range[0]) as usize * n_knots
         });
-        let (looks, most) = (looks.sum::<usize>(), FREE_LOOKS + LOOKS_PER_KNOT * ranks.ranks.len());
-        if looks > most {
+        let lookups = lookups.sum::<usize>();
+        let max = FREE_LOOKUPS + LOOKUPS_PER_KNOT * ranks.ranks.len();
+        if lookups > max {
             return Err(Error::input(format!(
-                "{looks} neighbours of all knots, expected at most {most} for {} knots",
+                "{lookups} neighbours of all knots, expected at most {max} for {} knots",
                 ranks.ranks.len()
             )));
         }
@@ -80,12 +80,12 @@ impl<'a> Predictor<'a> {
         })
     }
 
-    /// The next knot is this.
+    /// Appends the position of the next knot.
     pub(super) fn push(&mut self, position: [i32; 3]) {
         self.positions.push(position);
     }
 
-    /// Where the next knot, one of vertex `v`, is expected to be.
+    /// The predicted position of the next knot, which belongs to vertex `v`.
     pub(super) fn predict(&mut self, v: u32) -> [i32; 3] {
         let knot = self.positions.len();
         let is_first = knot == self.ranks.first_knot[v as usize] as usize;
@@ -93,56 +93,57 @@ impl<'a> Predictor<'a> {
         self.expected(v, knot, last)
     }
 
-    /// Where a knot of vertex `v` is expected to be, by those before it. `last` is the vertex that had knots before `v`.
+    /// The predicted position of a knot of vertex `v`, given those before it. `last` is the last vertex before `v` that has knots.
     pub(super) fn expected(&self, v: u32, knot: usize, last: Option<u32>) -> [i32; 3] {
         let rank = self.ranks.ranks[knot];
         let range = self.first_neighbour[v as usize]..self.first_neighbour[v as usize + 1];
         let neighbours = &self.neighbours[range.start as usize..range.end as usize];
-        let place = if knot == self.ranks.first_knot[v as usize] as usize {
+        let predicted = if knot == self.ranks.first_knot[v as usize] as usize {
             if neighbours.is_empty() {
                 let knot = last.map(|u| self.ranks.first_knot[u as usize] as usize);
-                knot.map(|knot| self.place(knot)).unwrap_or_default()
+                knot.map(|knot| self.position(knot)).unwrap_or_default()
             } else {
-                mean(neighbours.iter().map(|u| (self.place_at(u.vertex, rank), u.times)))
+                mean(neighbours.iter().map(|u| (self.position_at(u.vertex, rank), u.times)))
             }
         } else {
             let before = self.ranks.ranks[knot - 1];
-            let here = self.place(knot - 1);
+            let here = self.position(knot - 1);
             let alive = |u: &&Neighbour| {
                 self.ranks.of(u.vertex).and_then(<[u32]>::last).is_some_and(|&last| last >= rank)
             };
             let moves = neighbours.iter().filter(alive).map(|u| {
-                let (from, to) = (self.place_at(u.vertex, before), self.place_at(u.vertex, rank));
+                let (from, to) =
+                    (self.position_at(u.vertex, before), self.position_at(u.vertex, rank));
                 (combine(from, to, |from, to| to - from), u.times)
             });
             combine(here, mean(moves), |here, step| here + step)
         };
-        place.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
+        predicted.map(|x| x.clamp(i32::MIN.into(), i32::MAX.into()) as i32)
     }
 
-    /// A knot that is known.
-    fn place(&self, knot: usize) -> Place {
+    /// The position of a known knot.
+    fn position(&self, knot: usize) -> Vector {
         self.positions[knot].map(i64::from)
     }
 
-    /// Vertex `u`, all of whose knots are known, at `rank`.
-    fn place_at(&self, u: u32, rank: u32) -> Place {
+    /// The position at `rank` of vertex `u`, all of whose knots are known.
+    fn position_at(&self, u: u32, rank: u32) -> Vector {
         let start = self.ranks.first_knot[u as usize] as usize;
         let ranks = self.ranks.of(u).expect("a neighbour is a vertex");
         let next = ranks.partition_point(|&r| r <= rank);
         if next == 0 {
-            return self.place(start);
+            return self.position(start);
         }
-        let before = self.place(start + next - 1);
+        let before = self.position(start + next - 1);
         if next == ranks.len() || ranks[next - 1] == rank {
             return before;
         }
         let isovalue = |rank: u32| self.isovalues[rank as usize];
         let (low, high) = (0.5 * isovalue(ranks[next - 1]), 0.5 * isovalue(ranks[next]));
-        // In [0, 2^16]: from here on whole numbers do, and are the same everywhere. Zero where the
+        // In [0, 2^16]; the rest is integer arithmetic, which is the same everywhere. 0 if the
         // isovalues are so small that halving makes them equal.
         let t = (65536.0 * ((0.5 * isovalue(rank) - low) / (high - low))) as i64;
-        combine(before, self.place(start + next), |a, b| a + ((t * (b - a) + 32768) >> 16))
+        combine(before, self.position(start + next), |a, b| a + ((t * (b - a) + 32768) >> 16))
     }
 }
 
@@ -162,7 +163,7 @@ fn lower_neighbours(ranks: &Ranks, triangles: &[Triangle]) -> (Vec<u32>, Vec<Nei
         first[v] += first[v - 1];
     }
     let mut neighbours = vec![0; first[first.len() - 1] as usize];
-    // From here on `first` tells where the next neighbour of a vertex goes; in the end, where its neighbours end.
+    // From here on `first` is the index at which the next neighbour of a vertex is written; in the end, the end of its neighbours.
     for [a, b, v] in triangles.iter().filter_map(sorted) {
         let at = first[v as usize] as usize;
         neighbours[at..at + 2].copy_from_slice(&[a, b]);
@@ -184,25 +185,25 @@ fn lower_neighbours(ranks: &Ranks, triangles: &[Triangle]) -> (Vec<u32>, Vec<Nei
     (first, counted)
 }
 
-fn combine(a: Place, b: Place, f: impl Fn(i64, i64) -> i64) -> Place {
+fn combine(a: Vector, b: Vector, f: impl Fn(i64, i64) -> i64) -> Vector {
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// The mean of places that each occur so many times, rounded down; zero of nothing.
-fn mean(places: impl Iterator<Item = (Place, u32)>) -> Place {
-    let (mut sum, mut n) = (Place::default(), 0);
-    for (place, times) in places {
-        sum = combine(sum, place, |sum, x| sum + i64::from(times) * x);
+/// The mean of vectors that each occur a number of times, rounded down; zero if there are none.
+fn mean(vectors: impl Iterator<Item = (Vector, u32)>) -> Vector {
+    let (mut sum, mut n) = (Vector::default(), 0);
+    for (vector, times) in vectors {
+        sum = combine(sum, vector, |sum, x| sum + i64::from(times) * x);
         n += i64::from(times);
     }
-    combine(sum, Place::default(), |sum, _| sum.div_euclid(n.max(1)))
+    combine(sum, Vector::default(), |sum, _| sum.div_euclid(n.max(1)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// So many vertices with knots at rank 0 and the last, and one with a knot at each of `n_ranks`.
+    /// `n_others` vertices with knots at the first and last rank, and one with a knot at each of `n_ranks`.
     fn ranks(n_others: u32, n_ranks: u32) -> Ranks {
         let mut ranks = Ranks { first_knot: vec![0], ..Ranks::default() };
         for _ in 0..n_others {
@@ -219,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_that_occurs_often_is_looked_up_once_and_counts_as_often() {
+    fn a_neighbour_that_occurs_several_times_is_looked_up_once_and_weighted() {
         let ranks = ranks(3, 4);
         let isovalues = [0.0, 1.0, 2.0, 3.0];
         let triangles = [[0, 1, 3], [3, 1, 0], [1, 3, 2], [0, 3, 1]].map(triangle);
@@ -227,29 +228,29 @@ mod tests {
         let counted: Vec<_> = predictor.neighbours.iter().map(|u| (u.vertex, u.times)).collect();
         assert_eq!(counted, [(0, 3), (1, 4), (2, 1)]);
         assert_eq!(predictor.first_neighbour, [0, 0, 0, 0, 3]);
-        for place in [[80, 0, 0], [8, 0, 0], [0, 16, 0]] {
-            predictor.push(place);
-            predictor.push(place);
+        for position in [[80, 0, 0], [8, 0, 0], [0, 16, 0]] {
+            predictor.push(position);
+            predictor.push(position);
         }
         // (3 * 80 + 4 * 8) / 8 and 16 / 8.
         assert_eq!(predictor.predict(3), [34, 2, 0]);
     }
 
     #[test]
-    fn more_looks_than_any_mesh_asks_for_are_refused() {
+    fn more_lookups_than_any_mesh_needs_are_refused() {
         let isovalues: Vec<f64> = (0..4096).map(f64::from).collect();
-        let looks = |n_others: u32, triangles: &[Triangle]| {
+        let lookups = |n_others: u32, triangles: &[Triangle]| {
             let ranks = ranks(n_others, 4096);
             Predictor::new(&ranks, &isovalues, triangles).map(|p| p.neighbours.len() * 4096)
         };
         // The same two neighbours, whatever the number of triangles.
         let again = vec![triangle([0, 1, 2]); 100_000];
-        assert_eq!(looks(2, &again).expect("two neighbours"), 2 * 4096);
-        // As many neighbours as knots: the work of a square.
+        assert_eq!(lookups(2, &again).expect("two neighbours"), 2 * 4096);
+        // As many neighbours as knots: quadratic work.
         let fan: Vec<_> = (0..2048).map(|i| triangle([2 * i, 2 * i + 1, 4096])).collect();
-        let error = looks(4096, &fan).expect_err("a square").to_string();
+        let error = lookups(4096, &fan).expect_err("quadratic work").to_string();
         assert!(error.contains("16777216 neighbours of all knots"), "{error}");
-        // A fan of 128 neighbours is a mesh someone may have.
-        assert_eq!(looks(4096, &fan[..64]).expect("a fan"), 128 * 4096);
+        // A mesh may have a fan of 128 neighbours.
+        assert_eq!(lookups(4096, &fan[..64]).expect("a fan"), 128 * 4096);
     }
 }

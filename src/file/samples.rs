@@ -2,14 +2,14 @@
 //!
 //! # Theory
 //!
-//! Where no mesh is tracked the exact extraction shows, and its vertices lie on lattice edges: each is born at one
-//! sample and ends at a neighbour. Such a *lattice vertex* is told by its sample and one of six ways, and takes
-//! a byte where two free positions take six. In spectra of noisy volumes most vertices are of this kind.
+//! Where no mesh is tracked the spectrum has the exact extraction, whose vertices are on lattice edges: each is born at one
+//! sample and ends at a neighbour. Such a *lattice vertex* is stored as its first sample and one of six directions. This takes
+//! one byte; two free positions take six. In spectra of noisy volumes most vertices are of this kind.
 
-use super::facing::Units;
+use super::units::Units;
 use crate::spectrum::{Knot, VolumeInfo};
 
-/// The samples of a volume in the whole numbers that positions are stored in.
+/// The positions of samples in the integers that positions are stored in.
 #[derive(Debug)]
 pub(super) struct Samples {
     /// Samples along x, y, z.
@@ -20,7 +20,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// The samples of a volume whose positions count units. None where it is not known where they lie.
+    /// The samples of a volume, in these units. There are none if the volume has no valid placement.
     pub(super) fn new(volume: &VolumeInfo, units: Units) -> Self {
         let spacing = volume.placement.spacing;
         let least = spacing[0].min(spacing[1]).min(spacing[2]);
@@ -33,39 +33,39 @@ impl Samples {
         }
     }
 
-    /// The sample nearest to a position, which may lie beside the volume.
+    /// The sample nearest to a position. It may be outside the volume.
     pub(super) fn nearest(&self, position: [i32; 3]) -> [i64; 3] {
         std::array::from_fn(|a| (f64::from(position[a]) / self.cell[a] + 0.5).floor() as i64)
     }
 
-    /// Where a sample lies; `None` beside the volume.
-    pub(super) fn place(&self, sample: [i64; 3]) -> Option<[i32; 3]> {
+    /// The position of a sample; `None` outside the volume.
+    pub(super) fn position(&self, sample: [i64; 3]) -> Option<[i32; 3]> {
         let is_inside = (0..3).all(|a| (0..self.dims[a]).contains(&sample[a]));
         is_inside.then(|| {
             std::array::from_fn(|a| (sample[a] as f64 * self.cell[a] + 0.5).floor() as i32)
         })
     }
 
-    /// The neighbour of a sample: way 2a is down axis a, 2a + 1 up.
-    pub(super) fn neighbour(mut sample: [i64; 3], way: u64) -> [i64; 3] {
-        sample[way as usize / 2] += 2 * (way as i64 % 2) - 1;
+    /// The neighbour of a sample: direction 2a is down axis a, 2a + 1 up.
+    pub(super) fn neighbour(mut sample: [i64; 3], direction: u64) -> [i64; 3] {
+        sample[direction as usize / 2] += 2 * (direction as i64 % 2) - 1;
         sample
     }
 
-    /// The sample that a trajectory starts at and its way, if it is that of a lattice vertex.
-    pub(super) fn way_along(&self, trajectory: &[Knot]) -> Option<([i64; 3], u64)> {
+    /// The first sample of a trajectory and the direction to the second, if it is that of a lattice vertex.
+    pub(super) fn edge_of(&self, trajectory: &[Knot]) -> Option<([i64; 3], u64)> {
         let [start, end] = trajectory else { return None };
-        self.way_of([start, end].map(|knot| self.units.of(knot)))
+        self.edge_between([start, end].map(|knot| self.units.of(knot)))
     }
 
-    /// The sample that a vertex starts at and its way, if these say where its two knots are.
-    pub(super) fn way_of(&self, knots: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
-        let start = self.nearest(knots[0]);
-        let end = self.nearest(knots[1]);
-        if self.place(start) != Some(knots[0]) || self.place(end) != Some(knots[1]) {
+    /// The sample at the first of two positions and the direction to the second, if they are at neighbouring samples.
+    pub(super) fn edge_between(&self, positions: [[i32; 3]; 2]) -> Option<([i64; 3], u64)> {
+        let [start, end] = positions.map(|p| self.nearest(p));
+        if [start, end].map(|sample| self.position(sample)) != positions.map(Some) {
             return None;
         }
-        (0..6).find(|&way| Samples::neighbour(start, way) == end).map(|way| (start, way))
+        let direction = (0..6).find(|&d| Samples::neighbour(start, d) == end)?;
+        Some((start, direction))
     }
 }
 
@@ -83,18 +83,19 @@ mod tests {
             placement: Placement { spacing, ..Placement::default() },
             outside: Outside::Low,
         };
-        Samples::new(&volume, Units::of_file(4, 0.1))
+        // 1024 units per voxel.
+        Samples::new(&volume, Units::of_file(0.01))
     }
 
     #[test]
-    fn lattice_edges_inside_the_volume_have_a_way() {
+    fn lattice_edges_inside_the_volume_have_a_direction() {
         // A cell is 1 x 2 x 1.5 voxels.
         let samples = samples([4, 4, 4], [0.2, 0.4, 0.3]);
-        assert_eq!(samples.place([3, 2, 1]), Some([3072, 4096, 1536]));
+        assert_eq!(samples.position([3, 2, 1]), Some([3072, 4096, 1536]));
         assert_eq!(samples.nearest([3000, 4200, 1500]), [3, 2, 1]);
-        let way = |from: [i32; 3], to: [i32; 3]| samples.way_of([from, to]);
-        assert_eq!(way([1024, 0, 0], [0, 0, 0]), Some(([1, 0, 0], 0)));
-        assert_eq!(way([0, 2048, 1536], [0, 2048, 3072]), Some(([0, 1, 1], 5)));
+        let edge = |from: [i32; 3], to: [i32; 3]| samples.edge_between([from, to]);
+        assert_eq!(edge([1024, 0, 0], [0, 0, 0]), Some(([1, 0, 0], 0)));
+        assert_eq!(edge([0, 2048, 1536], [0, 2048, 3072]), Some(([0, 1, 1], 5)));
         for (from, to) in [
             ([3072, 0, 0], [4096, 0, 0]),
             ([0, 0, 0], [-1024, 0, 0]),
@@ -104,24 +105,24 @@ mod tests {
             ([0, 0, 0], [1023, 0, 0]),
             ([1, 0, 0], [1024, 0, 0]),
         ] {
-            assert_eq!(way(from, to), None, "{from:?} {to:?}");
+            assert_eq!(edge(from, to), None, "{from:?} {to:?}");
         }
     }
 
     #[test]
-    fn every_way_comes_back() {
+    fn every_direction_is_found() {
         let samples = samples([3, 3, 3], [1.0, 1.0, 1.0]);
-        for w in 0..6 {
-            let end = Samples::neighbour([1, 1, 1], w);
-            let places = [[1, 1, 1], end].map(|s| samples.place(s).expect("inside"));
-            assert_eq!(samples.way_of(places), Some(([1, 1, 1], w)));
+        for direction in 0..6 {
+            let end = Samples::neighbour([1, 1, 1], direction);
+            let positions = [[1, 1, 1], end].map(|s| samples.position(s).expect("inside"));
+            assert_eq!(samples.edge_between(positions), Some(([1, 1, 1], direction)));
         }
     }
 
     #[test]
-    fn without_a_known_placement_there_are_no_samples() {
+    fn without_a_valid_placement_there_are_no_samples() {
         for spacing in [[0.0, 1.0, 1.0], [f64::NAN, 1.0, 1.0], [f64::INFINITY; 3]] {
-            assert_eq!(samples([4, 4, 4], spacing).place([1, 1, 1]), None);
+            assert_eq!(samples([4, 4, 4], spacing).position([1, 1, 1]), None);
         }
     }
 }

@@ -1,89 +1,78 @@
-//! What a spectrum file tells in its first sections, and no more is read: milliseconds, whatever is behind them.
+//! The description of a spectrum file, from its first sections: it takes milliseconds, whatever the size of the file.
 
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::section::{self, Section, cut_section, stored_length};
-use super::{
-    HEAD, Info, LAST_WITHOUT_SIZE, LONGEST_INFO, after_head, from_bytes, read_info, tables, within,
-};
+use super::header::{HEADER_LENGTH, MAX_INFO, after_header, in_section, read_info};
+use super::section::{self, Section, split_section, stored_length};
+use super::tables;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::spectrum::{About, Patch, Size, Spectrum, Told, VolumeInfo};
+use crate::spectrum::{Patch, Size, Spectrum};
 
-/// The sections that are passed over.
-const PASSED_OVER: [[u8; 4]; 5] = [*b"ISOV", *b"VERT", *b"TRIA", *b"POSN", *b"COLL"];
+/// The sections that are skipped.
+const SKIPPED: [[u8; 4]; 5] = [*b"ISOV", *b"VERT", *b"TRIA", *b"POSN", *b"COLL"];
 
-/// What is known of a spectrum in a file without its geometry.
+/// The description of the spectrum in a file, without its geometry.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Summary {
-    /// A spectrum without triangles, which has the events and all that is known of the whole.
-    pub told: Spectrum,
-    /// How much the file holds.
+    /// The description as a spectrum without triangles.
+    pub spectrum: Spectrum,
+    /// The size of the spectrum in the file.
     pub size: Size,
     /// Bytes of the file.
     pub bytes: u64,
 }
 
 impl Summary {
-    /// What is known of a spectrum that was read whole from a file of so many bytes.
+    /// The summary of a spectrum that was read completely from a file of so many bytes.
     pub fn of(spectrum: Spectrum, bytes: u64) -> Summary {
-        Summary { size: Size::of(&spectrum), told: spectrum, bytes }
+        Summary { size: Size::of(&spectrum), spectrum, bytes }
     }
 
-    /// Reads what a file tells. Of what is passed over the lengths are checked, not the checksums. Files before version 5, which tell no
-    /// size, are read whole.
+    /// Reads the first sections of a file. Of the other sections only the lengths are checked, not the checksums.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`]; [`Error::Input`] if it is not a spectrum file, or what is read is damaged.
+    /// [`Error::Io`]; [`Error::Input`] if it is not a spectrum file, or the sections that are read are damaged.
     pub fn read(path: &Path) -> Result<Summary> {
         let (mut file, length) = input::open(path)?;
         Summary::from_reader(&mut file, length).map_err(|e| e.of_file(path))
     }
 
-    /// As [`Summary::read`], of a file of a length that is read from its beginning.
+    /// As [`Summary::read`], from the start of a reader with the length of the file.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`], also where reading fails.
+    /// [`Error::Input`], also if reading fails.
     pub fn from_reader(file: &mut (impl Read + Seek), length: u64) -> Result<Summary> {
         let mut rest = Rest { file, left: length };
-        let head = rest.take(length.min(HEAD as u64))?;
-        let (version, _) = after_head(&head)?;
-        if version <= LAST_WITHOUT_SIZE {
-            let bytes = [head, rest.take(rest.left)?].concat();
-            return Ok(Summary::of(from_bytes(&bytes)?, length));
-        }
-        let stored = rest.section(*b"INFO", LONGEST_INFO as u64)?;
-        let info: Info<VolumeInfo, Told> = read_info(&cut(&stored, *b"INFO")?)?;
+        after_header(&rest.take(length.min(HEADER_LENGTH as u64))?)?;
+        let stored = rest.section(*b"INFO", MAX_INFO as u64)?;
+        let info = read_info(&whole_section(&stored, *b"INFO")?)?;
         let stored = rest.section(*b"EVNT", u64::MAX)?;
-        let events = cut(&stored, *b"EVNT")?.content()?;
-        let events = tables::read_events(&events).map_err(within("EVNT"))?;
-        for tag in PASSED_OVER {
-            rest.pass_over(tag)?;
+        let events = whole_section(&stored, *b"EVNT")?.content()?;
+        let events = tables::read_events(&events).map_err(in_section("EVNT"))?;
+        for tag in SKIPPED {
+            rest.skip(tag)?;
         }
         rest.end()?;
-        let size = info.size.ok_or_else(|| Error::input("section INFO: no size"))?;
-        let about = About {
-            parameters: info.parameters,
-            events,
-            ..About::new(info.volume, info.range, info.tolerance)
-        };
+        let size = info.size;
+        let about = info.into_about(events);
         let none = Patch { first_knot: vec![0], ..Patch::default() };
-        Ok(Summary { told: Spectrum::new(about, none)?, size, bytes: length })
+        Ok(Summary { spectrum: Spectrum::new(about, none)?, size, bytes: length })
     }
 }
 
-/// What is left of a file.
+/// The unread rest of a file.
 struct Rest<'a, F> {
     file: &'a mut F,
     left: u64,
 }
 
 impl<F: Read + Seek> Rest<'_, F> {
-    /// The next bytes, no more than are left.
+    /// The next `n` bytes; there must be as many.
     fn take(&mut self, n: u64) -> Result<Vec<u8>> {
         let unread = |what: String| Error::input(format!("{n} bytes cannot be read: {what}"));
         let mut bytes = Vec::new();
@@ -97,35 +86,35 @@ impl<F: Read + Seek> Rest<'_, F> {
         Ok(bytes)
     }
 
-    /// The head of the next section, and how many bytes are stored behind it.
-    fn section_head(&mut self, tag: [u8; 4]) -> Result<(Vec<u8>, u64)> {
+    /// The header of the next section, and the number of stored bytes.
+    fn section_header(&mut self, tag: [u8; 4]) -> Result<(Vec<u8>, u64)> {
         let truncated = || section::truncated(tag);
-        let n = section::HEAD as u64;
+        let n = section::HEADER_LENGTH as u64;
         if self.left < n {
             return Err(truncated());
         }
-        let head = self.take(n)?;
-        let length = stored_length(&head, tag)?;
-        if length > self.left { Err(truncated()) } else { Ok((head, length)) }
+        let header = self.take(n)?;
+        let length = stored_length(&header, tag)?;
+        if length > self.left { Err(truncated()) } else { Ok((header, length)) }
     }
 
-    /// A section with its head, of at most so many stored bytes.
-    fn section(&mut self, tag: [u8; 4], most: u64) -> Result<Vec<u8>> {
-        let (mut section, length) = self.section_head(tag)?;
-        if length > most {
+    /// A section with its header, of at most `max` stored bytes.
+    fn section(&mut self, tag: [u8; 4], max: u64) -> Result<Vec<u8>> {
+        let (mut section, length) = self.section_header(tag)?;
+        if length > max {
             let name = tag.escape_ascii();
             return Err(Error::input(format!(
-                "section {name}: {length} bytes, expected at most {most}"
+                "section {name}: {length} bytes, expected at most {max}"
             )));
         }
         section.extend(self.take(length)?);
         Ok(section)
     }
 
-    /// Goes on behind a section.
-    fn pass_over(&mut self, tag: [u8; 4]) -> Result<()> {
-        let (_, length) = self.section_head(tag)?;
-        let unread = |e: std::io::Error| Error::input(format!("cannot be passed over: {e}"));
+    /// Skips a section.
+    fn skip(&mut self, tag: [u8; 4]) -> Result<()> {
+        let (_, length) = self.section_header(tag)?;
+        let unread = |e: std::io::Error| Error::input(format!("cannot be skipped: {e}"));
         let by = i64::try_from(length).map_err(|_| section::truncated(tag))?;
         self.file.seek(SeekFrom::Current(by)).map_err(unread)?;
         self.left -= length;
@@ -133,11 +122,11 @@ impl<F: Read + Seek> Rest<'_, F> {
     }
 
     fn end(&self) -> Result<()> {
-        if self.left == 0 { Ok(()) } else { Err(section::left_over(self.left)) }
+        if self.left == 0 { Ok(()) } else { Err(section::trailing_bytes(self.left)) }
     }
 }
 
-/// The section that these bytes are.
-fn cut(mut stored: &[u8], tag: [u8; 4]) -> Result<Section<'_>> {
-    cut_section(&mut stored, tag)
+/// The section that consists of these bytes.
+fn whole_section(mut stored: &[u8], tag: [u8; 4]) -> Result<Section<'_>> {
+    split_section(&mut stored, tag)
 }

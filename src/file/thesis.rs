@@ -1,28 +1,29 @@
-//! The file layout of the thesis (section 4.4), read and written side by side.
+//! The file layout of the thesis (section 4.4).
 //!
 //! Everything is 32 bits wide and little endian: vertices with their trajectories (position,
 //! normal, isovalue), triangles (smallest and largest isovalue, three vertices), edge collapses
-//! (pairs of vertices). The layout knows nothing of the volume, events, caps or where a collapse
-//! happened; reading gives neutral values for these.
+//! (pairs of vertices). The layout has no volume, events, caps or isovalues of collapses;
+//! the reader sets neutral values for these.
 //!
 //! # Collapses
 //!
 //! A triangle of the thesis names the vertices of its creation, and a vertex that does not exist
 //! at an isovalue is looked up in the collapses (sections 4.2 and 4.3). A [`Spectrum`] needs
-//! trajectories that last as long as their triangles, so such triangles are cut in pieces, each with
-//! the vertices that stand in for that part of its life. Our own triangles are written as they are
-//! and come back as they were.
+//! trajectories that last as long as their triangles, so such triangles are split into pieces, each with
+//! the replacement vertices for that part of its life. The triangles of a [`Spectrum`] are written and read
+//! unchanged.
 
 use std::path::Path;
 
-use super::write_atomically;
+use crate::atomic_file::write_atomically;
 use crate::error::{Error, Result};
+use crate::input;
 use crate::spectrum::{
     About, Collapse, Knot, Normals, Patch, Spectrum, Triangle, VolumeInfo, normal,
 };
 use crate::volume::{Outside, Placement};
 
-/// Writes a spectrum in the layout of the thesis; beside `path` first, then renamed.
+/// Writes a spectrum in the layout of the thesis: to a temporary file in the same folder, which is then renamed.
 ///
 /// # Errors
 ///
@@ -32,20 +33,21 @@ pub fn write(spectrum: &Spectrum, path: impl AsRef<Path>) -> Result<()> {
     write_atomically(path.as_ref(), |writer| writer.write_all(&bytes))
 }
 
-/// Reads a file in the layout of the thesis. It may come from anyone.
+/// Reads a file in the layout of the thesis. It may be from an untrusted source.
 ///
 /// # Errors
 ///
 /// [`Error::Io`]; [`Error::Input`] if it is damaged, with the path.
 pub fn read(path: impl AsRef<Path>) -> Result<Spectrum> {
-    super::decode_file(path.as_ref(), from_bytes)
+    let path = path.as_ref();
+    from_bytes(&input::read(path)?).map_err(|e| e.of_file(path))
 }
 
 /// The bytes of a spectrum in the layout of the thesis. Isovalues are rounded to f32.
 ///
 /// # Errors
 ///
-/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`], or an isovalue is beyond what f32 holds.
+/// [`Error::Input`] if the spectrum does not pass [`Spectrum::check`], or an isovalue is outside the range of f32.
 pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
     spectrum.check()?;
     if let Some(c) = spectrum.isovalues().iter().find(|&&c| !(c as f32).is_finite()) {
@@ -83,9 +85,8 @@ pub fn to_bytes(spectrum: &Spectrum) -> Result<Vec<u8>> {
 
 /// The spectrum in bytes of the layout of the thesis.
 ///
-/// Of knots at one isovalue the last counts, and triangles of one isovalue are left out, as they
-/// were only passed through (section 4.1). A triangle is left out for as long as nothing tells
-/// where one of its vertices is.
+/// Of several knots at one isovalue the last counts, and triangles with an empty lifetime are skipped (section 4.1). A triangle is skipped
+/// while one of its vertices has neither a position nor a replacement.
 ///
 /// # Errors
 ///
@@ -115,12 +116,12 @@ pub fn from_bytes(bytes: &[u8]) -> Result<Spectrum> {
     Spectrum::new(about, Patch { triangles, collapses, ..patch })
 }
 
-/// What stands in a file, with isovalues already ranked.
+/// The content of a file, with its table of isovalues.
 #[derive(Debug, Default)]
 struct Layout {
-    /// Position and normal and isovalue by vertex.
+    /// By vertex, its knots: position, normal, isovalue.
     vertices: Vec<Vec<[f32; 7]>>,
-    /// Isovalues and vertices.
+    /// Lifetimes and vertices.
     triangles: Vec<([f32; 2], [u32; 3])>,
     collapses: Vec<[u32; 2]>,
     /// All isovalues, increasing.
@@ -160,7 +161,7 @@ impl Layout {
     }
 }
 
-/// What is not read yet.
+/// The unread rest of a file.
 struct Rest<'a>(&'a [u8]);
 
 impl Rest<'_> {
@@ -172,7 +173,7 @@ impl Rest<'_> {
         Ok(u32::from_le_bytes(*taken))
     }
 
-    /// A count of things of at least `size` bytes each, all of which the file must have.
+    /// A count of elements of at least `size` bytes each, for which the file must have enough bytes.
     fn count(&mut self, size: u64, of: &str) -> Result<u32> {
         let count = self.integer()?;
         if u64::from(count) * size > self.0.len() as u64 {
@@ -220,13 +221,13 @@ fn trajectories(file: &Layout) -> Result<(Vec<u32>, Vec<Knot>)> {
     Ok((first_knot, knots))
 }
 
-/// Cuts triangles where their vertices end.
+/// Splits triangles where their vertices end.
 struct Pieces {
     /// First and last rank of each vertex; empty (1, 0) where it has no knots.
     spans: Vec<(u32, u32)>,
-    /// The vertex in the place of each: the array `edgeCollapse` of section 4.4.
+    /// By vertex, its replacement: the array `edgeCollapse` of section 4.4.
     replacement: Vec<Option<u32>>,
-    /// Look-ups left, so that collapses that lead in circles come to an end.
+    /// Remaining look-ups; limits cycles of collapses.
     budget: usize,
 }
 
@@ -268,7 +269,7 @@ impl Pieces {
         Ok(pieces)
     }
 
-    /// Appends the parts of a triangle that lives from `birth` to `death`.
+    /// Appends the pieces of a triangle that is alive from `birth` to `death`.
     fn cut_one(
         &mut self,
         vertices: [u32; 3],
@@ -300,7 +301,7 @@ impl Pieces {
         Ok(())
     }
 
-    /// The vertex that stands for `v` from `rank` on, at least to the next rank.
+    /// The vertex that replaces `v` from `rank` to at least the next rank; `v` itself if it exists there.
     fn resolve(&mut self, v: u32, rank: u32) -> Result<Option<u32>> {
         let mut v = v;
         loop {
@@ -319,15 +320,15 @@ impl Pieces {
     }
 }
 
-/// The collapses, with rank and direction guessed from the trajectories: at the end of the vertex
-/// that ended if its target goes on there, else at its start if it goes on there.
+/// The collapses, with rank and direction from the trajectories: at the last rank of the vertex
+/// that ends if its target exists there, else at its first rank if the target exists there.
 fn collapses(spectrum: &Spectrum, pairs: &[[u32; 2]]) -> Vec<Collapse> {
     let span = |v: u32| {
         let trajectory = spectrum.trajectory(v);
         trajectory.first().zip(trajectory.last()).map(|(first, last)| (first.rank, last.rank))
     };
     let known = pairs.iter().filter_map(|&[vertex, target]| {
-        // Without knots there is no place for the collapse.
+        // Collapses of vertices without knots are dropped.
         let ((first, last), target_span) = (span(vertex)?, span(target));
         let meets = |rank: u32| target_span.is_some_and(|(a, b)| a <= rank && rank <= b);
         let upward = meets(last) || !meets(first);

@@ -1,33 +1,32 @@
-//! Section `VERT`: when the vertices are somewhere.
+//! Section `VERT`: the ranks of the knots.
 //!
 //! Ranks come before the triangles in the file and positions after them, so that a position can be
-//! predicted from the neighbours that are known already ([`super::geometry`]). Lattice vertices have knots at samples'
-//! values, others where the mesh was looked at: ways to their further knots lie apart, each kind with stations of its own.
+//! predicted from neighbours that are already known ([`super::geometry`]). Lattice vertices have knots at values of
+//! samples, other vertices at isovalues of the sweep, so each kind has its own rank intervals.
 
 use super::column::{CodedColumns, Column, Columns, Content, zigzag};
-use super::stations::{Ways, write_ways};
-use super::{LAST_WITHOUT_STATIONS, too_many_unused};
+use super::rank_intervals::{IntervalReader, write_intervals};
 use crate::error::{Error, Result};
 use crate::spectrum::Spectrum;
 
-/// The ranks of all trajectories: what of them is known before positions are.
+/// The ranks of all trajectories, which are known before the positions.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ranks {
     /// As [`Spectrum::first_knot`].
     pub(super) first_knot: Vec<u32>,
     /// As in [`Spectrum::knots`].
     pub(super) ranks: Vec<u32>,
-    /// By vertex, whether it is a lattice vertex; files before version 5 tell that with the positions.
-    pub(super) is_lattice: Option<Vec<bool>>,
+    /// By vertex, whether it is a lattice vertex.
+    pub(super) is_lattice: Vec<bool>,
 }
 
 impl Ranks {
-    /// Those of a spectrum of which it is known what its lattice vertices are.
+    /// The ranks of a spectrum whose lattice vertices are known.
     pub(super) fn new(spectrum: &Spectrum, is_lattice: Vec<bool>) -> Self {
         Ranks {
             first_knot: spectrum.first_knot().to_vec(),
             ranks: spectrum.knots().iter().map(|knot| knot.rank).collect(),
-            is_lattice: Some(is_lattice),
+            is_lattice,
         }
     }
 
@@ -43,8 +42,13 @@ impl Ranks {
     }
 
     pub(super) fn is_lattice(&self, v: u32) -> bool {
-        self.is_lattice.as_ref().is_some_and(|is_lattice| is_lattice[v as usize])
+        self.is_lattice[v as usize]
     }
+}
+
+/// The error for `n` vertices without a triangle where at most `max` are allowed.
+pub(super) fn too_many_unused(n: usize, max: usize) -> Error {
+    Error::input(format!("{n} vertices without a triangle, expected at most {max}"))
 }
 
 /// Writes section `VERT`.
@@ -53,7 +57,7 @@ pub(super) fn write_ranks(ranks: &Ranks) -> Content<'static> {
     columns.count(ranks.n_vertices() as usize);
     let (mut counts, mut flags, mut firsts) = (Vec::new(), Vec::new(), Vec::new());
     // Of lattice vertices, and of others.
-    let mut ways: [Vec<(u32, u32)>; 2] = Default::default();
+    let mut intervals: [Vec<(u32, u32)>; 2] = Default::default();
     let mut previous_first = 0;
     for v in 0..ranks.n_vertices() {
         let trajectory = ranks.of(v).expect("the vertex exists");
@@ -65,38 +69,37 @@ pub(super) fn write_ranks(ranks: &Ranks) -> Content<'static> {
         firsts.push(zigzag(i64::from(first) - i64::from(previous_first)));
         previous_first = first;
         let kind = usize::from(!ranks.is_lattice(v));
-        ways[kind].extend(trajectory.windows(2).map(|pair| (pair[0], pair[1])));
+        intervals[kind].extend(trajectory.windows(2).map(|pair| (pair[0], pair[1])));
     }
     for column in [&counts, &flags, &firsts] {
         columns.column(column.iter().copied());
     }
-    ways.iter().for_each(|ways| write_ways(&mut columns, ways));
+    intervals.iter().for_each(|intervals| write_intervals(&mut columns, intervals));
     columns.end()
 }
 
-/// Reads section `VERT` of a version; every rank is below `n_isovalues`. At most `most_unused` vertices have fewer than
+/// Reads section `VERT`; every rank is below `n_isovalues`. At most `max_unused` vertices may have fewer than
 /// the two knots that a triangle needs.
 pub(super) fn read_ranks(
     content: &Content,
     n_isovalues: usize,
-    version: u32,
-    most_unused: usize,
+    max_unused: usize,
 ) -> Result<Ranks> {
     let mut columns = content.columns();
     let n = columns.count()?;
     if n >= u32::MAX as usize {
         return Err(Error::input(format!("{n} vertices, expected fewer than 2^32")));
     }
-    let (first_knot, n_moving) = read_counts(&columns.column(n, 32)?, n, most_unused)?;
-    let is_lattice = match version {
-        ..=LAST_WITHOUT_STATIONS => None,
-        _ => Some(read_flags(&mut columns, &first_knot)?),
-    };
+    let (first_knot, n_with_knots) = read_counts(&columns.column(n, 32)?, n, max_unused)?;
+    let is_lattice = read_flags(&mut columns, &first_knot)?;
     let mut ranks = Ranks { first_knot, ranks: Vec::new(), is_lattice };
-    let firsts = columns.column(n_moving, 33)?;
-    let mut further = Further::new(&mut columns, &ranks, n_moving, n_isovalues)?;
-    columns.end()?;
+    let firsts = columns.column(n_with_knots, 33)?;
     let n_knots = ranks.first_knot[n] as usize;
+    let n_lattice = ranks.is_lattice.iter().filter(|is| **is).count();
+    let mut reader = |n| IntervalReader::new(&mut columns, n, n_isovalues);
+    // Of lattice vertices, and of others.
+    let mut intervals = [reader(n_lattice)?, reader(n_knots - n_with_knots - n_lattice)?];
+    columns.end()?;
     ranks.ranks.reserve_exact(n_knots);
     let (mut next_first, mut previous_first) = (0, 0);
     for v in 0..n as u32 {
@@ -108,7 +111,7 @@ pub(super) fn read_ranks(
                 previous_first = rank;
                 next_first += 1;
             } else {
-                rank = further.next(rank as u32, ranks.is_lattice(v))? as i64;
+                rank = intervals[usize::from(!ranks.is_lattice(v))].next(rank as u32)? as i64;
             }
             if !(0..n_isovalues as i64).contains(&rank) {
                 return Err(Error::input(format!(
@@ -118,86 +121,41 @@ pub(super) fn read_ranks(
             ranks.ranks.push(rank as u32);
         }
     }
-    further.end()?;
+    intervals.into_iter().try_for_each(IntervalReader::end)?;
     Ok(ranks)
 }
 
-/// The first knot of each of `n` vertices, one more than there are, and how many have knots.
-fn read_counts(counts: &Column, n: usize, most_unused: usize) -> Result<(Vec<u32>, usize)> {
+/// The index of the first knot of each of `n` vertices, with the end, and the number of vertices with knots.
+fn read_counts(counts: &Column, n: usize, max_unused: usize) -> Result<(Vec<u32>, usize)> {
     let mut n_unused = 0;
     for v in 0..n {
         n_unused += usize::from(counts.get(v)? < 2);
     }
-    if n_unused > most_unused {
-        return Err(too_many_unused(n_unused, most_unused));
+    if n_unused > max_unused {
+        return Err(too_many_unused(n_unused, max_unused));
     }
     let mut first_knot = Vec::with_capacity(n + 1);
     first_knot.push(0);
-    let (mut n_knots, mut n_moving) = (0u32, 0);
+    let (mut n_knots, mut n_with_knots) = (0u32, 0);
     for v in 0..n {
         let count = counts.get(v)? as u32;
         n_knots = n_knots.checked_add(count).ok_or_else(|| Error::input("more than 2^32 knots"))?;
-        n_moving += usize::from(count > 0);
+        n_with_knots += usize::from(count > 0);
         first_knot.push(n_knots);
     }
-    Ok((first_knot, n_moving))
+    Ok((first_knot, n_with_knots))
 }
 
-/// By vertex, whether it is a lattice vertex: those with two knots may be.
-pub(super) fn read_flags(columns: &mut Columns, first_knot: &[u32]) -> Result<Vec<bool>> {
-    let may_be = |knots: &[u32]| knots[1] - knots[0] == 2;
-    let n = first_knot.windows(2).filter(|knots| may_be(knots)).count();
+/// By vertex, whether it is a lattice vertex. Only vertices with two knots have a flag.
+fn read_flags(columns: &mut Columns, first_knot: &[u32]) -> Result<Vec<bool>> {
+    let has_flag = |knots: &[u32]| knots[1] - knots[0] == 2;
+    let n = first_knot.windows(2).filter(|knots| has_flag(knots)).count();
     let flags = columns.column(n, 1)?;
     let mut is_lattice = Vec::with_capacity(first_knot.len() - 1);
     let mut next = 0;
     for knots in first_knot.windows(2) {
-        is_lattice.push(may_be(knots) && flags.get(next)? == 1);
-        next += usize::from(may_be(knots));
+        is_lattice.push(has_flag(knots) && flags.get(next)? == 1);
+        next += usize::from(has_flag(knots));
     }
     Ok(is_lattice)
-}
-
-/// The ranks of further knots, vertex by vertex.
-#[derive(Debug)]
-enum Further<'a> {
-    /// Each less the one before and 1.
-    Steps { steps: Column<'a>, next: usize },
-    /// By ways: of lattice vertices, and of others.
-    Ways(Box<[Ways<'a>; 2]>),
-}
-
-impl<'a> Further<'a> {
-    /// Takes their columns off the front of a section. The ranks are none yet.
-    fn new(
-        columns: &mut Columns<'a>,
-        ranks: &Ranks,
-        n_moving: usize,
-        n_isovalues: usize,
-    ) -> Result<Self> {
-        let n = ranks.first_knot.last().map_or(0, |&n| n as usize) - n_moving;
-        let Some(is_lattice) = &ranks.is_lattice else {
-            return Ok(Further::Steps { steps: columns.column(n, 32)?, next: 0 });
-        };
-        let n_lattice = is_lattice.iter().filter(|is| **is).count();
-        let mut ways = |n| Ways::new(columns, n, n_isovalues);
-        Ok(Further::Ways(Box::new([ways(n_lattice)?, ways(n - n_lattice)?])))
-    }
-
-    /// The rank of the next one, after a rank.
-    fn next(&mut self, from: u32, is_lattice: bool) -> Result<u64> {
-        match self {
-            Further::Steps { steps, next } => {
-                *next += 1;
-                Ok(u64::from(from) + 1 + steps.get(*next - 1)?)
-            }
-            Further::Ways(ways) => ways[usize::from(!is_lattice)].next(from),
-        }
-    }
-
-    fn end(self) -> Result<()> {
-        match self {
-            Further::Steps { .. } => Ok(()),
-            Further::Ways(ways) => ways.into_iter().try_for_each(Ways::end),
-        }
-    }
 }

@@ -12,7 +12,7 @@ use flate2::write::DeflateEncoder;
 
 use super::field;
 use crate::error::Result;
-use crate::file::{Units, parts};
+use crate::file::{Parts, Units};
 use crate::spectrum::Spectrum;
 
 /// Positions are rounded to multiples of this many voxels unless asked otherwise: a fifth of the
@@ -28,7 +28,8 @@ pub(super) const ALONG: i64 = 4;
 /// Behind the sections of the spectrum comes that of a second field (`field.rs`), of which `codes` has one for each knot.
 pub(super) fn compressed(spectrum: &Spectrum, step: f64, codes: Option<&[u8]>) -> Result<Vec<u8>> {
     let units = Units::of_page(step, ALONG);
-    let (arranged, sections, order) = parts(&units.rounded(spectrum)?, units)?;
+    let Parts { spectrum: arranged, order, sections } =
+        Parts::new(units.rounded(spectrum)?, units)?;
     let mut bytes = Vec::new();
     sections.iter().for_each(|section| append(&mut bytes, section.bytes()));
     if let Some(codes) = codes {

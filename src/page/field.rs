@@ -42,7 +42,7 @@ impl Field {
     pub(super) fn at(&self, spectrum: &Spectrum, vertices: &[u32], isovalue: f64) -> Vec<u8> {
         let rank = spectrum.rank_at(isovalue).unwrap_or(0);
         let at = |&v: &u32| {
-            let ([a, b], t) = spectrum.way_between_knots(v, rank, isovalue);
+            let ([a, b], t) = spectrum.bracketing_knots(v, rank, isovalue);
             let [p, q] = [a, b].map(|i| f64::from(self.codes[i]));
             if p == 0.0 || q == 0.0 { 0 } else { ((1.0 - t) * p + t * q).round() as u8 }
         };

@@ -1,13 +1,13 @@
 //! The triangles alive at one rank, in order, kept up to date as the rank moves.
 //!
-//! A jump asks the interval tree. A small move instead reads two lists of all triangles, sorted by
-//! birth and by death, only between the old and the new rank (design: tracking, active-set query).
-//! Either way the result is the list of active triangles by index, so what a query returns depends
-//! on the isovalue alone, never on the queries before it.
+//! A jump queries the interval tree. A small move instead reads two lists of all triangles, sorted by
+//! birth and by death, between the old and the new rank.
+//! Either way the result is the list of active triangles by index, so the result of a query depends
+//! on the isovalue alone, not on the queries before it.
 
-use super::Triangle;
+use super::elements::Triangle;
+use super::index_set::IndexSet;
 use super::interval_tree::IntervalTree;
-use super::numbers::Numbers;
 
 /// The active triangles of a spectrum.
 #[derive(Clone, Debug)]
@@ -18,8 +18,8 @@ pub struct ActiveSet {
     /// (death, birth, triangle), increasing.
     deaths: Vec<(u32, u32, u32)>,
     rank: Option<u32>,
-    alive: Numbers,
-    /// What is in `alive`.
+    alive: IndexSet,
+    /// The elements of `alive`.
     triangles: Vec<u32>,
 }
 
@@ -37,7 +37,7 @@ impl ActiveSet {
             births: sorted(|t, i| (t.birth, t.death, i)),
             deaths: sorted(|t, i| (t.death, t.birth, i)),
             rank: None,
-            alive: Numbers::new(triangles.len()),
+            alive: IndexSet::new(triangles.len()),
             triangles: Vec::new(),
         }
     }
@@ -63,7 +63,7 @@ impl ActiveSet {
             self.alive.clear();
             self.tree.stab(rank, |triangle| self.alive.insert(triangle));
         } else if rank == high {
-            // One that is born and dies on the way comes in neither of the two.
+            // A triangle that is born and dies in between is in neither of the two.
             let dying = deaths.iter().filter(|(_, birth, _)| *birth <= low);
             dying.for_each(|&(.., triangle)| self.alive.remove(triangle));
             let born = births.iter().filter(|(_, death, _)| *death > high);

@@ -1,27 +1,28 @@
-//! A mesh of its own out of triangles of a spectrum: vertices numbered anew, placed, with normals.
+//! Builds a mesh from triangles of a spectrum: renumbers vertices, interpolates positions, computes normals.
 //!
 //! # Invariants
 //!
-//! What meshes are saved with and what pictures are shaded with are the same normals: both come from here.
+//! Saved meshes and rendered pictures have the same normals: both are computed here.
 
 use rayon::prelude::*;
 
-use super::numbers::Numbers;
-use super::{Spectrum, SurfaceMesh, normals};
+use super::data::Spectrum;
+use super::index_set::IndexSet;
+use super::mesh::SurfaceMesh;
+use super::normals;
 
-/// Vertices that one thread places at a time: about a millisecond, which starting another one does not come
-/// near to.
+/// Vertices per task: about a millisecond, far more than starting a task takes.
 const VERTICES_PER_TASK: usize = 1 << 13;
 
-/// Numbers vertices anew. What one mesh leaves behind is used again by the next, so nothing of the spectrum's size is
+/// Renumbers vertices. Its arrays are reused for the next mesh, and no array of the spectrum's size is
 /// ever cleared.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
-    /// The vertices of the mesh in the making.
-    used: Numbers,
-    /// Of each of them, its index in the mesh.
+    /// The vertices of the mesh that is being built.
+    used: IndexSet,
+    /// By vertex of the spectrum, its index in the mesh.
     indices: Vec<u32>,
-    /// The vertices of the last mesh, by their index in it.
+    /// By vertex of the last mesh, its number in the spectrum.
     vertices: Vec<u32>,
 }
 
@@ -30,23 +31,23 @@ impl Assembly {
     pub(crate) fn new(spectrum: &Spectrum) -> Self {
         let n_vertices = spectrum.n_vertices();
         Assembly {
-            used: Numbers::new(n_vertices),
+            used: IndexSet::new(n_vertices),
             indices: vec![0; n_vertices],
             vertices: Vec::new(),
         }
     }
 
-    /// The vertices of the last mesh, by their index in it: which of the spectrum's they are.
+    /// By vertex of the last mesh, its number in the spectrum.
     pub(crate) fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// Writes triangles, each with whether it is a cap, to `mesh`: its vertices are theirs by number, where `place`
-    /// puts them.
+    /// Writes the mesh of some triangles, each with whether it is a cap. Its vertices are sorted by their number in the spectrum;
+    /// `position` returns their positions.
     pub(crate) fn assemble(
         &mut self,
         triangles: impl Iterator<Item = ([u32; 3], bool)>,
-        place: impl Fn(u32) -> [f32; 3] + Sync,
+        position: impl Fn(u32) -> [f32; 3] + Sync,
         mesh: &mut SurfaceMesh,
     ) {
         mesh.triangles.clear();
@@ -64,19 +65,19 @@ impl Assembly {
         for triangle in &mut mesh.triangles {
             *triangle = triangle.map(|v| self.indices[v as usize]);
         }
-        // Not cleared before: all of it is written.
+        // All elements are overwritten.
         mesh.positions.resize(self.vertices.len(), [0.0; 3]);
-        let place_some = |(vertices, positions): (&[u32], &mut [_])| {
-            for (&v, position) in vertices.iter().zip(positions) {
-                *position = place(v);
+        let write_positions = |(vertices, positions): (&[u32], &mut [_])| {
+            for (&v, p) in vertices.iter().zip(positions) {
+                *p = position(v);
             }
         };
         if self.vertices.len() <= VERTICES_PER_TASK {
-            place_some((&self.vertices, &mut mesh.positions));
+            write_positions((&self.vertices, &mut mesh.positions));
         } else {
             (self.vertices.par_chunks(VERTICES_PER_TASK))
                 .zip(mesh.positions.par_chunks_mut(VERTICES_PER_TASK))
-                .for_each(place_some);
+                .for_each(write_positions);
         }
         normals::of_mesh(&mesh.positions, &mesh.triangles, &mesh.caps, &mut mesh.normals);
     }

@@ -1,6 +1,7 @@
-//! The invariants of a spectrum, checked: after reading a file nobody vouches for, and in tests.
+//! Checks the invariants of a spectrum.
 
-use super::{Spectrum, Triangle};
+use super::data::Spectrum;
+use super::elements::Triangle;
 use crate::error::{Error, Result};
 
 /// Largest absolute coordinate of a position, voxels. Far beyond any volume, and 2^30 quanta, so
@@ -77,7 +78,7 @@ impl Spectrum {
                 return Err(Error::input(format!("event {i} is not finite")));
             }
             if i > 0 && self.events()[i - 1].isovalue > event.isovalue {
-                return Err(Error::input(format!("event {i} lies below the one before it")));
+                return Err(Error::input(format!("event {i} is below the one before it")));
             }
         }
         Ok(())
@@ -106,7 +107,7 @@ impl Spectrum {
                 self.knots().len()
             )));
         }
-        // Before any slicing: a decrease anywhere would make a later trajectory leave the table.
+        // Before trajectories are sliced: a decrease would put a slice outside the table.
         if let Some(v) = self.first_knot().windows(2).position(|pair| pair[0] > pair[1]) {
             return Err(Error::input(format!("vertex {v} ends before it starts")));
         }
@@ -124,7 +125,7 @@ impl Spectrum {
                 // A NaN fails this comparison.
                 if !knot.position.iter().all(|x| x.abs() <= MAX_COORDINATE) {
                     return Err(Error::input(format!(
-                        "vertex {v}: knot {i} lies at {:?}, expected coordinates up to {MAX_COORDINATE}",
+                        "vertex {v}: knot {i} is at {:?}, expected coordinates up to {MAX_COORDINATE}",
                         knot.position
                     )));
                 }
@@ -133,7 +134,7 @@ impl Spectrum {
         Ok(())
     }
 
-    /// What is wrong with a triangle. Trajectories must have been checked before.
+    /// The violation of a triangle. Trajectories must have been checked before.
     fn check_triangle(&self, triangle: &Triangle) -> std::result::Result<(), String> {
         let [a, b, c] = triangle.vertices;
         if a == b || b == c || c == a {

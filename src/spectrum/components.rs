@@ -8,13 +8,14 @@
 //!
 //! # Invariants
 //!
-//! Components are numbered from 0 by falling size of their volume, of equal ones the one with the earlier triangle first.
-//! Tables, colours, files and pages all number them so.
+//! Components are numbered from 0 by decreasing absolute volume; of equal ones the one with the first triangle comes first.
+//! Tables, colours, files and pages all use these numbers.
 
 use glam::DVec3;
 use serde::Serialize;
 
-use super::{Picked, SurfaceMesh};
+use super::mesh::SurfaceMesh;
+use super::picked::Picked;
 use crate::disjoint_sets::DisjointSets;
 use crate::mesh::nearest_on_triangle;
 use crate::volume::Placement;
@@ -46,14 +47,14 @@ pub struct Components {
 }
 
 impl Components {
-    /// Those of a closed mesh in which every vertex belongs to a triangle.
+    /// The components of a closed mesh in which every vertex belongs to a triangle.
     pub fn of(mesh: &SurfaceMesh) -> Components {
         let mut sets = DisjointSets::new(mesh.positions.len());
         for &[a, b, c] in &mesh.triangles {
             sets.join(a, b);
             sets.join(a, c);
         }
-        // Numbered by their first triangle for now.
+        // First numbered by their first triangles.
         let mut number = vec![u32::MAX; mesh.positions.len()];
         let mut n = 0;
         let of_triangle: Vec<u32> = (mesh.triangles.iter())
@@ -70,7 +71,7 @@ impl Components {
         Components { of_triangle, list }.by_size()
     }
 
-    /// The same components of the same mesh moved elsewhere, such as to the world: their order is the old one.
+    /// The same components, measured on the mesh after a transformation, such as to the world. Their order does not change.
     pub fn moved(&self, mesh: &SurfaceMesh) -> Components {
         let list = measured(mesh, &self.of_triangle, self.list.len());
         Components { of_triangle: self.of_triangle.clone(), list }
@@ -87,14 +88,13 @@ impl Components {
         self
     }
 
-    /// Of each component whether it is kept. Points and sizes are those of the frame of the mesh, which is the one that
-    /// these components were found in.
+    /// By component, whether it is kept. `mesh` is the one of [`Components::of`]; points and sizes are in its frame.
     pub fn kept(&self, mesh: &SurfaceMesh, keep: &Keep) -> Vec<bool> {
         self.shown(mesh, keep, &Picked::default())
     }
 
-    /// Of each component whether it is kept, and not left out by hand. What is picked is so among all components; the largest
-    /// are those of what that leaves.
+    /// By component, whether it is kept and selected. Points of `picked` select among all components; the largest are counted among the
+    /// remaining ones.
     fn shown(&self, mesh: &SurfaceMesh, keep: &Keep, picked: &Picked) -> Vec<bool> {
         let is_large = |c: &Component| c.volume.abs() >= keep.min_volume && c.area >= keep.min_area;
         let mut kept: Vec<bool> = self.list.iter().map(is_large).collect();
@@ -118,13 +118,13 @@ impl Components {
         kept
     }
 
-    /// The component that is nearest to a point; none of none.
+    /// The component nearest to a point; none of an empty mesh.
     #[cfg(feature = "viewer")]
     pub(crate) fn nearest_to(&self, mesh: &SurfaceMesh, point: [f64; 3]) -> Option<u32> {
         self.nearest(mesh, &vec![true; self.list.len()], point)
     }
 
-    /// The component of `among` that is nearest to a point.
+    /// The component nearest to a point, of those with `among` true.
     fn nearest(&self, mesh: &SurfaceMesh, among: &[bool], point: [f64; 3]) -> Option<u32> {
         let point = DVec3::from_array(point);
         let corners = |triangle: &[u32; 3]| {
@@ -140,7 +140,7 @@ impl Components {
     }
 }
 
-/// The measures of `n` components, given the number of each triangle's.
+/// The measures of `n` components, given the component of each triangle.
 fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component> {
     let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
     let nothing = Component {
@@ -151,7 +151,7 @@ fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component>
         bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]],
     };
     let mut list = vec![nothing; n];
-    // Tetrahedra are made with a vertex of the component itself, which is nearer than the origin may be.
+    // Volumes are sums of tetrahedra. Their apex is a vertex of the component, because the origin may be far away, which costs precision.
     let mut apexes: Vec<Option<DVec3>> = vec![None; n];
     let mut is_counted = vec![false; mesh.positions.len()];
     for ((triangle, &cap), &number) in mesh.triangles.iter().zip(&mesh.caps).zip(of_triangle) {
@@ -179,7 +179,7 @@ fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component>
     list
 }
 
-/// Which components of an isosurface are kept; without limits all. In the frame and the unit of the mesh's positions.
+/// Limits for the components of an isosurface that are kept; by default all are. In the frame and the unit of the mesh's positions.
 ///
 /// ```
 /// use isospectrum::{Keep, Mesh, Placement};
@@ -192,18 +192,18 @@ fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component>
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Keep {
-    /// This many, the largest by volume, of those that the others leave.
+    /// Keep this many, the largest by volume, of those within the other limits.
     pub largest: Option<usize>,
-    /// Those that enclose at least this volume; the size of a cavity counts likewise.
+    /// Least absolute enclosed volume, of bodies and cavities.
     pub min_volume: f64,
-    /// Those of at least this area, caps aside.
+    /// Least area, without caps.
     pub min_area: f64,
-    /// The one whose surface is nearest to this point, of those that are large enough.
+    /// Keep the component nearest to this point, of those that are large enough.
     pub at: Option<[f64; 3]>,
 }
 
 impl Keep {
-    /// What is told in the frame and the unit of the world, in the voxel frame of a volume.
+    /// Converts from the frame and the unit of the world to the voxel frame of a volume.
     pub fn in_voxels(self, placement: &Placement) -> Keep {
         Keep {
             largest: self.largest,
@@ -213,12 +213,12 @@ impl Keep {
         }
     }
 
-    /// Whether nothing is left out.
+    /// Whether all components are kept.
     pub fn is_all(&self) -> bool {
         *self == Keep::default()
     }
 
-    /// Whether the numbers make sense.
+    /// Checks that all numbers are finite.
     pub(crate) fn check(&self) -> crate::Result<()> {
         let numbers =
             [self.min_volume, self.min_area].into_iter().chain(self.at.into_iter().flatten());
@@ -232,12 +232,12 @@ impl Keep {
 }
 
 impl SurfaceMesh {
-    /// The mesh of the components that are kept alone, in the same order.
+    /// The mesh of the kept components, in the same order.
     pub fn with_components(&self, keep: &Keep) -> SurfaceMesh {
         self.with_shown(keep, &Picked::default())
     }
 
-    /// The mesh of the components that are kept, and not left out by hand, in the same order.
+    /// The mesh of the components that are kept and selected, in the same order.
     pub fn with_shown(&self, keep: &Keep, picked: &Picked) -> SurfaceMesh {
         match self.shown_triangles(keep, picked) {
             None => self.clone(),
@@ -245,8 +245,8 @@ impl SurfaceMesh {
         }
     }
 
-    /// The mesh of the components that are kept alone, without caps where `open`; with which of the vertices and triangles
-    /// of the whole it has.
+    /// The mesh of the kept components, without caps if `open`, and the indices of its vertices and triangles in the original
+    /// mesh.
     pub fn kept(&self, keep: &Keep, open: bool) -> (SurfaceMesh, [Vec<u32>; 2]) {
         let is_kept = self.kept_triangles(keep);
         if is_kept.is_none() && !open {
@@ -257,12 +257,12 @@ impl SurfaceMesh {
         self.part(|t| is_kept(t) && !(open && self.caps[t]))
     }
 
-    /// Of each triangle whether its component is kept; none where all are.
+    /// By triangle, whether its component is kept; `None` if all are.
     pub(crate) fn kept_triangles(&self, keep: &Keep) -> Option<Vec<bool>> {
         self.shown_triangles(keep, &Picked::default())
     }
 
-    /// Of each triangle whether its component is kept and not left out by hand; none where all are.
+    /// By triangle, whether its component is kept and selected; `None` if all are.
     pub(crate) fn shown_triangles(&self, keep: &Keep, picked: &Picked) -> Option<Vec<bool>> {
         if keep.is_all() && picked.is_all() {
             return None;
@@ -272,12 +272,12 @@ impl SurfaceMesh {
         Some(components.of_triangle.iter().map(|&c| shown[c as usize]).collect())
     }
 
-    /// The mesh of some triangles alone and of the vertices that they use, in the order in which they are used.
+    /// The mesh of the triangles with `is_kept` true. Its vertices are in the order of their first use.
     pub(crate) fn with_triangles(&self, is_kept: impl Fn(usize) -> bool) -> SurfaceMesh {
         self.part(is_kept).0
     }
 
-    /// As `with_triangles`, with which of the vertices and triangles of the whole those of the part are.
+    /// As `with_triangles`, with the indices of its vertices and triangles in the original mesh.
     pub(crate) fn part(&self, is_kept: impl Fn(usize) -> bool) -> (SurfaceMesh, [Vec<u32>; 2]) {
         let mut part = SurfaceMesh::default();
         let [mut vertices, mut triangles] = [Vec::new(), Vec::new()];
@@ -304,7 +304,7 @@ impl SurfaceMesh {
 mod tests {
     use super::*;
 
-    /// Tetrahedra of given sizes at given places along x; a negative size is a cavity.
+    /// Tetrahedra by size and x; a negative size is a cavity.
     fn tetrahedra(sizes: &[(f32, f32)]) -> SurfaceMesh {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0f32]];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -331,7 +331,7 @@ mod tests {
         let expected: Vec<u32> = [2, 0, 1, 3].into_iter().flat_map(|c| [c; 4]).collect();
         assert_eq!(found.of_triangle, expected);
         let volumes: Vec<f64> = found.list.iter().map(|c| 6.0 * c.volume).collect();
-        // Products of whole numbers, divided once.
+        // Products of integers, divided once.
         for (found, expected) in volumes.iter().zip([27.0, -8.0, 1.0, 1.0]) {
             assert!((found - expected).abs() < 1e-12, "{volumes:?}");
         }
@@ -373,7 +373,7 @@ mod tests {
         assert_eq!(left(all, &Picked::Only(vec![first])), [0.0]);
         assert_eq!(left(all, &Picked::Only(vec![])), [0.0; 0]);
         assert_eq!(left(all, &Picked::Without(vec![third, first])), [10.0, 30.0]);
-        // The largest of what is left; what is too small is picked all the same.
+        // `largest` counts the remaining ones; components that are too small can be picked.
         assert_eq!(
             left(Keep { largest: Some(2), ..all }, &Picked::Without(vec![third])),
             [0.0, 10.0]
@@ -382,8 +382,8 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_counts_for_the_nearest_not_its_vertices() {
-        // The point lies 0.1 before the middle of the large one's side, whose vertices are far.
+    fn the_nearest_component_is_that_of_the_nearest_triangle_not_vertex() {
+        // The point is 0.1 from the middle of a large triangle, far from its vertices.
         let mesh = tetrahedra(&[(30.0, 0.0), (0.2, -1.0)]);
         let kept = mesh.with_components(&Keep { at: Some([-0.1, 7.0, 7.0]), ..Keep::default() });
         assert_eq!(kept.bounds().expect("one")[1], [30.0; 3]);

@@ -1,11 +1,11 @@
-//! Where a spectrum is cut by isovalue, so that no more of it need be read than is shown.
+//! Divides a spectrum by isovalue into chunks, so that a reader reads only what it shows.
 
-use super::Patch;
+use super::elements::Patch;
 
-/// Ranks from the lowest birth to the highest death; nothing without triangles. Between two of them at least `least` triangles are
-/// born, and `times` as many as live on both sides of the second: so no more than a share of 1 / `times` of all stand on both sides of
-/// a cut.
-pub(crate) fn cuts(patch: &Patch, least: usize, times: usize) -> Vec<u32> {
+/// The ranks at which chunks start and end, from the lowest birth to the highest death; none without triangles. At least `min` triangles are
+/// born in each chunk, and at least `times` as many as are alive on both sides of its end, so a share of at most 1 / `times` of all is
+/// in two chunks.
+pub(crate) fn cuts(patch: &Patch, min: usize, times: usize) -> Vec<u32> {
     let n = patch.isovalues.len();
     let (mut born, mut died) = (vec![0usize; n], vec![0usize; n]);
     for t in &patch.triangles {
@@ -15,11 +15,11 @@ pub(crate) fn cuts(patch: &Patch, least: usize, times: usize) -> Vec<u32> {
     let ends = born.iter().position(|&n| n > 0).zip(died.iter().rposition(|&n| n > 0));
     let Some((first, last)) = ends else { return Vec::new() };
     let mut cuts = vec![first as u32];
-    // Triangles that live on both sides of a rank, those born since the last cut, and those born from the rank on.
+    // Triangles alive on both sides of the rank; those born since the last cut; those born from the rank on.
     let (mut across, mut own, mut left) = (0, 0, patch.triangles.len());
     for rank in first..last {
         across -= died[rank];
-        if own >= least.max(times * across) && left >= least {
+        if own >= min.max(times * across) && left >= min {
             cuts.push(rank as u32);
             own = 0;
         }
@@ -37,8 +37,8 @@ mod tests {
     use crate::spectrum::Triangle;
 
     #[test]
-    fn cuts_stand_where_few_live_on_both_sides() {
-        // Ten are born at each rank; they live for one, but those of rank 5 for three.
+    fn cuts_are_where_few_triangles_are_alive_on_both_sides() {
+        // Ten are born at each rank and live for one rank, those of rank 5 for three.
         let one = |birth: u32, life: u32| Triangle {
             vertices: [0, 1, 2],
             birth,

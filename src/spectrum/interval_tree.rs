@@ -1,8 +1,8 @@
-//! Which half-open intervals of ranks hold a given rank: an interval tree (thesis section 4.1).
+//! An interval tree: finds the half-open intervals of ranks that contain a given rank (thesis section 4.1).
 //!
 //! # Theory
 //!
-//! Each node has a centre and the intervals that hold it, sorted once by birth and once by death;
+//! Each node has a centre and the intervals that contain it, sorted once by birth and once by death;
 //! intervals wholly before or after the centre go to the children (Cignoni et al. 1997, "Speeding
 //! up isosurface extraction using interval trees"). The centre halves the range of ranks, as in the
 //! thesis, so the depth is at most the number of bits of a rank and a query costs
@@ -36,8 +36,8 @@ struct Node {
 }
 
 impl IntervalTree {
-    /// The tree of intervals (birth, death) with `birth < death`; intervals are known by their
-    /// position in the slice.
+    /// The tree of intervals (birth, death) with `birth < death`; intervals are identified by their
+    /// index in the slice.
     pub fn new(intervals: &[(u32, u32)]) -> Self {
         debug_assert!(intervals.iter().all(|&(birth, death)| birth < death));
         let mut tree = IntervalTree {
@@ -50,8 +50,8 @@ impl IntervalTree {
         tree
     }
 
-    /// Builds the node for the intervals `members`, all within [start, end), and those below it.
-    /// The recursion is as deep as the tree: at most 32 levels.
+    /// Builds the subtree of the intervals `members`, all within [start, end).
+    /// The recursion is as deep as the tree, at most 32 levels.
     fn build(&mut self, intervals: &[(u32, u32)], members: Vec<u32>, start: u32, end: u32) -> u32 {
         if members.is_empty() {
             return NONE;
@@ -87,7 +87,7 @@ impl IntervalTree {
         node as u32
     }
 
-    /// Calls `report` for every interval that holds `rank`, in an order that depends on the tree
+    /// Calls `report` for every interval that contains `rank`, in an order that depends on the tree
     /// and on `rank` only.
     pub fn stab(&self, rank: u32, mut report: impl FnMut(u32)) {
         let mut next = if self.nodes.is_empty() { NONE } else { 0 };

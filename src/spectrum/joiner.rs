@@ -1,28 +1,28 @@
-//! Joins patches that have vertices in common, one after the other: none of them is needed once it has been taken in.
+//! Joins patches that share vertices, one after the other: a patch is not needed any more once it has been appended.
 //!
 //! # Invariants
 //!
-//! The result depends on the order of the patches alone. Ranks refer to the tables of all patches, one behind the other, until
-//! the last has come: so no table has to be known before.
+//! The result depends only on the patches and their order. Until `finish`, ranks refer to the concatenated tables of all patches, so no table has to be known
+//! in advance.
 
 use std::collections::HashMap;
 
-use super::{Knot, Patch, Triangle};
+use super::elements::{Knot, Patch, Triangle};
 use crate::error::{Error, Result};
 
-/// See the module.
+/// Joins patches that share vertices.
 #[derive(Clone, Debug)]
 pub(crate) struct Joiner {
     whole: Patch,
     seam: Seam,
 }
 
-/// Vertices in common, by their keys.
+/// Shared vertices by key.
 pub(crate) type Seam = HashMap<u64, u32>;
 
-/// A vertex in common is another one in another patch: where.
+/// A shared vertex differs between patches: its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Unlike(pub(crate) [f32; 3]);
+pub(crate) struct VertexMismatch(pub(crate) [f32; 3]);
 
 impl Default for Joiner {
     fn default() -> Self {
@@ -32,7 +32,7 @@ impl Default for Joiner {
 }
 
 impl Joiner {
-    /// For so many vertices, knots and triangles in all, which may turn out to be fewer.
+    /// With capacity for so many vertices, knots and triangles.
     pub(crate) fn for_size([vertices, knots, triangles]: [usize; 3]) -> Self {
         let mut joiner = Joiner::default();
         joiner.whole.first_knot.reserve_exact(vertices);
@@ -41,16 +41,16 @@ impl Joiner {
         joiner
     }
 
-    /// Takes in a patch; `shared` are its vertices in common with others, ascending, and their keys.
+    /// Appends a patch. `shared` are its shared vertices, ascending, with their keys.
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] where all are too many for 32 bits; within the result, where a vertex in common differs.
+    /// [`Error::Input`] if the total does not fit 32 bits; the inner result is an error if a shared vertex differs.
     pub(crate) fn append(
         &mut self,
         patch: &Patch,
         shared: &[(u32, u64)],
-    ) -> Result<std::result::Result<(), Unlike>> {
+    ) -> Result<std::result::Result<(), VertexMismatch>> {
         let too_many = |_| Error::input("2^32 knots, triangles or isovalues or more in all parts");
         let whole = &mut self.whole;
         let base = u32::try_from(whole.isovalues.len()).map_err(too_many)?;
@@ -68,7 +68,9 @@ impl Joiner {
             if let Some(&known) = key.and_then(|key| self.seam.get(&key)) {
                 let knots: Vec<Knot> = knots.collect();
                 if widen(whole, known, &knots).is_none() {
-                    return Ok(Err(Unlike(knots.first().map(|k| k.position).unwrap_or_default())));
+                    return Ok(Err(VertexMismatch(
+                        knots.first().map(|k| k.position).unwrap_or_default(),
+                    )));
                 }
                 numbers.push(known);
                 continue;
@@ -88,12 +90,12 @@ impl Joiner {
         Ok(Ok(()))
     }
 
-    /// Goes on where [`Joiner::finish`] ended.
+    /// Continues with the result of [`Joiner::finish`].
     pub(crate) fn resume(whole: Patch, seam: Seam) -> Self {
         Joiner { whole, seam }
     }
 
-    /// All patches as one, and where the vertices in common are in it.
+    /// All patches as one, and the shared vertices in it.
     pub(crate) fn finish(self) -> (Patch, Seam) {
         let Joiner { mut whole, seam } = self;
         let tables = whole.isovalues;
@@ -112,17 +114,17 @@ impl Joiner {
     }
 }
 
-/// Lets a vertex that is there already live as long as the same one of another patch, which is where it is; not if it is not.
-/// Lives of vertices on lattice edges, with two knots, may reach a trace beyond the samples between which they move, where they
-/// rest; all others have the same knots everywhere.
+/// Extends the trajectory of a vertex to the ranks that it has in another patch; none if the two differ.
+/// Trajectories on lattice edges, with two knots, may begin and end slightly beyond the values of the two samples, without moving there;
+/// all others have the same knots in all patches.
 fn widen(whole: &mut Patch, v: u32, knots: &[Knot]) -> Option<()> {
     let table = &whole.isovalues;
     let first = whole.first_knot[v as usize] as usize;
     let end = whole.first_knot[v as usize + 1] as usize;
     let own = whole.knots.get_mut(first..end)?;
     let at = |rank: u32| table[rank as usize];
-    let is_there = |(a, b): (&Knot, &Knot)| a.position == b.position;
-    if own.len() != knots.len() || !own.iter().zip(knots).all(|(a, b)| is_there((a, b))) {
+    let is_same = |(a, b): (&Knot, &Knot)| a.position == b.position;
+    if own.len() != knots.len() || !own.iter().zip(knots).all(|(a, b)| is_same((a, b))) {
         return None;
     }
     let ([from, to], [other_from, other_to]) = (own, knots) else {

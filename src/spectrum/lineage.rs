@@ -1,52 +1,53 @@
-//! Where the components of an isosurface begin and end, by what hangs together in the spectrum.
+//! Births and deaths of the components of an isosurface, from the connectivity of the spectrum alone.
 //!
 //! # Theory
 //!
-//! Triangles that share a vertex belong to one component while both live, so going from an isovalue up (or down) the
-//! components that are found there are followed by uniting the vertices of every triangle that comes. A component
-//! ends where none of its triangles is left: there it vanishes. Where two meet, the larger one at the isovalue from
-//! which they are followed goes on and the smaller one ends: this is the branch of the contour tree in which a
-//! component lies, larger branches first (Pascucci, Cole-McLaughlin and Scorzelli, "Multi-resolution computation and
-//! presentation of contour trees", 2004, with the volume as importance). One that splits goes on until the last of
-//! its pieces has ended.
+//! Triangles that share a vertex belong to one component while both are alive. So the components at an isovalue
+//! are tracked upwards (or downwards) by uniting the vertices of every triangle that is added. A component
+//! dies at a point when its last triangle is removed. Where two meet, the larger one at the start isovalue
+//! continues and the smaller one ends: this is the branch decomposition of the contour tree, larger branches first
+//! (Pascucci, Cole-McLaughlin and Scorzelli, "Multi-resolution computation and
+//! presentation of contour trees", 2004, with the volume as importance). A component that splits lives until the last of
+//! its pieces dies.
 //!
-//! Where a component is extracted afresh all of its vertices are new. It then goes on in the triangles that came at the
-//! same isovalue where most of its last ones were.
+//! Where a component is extracted anew, all its vertices are new. It then continues in those triangles added at the
+//! same isovalue that are nearest to most of its last ones.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::{IVec3, Vec3};
 
-use super::{Components, Spectrum};
+use super::components::Components;
+use super::data::Spectrum;
 use crate::disjoint_sets::DisjointSets;
 
-/// How far a component's last triangles may be from those that take over from it, voxels: two meshes of one
+/// Largest distance of a component's last triangles from those that replace them, voxels: both are meshes of one
 /// isosurface, whose vertices are about a voxel apart.
-const NEAR: f32 = 0.8;
+const MAX_DISTANCE: f32 = 0.8;
 
-/// A component whose box is smaller than this is at its end, voxels.
-const POINT: f32 = 0.05;
+/// A component vanishes at a point if its last bounding box is smaller than this, voxels.
+const MAX_POINT_SIZE: f32 = 0.05;
 
-/// Where a component ends.
+/// An end of a component's life.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct End {
     /// The isovalue.
     pub isovalue: f64,
-    /// The larger component that it joins there, by number; none where it just vanishes.
+    /// The number of the larger component that it joins; none if it vanishes.
     pub joins: Option<u32>,
 }
 
-/// Where a component begins and ends; none where it reaches the end of the spectrum's range.
+/// The life of a component; `None` where it reaches the end of the spectrum's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Lineage {
-    /// Towards lower isovalues: where it appears, or splits off a larger one.
+    /// At lower isovalues: where it appears, or splits off a larger one.
     pub birth: Option<End>,
-    /// Towards higher isovalues: where it vanishes, or merges with a larger one.
+    /// At higher isovalues: where it vanishes, or merges with a larger one.
     pub death: Option<End>,
 }
 
-/// Of each component of the isosurface at an isovalue, where it begins and ends. `components` are those of
+/// The lives of the components of the isosurface at an isovalue. `components` are those of
 /// [`Spectrum::mesh_at`].
 ///
 /// # Errors
@@ -60,71 +61,71 @@ pub fn lineages(
     spectrum.check_isovalue(isovalue)?;
     let n = components.list.len();
     let Some(rank) = spectrum.rank_at(isovalue) else { return Ok(vec![Lineage::default(); n]) };
-    let end = |upward| Follower::new(spectrum, rank, components, upward).run(rank);
+    let end = |upward| Tracker::new(spectrum, rank, components, upward).run(rank);
     let (births, deaths) = (end(false), end(true));
     Ok(births.into_iter().zip(deaths).map(|(birth, death)| Lineage { birth, death }).collect())
 }
 
-/// Places with the triangle that each belongs to, by cell.
-type Places = HashMap<IVec3, Vec<(Vec3, u32)>>;
+/// Points with their triangles, by cell of a grid.
+type PointGrid = HashMap<IVec3, Vec<(Vec3, u32)>>;
 
-/// What is known of the set of a vertex that represents it.
+/// A set of connected vertices.
 #[derive(Clone, Copy, Default)]
-struct Kin {
-    /// How many triangles it has where the follower is.
+struct ConnectedSet {
+    /// The number of its triangles that are alive at the current rank.
     n_alive: u32,
-    /// The component of the first isovalue that it is, plus one; 0 where there was none, or where it has ended.
+    /// The component of the start isovalue in this set, plus one; 0 if there is none, or it has ended.
     component: u32,
 }
 
-/// Follows components from one isovalue in one direction. Each that has not ended is one set of vertices.
-struct Follower<'a> {
+/// Tracks components from one isovalue in one direction. Each that has not ended is one set of vertices.
+struct Tracker<'a> {
     spectrum: &'a Spectrum,
     upward: bool,
     sets: DisjointSets,
     /// By representative.
-    kin: Vec<Kin>,
+    connected: Vec<ConnectedSet>,
     ends: Vec<Option<End>>,
-    /// How many components have not ended.
+    /// The number of components that have not ended.
     n_left: usize,
 }
 
-impl<'a> Follower<'a> {
+impl<'a> Tracker<'a> {
     fn new(spectrum: &'a Spectrum, rank: u32, components: &Components, upward: bool) -> Self {
         let n = components.list.len();
         let n_vertices = spectrum.n_vertices();
-        let mut follower = Follower {
+        let mut tracker = Tracker {
             spectrum,
             upward,
             sets: DisjointSets::new(n_vertices),
-            kin: vec![Kin::default(); n_vertices],
+            connected: vec![ConnectedSet::default(); n_vertices],
             ends: vec![None; n],
             n_left: n,
         };
         let alive = spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death);
         for (triangle, &component) in alive.zip(&components.of_triangle) {
             let [a, b, c] = triangle.vertices;
-            let root = [b, c].into_iter().fold(a, |root, v| follower.unite(root, v, f64::NAN));
-            let kin = &mut follower.kin[root as usize];
-            kin.n_alive += 1;
-            kin.component = component + 1;
+            let root = [b, c].into_iter().fold(a, |root, v| tracker.unite(root, v, f64::NAN));
+            let set = &mut tracker.connected[root as usize];
+            set.n_alive += 1;
+            set.component = component + 1;
         }
-        follower
+        tracker
     }
 
-    /// Rank at which a triangle comes on the way.
-    fn comes(&self, triangle: u32) -> u32 {
+    /// The rank at which a triangle is added.
+    fn added_at(&self, triangle: u32) -> u32 {
         let triangle = &self.spectrum.triangles()[triangle as usize];
         if self.upward { triangle.birth } else { triangle.death }
     }
 
-    /// Rank at which it goes.
-    fn goes(&self, triangle: u32) -> u32 {
+    /// The rank at which a triangle is removed.
+    fn removed_at(&self, triangle: u32) -> u32 {
         let triangle = &self.spectrum.triangles()[triangle as usize];
         if self.upward { triangle.death } else { triangle.birth }
     }
 
-    /// The triangles for which `at` lies beyond `rank`, in the order in which they are met.
+    /// The triangles for which `at` is beyond `rank` in the direction of tracking, in the order of tracking.
     fn beyond(&self, rank: u32, at: impl Fn(u32) -> u32) -> Vec<u32> {
         let is_beyond = |r: u32| if self.upward { r > rank } else { r <= rank };
         let numbers = 0..self.spectrum.triangles().len() as u32;
@@ -134,25 +135,26 @@ impl<'a> Follower<'a> {
     }
 
     fn run(mut self, rank: u32) -> Vec<Option<End>> {
-        let coming = self.beyond(rank, |i| self.comes(i));
-        let going = self.beyond(rank, |i| self.goes(i));
-        let (mut coming, mut going) = (&coming[..], &going[..]);
+        let to_add = self.beyond(rank, |i| self.added_at(i));
+        let to_remove = self.beyond(rank, |i| self.removed_at(i));
+        let (mut to_add, mut to_remove) = (&to_add[..], &to_remove[..]);
         while self.n_left > 0
-            && let Some(&first) = going.first()
+            && let Some(&first) = to_remove.first()
         {
-            let rank = self.goes(first);
+            let rank = self.removed_at(first);
             if self.is_outside(self.spectrum.isovalues()[rank as usize]) {
-                // What is still there reaches the end of the range.
+                // The remaining components reach the end of the range.
                 break;
             }
             let is_due = |i: &u32| {
-                if self.upward { self.comes(*i) <= rank } else { self.comes(*i) >= rank }
+                if self.upward { self.added_at(*i) <= rank } else { self.added_at(*i) >= rank }
             };
-            let (due, later) = coming.split_at(coming.partition_point(is_due));
-            due.iter().for_each(|&i| self.take_in(i));
-            let (gone, left) = going.split_at(going.partition_point(|&i| self.goes(i) == rank));
-            self.let_go(gone, due, rank);
-            (coming, going) = (later, left);
+            let (added, later) = to_add.split_at(to_add.partition_point(is_due));
+            added.iter().for_each(|&i| self.add(i));
+            let (removed, left) =
+                to_remove.split_at(to_remove.partition_point(|&i| self.removed_at(i) == rank));
+            self.remove(removed, added, rank);
+            (to_add, to_remove) = (later, left);
         }
         self.ends
     }
@@ -162,12 +164,13 @@ impl<'a> Follower<'a> {
         if self.upward { isovalue > high } else { isovalue <= low }
     }
 
-    fn take_in(&mut self, triangle: u32) {
-        let isovalue = self.spectrum.isovalues()[self.comes(triangle) as usize];
+    /// Adds a triangle.
+    fn add(&mut self, triangle: u32) {
+        let isovalue = self.spectrum.isovalues()[self.added_at(triangle) as usize];
         let [a, b, c] = self.spectrum.triangles()[triangle as usize].vertices;
         let root = [b, c].into_iter().fold(a, |root, v| self.unite(root, v, isovalue));
         let root = self.sets.find(root) as usize;
-        self.kin[root].n_alive += 1;
+        self.connected[root].n_alive += 1;
     }
 
     /// Unites the sets of two vertices; of two components the smaller one ends. Returns the representative.
@@ -176,7 +179,7 @@ impl<'a> Follower<'a> {
         if p == q {
             return p;
         }
-        let (x, y) = (self.kin[p as usize], self.kin[q as usize]);
+        let (x, y) = (self.connected[p as usize], self.connected[q as usize]);
         let (less, more) = (x.component.min(y.component), x.component.max(y.component));
         if less > 0 && less < more && !isovalue.is_nan() {
             self.end(more, End { isovalue, joins: Some(less - 1) });
@@ -184,7 +187,7 @@ impl<'a> Follower<'a> {
         self.sets.join(p, q);
         let component = if less > 0 { less } else { more };
         let root = self.sets.find(p);
-        self.kin[root as usize] = Kin { n_alive: x.n_alive + y.n_alive, component };
+        self.connected[root as usize] = ConnectedSet { n_alive: x.n_alive + y.n_alive, component };
         root
     }
 
@@ -193,45 +196,45 @@ impl<'a> Follower<'a> {
         self.n_left -= 1;
     }
 
-    /// Takes triangles out that all go at one rank. Components of which nothing is left end, if they are not extracted
-    /// afresh among those that just came.
-    fn let_go(&mut self, gone: &[u32], came: &[u32], rank: u32) {
+    /// Removes triangles at one rank. Components without triangles end, unless they are extracted
+    /// anew among the triangles just added.
+    fn remove(&mut self, removed: &[u32], added: &[u32], rank: u32) {
         let mut emptied = Vec::new();
-        for &i in gone {
+        for &i in removed {
             let root = self.root_of(i);
-            let kin = &mut self.kin[root as usize];
-            kin.n_alive -= 1;
-            if kin.n_alive == 0 && kin.component > 0 {
+            let set = &mut self.connected[root as usize];
+            set.n_alive -= 1;
+            if set.n_alive == 0 && set.component > 0 {
                 emptied.push(root);
             }
         }
         if emptied.is_empty() {
             return;
         }
-        // Found before any is united: sets have other representatives then.
+        // Collected before sets are united, which changes representatives.
         let mut last: BTreeMap<u32, Vec<Vec3>> = emptied.iter().map(|&r| (r, Vec::new())).collect();
-        for &i in gone {
+        for &i in removed {
             if let Some(points) = last.get_mut(&self.root_of(i)) {
-                points.extend(self.places_of(i, rank));
+                points.extend(self.points_of(i, rank));
             }
         }
         last.retain(|_, points| !is_point(points));
-        let came = came.iter().copied().filter(|&i| self.comes(i) == rank);
-        let places = self.places(came, rank, &last);
-        emptied.sort_unstable_by_key(|&root| self.kin[root as usize].component);
+        let added = added.iter().copied().filter(|&i| self.added_at(i) == rank);
+        let grid = self.point_grid(added, rank, &last);
+        emptied.sort_unstable_by_key(|&root| self.connected[root as usize].component);
         let isovalue = self.spectrum.isovalues()[rank as usize];
         for root in emptied {
-            if let Some(again) = last.get(&root).and_then(|points| self.again(points, &places)) {
-                self.unite(root, again, isovalue);
+            if let Some(next) = last.get(&root).and_then(|points| self.replacement(points, &grid)) {
+                self.unite(root, next, isovalue);
             } else {
-                let component = std::mem::take(&mut self.kin[root as usize].component);
+                let component = std::mem::take(&mut self.connected[root as usize].component);
                 self.end(component, End { isovalue, joins: None });
             }
         }
     }
 
-    /// Where triangles lie at a rank, corners and middles.
-    fn places_of(&self, triangle: u32, rank: u32) -> [Vec3; 4] {
+    /// The corners and the barycentre of a triangle at a rank.
+    fn points_of(&self, triangle: u32, rank: u32) -> [Vec3; 4] {
         let isovalue = self.spectrum.isovalues()[rank as usize];
         let corners = self.spectrum.triangles()[triangle as usize]
             .vertices
@@ -240,36 +243,36 @@ impl<'a> Follower<'a> {
         [a, b, c, (a + b + c) / 3.0]
     }
 
-    /// The places of triangles by the cell of a grid, each with the triangle, as far as they may be near to points.
-    fn places(
+    /// A grid of the points of triangles, without cells that are not near `points`.
+    fn point_grid(
         &self,
         triangles: impl Iterator<Item = u32>,
         rank: u32,
         points: &BTreeMap<u32, Vec<Vec3>>,
-    ) -> Places {
+    ) -> PointGrid {
         let wanted: HashSet<IVec3> = points.values().flatten().flat_map(|&p| around(p)).collect();
-        let mut places = Places::new();
+        let mut grid = PointGrid::new();
         if wanted.is_empty() {
-            return places;
+            return grid;
         }
         for i in triangles {
-            for p in self.places_of(i, rank).into_iter().filter(|&p| wanted.contains(&cell(p))) {
-                places.entry(cell(p)).or_default().push((p, i));
+            for p in self.points_of(i, rank).into_iter().filter(|&p| wanted.contains(&cell(p))) {
+                grid.entry(cell(p)).or_default().push((p, i));
             }
         }
-        places
+        grid
     }
 
-    /// The set of triangles that came where a component's last ones were: most of its surface goes on there, if anything
-    /// does.
-    fn again(&mut self, points: &[Vec3], places: &Places) -> Option<u32> {
+    /// The set that replaces a component with these last points: the one nearest to most of them, if most of them are near an added
+    /// triangle.
+    fn replacement(&mut self, points: &[Vec3], grid: &PointGrid) -> Option<u32> {
         let mut votes: BTreeMap<u32, usize> = BTreeMap::new();
         let mut n_near = 0;
         for &p in points {
-            let near = around(p).filter_map(|c| places.get(&c)).flatten();
+            let near = around(p).filter_map(|c| grid.get(&c)).flatten();
             let near = near.map(|&(q, i)| (p.distance_squared(q), i));
             let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            if let Some((_, i)) = nearest.filter(|n| n.0 < NEAR * NEAR) {
+            if let Some((_, i)) = nearest.filter(|n| n.0 < MAX_DISTANCE * MAX_DISTANCE) {
                 n_near += 1;
                 *votes.entry(self.root_of(i)).or_default() += 1;
             }
@@ -283,19 +286,19 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// The cell of the grid that a place lies in: as wide as what counts as near.
+/// The cell of the grid at a point. Cells are as wide as the largest distance.
 fn cell(p: Vec3) -> IVec3 {
-    (p / NEAR).floor().as_ivec3()
+    (p / MAX_DISTANCE).floor().as_ivec3()
 }
 
-/// That cell and those around it.
+/// The cell at a point and its neighbours.
 fn around(p: Vec3) -> impl Iterator<Item = IVec3> {
     (0..27).map(move |i| cell(p) + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))
 }
 
-/// Whether points lie in one place.
+/// Whether the bounding box of points is that of a single point.
 fn is_point(points: &[Vec3]) -> bool {
     let low = points.iter().copied().reduce(Vec3::min);
     let high = points.iter().copied().reduce(Vec3::max);
-    low.zip(high).is_none_or(|(low, high)| (high - low).max_element() < POINT)
+    low.zip(high).is_none_or(|(low, high)| (high - low).max_element() < MAX_POINT_SIZE)
 }

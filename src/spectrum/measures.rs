@@ -1,14 +1,14 @@
-//! What a closed mesh is like: parts, Euler characteristic, area, enclosed volume.
+//! Measures of a closed mesh: components, Euler characteristic, area, enclosed volume.
 
 use glam::DVec3;
 
-use super::SurfaceMesh;
+use super::mesh::SurfaceMesh;
 use crate::disjoint_sets::DisjointSets;
 
 /// The measures of the mesh at one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Measures {
-    /// How many parts hang together by their vertices, caps included.
+    /// The number of connected components, caps included.
     pub(crate) components: u32,
     /// Euler characteristic, caps included.
     pub(crate) euler: i64,
@@ -19,10 +19,10 @@ pub(crate) struct Measures {
 }
 
 impl Measures {
-    /// Of a closed mesh of which every vertex belongs to a triangle.
+    /// Measures a closed mesh in which every vertex belongs to a triangle.
     pub(crate) fn of(mesh: &SurfaceMesh) -> Measures {
         let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
-        // Tetrahedra are made with a vertex of the mesh, which is nearer than the origin may be.
+        // The volume is a sum of tetrahedra. Their apex is a vertex of the mesh, because the origin may be far away, which costs precision.
         let apex = if mesh.positions.is_empty() { DVec3::ZERO } else { corner(0) };
         let (mut area, mut volume) = (0.0, 0.0);
         let mut parts = DisjointSets::new(mesh.positions.len());
@@ -60,7 +60,7 @@ mod tests {
         };
         let found = Measures::of(&mesh);
         assert_eq!((found.components, found.euler), (2, 4));
-        // Coordinates are whole numbers: only sums of a few products are rounded.
+        // Coordinates are integers: only the sums of a few products are rounded.
         assert!((found.volume - (1.0 + 8.0) / 6.0).abs() < 1e-12, "{}", found.volume);
         let area = (1.5 + 0.75f64.sqrt()) * (1.0 + 4.0);
         assert!((found.area - area).abs() < 1e-12, "{} {area}", found.area);

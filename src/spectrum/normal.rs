@@ -51,7 +51,7 @@ mod tests {
     const LARGEST_ANGLE: f64 = 3.0 * std::f64::consts::SQRT_2 * 0.5 / 32767.0;
 
     fn angle(a: [f32; 3], b: [f32; 3]) -> f64 {
-        // By the chord: the cosine has no digits left at small angles.
+        // From the chord: the cosine loses all digits at small angles.
         let d = (0..3).map(|i| f64::from(a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
         2.0 * (d / 2.0).asin()
     }
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_normal_comes_back_within_the_bound_of_rounding() {
+    fn the_error_of_a_decoded_normal_is_within_the_bound_of_rounding() {
         // Single precision adds at most 3e-7 to the chord.
         let largest = sphere().map(|n| angle(n, decode(encode(n)))).fold(0.0, f64::max);
         assert!(largest < LARGEST_ANGLE + 3e-7, "{largest} radians");
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_code_comes_back_exactly() {
+    fn encoding_a_decoded_normal_returns_the_code() {
         for n in sphere() {
             let code = encode(n);
             assert_eq!(encode(decode(code)), code);

@@ -1,34 +1,36 @@
-//! Normals of meshes, and of knots: those of the mesh there. No spectrum holds any.
+//! Normals of meshes, and of the knots of a spectrum, which does not store any.
 //!
 //! # Theory
 //!
 //! The normal of a vertex is the area-weighted mean of its triangles' normals (thesis section 3.2). At a knot these
-//! are the triangles that live at its isovalue. At the two ends of a trajectory the mesh around a vertex may have
-//! no area, where it appears at a point or glides onto another vertex; so it is looked at [`INSIDE`] of the
-//! way to the next knot. Where no triangle lives, the middle of the nearest lifetime is looked at. What is drawn
-//! and saved has the normals of its own mesh ([`of_mesh`]); these here are for what knows only knots. Caps count where a vertex has nothing else, so that they do not round
-//! the border of a volume.
+//! are the triangles that are alive at its isovalue. At the two ends of a trajectory the triangles around a vertex may have
+//! no area, where it appears at a point or moves onto another vertex; so the normal there is that at [`END_OFFSET`] of the
+//! distance to the next knot. If no triangle is alive, it is that in the middle of the nearest lifetime. Pictures and saved
+//! meshes have the normals of their own mesh ([`of_mesh`]); normals of knots are for code that has only knots. Caps count only if a vertex
+//! has no other triangles, so that they do not round the edge at the border of a volume.
 //!
 //! # Invariants
 //!
-//! Sums over triangles are whole numbers where they belong to knots: neither the order of the triangles nor which
-//! corner of one comes first makes a difference, so a spectrum has the same normals before and after it was a
+//! For knots, sums over triangles are sums of integers: they do not depend on the order of the triangles or on which
+//! corner comes first, so a spectrum has the same normals before and after it was written to a
 //! file.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::query::fraction;
-use super::{Knot, Spectrum, normal};
+use super::data::Spectrum;
+use super::elements::Knot;
+use super::interpolate::fraction;
+use super::normal;
 
-/// How far inside its lifetime the ends of a trajectory are looked at, as a part of the way to the next
+/// Distance from the end of a trajectory at which its normal is computed, as a share of the distance in isovalue to the next
 /// knot.
-const INSIDE: f64 = 0.125;
+const END_OFFSET: f64 = 0.125;
 
-/// Areas are counted in this part of a square voxel.
+/// Areas are integers in units of so many square voxels.
 const AREA_UNIT: f64 = 1.0 / (1u64 << 24) as f64;
 
-/// Vertices that one thread looks at at a time.
+/// Vertices per task.
 const VERTICES_PER_TASK: usize = 1 << 12;
 
 /// The normals of all knots of a spectrum.
@@ -74,10 +76,9 @@ pub(super) fn of_mesh(
         }
     }
     for (v, normal) in normals.iter_mut().enumerate() {
-        let least = f32::MIN_POSITIVE;
-        let of_caps = || unit(*of_caps.get(v)?, least);
-        // A vertex around which nothing has an area is not seen.
-        *normal = unit(*normal, least).or_else(of_caps).unwrap_or([0.0, 0.0, 1.0]);
+        let of_caps = || unit(*of_caps.get(v)?);
+        // A vertex whose triangles have no area is not visible.
+        *normal = unit(*normal).or_else(of_caps).unwrap_or([0.0, 0.0, 1.0]);
     }
 }
 
@@ -88,12 +89,12 @@ fn area_of([p, q, r]: [[f32; 3]; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// A vector's direction, if its squared length is at least `least`.
+/// The direction of a vector, if its squared length is a normal number.
 #[inline]
-fn unit(v: [f32; 3], least: f32) -> Option<[f32; 3]> {
+fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let squared = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     let scale = 1.0 / squared.sqrt();
-    (squared >= least).then(|| v.map(|x| x * scale))
+    (squared >= f32::MIN_POSITIVE).then(|| v.map(|x| x * scale))
 }
 
 /// The triangles at each vertex.
@@ -133,22 +134,22 @@ fn normals_of(spectrum: &Spectrum, triangles: &TrianglesAt, v: u32) -> Vec<[i16;
     let trajectory = spectrum.trajectory(v);
     let isovalue = |i: usize| spectrum.isovalues()[trajectory[i].rank as usize];
     let last = trajectory.len().saturating_sub(1);
-    let looked_at = |i: usize| match i {
+    let sampled_at = |i: usize| match i {
         _ if last == 0 => isovalue(i),
         0 => between(isovalue(0), isovalue(1)),
         _ if i == last => between(isovalue(last), isovalue(last - 1)),
         _ => isovalue(i),
     };
     let at = |i: usize| {
-        let isovalue = looked_at(i);
-        // None of a trajectory's knots lies between its first two or last two.
+        let isovalue = sampled_at(i);
+        // The isovalues near the ends are not in the table.
         let rank =
             if i == 0 || i == last { spectrum.rank_at(isovalue)? } else { trajectory[i].rank };
-        let time = nearest_life(spectrum, triangles.of(v), (rank, isovalue))?;
-        area_vector(spectrum, triangles.of(v), v, time).map(normal::encode)
+        let at = nearest_life(spectrum, triangles.of(v), (rank, isovalue))?;
+        area_vector(spectrum, triangles.of(v), v, at).map(normal::encode)
     };
     let mut codes: Vec<Option<[i16; 2]>> = (0..trajectory.len()).map(at).collect();
-    // Where all around has no area, the nearest knot that has some.
+    // Without area, the normal of the nearest knot that has one.
     for i in 1..codes.len() {
         codes[i] = codes[i].or(codes[i - 1]);
     }
@@ -158,23 +159,23 @@ fn normals_of(spectrum: &Spectrum, triangles: &TrianglesAt, v: u32) -> Vec<[i16;
     codes.into_iter().map(|code| code.unwrap_or_default()).collect()
 }
 
-/// The rank and isovalue nearest to one at which a triangle lives: those themselves, or the middle of the nearest
-/// lifetime. The vertices of the exact extraction have knots at samples, far from where their triangles live. None
-/// where there are no triangles.
+/// The given rank and isovalue if one of the triangles is alive there, else those of the middle of the nearest
+/// lifetime; none without triangles. Vertices of the exact extraction have knots at values of samples, which may be far from the lifetimes
+/// of their triangles.
 fn nearest_life(
     spectrum: &Spectrum,
     triangles: &[u32],
     (rank, isovalue): (u32, f64),
 ) -> Option<(u32, f64)> {
-    let away = |&i: &u32| {
+    let distance = |&i: &u32| {
         let triangle = &spectrum.triangles()[i as usize];
         let before = triangle.birth.saturating_sub(rank);
         // The last rank of a lifetime is the one before its death.
         let after = (rank + 1).saturating_sub(triangle.death);
         (before.max(after), triangle.birth, triangle.death)
     };
-    let (away, birth, death) = triangles.iter().map(away).min()?;
-    if away == 0 {
+    let (distance, birth, death) = triangles.iter().map(distance).min()?;
+    if distance == 0 {
         return Some((rank, isovalue));
     }
     let [start, end] = [birth, death].map(|rank| spectrum.isovalues()[rank as usize]);
@@ -182,13 +183,13 @@ fn nearest_life(
     Some((spectrum.rank_at(middle)?, middle))
 }
 
-/// The isovalue [`INSIDE`] of the way from one to another.
+/// The isovalue at the share [`END_OFFSET`] from one to another.
 fn between(from: f64, to: f64) -> f64 {
-    (1.0 - INSIDE) * from + INSIDE * to
+    (1.0 - END_OFFSET) * from + END_OFFSET * to
 }
 
-/// The sum of the triangles' normals around a vertex at an isovalue, each as long as twice its area; that of
-/// the caps where there is nothing else. None of no area.
+/// The sum of the triangles' normals around a vertex at a rank and its isovalue, each as long as twice the triangle's area; that of
+/// the caps if the other triangles have no area. None if all have no area.
 fn area_vector(
     spectrum: &Spectrum,
     triangles: &[u32],
@@ -196,7 +197,7 @@ fn area_vector(
     (rank, isovalue): (u32, f64),
 ) -> Option<[f32; 3]> {
     let mut sums = [[0i128; 3]; 2];
-    let here = place_at(spectrum, v, rank, isovalue);
+    let here = position_at(spectrum, v, rank, isovalue);
     for &i in triangles {
         let triangle = &spectrum.triangles()[i as usize];
         if !(triangle.birth..triangle.death).contains(&rank) {
@@ -204,7 +205,7 @@ fn area_vector(
         }
         let at = triangle.vertices.iter().position(|&u| u == v).unwrap_or(0);
         let corner = |k: usize| triangle.vertices[(at + k) % 3];
-        let [a, b] = [1, 2].map(|k| place_at(spectrum, corner(k), rank, isovalue) - here);
+        let [a, b] = [1, 2].map(|k| position_at(spectrum, corner(k), rank, isovalue) - here);
         let sum = &mut sums[usize::from(triangle.cap)];
         for (sum, area) in sum.iter_mut().zip(a.cross(b).to_array()) {
             *sum += (area / AREA_UNIT).round() as i128;
@@ -214,11 +215,11 @@ fn area_vector(
     Some(sum.map(|x| x as f32))
 }
 
-/// Where a vertex is at an isovalue of its lifetime and the isovalue's rank, voxel frame.
-fn place_at(spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> DVec3 {
+/// The position of a vertex at a rank and its isovalue, voxel frame, in double precision.
+fn position_at(spectrum: &Spectrum, v: u32, rank: u32, isovalue: f64) -> DVec3 {
     let [before, after] = spectrum.knots_around(v, rank).map(|i| &spectrum.knots()[i]);
-    let place = |knot: &Knot| DVec3::from(knot.position.map(f64::from));
-    let time = |knot: &Knot| spectrum.isovalues()[knot.rank as usize];
-    let t = fraction(isovalue, time(before), time(after));
-    place(before) + t * (place(after) - place(before))
+    let position = |knot: &Knot| DVec3::from(knot.position.map(f64::from));
+    let isovalue_of = |knot: &Knot| spectrum.isovalues()[knot.rank as usize];
+    let t = fraction(isovalue, isovalue_of(before), isovalue_of(after));
+    position(before) + t * (position(after) - position(before))
 }

@@ -1,16 +1,16 @@
-//! Components that are chosen one by one, as a hand picks them.
+//! A selection of single components.
 
-/// Components that are chosen one by one, each by a point to which it is the nearest of all (voxel frame).
+/// A selection of components. Each is given by a point (voxel frame) and is the component nearest to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Picked {
-    /// These alone; without a point none.
+    /// Only these.
     Only(Vec<[f64; 3]>),
     /// All but these.
     Without(Vec<[f64; 3]>),
 }
 
 impl Picked {
-    /// Whether nothing is left out.
+    /// Whether all components are selected.
     pub fn is_all(&self) -> bool {
         matches!(self, Picked::Without(points) if points.is_empty())
     }

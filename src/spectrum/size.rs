@@ -1,10 +1,10 @@
-//! How much a spectrum holds.
+//! The size of a spectrum.
 
 use serde::{Deserialize, Serialize};
 
-use super::Spectrum;
+use super::data::Spectrum;
 
-/// How much a spectrum holds: all that is told of it without its geometry.
+/// The size of a spectrum: the lengths of its tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
@@ -15,9 +15,9 @@ pub struct Size {
     pub trajectories: u64,
     /// Knots of all trajectories.
     pub knots: u64,
-    /// Triangles, whenever they live.
+    /// All triangles.
     pub triangles: u64,
-    /// Triangles where most live at one isovalue.
+    /// The most triangles that are alive at one isovalue.
     pub most_triangles: u64,
     /// Collapses of edges.
     pub collapses: u64,
@@ -46,7 +46,7 @@ impl Size {
         }
     }
 
-    /// Each number by its name.
+    /// Each number with its name.
     pub(crate) fn named(&self) -> [(&'static str, u64); 6] {
         [
             ("isovalues", self.isovalues),

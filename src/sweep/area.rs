@@ -48,8 +48,8 @@ pub(crate) fn insert_area_shares(spectrum: &mut Spectrum, areas: &[[f64; 2]]) {
     let mean = shares.iter().map(|s| s.1).sum::<f64>() / shares.len() as f64;
     let shares: Vec<(f64, f64)> = shares.into_iter().map(|(c, s)| (c, rounded(s))).collect();
     let metadata = &mut spectrum.about_mut().parameters;
-    metadata.tell(TRACKED_AREA_SHARE, serde_json::json!(rounded(mean)));
-    metadata.tell(TRACKED_AREA_SHARES, serde_json::json!(shares));
+    metadata.insert(TRACKED_AREA_SHARE, serde_json::json!(rounded(mean)));
+    metadata.insert(TRACKED_AREA_SHARES, serde_json::json!(shares));
 }
 
 /// The area of some triangles, without caps, at each of some isovalues with their ranks.

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::kernels::Backend;
 use crate::progress::Progress;
-use crate::spectrum::{About, Patch, Spectrum, Told};
+use crate::spectrum::{About, Metadata, Patch, Spectrum};
 use crate::volume::Volume;
 
 /// Computes the spectrum of a volume as it is; [`Prepared`](crate::Prepared) can process the volume before, and records that.
@@ -87,7 +87,7 @@ pub(super) fn finished(sweep: &Sweep, patch: Patch, counts: &Counts) -> Result<S
     let range = sweep.parameters.range.unwrap_or(volume.range());
     let parameters = metadata(sweep.parameters, &sweep.backend.name(), counts);
     let about = About {
-        parameters: Told::of_value(parameters),
+        parameters: Metadata::from_value(parameters),
         events: sweep.events(range),
         ..About::new(volume.info(), range, sweep.parameters.error)
     };

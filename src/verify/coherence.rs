@@ -1,22 +1,22 @@
-//! How much of the mesh lives on where it changes, from the spectrum alone.
+//! Temporal coherence: how many triangles survive events, from the spectrum alone.
 //!
-//! Just before and just after an event means a millionth of the range to either side, as for jumps:
-//! what is replaced within that counts as replaced by the event.
+//! *Just* before and after an event means a millionth of the range to either side, as for jumps:
+//! triangles replaced within that count as replaced by the event.
 
 use serde::Serialize;
 
 use crate::spectrum::Spectrum;
 
-/// Share of the range between an event and "just" before or after it.
+/// Distance from an event to "just" before or after it, as a share of the range.
 pub(super) const JUST: f64 = 1e-6;
 
-/// What becomes of the triangles at the events of one isovalue.
+/// Survival of triangles at the events of one isovalue.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct EventCoherence {
     /// The isovalue.
     pub isovalue: f64,
-    /// How many events happen there.
+    /// The number of events there.
     pub n_events: usize,
     /// Triangles alive just before.
     pub before: u64,
@@ -26,7 +26,7 @@ pub struct EventCoherence {
     pub survived: u64,
 }
 
-/// What becomes of triangles at events, over the whole range.
+/// Survival of triangles at events, over the whole range.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Coherence {
@@ -39,7 +39,7 @@ pub struct Coherence {
     pub events: Vec<EventCoherence>,
 }
 
-/// Lifetimes by rank: how many triangles are alive, and which die.
+/// Lifetimes by rank.
 struct Lifetimes<'a> {
     spectrum: &'a Spectrum,
     /// Per rank: triangles born at it, or before; triangles dead at it, or before.
@@ -67,7 +67,7 @@ impl<'a> Lifetimes<'a> {
         Lifetimes { spectrum, born, dead, births: by_death.into_iter().map(|t| t.1).collect() }
     }
 
-    /// How many ranks lie at an isovalue or below.
+    /// The number of ranks at or below an isovalue.
     fn ranks_until(&self, isovalue: f64) -> usize {
         self.spectrum.isovalues().partition_point(|&c| c <= isovalue)
     }
@@ -87,7 +87,7 @@ impl<'a> Lifetimes<'a> {
     }
 }
 
-/// What becomes of the triangles of a spectrum at its events.
+/// The coherence of a spectrum at its events.
 pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
     let (low, high) = spectrum.range();
     let just = JUST * (high - low);
@@ -96,7 +96,7 @@ pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
     isovalues.retain(|c| c - just > low && c + just < high);
     isovalues.sort_by(f64::total_cmp);
     let mut found = Coherence::default();
-    // Windows around events may overlap; each change counts once.
+    // The intervals around events may overlap; each change counts once.
     let (mut changes, mut counted) = (0, 0);
     for same in isovalues.chunk_by(|a, b| a == b) {
         let isovalue = same[0];
@@ -122,8 +122,8 @@ pub(super) fn coherence(spectrum: &Spectrum) -> Coherence {
     found
 }
 
-/// Isovalues just before and just after those, away from events, at which most triangles are born
-/// or die; at most `n`, ascending.
+/// Isovalues just before and just after those at which most triangles are born
+/// or die, away from events; at most `n` pairs, ascending.
 pub(super) fn busiest_elsewhere(spectrum: &Spectrum, n: usize) -> Vec<(f64, f64)> {
     let (low, high) = spectrum.range();
     let just = JUST * (high - low);
@@ -182,12 +182,12 @@ mod tests {
             triangles: lifetimes.iter().map(triangle).collect(),
             ..Patch::default()
         };
-        // Places do not matter here, so there are none.
+        // Positions do not matter here, so there are none.
         Spectrum::unchecked(about, patch)
     }
 
     #[test]
-    fn triangles_that_live_past_an_event_survive_it() {
+    fn triangles_alive_on_both_sides_of_an_event_survive_it() {
         // At 5: one dies, two live on, one is born; one has died before.
         let s = spectrum(&[(0, 5), (0, 9), (3, 7), (5, 8), (1, 4)], &[5.0, 5.0]);
         let found = coherence(&s);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_born_and_dies_between_ranks_of_no_event_is_elsewhere() {
+    fn births_and_deaths_away_from_events_are_elsewhere() {
         let s = spectrum(&[(0, 5), (2, 9), (2, 5), (3, 5)], &[5.0]);
         let pairs = busiest_elsewhere(&s, 1);
         let [(before, after)] = pairs[..] else { panic!("{pairs:?}") };
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn without_events_nothing_is_said() {
+    fn without_events_there_is_no_survival() {
         let found = coherence(&spectrum(&[(0, 9)], &[]));
         assert_eq!((found.survived_share, found.events.len()), (None, 0));
         assert_eq!(found.changes_at_events_share, Some(0.0));

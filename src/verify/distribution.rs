@@ -1,7 +1,7 @@
-//! Many numbers of one kind, kept as a histogram: mean, percentiles, minimum and maximum.
+//! Distributions of values as histograms: mean, percentiles, minimum and maximum.
 //!
 //! Memory does not grow with the number of values, so the distances of all triangles at all
-//! isovalues pool into one; a percentile is exact to one bin, a four-thousandth of the range:
+//! isovalues can be pooled. A percentile is exact to one bin, a four-thousandth of the range:
 //! a thousandth of a voxel for distances.
 
 use serde::Serialize;
@@ -20,11 +20,11 @@ pub(super) struct Distribution {
     max: f64,
 }
 
-/// What a report says of a distribution of values. Everything is `null` where there are no values.
+/// Statistics of a distribution. All but `n` are `None` (`null` in JSON) if there are no values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Summary {
-    /// How many values.
+    /// Number of values.
     pub n: u64,
     /// Mean.
     pub mean: Option<f64>,
@@ -52,7 +52,7 @@ impl Distribution {
         Distribution { top, bins: vec![0; BINS], n: 0, sum: 0.0, min: f64::INFINITY, max: 0.0 }
     }
 
-    /// Counts one value; one that is not a number counts as the largest there is.
+    /// Adds a value; NaN counts as `top`.
     pub(super) fn add(&mut self, value: f64) {
         let value = if value.is_nan() { self.top } else { value.clamp(0.0, self.top) };
         let bin = (value / self.top * BINS as f64) as usize;
@@ -63,7 +63,7 @@ impl Distribution {
         self.max = self.max.max(value);
     }
 
-    /// Counts the values of another distribution of the same range.
+    /// Adds the values of another distribution with the same range.
     pub(super) fn merge(&mut self, other: &Distribution) {
         debug_assert_eq!(self.top, other.top);
         for (mine, theirs) in self.bins.iter_mut().zip(&other.bins) {
@@ -75,7 +75,7 @@ impl Distribution {
         self.max = self.max.max(other.max);
     }
 
-    /// The value below which `share` of all values lie, from above by at most one bin.
+    /// The value below which a share of all values is, too large by at most one bin.
     pub(super) fn percentile(&self, share: f64) -> Option<f64> {
         let wanted = (share * self.n as f64).ceil().max(1.0) as u64;
         let mut seen = 0;
@@ -89,14 +89,14 @@ impl Distribution {
         None
     }
 
-    /// The share of values up to one, exact to one bin; `None` of no values.
+    /// The share of values up to `value`, exact to one bin; `None` if there are no values.
     pub(super) fn share_within(&self, value: f64) -> Option<f64> {
         let n_bins = (value / self.top * BINS as f64).round().clamp(0.0, BINS as f64) as usize;
         let within: u64 = self.bins[..n_bins].iter().sum();
         (self.n > 0).then(|| within as f64 / self.n as f64)
     }
 
-    /// What a report says.
+    /// The statistics.
     pub(super) fn summary(&self) -> Summary {
         if self.n == 0 {
             return Summary::default();

@@ -1,4 +1,4 @@
-//! Points, segments and triangles in f64: the few formulas that verification measures with.
+//! Geometry of points, segments and triangles in f64.
 
 /// A point or vector, voxel frame.
 pub(super) type Point = [f64; 3];
@@ -28,7 +28,7 @@ pub(super) fn distance(a: Point, b: Point) -> f64 {
     length(minus(a, b))
 }
 
-/// The vector across a triangle, twice its area long, to the side from which it is
+/// The normal of a triangle, as long as twice its area, on the side from which it is
 /// counter-clockwise.
 pub(super) fn area_vector([a, b, c]: [Point; 3]) -> Point {
     cross(minus(b, a), minus(c, a))
@@ -38,10 +38,10 @@ pub(super) fn barycentre([a, b, c]: [Point; 3]) -> Point {
     std::array::from_fn(|i| (a[i] + b[i] + c[i]) / 3.0)
 }
 
-/// Whether the open segment from `p` to `q` passes through the inside of a triangle.
+/// Whether the open segment from `p` to `q` intersects the interior of a triangle.
 ///
 /// Contacts within 1e-9 of an edge or an end, and segments in the plane of the triangle, do not
-/// count: positions are f32, so only what is clearly a crossing is one.
+/// count: positions are f32, so only clear intersections are.
 pub(super) fn segment_crosses_triangle(p: Point, q: Point, [a, b, c]: [Point; 3]) -> bool {
     const MARGIN: f64 = 1e-9;
     let open = |x: f64| x > MARGIN && x < 1.0 - MARGIN;

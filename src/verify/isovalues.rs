@@ -1,12 +1,30 @@
-//! Which isovalues a verification looks at: random ones that nobody chose beforehand, and the two
-//! sides of events.
+//! The isovalues of a verification: random ones, and pairs around
+//! events.
 
 use crate::random::Random;
 use crate::spectrum::Event;
 use crate::volume::Volume;
 
-/// `n` isovalues inside `range`, sorted: every other one uniform over the range, the rest near
-/// values of samples, where most of the volume's surfaces are.
+/// The number of isovalues of a verification.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampling {
+    /// Number of random isovalues.
+    pub n_random: usize,
+    /// Most events, with an isovalue on either side of each, and most isovalues away from events at which
+    /// triangles are born or die, with one on either side of each.
+    pub n_events: usize,
+    /// Seed of the random choice.
+    pub seed: u64,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Sampling { n_random: 64, n_events: 16, seed: 0 }
+    }
+}
+
+/// `n` isovalues inside `range`, sorted: half of them uniform over the range, the others near
+/// values of samples, where most surfaces of the volume are.
 pub(super) fn random_isovalues(
     volume: &Volume,
     range: (f64, f64),
@@ -21,11 +39,11 @@ pub(super) fn random_isovalues(
             if i % 2 == 0 {
                 return uniform;
             }
-            // A few draws find a sample inside the range unless hardly any is.
+            // Up to 64 draws, to find a sample inside the range.
             let inside = (0..64)
                 .map(|_| volume.samples().get(random.below(volume.samples().len())))
                 .find(|v| (low..=high).contains(v));
-            // A step of 8-bit data past the sample, so that ties are not met exactly.
+            // Past the sample by less than a step of 8-bit data, to avoid isovalues equal to samples.
             let past = (0.02 + 0.96 * random.unit()) * (high - low) / 256.0;
             inside.map_or(uniform, |v| v + past)
         })

@@ -1,23 +1,23 @@
-//! How far the surface jumps from one isovalue to the next.
+//! Jumps of the mesh from one isovalue to the next.
 //!
-//! An isosurface may jump itself: across a region of equal samples, or where a sheet of it vanishes. What
-//! is promised of the mesh is therefore what it jumps *beyond* that: for a point of the mesh on one
-//! side, how much farther it is from the mesh than from the isosurface on the other side. By the inequality
-//! of the triangle that is at most the distance of the isosurface from the mesh there, so what is
-//! close on both sides does not jump.
+//! The isosurface itself may jump: across a region of equal samples, or where a sheet of it vanishes. The
+//! promise is therefore about the jump of the mesh *beyond* that: for a point of the mesh on one
+//! side, its distance from the mesh on the other side minus its distance from the isosurface there. By the triangle
+//! inequality that is at most the distance of the isosurface from the mesh there, so a mesh that is
+//! close to the isosurface on both sides does not jump.
 
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::distribution::Distribution;
 use super::geometry::{Point, barycentre};
-use super::measure::{REACH, is_placed};
+use super::measure::{MAX_DISTANCE, is_placed};
 use super::triangle_grid::TriangleGrid;
 use crate::extract::extract;
 use crate::spectrum::SurfaceMesh;
 use crate::topology::exact::ExactField;
 
-/// How far the surface moves across one isovalue, voxels.
+/// Motion of the mesh across one isovalue, voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Jump {
@@ -27,7 +27,7 @@ pub struct Jump {
     pub largest: f64,
     /// 99th percentile of the distances.
     pub p99: f64,
-    /// 99th percentile of what the mesh jumps beyond the isosurface.
+    /// 99th percentile of the jumps of the mesh beyond those of the isosurface.
     pub beyond_p99: f64,
 }
 
@@ -49,17 +49,17 @@ impl<'a> Side<'a> {
         Side { mesh, isosurface }
     }
 
-    /// Vertices and barycentres of the mesh without caps: how far each is from the mesh of another side, and how
-    /// much farther than from the isosurface there.
+    /// For vertices and barycentres of the mesh without caps, the distance from the mesh of the other side, and how much
+    /// larger it is than that from the isosurface there.
     fn distances(&self, other: &Side) -> Vec<(f64, f64)> {
         let (grid, exact) = (TriangleGrid::new(other.mesh), TriangleGrid::new(&other.isosurface));
         let distances = |p: Point| {
-            let moved = grid.distance(p, REACH);
-            let beyond = if moved > 0.0 { moved - exact.distance(p, REACH) } else { 0.0 };
+            let moved = grid.distance(p, MAX_DISTANCE);
+            let beyond = if moved > 0.0 { moved - exact.distance(p, MAX_DISTANCE) } else { 0.0 };
             (moved, beyond.max(0.0))
         };
         let positions: Vec<Point> = self.mesh.positions.iter().map(|p| p.map(f64::from)).collect();
-        // Once each, though they count once for each of their triangles.
+        // Computed once per vertex; each counts once for each of its triangles.
         let of_vertices: Vec<(f64, f64)> = positions.par_iter().map(|&p| distances(p)).collect();
         let triangles = self.mesh.triangles.par_iter().zip(&self.mesh.caps);
         triangles
@@ -72,8 +72,8 @@ impl<'a> Side<'a> {
     }
 }
 
-/// How far the surface moves from one mesh to another, each with its isovalue; what it jumps beyond the isosurface
-/// is counted in `pooled` too.
+/// The jump from one mesh to another, each with its isovalue. Jumps beyond the isosurface
+/// are also added to `pooled`.
 pub(super) fn jump(
     field: &ExactField<'_>,
     before: (f64, &SurfaceMesh),
@@ -82,9 +82,14 @@ pub(super) fn jump(
 ) -> Jump {
     let isovalue = 0.5 * (before.0 + after.0);
     if [before.1, after.1].iter().any(|mesh| !is_placed(field.volume(), mesh)) {
-        // What cannot be measured jumps as far as anything can.
-        pooled.add(REACH);
-        return Jump { isovalue, largest: REACH, p99: REACH, beyond_p99: REACH };
+        // A mesh that cannot be measured counts as the largest jump.
+        pooled.add(MAX_DISTANCE);
+        return Jump {
+            isovalue,
+            largest: MAX_DISTANCE,
+            p99: MAX_DISTANCE,
+            beyond_p99: MAX_DISTANCE,
+        };
     }
     let sides = [before, after].map(|side| Side::of(field, side));
     let all = [sides[0].distances(&sides[1]), sides[1].distances(&sides[0])];
@@ -99,7 +104,7 @@ pub(super) fn jump(
     jump
 }
 
-/// The value that one in a hundred exceeds; 0 of none. Leaves the values in another order.
+/// The 99th percentile; 0 if there are no values. Reorders the values.
 fn percentile_99(values: &mut [f64]) -> f64 {
     let Some(last) = values.len().checked_sub(1) else { return 0.0 };
     let (_, value, _) = values.select_nth_unstable_by(last * 99 / 100, f64::total_cmp);

@@ -1,8 +1,7 @@
-//! What a mesh is as a surface: components, Euler characteristic, and where it is not a closed
+//! The topology of a mesh: components, Euler characteristic, and violations of a closed
 //! oriented 2-manifold.
 //!
-//! Counted from the triangle list alone by sorting, so that nothing of the half-edge mesh the sweep
-//! works on is trusted here.
+//! Computed from the triangle list alone by sorting, independently of the half-edge mesh of the sweep.
 
 use serde::Serialize;
 
@@ -20,7 +19,7 @@ pub struct MeshTopology {
     pub boundary_edges: usize,
     /// Edges with more than two triangles, or triangles that use a vertex twice.
     pub nonmanifold_edges: usize,
-    /// Edges whose two triangles disagree on which side is out.
+    /// Edges whose two triangles have opposite orientations.
     pub misoriented_edges: usize,
     /// Vertices whose triangles form more than one fan.
     pub nonmanifold_vertices: usize,
@@ -36,19 +35,19 @@ impl MeshTopology {
     }
 }
 
-/// One side of an edge: its ends with the smaller index first, the triangle, and the corners of the
+/// A half-edge: its ends with the smaller index first, its direction, and the corners of its
 /// triangle at the two ends.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
+struct HalfEdge {
     ends: [u32; 2],
     forward: bool,
     corners: [u32; 2],
 }
 
-/// Counts the topology of a mesh; vertices that no triangle uses do not count.
+/// The topology of a mesh. Vertices without a triangle do not count.
 pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology {
     let mut result = MeshTopology::default();
-    let mut sides = Vec::with_capacity(3 * triangles.len());
+    let mut half_edges = Vec::with_capacity(3 * triangles.len());
     for (t, triangle) in triangles.iter().enumerate() {
         let [a, b, c] = *triangle;
         if a == b || b == c || c == a {
@@ -57,19 +56,19 @@ pub fn mesh_topology(n_vertices: usize, triangles: &[[u32; 3]]) -> MeshTopology 
         for k in 0..3 {
             let (from, to) = (triangle[k], triangle[(k + 1) % 3]);
             let (at_from, at_to) = ((3 * t + k) as u32, (3 * t + (k + 1) % 3) as u32);
-            sides.push(if from < to {
-                Side { ends: [from, to], forward: true, corners: [at_from, at_to] }
+            half_edges.push(if from < to {
+                HalfEdge { ends: [from, to], forward: true, corners: [at_from, at_to] }
             } else {
-                Side { ends: [to, from], forward: false, corners: [at_to, at_from] }
+                HalfEdge { ends: [to, from], forward: false, corners: [at_to, at_from] }
             });
         }
     }
-    sides.sort_unstable();
+    half_edges.sort_unstable();
 
     let mut components = DisjointSets::new(n_vertices);
     let mut fans = DisjointSets::new(3 * triangles.len());
     let mut n_edges = 0;
-    for edge in sides.chunk_by(|a, b| a.ends == b.ends) {
+    for edge in half_edges.chunk_by(|a, b| a.ends == b.ends) {
         n_edges += 1;
         components.join(edge[0].ends[0], edge[0].ends[1]);
         match edge {
@@ -113,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn vertices_that_nothing_uses_do_not_count() {
+    fn vertices_without_triangles_do_not_count() {
         assert_eq!(mesh_topology(9, &TETRAHEDRON), mesh_topology(4, &TETRAHEDRON));
     }
 
@@ -125,14 +124,14 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_triangle_disagrees_with_its_three_neighbours() {
+    fn a_flipped_triangle_has_three_misoriented_edges() {
         let mut triangles = TETRAHEDRON;
         triangles[0].swap(0, 1);
         assert_eq!(mesh_topology(4, &triangles).misoriented_edges, 3);
     }
 
     #[test]
-    fn two_tetrahedra_at_one_vertex_pinch_it() {
+    fn a_vertex_shared_by_two_tetrahedra_is_nonmanifold() {
         let second = TETRAHEDRON.map(|t| t.map(|v| if v == 0 { 0 } else { v + 3 }));
         let triangles = [TETRAHEDRON, second].concat();
         let t = mesh_topology(7, &triangles);
@@ -141,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn two_tetrahedra_along_one_edge_make_it_nonmanifold() {
+    fn an_edge_shared_by_two_tetrahedra_is_nonmanifold() {
         let second = TETRAHEDRON.map(|t| t.map(|v| if v < 2 { v } else { v + 2 }));
         let triangles = [TETRAHEDRON, second].concat();
         assert_eq!(mesh_topology(6, &triangles).nonmanifold_edges, 1);

@@ -1,7 +1,7 @@
-//! One mesh against the isosurface it should be: everything verification measures at one isovalue.
+//! Compares a mesh with the isosurface: all geometric measurements at one isovalue.
 //!
-//! Geometry is measured inside the volume only. Caps lie outside it by definition, and the
-//! triangles that carry them to the border belong to no isosurface of the volume.
+//! Geometry is measured inside the volume only. Caps are outside by definition, and the
+//! triangles that connect them to the border belong to no isosurface of the volume.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,18 +14,18 @@ use crate::mesh::radius_ratio;
 use crate::spectrum::SurfaceMesh;
 use crate::volume::Volume;
 
-/// Farthest that a distance is measured, voxels.
-pub(super) const REACH: f64 = 4.0;
+/// Largest distance that is measured, voxels.
+pub(super) const MAX_DISTANCE: f64 = 4.0;
 
-/// Most points of the isosurface whose distance to the mesh is measured at one isovalue, and most triangles that a glance takes.
-const MOST_POINTS: usize = 20_000;
+/// Most points of the isosurface whose distance to the mesh is measured at one isovalue, and most triangles of a spot check.
+const MAX_POINTS: usize = 20_000;
 
-/// Distances and shapes of one mesh, or of all meshes pooled.
+/// Distances and shapes of one mesh, or of several.
 #[derive(Clone, Debug)]
 pub(super) struct Geometry {
     /// From used vertices to the isosurface, along lines (see [`distance_near`]), voxels.
     pub vertex_deviation: Distribution,
-    /// From barycentres to the isosurface, likewise, voxels.
+    /// From barycentres to the isosurface, along lines, voxels.
     pub barycentre_deviation: Distribution,
     /// From points of the isosurface on lattice edges to the mesh, voxels.
     pub surface_deviation: Distribution,
@@ -36,18 +36,18 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// Nothing measured yet.
+    /// Without measurements.
     pub(super) fn new() -> Self {
         Geometry {
-            vertex_deviation: Distribution::new(REACH),
-            barycentre_deviation: Distribution::new(REACH),
-            surface_deviation: Distribution::new(REACH),
+            vertex_deviation: Distribution::new(MAX_DISTANCE),
+            barycentre_deviation: Distribution::new(MAX_DISTANCE),
+            surface_deviation: Distribution::new(MAX_DISTANCE),
             radius_ratio: Distribution::new(1.0),
             inverted: 0,
         }
     }
 
-    /// Pools the measurements of another isovalue into these.
+    /// Adds the measurements of another isovalue.
     pub(super) fn merge(&mut self, other: &Geometry) {
         self.vertex_deviation.merge(&other.vertex_deviation);
         self.barycentre_deviation.merge(&other.barycentre_deviation);
@@ -64,7 +64,7 @@ pub(super) fn is_placed(volume: &Volume, mesh: &SurfaceMesh) -> bool {
     mesh.positions.iter().all(|p| {
         (0..3).all(|a| {
             let x = f64::from(p[a]) / size[a];
-            // The layer is one cell thick; a hair more is rounding of f32.
+            // The layer is one cell thick; the margin is for rounding of f32.
             x >= -1.001 && x <= volume.dims()[a] as f64 + 0.001
         })
     })
@@ -80,46 +80,47 @@ pub(super) fn measure(
     let mut geometry = of_triangles(volume, isovalue, mesh, 1);
     add_vertices(&mut geometry.vertex_deviation, volume, isovalue, mesh);
     let points = lattice_crossings(volume, isovalue);
-    let distances: Vec<f64> = points.par_iter().map(|&p| grid.distance(p, REACH)).collect();
+    let distances: Vec<f64> = points.par_iter().map(|&p| grid.distance(p, MAX_DISTANCE)).collect();
     distances.into_iter().for_each(|d| geometry.surface_deviation.add(d));
     geometry
 }
 
-/// Measures some triangles of a mesh that [`is_placed`], evenly spread over it.
-pub(super) fn glance(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -> Geometry {
-    let every = mesh.triangles.len().div_ceil(MOST_POINTS).max(1);
+/// Measures a subset of the triangles of a mesh that [`is_placed`], evenly distributed.
+pub(super) fn spot_check(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -> Geometry {
+    let every = mesh.triangles.len().div_ceil(MAX_POINTS).max(1);
     of_triangles(volume, isovalue, mesh, every)
 }
 
-/// Measures one of so many triangles of a mesh, and neither its vertices nor what it lacks.
+/// Measures one in `every` triangles of a mesh, without its vertices and the coverage of the isosurface.
 fn of_triangles(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh, every: usize) -> Geometry {
     let mut geometry = Geometry::new();
-    let mut judged = Vec::with_capacity(mesh.triangles.len() / every);
+    let mut measured = Vec::with_capacity(mesh.triangles.len() / every);
     let proper = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
     for (triangle, _) in proper.step_by(every) {
         let corners = triangle.map(|v| mesh.positions[v as usize].map(f64::from));
         if corners.iter().all(|&p| is_inside(volume, p)) {
             geometry.radius_ratio.add(radius_ratio(corners.map(DVec3::from)));
-            judged.push(corners);
+            measured.push(corners);
         }
     }
-    geometry.inverted =
-        judged.par_iter().filter(|&&c| is_inverted(volume, barycentre(c), area_vector(c))).count()
-            as u64;
-    let distances = judged.par_iter().map(|&c| barycentre_distance(volume, isovalue, c));
+    geometry.inverted = measured
+        .par_iter()
+        .filter(|&&c| is_inverted(volume, barycentre(c), area_vector(c)))
+        .count() as u64;
+    let distances = measured.par_iter().map(|&c| barycentre_distance(volume, isovalue, c));
     add_all(&mut geometry.barycentre_deviation, distances.collect());
     geometry
 }
 
-/// The distance from a triangle's barycentre to the isosurface: by [`distance`], or to what is found from a corner, if
-/// that is nearer. In a flat field lines and descent from the barycentre of a triangle whose corners are on the
-/// isosurface may lead to another sheet, voxels off.
+/// The distance from a triangle's barycentre to the isosurface: by [`distance`], or to a point found from a corner, if
+/// that is nearer. In a flat field, lines and descent from the barycentre of a triangle whose corners are on the
+/// isosurface may lead to another sheet, voxels away.
 fn barycentre_distance(volume: &Volume, isovalue: f64, corners: [Point; 3]) -> Hit {
     let (point, normal) = (barycentre(corners), area_vector(corners));
     let found = distance(volume, isovalue, (point, normal));
     let mut nearest = match found {
         Hit::At(t) => t,
-        Hit::Nothing => REACH,
+        Hit::Nothing => MAX_DISTANCE,
         Hit::Border => return found,
     };
     for corner in corners {
@@ -130,11 +131,11 @@ fn barycentre_distance(volume: &Volume, isovalue: f64, corners: [Point; 3]) -> H
             nearest = nearest.min(apart + t);
         }
     }
-    if nearest < REACH { Hit::At(nearest) } else { found }
+    if nearest < MAX_DISTANCE { Hit::At(nearest) } else { found }
 }
 
-/// Adds the distances of the vertices of a mesh that its triangles use, caps left out, and that are inside the volume:
-/// what only caps use lies on the border, wherever the isosurface is.
+/// Adds the distances of the vertices of a mesh that are inside the volume and have a triangle that is not a cap:
+/// vertices of caps alone are on the border, wherever the isosurface is.
 fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) {
     let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
     let mut normals = vec![[0.0; 3]; positions.len()];
@@ -154,21 +155,21 @@ fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &
     add_all(into, distances.collect());
 }
 
-/// The distance of a point with its normal, of any length.
+/// The distance of a point with a normal of any length to the isosurface.
 fn distance(volume: &Volume, isovalue: f64, (point, normal): (Point, Point)) -> Hit {
     let n = length(normal);
-    // A triangle of no area has no normal; its shape is told by its radius ratio.
+    // A triangle without area has no normal; the radius ratio measures its shape.
     let normal = (n >= 1e-12).then(|| normal.map(|x| x / n));
-    distance_near(volume, isovalue, point, normal, REACH)
+    distance_near(volume, isovalue, point, normal, MAX_DISTANCE)
 }
 
-/// Adds distances. Lines that leave the volume first say nothing; where none meets an isosurface within reach that
-/// counts as [`REACH`].
+/// Adds distances. Lines that leave the volume first do not count; points without an isosurface within reach
+/// count as [`MAX_DISTANCE`].
 fn add_all(into: &mut Distribution, distances: Vec<Hit>) {
     for hit in distances {
         match hit {
             Hit::At(t) => into.add(t),
-            Hit::Nothing => into.add(REACH),
+            Hit::Nothing => into.add(MAX_DISTANCE),
             Hit::Border => {}
         }
     }
@@ -179,7 +180,7 @@ fn is_inside(volume: &Volume, p: Point) -> bool {
     (0..3).all(|a| p[a] >= -1e-6 && p[a] <= (volume.dims()[a] - 1) as f64 * size[a] + 1e-6)
 }
 
-/// Whether the field rises along a triangle's normal, from one side of it to the other.
+/// Whether the field increases along a triangle's normal.
 fn is_inverted(volume: &Volume, point: Point, normal: Point) -> bool {
     const STEP: f64 = 0.05;
     let n = length(normal);
@@ -190,8 +191,8 @@ fn is_inverted(volume: &Volume, point: Point, normal: Point) -> bool {
         && volume.value_at(out) > volume.value_at(back)
 }
 
-/// Points where the isosurface crosses lattice edges, voxel frame; where there are more than
-/// [`MOST_POINTS`], every so many.
+/// Points where the isosurface crosses lattice edges, voxel frame; a regular subset if there are more than
+/// [`MAX_POINTS`].
 pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
     let [nx, ny, nz] = volume.dims();
     let size = volume.voxel_size();
@@ -218,7 +219,7 @@ pub(super) fn lattice_crossings(volume: &Volume, isovalue: f64) -> Vec<Point> {
         points
     };
     let points: Vec<Point> = (0..nz).into_par_iter().flat_map_iter(in_slice).collect();
-    let stride = points.len().div_ceil(MOST_POINTS).max(1);
+    let stride = points.len().div_ceil(MAX_POINTS).max(1);
     points.into_iter().step_by(stride).collect()
 }
 
@@ -231,7 +232,7 @@ mod tests {
 
     #[test]
     fn vertices_of_caps_alone_are_not_measured() {
-        // A plane; everything on one side of it is closed at the border, up to 2.5 voxels from it.
+        // A plane. The surface is closed at the border, up to 2.5 voxels from the plane.
         let samples = (0..125u8).map(|i| 4 - i % 5).collect();
         let volume = Volume::new("v", [5; 3], Samples::U8(samples), Placement::default());
         let volume = volume.expect("a valid volume");
@@ -244,15 +245,15 @@ mod tests {
             triangles: exact.faces,
             caps: exact.caps,
         };
-        let mut deviation = Distribution::new(REACH);
+        let mut deviation = Distribution::new(MAX_DISTANCE);
         add_vertices(&mut deviation, &volume, isovalue, &mesh);
         // Rounding of positions.
         assert!(deviation.summary().max.is_some_and(|largest| largest < 1e-5));
     }
 
     #[test]
-    fn a_barycentre_is_no_farther_than_what_its_corners_lie_on() {
-        // Three bumps in a field that is flat between them: no line from there meets any.
+    fn the_distance_of_a_barycentre_is_at_most_that_via_a_corner() {
+        // Three bumps in a field that is flat between them: no line from the barycentre meets any.
         let bumps = [[3, 5, 5], [7, 5, 5], [5, 8, 5]];
         let at = |i: usize| [i % 11, i / 11 % 11, i / 121];
         let samples = (0..1331).map(|i| u8::from(bumps.contains(&at(i)))).collect();

@@ -1,35 +1,36 @@
-//! What is promised of a spectrum, and whether one keeps it.
+//! The promises that a spectrum must keep.
 //!
-//! Topology is promised at every isovalue. Geometry is promised as percentiles over all meshes at the random
-//! isovalues together, for two reasons: a mesh that follows the isosurface is within the tolerance, but
-//! where the exact extraction shows, its triangles are flat inside a cell, however curved the isosurface is there; and
-//! beside events a mesh is operated on. How far a flat triangle is off depends on the field alone, so the limits
-//! of the last hundredth do not shrink with the tolerance.
+//! Topology is promised at every isovalue. Geometry is promised as percentiles over the meshes at all random
+//! isovalues, for two reasons: tracked meshes are within the tolerance, but
+//! triangles of the exact extraction are flat inside a cell, however curved the isosurface is there; and
+//! near events the mesh is rebuilt. The deviation of a flat triangle depends on the field alone, so the limits
+//! of the 99th percentiles have a lower bound that is independent of the tolerance.
 //!
-//! Not promised: a least radius ratio (the triangles of an exact extraction may be slivers), and that nothing
-//! jumps at events.
+//! Not promised: a least radius ratio (triangles of the exact extraction may be slivers), and that the mesh does not
+//! jump at events.
 
 use serde::Serialize;
 
-use super::{Summary, Totals};
+use super::distribution::Summary;
+use super::findings::Totals;
 
-/// Most triangles that cross others, as a share.
-const CROSSING: f64 = 0.002;
+/// Largest share of self-intersecting triangles.
+const MAX_CROSSING_SHARE: f64 = 0.002;
 
-/// Most triangles that face the wrong side, as a share.
-const INVERTED: f64 = 0.05;
+/// Largest share of inverted triangles.
+const MAX_INVERTED_SHARE: f64 = 0.05;
 
-/// How far all but one in a hundred points may be off where the tolerance is small, voxels: barycentres from the
-/// isosurface; the isosurface from the mesh; what the mesh jumps beyond the isosurface.
-const FLAT: f64 = 1.0;
-const UNCOVERED: f64 = 0.5;
-const JUMP: f64 = 0.5;
+/// Least limits of 99th percentiles, for small tolerances, voxels: distance of barycentres from the
+/// isosurface; of the isosurface from the mesh; jumps of the mesh beyond those of the isosurface.
+const MIN_BARYCENTRE_LIMIT: f64 = 1.0;
+const MIN_SURFACE_LIMIT: f64 = 0.5;
+const MIN_JUMP_LIMIT: f64 = 0.5;
 
-/// The same in tolerances, which may grow so much where a mesh is crowded.
-const CROWDED: f64 = 2.5;
+/// Limits of 99th percentiles in tolerances: the sweep relaxes the tolerance by up to this factor where a mesh is crowded.
+const MAX_DEVIATION_FACTOR: f64 = 2.5;
 
-/// What a spectrum must keep to pass; what is `None` is as promised. That every mesh is a closed oriented
-/// manifold with finite positions inside the volume is no matter of degree, so it has no limit here.
+/// The limits of a verification; `None` stands for the promised ones. That every mesh is a closed oriented
+/// manifold with finite positions inside the volume is always required.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Limits {
     /// Most isovalues with a wrong number of components or Euler characteristic.
@@ -44,25 +45,25 @@ pub struct Limits {
     pub jump: Option<f64>,
 }
 
-/// One promise, and what was found.
+/// One promise and its measurement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Promise {
-    /// What is measured, and how it must be.
+    /// What is measured.
     pub what: &'static str,
-    /// What was found; `None` where there was nothing to measure.
+    /// The measurement; `None` if there was nothing to measure.
     pub found: Option<f64>,
-    /// The most that it may be, or the least.
+    /// The largest value that keeps the promise, or the least.
     pub limit: f64,
     /// `voxel`, `%`, or empty for counts and ratios.
     pub unit: &'static str,
-    /// Whether it is kept.
-    pub kept: bool,
+    /// Whether it is kept; `None` if there was nothing to measure.
+    pub kept: Option<bool>,
 }
 
 impl Promise {
     fn at_most(what: &'static str, found: Option<f64>, limit: f64, unit: &'static str) -> Self {
-        Promise { what, found, limit, unit, kept: found.is_none_or(|found| found <= limit) }
+        Promise { what, found, limit, unit, kept: found.map(|found| found <= limit) }
     }
 
     fn voxels(what: &'static str, found: Option<f64>, limit: f64) -> Self {
@@ -78,15 +79,15 @@ impl Promise {
     }
 }
 
-/// Everything that is promised, in the order of the README, and what else a limit was given for.
-pub(super) fn judged(
+/// All promises, in the order of the README, and the radius ratio if it has a limit.
+pub(super) fn promises(
     totals: &Totals,
     beyond: &Summary,
     limits: &Limits,
     tolerance: f64,
 ) -> Vec<Promise> {
     let n = totals.isovalues;
-    let last = |least: f64| least.max(CROWDED * tolerance);
+    let limit = |min: f64| min.max(MAX_DEVIATION_FACTOR * tolerance);
     let [vertices, barycentres, isosurface] =
         [&totals.vertex_deviation, &totals.barycentre_deviation, &totals.surface_deviation];
     let mut all = vec![
@@ -104,34 +105,47 @@ pub(super) fn judged(
         Promise::share(
             "triangles that cross others",
             totals.self_intersecting_share,
-            limits.self_intersecting.unwrap_or(CROSSING),
+            limits.self_intersecting.unwrap_or(MAX_CROSSING_SHARE),
         ),
-        Promise::share("triangles that face the wrong side", totals.inverted_share, INVERTED),
-        Promise::voxels("vertices from isosurface, 99 % within", vertices.p99, CROWDED * tolerance),
+        Promise::share(
+            "triangles that face the wrong side",
+            totals.inverted_share,
+            MAX_INVERTED_SHARE,
+        ),
+        Promise::voxels(
+            "vertices from isosurface, 99 % within",
+            vertices.p99,
+            MAX_DEVIATION_FACTOR * tolerance,
+        ),
         Promise::voxels("barycentres from isosurface, 50 % within", barycentres.p50, tolerance),
         Promise::voxels(
             "barycentres from isosurface, 99 % within",
             barycentres.p99,
-            limits.deviation.unwrap_or(last(FLAT)),
+            limits.deviation.unwrap_or(limit(MIN_BARYCENTRE_LIMIT)),
         ),
         Promise::voxels("isosurface from mesh, 75 % within", isosurface.p75, tolerance),
-        Promise::voxels("isosurface from mesh, 99 % within", isosurface.p99, last(UNCOVERED)),
+        Promise::voxels(
+            "isosurface from mesh, 99 % within",
+            isosurface.p99,
+            limit(MIN_SURFACE_LIMIT),
+        ),
         Promise::voxels(
             "jumps away from events, 99 % within",
             beyond.p99,
-            limits.jump.unwrap_or(last(JUMP)),
+            limits.jump.unwrap_or(limit(MIN_JUMP_LIMIT)),
         ),
     ];
-    if let (Some(found), Some(limit)) = (totals.radius_ratio.mean, limits.radius_ratio) {
-        let what = "mean radius ratio, at least";
-        all.push(Promise { what, found: Some(found), limit, unit: "", kept: found >= limit });
+    if let Some(limit) = limits.radius_ratio {
+        let (what, found) = ("mean radius ratio, at least", totals.radius_ratio.mean);
+        let kept = found.map(|found| found >= limit);
+        all.push(Promise { what, found, limit, unit: "", kept });
     }
     all
 }
 
-/// What is not kept, one sentence each.
+/// One sentence for each promise that is not kept.
 pub(super) fn failures(promises: &[Promise]) -> Vec<String> {
-    let broken = promises.iter().filter(|promise| !promise.kept);
+    let broken = promises.iter().filter(|promise| promise.kept == Some(false));
     broken
         .map(|p| {
             let found = p.found.map_or_else(|| "nothing".to_owned(), |x| format!("{x:.4}"));

@@ -2,18 +2,18 @@
 //!
 //! # Theory
 //!
-//! Along a line the trilinear field is a cubic in each cell. Four values fix the cubic; between the
-//! roots of its derivative it is monotone, so the first crossing of the isovalue is found without
-//! missing one and without a step size. This is written apart from the kernels of the sweep and in
-//! f64, because it judges them.
+//! Along a line the trilinear field is a cubic in each cell. Four values determine the cubic; between the
+//! roots of its derivative it is monotone, so the first crossing of the isovalue is found
+//! without a step size. This code is independent of the kernels of the sweep and in
+//! f64, because it verifies them.
 
 use crate::volume::Volume;
 
-/// How near to the isosurface, in voxels, a point is on it: single precision's rounding of coordinates up to a
+/// Points within this distance of the isosurface, voxels, are on it: the rounding of single precision for coordinates up to a
 /// thousand voxels.
-const ON_IT: f64 = 1e-4;
+const ON_SURFACE: f64 = 1e-4;
 
-/// What lies along a line.
+/// The result of following a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Hit {
     /// The isosurface, at this distance.
@@ -27,9 +27,9 @@ pub(super) enum Hit {
 /// The distance from `point` to the isosurface of `isovalue` along `direction`, on the nearer side.
 ///
 /// `point` (inside the volume), the unit vector `direction`, and `reach` are in the voxel frame.
-/// Where neither side has a crossing: [`Hit::Border`] if a side ended at the border of the volume. A point that
-/// is within [`ON_IT`] of the isosurface, as its cell's slope tells, need not meet it along the line: at the border the
-/// rounding of a position may leave the crossing outside the volume.
+/// If neither side has a crossing, the result is [`Hit::Border`] if a side ended at the border of the volume. A point
+/// within [`ON_SURFACE`] of the isosurface, to first order, need not have a crossing on the line: at the border the
+/// rounding of a position may put the crossing outside the volume.
 pub(super) fn distance_along(
     volume: &Volume,
     isovalue: f64,
@@ -37,13 +37,13 @@ pub(super) fn distance_along(
     direction: [f64; 3],
     reach: f64,
 ) -> Hit {
-    if let Some(distance) = distance_by_slope(volume, isovalue, point)
-        && distance < ON_IT
+    if let Some(distance) = first_order_distance(volume, isovalue, point)
+        && distance < ON_SURFACE
     {
         return Hit::At(distance);
     }
     let ahead = first_crossing(volume, isovalue, point, direction, reach);
-    // The other side is of interest only as far as the first hit.
+    // The other side matters only up to the first hit.
     let reach_back = if let Hit::At(t) = ahead { t } else { reach };
     let back = first_crossing(volume, isovalue, point, direction.map(|d| -d), reach_back);
     match (ahead, back) {
@@ -54,13 +54,13 @@ pub(super) fn distance_along(
     }
 }
 
-/// The distance from `point` to the isosurface along `normal`, along the field's slope, along what of that stays
-/// in the faces of the volume on which the point lies, or to where descent leads, whichever is shortest; see
+/// The shortest of the distances from `point` to the isosurface along `normal`, along the field's gradient, along the gradient projected
+/// onto the faces of the volume on which the point is, and to the point found by descent; see
 /// [`distance_along`].
 ///
-/// Every point of the isosurface tells a distance that is not too small. One line is not enough: near the border, and
-/// where triangles are slivers, the normal of a point next to the isosurface may lead past it, out of the volume on one
-/// side and to another sheet on the other.
+/// The distance to any point of the isosurface is an upper bound. One line is not enough: near the border, and
+/// for slivers, the normal of a point next to the isosurface may miss it, leaving the volume on one
+/// side and meeting another sheet on the other.
 pub(super) fn distance_near(
     volume: &Volume,
     isovalue: f64,
@@ -70,12 +70,12 @@ pub(super) fn distance_near(
 ) -> Hit {
     let found = descent(volume, isovalue, point).filter(|&t| t < reach);
     if let Some(t) = found
-        && t < ON_IT
+        && t < ON_SURFACE
     {
         return Hit::At(t);
     }
-    let slope = slope_at(volume, point);
-    let lines = [normal, slope, slope.map(|slope| along_border(volume, point, slope))];
+    let gradient = gradient_at(volume, point);
+    let lines = [normal, gradient, gradient.map(|g| along_border(volume, point, g))];
     let mut best = found.map_or(Hit::Border, Hit::At);
     for line in lines.into_iter().flatten() {
         let norm = line[0].hypot(line[1]).hypot(line[2]);
@@ -94,42 +94,43 @@ pub(super) fn distance_near(
     best
 }
 
-/// How far from `point` descent along the slope comes upon the isosurface without leaving the volume (Newton's method,
-/// projected onto the box of the volume); `None` where it does not come to it.
+/// The distance from `point` to the point of the isosurface that descent along the gradient finds without leaving the volume (Newton's method,
+/// projected onto the box of the volume); `None` if it does not converge.
 fn descent(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
-    const STEPS: usize = 32;
-    // Voxels, so that a flat place does not throw it across the volume.
-    const LONGEST: f64 = 0.5;
-    const ARRIVED: f64 = 1e-6;
+    const MAX_STEPS: usize = 32;
+    // Voxels; limits steps where the field is flat.
+    const MAX_STEP: f64 = 0.5;
+    // Voxels.
+    const CONVERGED: f64 = 1e-6;
     let size = volume.voxel_size();
     let ends: [f64; 3] = std::array::from_fn(|a| (volume.dims()[a] - 1) as f64 * size[a]);
     let mut at: [f64; 3] = std::array::from_fn(|a| point[a].clamp(0.0, ends[a]));
-    for _ in 0..STEPS {
+    for _ in 0..MAX_STEPS {
         let index: [f64; 3] = std::array::from_fn(|a| at[a] / size[a]);
-        let (value, slope) = Cell::containing(volume, index)?.value_and_slope(index, size);
-        let away = value - isovalue;
-        // Downhill or uphill; what would lead out of the volume stays at its border.
-        let way: [f64; 3] = std::array::from_fn(|a| {
-            let step = -away * slope[a];
+        let (value, gradient) = Cell::containing(volume, index)?.value_and_gradient(index, size);
+        let difference = value - isovalue;
+        // Components that would lead out of the volume are zero.
+        let direction: [f64; 3] = std::array::from_fn(|a| {
+            let step = -difference * gradient[a];
             let leaves = (at[a] <= 0.0 && step < 0.0) || (at[a] >= ends[a] && step > 0.0);
-            if leaves { 0.0 } else { slope[a] }
+            if leaves { 0.0 } else { gradient[a] }
         });
-        let squared: f64 = way.iter().map(|x| x * x).sum();
-        let length = away.abs() / squared.sqrt();
-        if length < ARRIVED {
+        let squared: f64 = direction.iter().map(|x| x * x).sum();
+        let length = difference.abs() / squared.sqrt();
+        if length < CONVERGED {
             let off: [f64; 3] = std::array::from_fn(|a| at[a] - point[a]);
             return Some(off[0].hypot(off[1]).hypot(off[2]) + length);
         }
         if !length.is_finite() {
             return None;
         }
-        let step = -away / squared * (LONGEST / length).min(1.0);
-        at = std::array::from_fn(|a| (at[a] + step * way[a]).clamp(0.0, ends[a]));
+        let step = -difference / squared * (MAX_STEP / length).min(1.0);
+        at = std::array::from_fn(|a| (at[a] + step * direction[a]).clamp(0.0, ends[a]));
     }
     None
 }
 
-/// A direction without its components across the faces of the volume on which a point lies.
+/// A direction without the components normal to the faces of the volume on which a point is.
 fn along_border(volume: &Volume, point: [f64; 3], direction: [f64; 3]) -> [f64; 3] {
     const NEAR: f64 = 1e-3;
     let size = volume.voxel_size();
@@ -141,19 +142,19 @@ fn along_border(volume: &Volume, point: [f64; 3], direction: [f64; 3]) -> [f64; 
 }
 
 /// The gradient of the field in the cell of a point, voxel frame.
-fn slope_at(volume: &Volume, point: [f64; 3]) -> Option<[f64; 3]> {
+fn gradient_at(volume: &Volume, point: [f64; 3]) -> Option<[f64; 3]> {
     let size = volume.voxel_size();
     let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
-    Some(Cell::containing(volume, p)?.value_and_slope(p, size).1)
+    Some(Cell::containing(volume, p)?.value_and_gradient(p, size).1)
 }
 
-/// How far a point is from the isosurface, voxel frame, to first order.
-fn distance_by_slope(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
+/// The distance of a point from the isosurface to first order, voxel frame.
+fn first_order_distance(volume: &Volume, isovalue: f64, point: [f64; 3]) -> Option<f64> {
     let size = volume.voxel_size();
     let p: [f64; 3] = std::array::from_fn(|a| point[a] / size[a]);
-    let (value, slope) = Cell::containing(volume, p)?.value_and_slope(p, size);
-    let steepness = slope[0].hypot(slope[1]).hypot(slope[2]);
-    (steepness > 0.0).then(|| (value - isovalue).abs() / steepness)
+    let (value, gradient) = Cell::containing(volume, p)?.value_and_gradient(p, size);
+    let norm = gradient[0].hypot(gradient[1]).hypot(gradient[2]);
+    (norm > 0.0).then(|| (value - isovalue).abs() / norm)
 }
 
 fn first_crossing(
@@ -186,10 +187,10 @@ fn first_crossing(
     Hit::Nothing
 }
 
-/// Parameter of the next cell face after `t`, index frame. Never less than a hair beyond `t`, so
-/// that a walk always ends.
+/// Parameter of the next cell face after `t`, index frame. At least `MARGIN` beyond `t`, so
+/// that the iteration always ends.
 fn next_face(start: [f64; 3], step: [f64; 3], t: f64) -> f64 {
-    const HAIR: f64 = 1e-9;
+    const MARGIN: f64 = 1e-9;
     let mut next = f64::INFINITY;
     for a in 0..3 {
         if step[a] == 0.0 {
@@ -198,12 +199,12 @@ fn next_face(start: [f64; 3], step: [f64; 3], t: f64) -> f64 {
         let x = start[a] + t * step[a];
         let face = if step[a] > 0.0 { x.floor() + 1.0 } else { x.ceil() - 1.0 };
         let mut candidate = (face - start[a]) / step[a];
-        if candidate <= t + HAIR {
+        if candidate <= t + MARGIN {
             candidate += 1.0 / step[a].abs();
         }
         next = next.min(candidate);
     }
-    next.max(t + HAIR)
+    next.max(t + MARGIN)
 }
 
 /// The samples at the corners of one cell.
@@ -219,7 +220,7 @@ impl Cell {
         let mut index = [0; 3];
         for a in 0..3 {
             let last = (dims[a] - 1) as f64;
-            // Positions are f32: a hair outside is on the border.
+            // Positions are f32: a point slightly outside is on the border.
             if !(p[a] >= -1e-5 && p[a] <= last + 1e-5) {
                 return None;
             }
@@ -241,9 +242,9 @@ impl Cell {
     }
 
     /// The value at a point of the index frame, and the gradient there in the voxel frame, where a cell is `size`.
-    fn value_and_slope(&self, p: [f64; 3], size: [f64; 3]) -> (f64, [f64; 3]) {
+    fn value_and_gradient(&self, p: [f64; 3], size: [f64; 3]) -> (f64, [f64; 3]) {
         let value = self.value(p);
-        // Along an axis the field is linear, so a step of a cell's length tells the slope.
+        // Along an axis the field is linear, so a difference over one cell is the derivative.
         let along = |a: usize| {
             let mut q = p;
             q[a] += 1.0;
@@ -275,7 +276,7 @@ impl Cubic {
         self.a[0] + s * (self.a[1] + s * (self.a[2] + s * self.a[3]))
     }
 
-    /// The first s in [0, 1] from which the cubic is no longer on the side `inside` says.
+    /// The first s in [0, 1] from which on the sign of the cubic differs from `inside`.
     fn first_change(&self, inside: bool) -> Option<f64> {
         let changed = |s: f64| (self.value(s) > 0.0) != inside;
         let mut from = 0.0;
@@ -307,7 +308,7 @@ impl Cubic {
         if discriminant < 0.0 {
             return [f64::INFINITY; 2];
         }
-        // The sum of equal signs loses no digits.
+        // Both terms have the same sign, so no digits cancel.
         let q = -(b + discriminant.sqrt().copysign(b));
         let (x, y) = (q / a, c / q);
         let finite = |r: f64| if r.is_finite() { r } else { f64::INFINITY };
@@ -347,8 +348,8 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_just_beyond_the_border_is_followed_along_it() {
-        // The isosurface is a plane that leaves the volume at x = 0.5, just below the point; straight up nothing is met.
+    fn an_isosurface_that_leaves_the_volume_below_a_point_is_found_along_the_border() {
+        // The isosurface is a plane that leaves the volume at x = 0.5, just below the point; there is none above.
         let v = volume([1.0; 3], |x, _, z| z + 0.05 - 0.1 * x);
         let point = [0.3, 2.0, 0.01];
         let up = [0.0, 0.0, 1.0];
@@ -356,9 +357,9 @@ mod tests {
         let Hit::At(t) = distance_near(&v, 0.0, point, Some(up), 4.0) else {
             panic!("no distance")
         };
-        // Descent goes down first, by a little along the plane's normal.
+        // Descent first follows the plane's normal down to the border.
         assert!((t - 0.2f64.hypot(0.01)).abs() < 1e-3, "{t}");
-        // Where no isosurface is in the volume there is no distance either.
+        // Without an isosurface in the volume there is no distance.
         assert_eq!(distance_near(&v, 99.0, point, Some(up), 4.0), Hit::Border);
     }
 
@@ -393,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn reach_and_border_are_told_apart() {
+    fn a_line_ends_within_reach_or_at_the_border() {
         let v = volume([1.0; 3], |x, _, _| x);
         let along = |x: f64| distance_along(&v, 3.9, [x, 2.0, 2.0], [1.0, 0.0, 0.0], 1.0);
         assert_eq!(along(2.0), Hit::Nothing);

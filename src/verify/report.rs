@@ -1,106 +1,15 @@
-//! What a verification found, and whether that is what is promised.
+//! The report of a verification.
 
 use serde::Serialize;
 
+use super::findings::{Continuity, Row, Totals};
+use super::isovalues::Sampling;
 use super::measure::Geometry;
-use super::promise::{failures, judged};
-use super::{Coherence, Jump, Limits, MeshTopology, Promise, Sampling, Summary};
+use super::promise::{Limits, Promise, failures, promises};
 use crate::spectrum::Spectrum;
 use crate::sweep::Counts;
 
-/// What was found at one isovalue.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Row {
-    /// The isovalue.
-    pub isovalue: f64,
-    /// Whether it lies just before or after an event, or a birth or death of triangles.
-    pub at_event: bool,
-    /// Triangles of the mesh.
-    pub n_triangles: usize,
-    /// Components of the isosurface, counted from the samples.
-    pub expected_components: usize,
-    /// Euler characteristic of the isosurface, counted from the samples.
-    pub expected_euler: i64,
-    /// Topology of the mesh.
-    pub topology: MeshTopology,
-    /// Whether all positions are finite and inside the volume with its layer.
-    pub finite: bool,
-    /// Triangles that cross others.
-    pub self_intersecting: usize,
-    /// From barycentres to the isosurface, voxels.
-    pub barycentre_deviation: Summary,
-    /// 2r/R of the triangles.
-    pub radius_ratio: Summary,
-}
-
-impl Row {
-    /// Whether components and Euler characteristic are those of the isosurface.
-    pub fn topology_right(&self) -> bool {
-        self.topology.components == self.expected_components
-            && self.topology.euler == self.expected_euler
-    }
-}
-
-/// How continuous the mesh is in the isovalue.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Continuity {
-    /// Jumps across some events.
-    pub at_events: Vec<Jump>,
-    /// What the mesh jumps beyond the isosurface at these, over all points of all of them.
-    pub beyond_at_events: Summary,
-    /// Jumps across the isovalues, away from events, at which most triangles are born or die.
-    pub elsewhere: Vec<Jump>,
-    /// What the mesh jumps beyond the isosurface at these.
-    pub beyond_elsewhere: Summary,
-    /// Triangles that live on past events.
-    pub coherence: Coherence,
-    /// Share of vertices that live on over a 256th of the range.
-    pub tracked_share: Option<f64>,
-}
-
-/// Sums over all isovalues; geometry over the random ones.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Totals {
-    /// Isovalues looked at.
-    pub isovalues: usize,
-    /// Of these, with the right components and Euler characteristic.
-    pub topology_right: usize,
-    /// Isovalues whose mesh is a closed oriented manifold.
-    pub manifold: usize,
-    /// Isovalues whose positions are all finite and inside.
-    pub finite: usize,
-    /// Mean number of triangles.
-    pub n_triangles: f64,
-    /// Share of all triangles that cross others.
-    pub self_intersecting_share: f64,
-    /// Share of triangles whose normal points to higher values.
-    pub inverted_share: f64,
-    /// From vertices to the isosurface, voxels.
-    pub vertex_deviation: Summary,
-    /// From barycentres to the isosurface, voxels.
-    pub barycentre_deviation: Summary,
-    /// From the isosurface to the mesh, voxels.
-    pub surface_deviation: Summary,
-    /// 2r/R of the triangles.
-    pub radius_ratio: Summary,
-    /// Largest jump across an event, voxels.
-    pub largest_jump: Option<f64>,
-    /// Largest of the 99th percentiles of the jumps across events, voxels.
-    pub largest_jump_p99: Option<f64>,
-    /// Largest jump where triangles are born or die away from events, voxels.
-    pub largest_jump_elsewhere: Option<f64>,
-    /// Largest of the 99th percentiles of these, voxels.
-    pub largest_jump_elsewhere_p99: Option<f64>,
-    /// Of the triangles alive just before an event, the share alive just after.
-    pub survived_share: Option<f64>,
-    /// Share of vertices that live on over a 256th of the range.
-    pub tracked_share: Option<f64>,
-}
-
-/// The result of a verification; [`verify`](crate::verify()) makes it.
+/// The result of [`verify`](crate::verify()).
 ///
 /// ```
 /// # fn of(report: &isospectrum::Report) {
@@ -113,11 +22,11 @@ pub struct Totals {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Report {
-    /// Whether every promise is kept.
+    /// Whether no promise is broken.
     pub passed: bool,
-    /// One sentence for each that is not.
+    /// One sentence for each broken promise.
     pub failures: Vec<String>,
-    /// What is promised, and what was found.
+    /// All promises with their measurements.
     pub promises: Vec<Promise>,
     /// The volume's name.
     pub volume: String,
@@ -125,15 +34,15 @@ pub struct Report {
     pub tolerance: f64,
     /// Seed of the random choice.
     pub seed: u64,
-    /// The limits that were given in place of those promised.
+    /// The limits that replace the promised ones.
     pub limits: Limits,
-    /// The sums.
+    /// Totals over all isovalues.
     pub totals: Totals,
-    /// How often the sweep met trouble, and what it did then, as the spectrum tells.
+    /// Counts of the sweep's steps, failures and repairs, from the spectrum's parameters.
     pub counts: Option<Counts>,
-    /// Jumps, and what lives on.
+    /// Jumps and coherence.
     pub continuity: Continuity,
-    /// Each isovalue.
+    /// Measurements at each isovalue.
     pub rows: Vec<Row>,
 }
 
@@ -146,8 +55,9 @@ impl Report {
         pooled: &Geometry,
         continuity: Continuity,
     ) -> Self {
-        let totals = sum(&rows, pooled, &continuity);
-        let promises = judged(&totals, &continuity.beyond_elsewhere, &limits, spectrum.tolerance());
+        let totals = Totals::of(&rows, pooled, &continuity);
+        let promises =
+            promises(&totals, &continuity.beyond_elsewhere, &limits, spectrum.tolerance());
         let failures = failures(&promises);
         Report {
             passed: failures.is_empty(),
@@ -162,33 +72,5 @@ impl Report {
             continuity,
             rows,
         }
-    }
-}
-
-fn sum(rows: &[Row], pooled: &Geometry, continuity: &Continuity) -> Totals {
-    let largest = |jumps: &[Jump], of: fn(&Jump) -> f64| jumps.iter().map(of).reduce(f64::max);
-    let Continuity { at_events, elsewhere, .. } = continuity;
-    let n_where = |holds: fn(&Row) -> bool| rows.iter().filter(|row| holds(row)).count();
-    let n_triangles: usize = rows.iter().map(|row| row.n_triangles).sum();
-    let crossing: usize = rows.iter().map(|row| row.self_intersecting).sum();
-    let radius_ratio = pooled.radius_ratio.summary();
-    Totals {
-        isovalues: rows.len(),
-        topology_right: n_where(Row::topology_right),
-        manifold: n_where(|row| row.topology.is_closed_manifold()),
-        finite: n_where(|row| row.finite),
-        n_triangles: n_triangles as f64 / rows.len().max(1) as f64,
-        self_intersecting_share: crossing as f64 / n_triangles.max(1) as f64,
-        inverted_share: pooled.inverted as f64 / radius_ratio.n.max(1) as f64,
-        vertex_deviation: pooled.vertex_deviation.summary(),
-        barycentre_deviation: pooled.barycentre_deviation.summary(),
-        surface_deviation: pooled.surface_deviation.summary(),
-        radius_ratio,
-        largest_jump: largest(at_events, |j| j.largest),
-        largest_jump_p99: largest(at_events, |j| j.p99),
-        largest_jump_elsewhere: largest(elsewhere, |j| j.largest),
-        largest_jump_elsewhere_p99: largest(elsewhere, |j| j.p99),
-        survived_share: continuity.coherence.survived_share,
-        tracked_share: continuity.tracked_share,
     }
 }

@@ -1,8 +1,7 @@
-//! Triangles of a mesh by the cells of a uniform grid: what lies near what.
+//! A uniform grid of the triangles of a mesh.
 //!
-//! The grid is sparse, a sorted list of (cell, triangle), so its memory follows the mesh and not the
-//! volume. It answers the two questions of verification: which triangles cross each other, and how
-//! far a point is from the mesh.
+//! The grid is sparse, a sorted list of (cell, triangle), so its memory depends on the mesh, not on the
+//! volume. It finds triangles that cross each other, and the distance of a point from the mesh.
 
 use rayon::prelude::*;
 
@@ -16,7 +15,7 @@ pub(super) struct TriangleGrid<'a> {
     cell_size: f64,
     /// (cell, triangle), sorted.
     entries: Vec<([i32; 3], u32)>,
-    /// Start in `entries` of each cell that holds anything, and the end.
+    /// Start in `entries` of each cell that is not empty, and the end.
     cell_starts: Vec<u32>,
 }
 
@@ -52,8 +51,8 @@ impl<'a> TriangleGrid<'a> {
 
     /// The triangles that another triangle crosses, each once, by index.
     ///
-    /// Neighbours along an edge are not tested, and of neighbours at a vertex only the edges away
-    /// from that vertex: they touch by right.
+    /// Neighbours along an edge are not tested, and of neighbours at a vertex only the edges
+    /// opposite to that vertex: the others touch.
     pub(super) fn self_intersecting(&self) -> Vec<u32> {
         let cells: Vec<_> = self.cell_starts.windows(2).collect();
         let mut crossing: Vec<u32> = cells
@@ -96,21 +95,21 @@ impl<'a> TriangleGrid<'a> {
         edges_cross(f, p, g, q) || edges_cross(g, q, f, p)
     }
 
-    /// Distance from a point to the mesh, voxels; `reach` where nothing is nearer.
+    /// Distance from a point to the mesh, voxels, at most `reach`.
     pub(super) fn distance(&self, point: Point, reach: f64) -> f64 {
         let home = cell_of(point, self.cell_size);
         let mut nearest = reach;
         let mut ring = 0i32;
-        // Everything outside the rings looked at is farther than `ring - 1` whole cells.
+        // Cells outside the visited rings are farther than `ring - 1` cells.
         while f64::from(ring - 1) * self.cell_size < nearest {
             for i in -ring..=ring {
                 for j in -ring..=ring {
-                    // Within a ring only the shell is new.
+                    // Inner cells belong to earlier rings.
                     let on_shell = i.abs() == ring || j.abs() == ring;
                     let stride = if on_shell { 1 } else { (2 * ring).max(1) };
                     for k in (-ring..=ring).step_by(stride as usize) {
                         let cell = [home[0] + i, home[1] + j, home[2] + k];
-                        // Most points lie close to the mesh: then the cells around have nothing nearer.
+                        // Most points are close to the mesh, and neighbouring cells are too far.
                         if self.distance_to_cell(point, cell) >= nearest {
                             continue;
                         }
@@ -127,11 +126,11 @@ impl<'a> TriangleGrid<'a> {
 
     /// Distance from a point to a cell; 0 inside.
     fn distance_to_cell(&self, point: Point, cell: [i32; 3]) -> f64 {
-        let beside = |a: usize| {
+        let along_axis = |a: usize| {
             let low = f64::from(cell[a]) * self.cell_size;
             (low - point[a]).max(point[a] - (low + self.cell_size)).max(0.0)
         };
-        length(std::array::from_fn(beside))
+        length(std::array::from_fn(along_axis))
     }
 
     fn in_cell(&self, cell: [i32; 3]) -> impl Iterator<Item = u32> {
@@ -216,12 +215,12 @@ mod tests {
     }
 
     #[test]
-    fn no_triangle_that_is_nearer_is_passed_by() {
+    fn the_distance_is_that_of_an_exhaustive_search() {
         let mut random = crate::random::Random::new(7);
         let mut number = || 16.0 * random.unit();
         let positions: Vec<[f32; 3]> =
             (0..300).map(|_| std::array::from_fn(|_| number() as f32)).collect();
-        // Large triangles, and small ones beside their first corner.
+        // Large triangles, and small ones near their first corner.
         let near = |p: [f32; 3]| [p, p.map(|x| x + 0.3), [p[0] - 0.2, p[1] + 0.4, p[2]]];
         let mut all: Vec<[f32; 3]> = positions[..30].to_vec();
         all.extend(positions[30..].iter().flat_map(|&p| near(p)));

@@ -131,10 +131,8 @@ pub struct Placement {
     /// Unit direction of each grid axis in the world; `direction[a]` is that of axis `a`. They need not be perpendicular.
     pub direction: [[f64; 3]; 3],
     /// Unit of origin and spacing; millimetres in the space of a patient.
-    #[serde(default)]
     pub unit: Unit,
     /// The meaning of the axes of the world.
-    #[serde(default)]
     pub space: Space,
 }
 

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use isospectrum::spectrum::{
-    About, Collapse, Event, EventKind, Knot, Patch, Spectrum, Told, Triangle, VolumeInfo,
+    About, Collapse, Event, EventKind, Knot, Metadata, Patch, Spectrum, Triangle, VolumeInfo,
 };
 use isospectrum::volume::{Outside, Placement};
 
@@ -253,7 +253,7 @@ impl Surface {
         let kinds = [EventKind::Emerge, EventKind::Merge, EventKind::HandleOpen, EventKind::Vanish];
         let told = r#"{"step":0.1,"backend":"cpu","repaired":0}"#;
         let mut about = About::new(volume_info(), (isovalue(0), isovalue(last)), 0.1);
-        about.parameters = Told::of_json(told).expect("JSON");
+        about.parameters = Metadata::from_json(told).expect("JSON");
         about.events = (0..4)
             .map(|i| Event {
                 isovalue: f64::from(i) / 3.0,

@@ -1,7 +1,7 @@
 //! Topological simplification of volumes with known critical points.
 
 use crate::common::program::{Folder, json, stderr};
-use isospectrum::spectrum::{EventKind, Told};
+use isospectrum::spectrum::{EventKind, Metadata};
 use isospectrum::unstable::topology::Topology;
 use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::unstable::topology::simplify::{Census, simplified, simplify};
@@ -135,7 +135,7 @@ fn a_spectrum_of_another_way_of_taking_noise_out_is_not_verified_as_if_it_were_o
     let file = isospectrum::file::read(&path).expect("a spectrum");
     let mut told = serde_json::json!(file.parameters());
     told["simplification"]["method"] = 1.into();
-    let told = Told::of_json(&told.to_string()).expect("JSON");
+    let told = Metadata::from_json(&told.to_string()).expect("JSON");
     let file = file.changed(|about, _| about.parameters = told).expect("valid");
     isospectrum::file::write(&file, &path).expect("written");
     let line = folder.fails(&["verify", "s.isp", "--phantom", "noise:8"], 3);

@@ -3,7 +3,9 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use crate::common::crafted::{Content, Crafted, isovalues, positions, triangle_again_and_again};
+use crate::common::crafted::{
+    Coded, Content, Crafted, isovalues, positions, triangle_again_and_again, walk,
+};
 use crate::{peak, turn};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -62,23 +64,19 @@ fn vertices(n: usize, n_knots: u64, room: usize) -> Crafted {
     file.isovalues = isovalues(n_knots as usize);
     let n_moving = if n_knots > 0 { n } else { 0 };
     let n_further = n * n_knots.saturating_sub(1) as usize;
-    file.ranks = Content::default()
+    let further = vec![0; n_further];
+    file.ranks = Coded::new()
         .count(n)
         .constant(n_knots, n)
+        .constant(0, if n_knots == 2 { n } else { 0 })
         .constant(0, n_moving)
-        .constant(0, n_further);
-    file.triangles = Content::default()
-        .count(n_knots as usize)
-        .constant(0, n_knots as usize)
-        .count(room)
-        .constant(1, room)
-        .count(0)
-        .constant(0, 0)
-        .count(0)
-        .constant(0, 0)
-        .constant(0, 0)
-        .constant(0, 0);
-    file.positions = positions(if n_knots == 2 { n } else { 0 }, n_moving, n_further);
+        .intervals([].into_iter())
+        .intervals(further.into_iter());
+    let births = vec![0; n_knots as usize];
+    file.triangles =
+        walk(births.into_iter(), room, [].into_iter()).empty(1).intervals([].into_iter());
+    file.positions = positions(n_moving, n_further);
+    file.size = [n, n * n_knots as usize, 0];
     file
 }
 

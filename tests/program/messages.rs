@@ -3,7 +3,7 @@
 
 use crate::common::program;
 use crate::common::program::{Folder, stderr};
-use isospectrum::spectrum::Told;
+use isospectrum::spectrum::Metadata;
 
 /// Sets the title of a window, clears the screen, and has a line that looks like one of ours.
 const TRAP: &str = "\u{1b}]0;gone\u{7}\u{1b}[2J\u{9b}2J\nisospectrum: all is well";
@@ -78,7 +78,7 @@ fn control_characters_in_a_spectrum_are_shown_escaped() {
     let spectrum = spectrum.changed(|about, _| {
         about.volume.name = TRAP.repeat(1000);
         about.volume.sample_type = TRAP.into();
-        about.parameters = Told::of_json(&told.to_string()).expect("JSON");
+        about.parameters = Metadata::from_json(&told.to_string()).expect("JSON");
     });
     let spectrum = spectrum.expect("valid");
     isospectrum::file::write(&spectrum, &path).expect("written");

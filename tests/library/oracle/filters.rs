@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use isospectrum::Error;
-use isospectrum::spectrum::{About, Patch, Spectrum, Told};
+use isospectrum::spectrum::{About, Metadata, Patch, Spectrum};
 use isospectrum::volume::{Placement, Preparation, ReadOptions, Samples, Volume, read_volume};
 
 use crate::oracle::here;
@@ -100,7 +100,7 @@ fn filters_keep_integers_small_and_do_not_depend_on_threads() {
     // What was recorded is done again.
     let spectrum = |told: serde_json::Value| {
         let mut about = About::new(once.info(), once.range(), 0.1);
-        about.parameters = Told::of_json(&told.to_string()).expect("JSON");
+        about.parameters = Metadata::from_json(&told.to_string()).expect("JSON");
         Spectrum::from_patch(about, Patch::default()).expect("a spectrum without triangles")
     };
     let done = spectrum(serde_json::json!({ "preparation": all })).preparation();

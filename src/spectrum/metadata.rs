@@ -1,14 +1,15 @@
-//! What a spectrum tells besides its triangles.
+//! What a spectrum contains besides its geometry: its volume, range, tolerance, parameters and events.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{Event, VolumeInfo};
 use crate::error::{Error, Result};
+use crate::topology::Event;
+use crate::volume::VolumeInfo;
 
-/// What a spectrum tells besides its triangles.
+/// What a spectrum contains besides its geometry.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct About {
@@ -19,38 +20,40 @@ pub struct About {
     /// Tolerance in voxels the mesh was computed for.
     pub tolerance: f64,
     /// How it was computed.
-    pub parameters: Told,
+    pub parameters: Metadata,
     /// Every change of topology inside the range, by isovalue.
     pub events: Vec<Event>,
 }
 
 impl About {
-    /// Of a spectrum without events that does not tell how it was computed.
+    /// Without events and parameters.
     pub fn new(volume: VolumeInfo, range: (f64, f64), tolerance: f64) -> About {
-        About { volume, range, tolerance, parameters: Told::default(), events: Vec::new() }
+        About { volume, range, tolerance, parameters: Metadata::default(), events: Vec::new() }
     }
 }
 
 /// How a spectrum was computed: every flag, the backend, counts of what was repaired, what was done to the volume before.
 ///
-/// A tree of JSON, of which versions may tell more or less; what has a type is asked for by it
-/// ([`Counts::of`](crate::Counts::of), [`Spectrum::statistics`](super::Spectrum::statistics)).
+/// A JSON value; programs of other versions may write other keys. Values with a type have their own readers
+/// ([`Counts::of`](crate::Counts::of), [`Spectrum::statistics`](crate::Spectrum::statistics)).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Told(Value);
+pub struct Metadata(Value);
 
-impl Told {
-    /// What a text in JSON tells.
+impl Metadata {
+    /// Parses a JSON text.
     ///
     /// # Errors
     ///
     /// [`Error::Input`] if it is not JSON.
-    pub fn of_json(text: &str) -> Result<Told> {
-        serde_json::from_str(text).map(Told).map_err(|e| Error::input(format!("parameters: {e}")))
+    pub fn from_json(text: &str) -> Result<Metadata> {
+        serde_json::from_str(text)
+            .map(Metadata)
+            .map_err(|e| Error::input(format!("parameters: {e}")))
     }
 
-    pub(crate) fn of_value(value: Value) -> Told {
-        Told(value)
+    pub(crate) fn from_value(value: Value) -> Metadata {
+        Metadata(value)
     }
 
     /// The number at a JSON pointer, such as `/flags/error`.
@@ -63,23 +66,23 @@ impl Told {
         self.0.pointer(pointer)?.as_str()
     }
 
-    /// Whether something is told at a JSON pointer.
+    /// Whether there is a value at a JSON pointer.
     pub fn has(&self, pointer: &str) -> bool {
         self.0.pointer(pointer).is_some()
     }
 
-    /// What is told under a name.
+    /// The value of a key.
     pub(crate) fn get(&self, name: &str) -> Option<&Value> {
         self.0.get(name)
     }
 
-    /// Tells something under a name.
-    pub(crate) fn tell(&mut self, name: &str, what: Value) {
-        self.0[name] = what;
+    /// Sets the value of a key.
+    pub(crate) fn insert(&mut self, key: &str, value: Value) {
+        self.0[key] = value;
     }
 }
 
-impl fmt::Display for Told {
+impl fmt::Display for Metadata {
     /// As JSON in one line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.fmt(f)
@@ -91,13 +94,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_told_is_found_by_its_place_and_written_as_it_was_read() {
+    fn values_are_found_by_pointer_and_written_as_they_were_read() {
         let text = r#"{"backend":"cpu","flags":{"error":0.1}}"#;
-        let told = Told::of_json(text).expect("JSON");
-        assert_eq!(told.number("/flags/error"), Some(0.1));
-        assert_eq!(told.text("/backend"), Some("cpu"));
-        assert!(told.has("/flags") && !told.has("/counts"));
-        assert_eq!(told.to_string(), text);
-        assert!(Told::of_json("{").is_err_and(|e| e.exit_code() == 3));
+        let metadata = Metadata::from_json(text).expect("JSON");
+        assert_eq!(metadata.number("/flags/error"), Some(0.1));
+        assert_eq!(metadata.text("/backend"), Some("cpu"));
+        assert!(metadata.has("/flags") && !metadata.has("/counts"));
+        assert_eq!(metadata.to_string(), text);
+        assert!(Metadata::from_json("{").is_err_and(|e| e.exit_code() == 3));
     }
 }
