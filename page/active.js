@@ -1,8 +1,8 @@
-// The triangles alive at a rank, kept up to date as the rank moves.
+// The set of triangles that are alive at a rank, updated when the rank changes.
 //
-// Triangles come by birth, so those born between two ranks follow one another; those that die
-// between two ranks follow one another in a second list. A small move looks at these alone. A jump
-// asks a tree that holds, for blocks of triangles, blocks of blocks and so on, the last death.
+// Triangles are sorted by birth, and a second list is sorted by death, so the triangles that are born or die between two ranks are
+// contiguous. A small move visits only those. A jump searches a tree with the last death of each block of triangles, block of
+// blocks and so on.
 
 const BLOCK = 32;
 
@@ -12,13 +12,13 @@ class ActiveSet {
         this.births = spectrum.births;
         this.deaths = spectrum.deaths;
         this.rank = -1;
-        // The active triangles in any order, and for each triangle its place among them or -1.
+        // The active triangles in any order, and for each triangle its place in the list or -1.
         this.list = new Uint32Array(1024);
         this.length = 0;
         this.place = new Int32Array(this.births.length).fill(-1);
     }
 
-    /** Moves to a rank; the triangles alive there are list[0..length). Whether any changed. */
+    /** Moves to a rank, at which the triangles list[0..length) are alive; true if the set changed. */
     moveTo(rank) {
         const old = this.rank;
         if (rank === old) return false;
@@ -37,7 +37,7 @@ class ActiveSet {
         return nChanges > 0;
     }
 
-    /** Enters a triangle into the list or takes it out, whichever is right. */
+    /** Adds a triangle to the list or removes it from the list, as it is alive or not. */
     update(t) {
         const isAlive = this.births[t] <= this.rank && this.rank < this.deaths[t];
         const at = this.place[t];
@@ -69,7 +69,7 @@ class ActiveSet {
         if (end > 0) this.collect(this.levels.length - 1, 0, end);
     }
 
-    /** Pushes what is alive in entry i of a level, of the first `end` triangles. */
+    /** Pushes the living triangles below entry i of a level, of the first `end` triangles. */
     collect(level, i, end) {
         if (this.levels[level][i] <= this.rank) return;
         if (level === 0) {
@@ -83,8 +83,8 @@ class ActiveSet {
 }
 
 /**
- * Triangles by birth and by death: for each rank how many are born and die below, all triangles by
- * death, and the last death in each block of triangles, block of blocks and so on.
+ * The orders of triangles by birth and by death: for each rank the number born and the number dead below it, the triangles sorted by
+ * death, and the levels of the tree of last deaths.
  */
 function ordersOf({ births, deaths, isovalues }) {
     const bornBefore = startsOf(births, isovalues.length);
@@ -105,7 +105,7 @@ function ordersOf({ births, deaths, isovalues }) {
     return { bornBefore, diedBefore, byDeath, levels };
 }
 
-/** For each rank, and the one after the last, how many of the ranks given are below. */
+/** For each rank up to n, and the one after, how many of the given ranks are below it. */
 function startsOf(ranks, n) {
     const starts = new Uint32Array(n + 2);
     for (let i = 0; i < ranks.length; i++) starts[ranks[i] + 1]++;
@@ -113,7 +113,7 @@ function startsOf(ranks, n) {
     return starts;
 }
 
-/** The largest rank whose isovalue is not above `isovalue`, or 0. */
+/** The last rank whose isovalue is not above `isovalue`, or 0. */
 function rankAt(isovalues, isovalue) {
     let low = 0;
     let high = isovalues.length;

@@ -1,15 +1,16 @@
-// The part of the page's address after the hash, which leads back to what is seen:
+// The state of the page in its address, after the hash:
 // #isovalue=37.2&view=azimuth,elevation,distance[,x,y,z]&renderer=webgl2&orthographic=1&occlusion=1&light=left&background=dark&front=c8503c&keep=3&min_volume=10&without=x,y,z;x,y,z&color=quality&map=magma&scale=0:1
-// (keep: the number of components, min_volume: cubic voxels; only, without: points on components that are picked, voxel frame)
+// keep: the number of components; min_volume: cubic voxels; only, without: points on picked components, voxel frame.
 
-/** What the address asks for. */
+/** The parameters in the address. */
 function readAddress() {
     return new URLSearchParams(location.hash.slice(1));
 }
 
+/** Sets the state that the address describes; values that are not valid are ignored. */
 function applyAddress(viewer) {
     const asked = readAddress();
-    const { isovalue } = isovalueOfText(
+    const { isovalue } = parseIsovalue(
         asked.get("isovalue") ?? "", viewer.low, viewer.high, viewer.about.samples);
     if (isovalue !== undefined) viewer.setIsovalue(isovalue);
     const largest = Number(asked.get("keep"));
@@ -36,8 +37,8 @@ function applyAddress(viewer) {
     for (const name of [...SWITCHES, "open"]) {
         if (asked.has(name)) viewer.setLook({ [name]: asked.get(name) !== "0" });
     }
-    if (asked.has("also")) viewer.setExtras(extrasOf(asked.get("also"), viewer));
-    if (asked.has("scale")) viewer.setColoring(endsOf(asked.get("scale")) ?? {});
+    if (asked.has("also")) viewer.setExtras(parseExtras(asked.get("also"), viewer));
+    if (asked.has("scale")) viewer.setColoring(parseEnds(asked.get("scale")) ?? {});
     const numbers = (asked.get("view") ?? "").split(",").map(Number);
     if ([3, 6].includes(numbers.length) && numbers.every(Number.isFinite) && numbers[2] > 0) {
         const [azimuth, elevation, distance, x = 0, y = 0, z = 0] = numbers;
@@ -51,17 +52,17 @@ function applyAddress(viewer) {
     }
 }
 
-/** Other isosurfaces as the address tells them: isovalue,color,opacity;... */
-function extrasOf(text, { low, high }) {
-    return text.split(";").slice(0, MOST_EXTRAS).flatMap((told) => {
-        const [isovalue, front = "d9a46c", opacity = "1"] = told.split(",");
+/** Parses further isosurfaces: isovalue,color,opacity;... */
+function parseExtras(text, { low, high }) {
+    return text.split(";").slice(0, MAX_EXTRAS).flatMap((item) => {
+        const [isovalue, front = "d9a46c", opacity = "1"] = item.split(",");
         const c = Number(isovalue);
         const isFine = isovalue !== "" && low <= c && c <= high && /^[0-9a-f]{6}$/.test(front) && opacity >= 0 && opacity <= 1;
         return isFine ? [{ isovalue: c, front, opacity: Number(opacity) }] : [];
     });
 }
 
-/** Keeps the address such that it leads back to what is seen. */
+/** Writes the state into the address, without what is as at first. */
 function writeAddress(viewer) {
     const { azimuth, elevation, distance, target } = viewer.view;
     const rounded = [azimuth, elevation, distance, ...target].map((x) => Number(x.toPrecision(6)));
@@ -72,20 +73,20 @@ function writeAddress(viewer) {
     const { largest, minVolume } = viewer.selection;
     const { color, map, low, high, front } = viewer.coloring;
     const { clip } = viewer.look;
-    const told = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
+    const values = [["keep", largest], ["min_volume", minVolume || null], ["map", map],
         ["clip", !clip ? viewer.about.look.clip && "no" : `${clip.turned ? "-" : ""}${"xyz"[clip.axis]},${Number(clip.share.toPrecision(4))}`],
         ...[...SWITCHES, "open"].map((name) =>
             [name, viewer.look[name] === (viewer.about[name] ?? viewer.about.look[name]) ? null : Number(viewer.look[name])]),
         ["light", viewer.look.light === viewer.about.look.light ? null : viewer.look.light],
         ["background", viewer.look.background === (viewer.about.look.background ?? "auto") ? null : viewer.look.background],
         ["front", front === viewer.about.look.front ? null : front],
-        ...["only", "without"].map((name, i) => [name, viewer.selection.isHiding === Boolean(i) && viewer.selection.pointsPicked() || null]),
+        ...["only", "without"].map((name, i) => [name, viewer.selection.isHiding === Boolean(i) && viewer.selection.pickedPoints() || null]),
         ["opacity", viewer.opacity === viewer.about.look.opacity ? null : viewer.opacity],
         ["also", viewer.extras.map(({ isovalue, front, opacity }) =>
             [Number(isovalue.toPrecision(9)), front, opacity].join(",")).join(";") || (viewer.about.look.also.length > 0 ? "" : null)],
         ["color", color === (viewer.about.color?.color ?? "none") ? null : color],
         ["scale", textOfEnds(low, high)]];
-    for (const [name, value] of told) {
+    for (const [name, value] of values) {
         if (value === null) asked.delete(name);
         else asked.set(name, value);
     }
@@ -93,11 +94,11 @@ function writeAddress(viewer) {
     try {
         history.replaceState(null, "", viewer.address);
     } catch {
-        // A frame without an address of its own.
+        // A frame without its own address.
     }
 }
 
-/** The address that leads back to what is seen. */
+/** The full address of the current state. */
 function linkTo(viewer) {
     writeAddress(viewer);
     return `${location.href.split("#")[0]}${viewer.address}`;

@@ -1,15 +1,16 @@
-// Where the picture is taken from, and the matrices that follow; the twin of src/render/camera.rs,
-// with a point to look at. Matrices are arrays of columns one after the other.
+// The camera and its matrices; the twin of src/render/camera.rs, with a target to look at. Matrices are in column order.
 
 const FIELD_OF_VIEW = (30 * Math.PI) / 180;
+/** The share of the picture's width or height that a fitted box takes. */
 const FILL = 0.94;
+/** The volume's box is enlarged by this on every side, voxels. */
 const BORDER = 0.1;
-/** The least side of a box that a picture is made to fit, voxels. */
-const LEAST_BOX = 1;
+/** The least side of a box that a picture is fitted to, voxels. */
+const MIN_BOX = 1;
 
 /**
- * Degrees about the direction upwards and above the plane that is level; 1 is where the volume just fits. They count from
- * the columns of `basis` where a view has one (towards 0, towards 90 degrees, upwards), else from the world's axes.
+ * Azimuth and elevation in degrees; a distance of 1 is the one at which the volume fits. Angles refer to the columns of `basis`
+ * (azimuth 0, azimuth 90, up) if a view has one, else to the axes of the world.
  */
 const FIRST_VIEW = { azimuth: 35, elevation: 22, distance: 1, target: [0, 0, 0] };
 
@@ -17,24 +18,24 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) =>
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** Right, up and towards the eye; unit vectors of the world. */
+/** The unit vectors right, up and towards the eye, in the world. */
 function axesOf({ azimuth, elevation, basis }) {
     const [a, e] = [(azimuth * Math.PI) / 180, (elevation * Math.PI) / 180];
     const back = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
     const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
     const axes = [cross(up, back), up, back];
-    return basis ? axes.map((axis) => alongWorld(basis, axis)) : axes;
+    return basis ? axes.map((axis) => inWorldAxes(basis, axis)) : axes;
 }
 
-/** A point or direction of the voxel frame along the world's axes. */
-function alongWorld(direction, p) {
+/** A point or direction of the voxel frame in the axes of the world, still in voxels. */
+function inWorldAxes(direction, p) {
     return [0, 1, 2].map((i) => direction[0][i] * p[0] + direction[1][i] * p[1] + direction[2][i] * p[2]);
 }
 
-/** The corners of the volume's box along the world's axes, and the middle. */
+/** The corners of the volume's box, relative to its middle, and the middle, in the axes of the world. */
 function boxOf({ dims, placement: { spacing, direction } }) {
     const least = Math.min(...spacing);
-    const corner = (i) => alongWorld(direction, [0, 1, 2].map((axis) => {
+    const corner = (i) => inWorldAxes(direction, [0, 1, 2].map((axis) => {
         const side = (i >> axis) & 1;
         return (spacing[axis] / least) * (side * (dims[axis] - 1 + 2 * BORDER) - BORDER);
     }));
@@ -43,10 +44,7 @@ function boxOf({ dims, placement: { spacing, direction } }) {
     return { corners: corners.map((c) => c.map((x, i) => x - middle[i])), middle };
 }
 
-/**
- * From where boxes just fit a picture, along the direction of sight from their middle: the least distance. Of parallel
- * sight that is what the outline alone needs.
- */
+/** The least distance from the origin at which corners fit a picture; in parallel projection only their outline counts. */
 function fitDistance(axes, corners, width, height, isParallel) {
     const tanY = Math.tan(0.5 * FIELD_OF_VIEW);
     const tanX = (tanY * width) / height;
@@ -56,7 +54,7 @@ function fitDistance(axes, corners, width, height, isParallel) {
     }));
 }
 
-/** The box around boxes, of which some may be none. */
+/** The bounding box of boxes, some of which may be null. */
 function boxAround(boxes) {
     const [first, ...others] = boxes.filter(Boolean);
     return first ? others.reduce(([low, high], [a, b]) =>
@@ -64,20 +62,20 @@ function boxAround(boxes) {
 }
 
 /**
- * Distance and target of a view, seen from where it is, that fits a box of the voxel frame (least and greatest
- * corner, LEAST_BOX voxels along each axis at least); without one, the volume.
+ * The distance and target at which a box of the voxel frame fits the picture from the angles of a view; those of the volume
+ * without a box. The box is enlarged to MIN_BOX voxels along each axis.
  */
 function fitOf(volume, box, view, width, height) {
     if (!box) return { distance: 1, target: [0, 0, 0] };
     const { direction } = volume.placement;
     const { corners, middle } = boxOf(volume);
     const [least, most] = box;
-    const halves = least.map((x, axis) => 0.5 * Math.max(most[axis] - x, LEAST_BOX));
+    const halves = least.map((x, axis) => 0.5 * Math.max(most[axis] - x, MIN_BOX));
     const around = [0, 1, 2, 3, 4, 5, 6, 7].map((i) =>
-        alongWorld(direction, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
+        inWorldAxes(direction, halves.map((half, axis) => ((i >> axis) & 1 ? half : -half))));
     const axes = axesOf(view);
     const [fit, whole] = [around, corners].map((c) => fitDistance(axes, c, width, height, view.orthographic));
-    const target = alongWorld(direction, least.map((x, axis) => 0.5 * (x + most[axis])));
+    const target = inWorldAxes(direction, least.map((x, axis) => 0.5 * (x + most[axis])));
     return {
         distance: Math.min(Math.max(fit / whole, NEAREST), FARTHEST),
         target: target.map((x, i) => x - middle[i]),
@@ -85,8 +83,8 @@ function fitOf(volume, box, view, width, height) {
 }
 
 /**
- * The matrices of a picture, and how far the eye is from the point it looks at. `view.target` is
- * the offset of that point from the middle of the volume, voxels along the world's axes.
+ * The matrices of a picture, and the distance of the eye from its target. `view.target` is relative to the middle of the volume,
+ * in voxels along the axes of the world.
  */
 function projectionOf(volume, view, width, height) {
     const { direction } = volume.placement;
@@ -98,13 +96,13 @@ function projectionOf(volume, view, width, height) {
     const distance = view.distance * fitDistance(axes, corners, width, height, isParallel);
     const radius = Math.max(...corners.map((p) => Math.hypot(...p))) + Math.hypot(...view.target);
     const far = distance + radius;
-    // What lies behind the eye is seen, too, where sight is parallel.
+    // In parallel projection the surface behind the eye is visible, too.
     const near = isParallel ? distance - radius : Math.max(distance - radius, 1e-3 * far);
     const reach = [tanX, tanY].map((tan) => (isParallel ? distance * tan : tan));
     const depth = [isParallel ? 1 / (near - far) : far / (near - far), (isParallel ? near : near * far) / (near - far)];
 
     const eye = middle.map((x, i) => x + view.target[i]);
-    // Columns: where each voxel axis goes, and the origin.
+    // Columns: the images of the voxel axes and of the origin.
     const eyeFromVoxel = [];
     for (const column of direction) eyeFromVoxel.push(...axes.map((axis) => dot(axis, column)), 0);
     eyeFromVoxel.push(...axes.map((axis) => -dot(axis, eye)), 1);
@@ -115,7 +113,7 @@ function projectionOf(volume, view, width, height) {
         0, 0, depth[0], isParallel ? 0 : -1,
         0, 0, depth[1], isParallel ? 1 : 0,
     ];
-    // The inverse transpose of three columns are their cross products over the determinant.
+    // The columns of the inverse transpose are cross products over the determinant.
     const columns = [0, 4, 8].map((at) => eyeFromVoxel.slice(at, at + 3));
     const scale = 1 / dot(columns[0], cross(columns[1], columns[2]));
     const eyeFromNormal = [[1, 2], [2, 0], [0, 1]].flatMap(([i, j]) =>
@@ -131,15 +129,15 @@ function projectionOf(volume, view, width, height) {
         distance,
         isParallel,
         /**
-         * Depth is (depth[0] z + depth[1]) / -z, half width and height of the picture those at a distance of 1; where sight
-         * is parallel depth comes without the division, and they are those at any distance.
+         * Depth is (depth[0] z + depth[1]) / -z, without the division in parallel projection. `reach` is half the width and
+         * half the height of the picture at a distance of 1, at any distance in parallel projection.
          */
         depth,
         reach,
     };
 }
 
-/** A plane across an axis of the volume, at a share of its length, in the eye frame: what lies beyond it is below 0. */
+/** A clip plane across an axis of the volume, at a share of its length, in the eye frame; negative on the side that is cut off. */
 function planeOf({ dims, placement: { spacing } }, { axis, share, turned }, { eyeFromVoxel: m, eyeFromNormal }) {
     const sign = turned ? 1 : -1;
     const offset = -sign * share * (dims[axis] - 1) * (spacing[axis] / Math.min(...spacing));
@@ -158,20 +156,19 @@ function product(a, b) {
     return c;
 }
 
-/** A point of the voxel frame as a target of the view; none where there is none. */
-function pointUnder(found, volume) {
-    if (!found) return null;
+/** A point of the voxel frame as the target of a view. */
+function targetAt(point, volume) {
     const { middle } = boxOf(volume);
-    return alongWorld(volume.placement.direction, found).map((a, i) => a - middle[i]);
+    return inWorldAxes(volume.placement.direction, point).map((a, i) => a - middle[i]);
 }
 
 /**
- * The point of the mesh under a point of the picture (-1 to 1, right and up), voxel frame, on this side of a plane of the
- * eye frame; null beside the mesh.
+ * The nearest point of the mesh, voxel frame, at a point of the picture (-1 to 1, right and up), on the visible side of a clip
+ * plane; null if there is none.
  */
 function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e, isParallel }, [x, y], plane) {
     const { nTriangles, nVertices, corners, positions: p } = surface;
-    // Each vertex in the picture, relative to the point, and its distance.
+    // Each vertex's place in the picture relative to the point, and its distance.
     const seen = new Float64Array(3 * nVertices);
     for (let at = 0; at < 3 * nVertices; at += 3) {
         const w = m[3] * p[at] + m[7] * p[at + 1] + m[11] * p[at + 2] + m[15];
@@ -191,7 +188,7 @@ function meshPointUnder({ surface }, { clipFromVoxel: m, eyeFromVoxel: e, isPara
         const shares = [u / total, v / total, w / total];
         let depth = shares[0] * seen[a + 2] + shares[1] * seen[b + 2] + shares[2] * seen[c + 2];
         if (!isParallel) {
-            // In space, shares are weighted by the distance.
+            // Perspective-correct barycentric coordinates.
             [a, b, c].forEach((corner, i) => { shares[i] /= seen[corner + 2]; });
             depth = 1 / (shares[0] + shares[1] + shares[2]);
             shares.forEach((share, i) => { shares[i] = depth * share; });

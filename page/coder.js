@@ -1,18 +1,24 @@
-// Numbers told by decisions, each of which costs what it surprises. FORMAT.md, "Coded columns"; the twin of src/file/coder.rs.
+// An adaptive binary range decoder. FORMAT.md, "Coded columns"; the twin of src/file/coder.rs.
 
+/** The rates of the two probability estimates of a model, as shifts. */
 const [FAST, SLOW] = [4, 7];
-const EXPECTATION = 15;
-const LEAST_RANGE = 2 ** 24;
-const LEARNT = 7;
-const LEARNT_OF_LONG = 3;
+/** Bits of a probability. */
+const PROBABILITY_BITS = 15;
+/** The range is multiplied by 256 while it is below this. */
+const MIN_RANGE = 2 ** 24;
+/** Numbers of at most this many bits have all bits modelled. */
+const MODELLED_BITS = 7;
+/** The leading bits of longer numbers that are modelled. */
+const MODELLED_BITS_OF_LONG = 3;
+/** Kinds of the number before the last one. */
 const KINDS_BEFORE = 8;
-/** Contexts of a number, and where models lie: of lengths, of the bits of short numbers, of long ones. */
+/** The number of contexts, and the first models of lengths (0), of the bits of short numbers and of long numbers. */
 const CONTEXTS = 16 * KINDS_BEFORE;
 const SHORT = 65 * CONTEXTS;
-const LONG = SHORT + (LEARNT + 1) * 64 * CONTEXTS;
+const LONG = SHORT + (MODELLED_BITS + 1) * 64 * CONTEXTS;
 const MODELS = LONG + 65 * 8;
 
-/** Reads decisions. */
+/** Decodes binary decisions. */
 class Decoder {
     constructor(bytes) {
         this.bytes = bytes;
@@ -20,7 +26,7 @@ class Decoder {
         this.range = 0xffffffff;
         this.code = 0;
         for (let i = 0; i < 5; i++) this.shift();
-        /** Two estimates of each model, of 2^16. */
+        /** For each model, two estimates of the probability of 0, times 2^16. */
         this.models = new Uint16Array(2 * MODELS);
     }
 
@@ -28,13 +34,13 @@ class Decoder {
         this.code = ((this.code << 8) | this.bytes[this.next++]) >>> 0;
     }
 
-    /** The next decision, 0 or 1, by a model. */
+    /** Decodes a decision, 0 or 1, with a model. */
     decide(model) {
         const { models } = this;
         const at = 2 * model;
         const fast = models[at];
         const slow = models[at + 1];
-        const bound = (this.range >>> EXPECTATION) * ((fast + slow) >>> 2);
+        const bound = (this.range >>> PROBABILITY_BITS) * ((fast + slow) >>> 2);
         const decision = this.code >= bound ? 1 : 0;
         if (decision) {
             this.code -= bound;
@@ -46,14 +52,14 @@ class Decoder {
             models[at] = fast + ((65536 - fast) >>> FAST);
             models[at + 1] = slow + ((65536 - slow) >>> SLOW);
         }
-        while (this.range < LEAST_RANGE) {
+        while (this.range < MIN_RANGE) {
             this.range *= 256;
             this.shift();
         }
         return decision;
     }
 
-    /** So many bits about which nothing is expected. */
+    /** Decodes n bits of equal probability. */
     bits(n) {
         let value = 0;
         for (let i = 0; i < n; i++) {
@@ -61,7 +67,7 @@ class Decoder {
             const bit = this.code >= this.range ? 1 : 0;
             if (bit) this.code -= this.range;
             value = 2 * value + bit;
-            while (this.range < LEAST_RANGE) {
+            while (this.range < MIN_RANGE) {
                 this.range *= 256;
                 this.shift();
             }
@@ -69,7 +75,7 @@ class Decoder {
         return value;
     }
 
-    /** The next numbers, as many as there is room for. */
+    /** Fills an array with the next numbers. */
     row(numbers) {
         this.models.fill(32768);
         let [last, before] = [0, 0];
@@ -77,7 +83,7 @@ class Decoder {
             const context = last * KINDS_BEFORE + Math.min(before, KINDS_BEFORE - 1);
             let n = 0;
             while (n < 64 && this.decide(65 * context + n)) n++;
-            const value = n < 2 ? n : this.known(context, n);
+            const value = n < 2 ? n : this.number(context, n);
             numbers[i] = value;
             before = last;
             last = value < 8 ? value : 8 + Math.min(n - 4, 7);
@@ -85,14 +91,14 @@ class Decoder {
         return numbers;
     }
 
-    /** A number of n bits, of which the first is 1. */
-    known(context, n) {
-        const isLong = n > LEARNT;
-        const first = isLong ? LONG + 8 * n : SHORT + 64 * ((LEARNT + 1) * context + n);
-        const nLearnt = isLong ? LEARNT_OF_LONG : n - 1;
-        let known = 1;
-        for (let i = 0; i < nLearnt; i++) known = 2 * known + this.decide(first + known);
-        const nLeft = n - 1 - nLearnt;
-        return nLeft > 0 ? known * 2 ** nLeft + this.bits(nLeft) : known;
+    /** Decodes a number of n bits, of which the first is 1. */
+    number(context, n) {
+        const isLong = n > MODELLED_BITS;
+        const first = isLong ? LONG + 8 * n : SHORT + 64 * ((MODELLED_BITS + 1) * context + n);
+        const nModelled = isLong ? MODELLED_BITS_OF_LONG : n - 1;
+        let value = 1;
+        for (let i = 0; i < nModelled; i++) value = 2 * value + this.decide(first + value);
+        const nLeft = n - 1 - nModelled;
+        return nLeft > 0 ? value * 2 ** nLeft + this.bits(nLeft) : value;
     }
 }

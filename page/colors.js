@@ -1,17 +1,18 @@
-// What the colours of the surface show, the scale and the map; the twin of src/color/*.rs.
+// Colours of the surface: quantities, scales, maps and the legend; the twin of src/color/*.rs.
 
-/** Palettes of the shaders. */
+/** Palettes of the shaders: one colour, a colour map, a colour per component. */
 const [PLAIN, MAP, NAMES] = [0, 1, 2];
+/** The number of colours of a map. */
 const N_STOPS = 33;
-/** What can be shown, and what it is called. */
+/** The quantities that colours can show, and their names. */
 const COLORS = {
     none: "plain", component: "component", field: "", quality: "radius ratio",
     lifetime: "lifetime, share of the range", curvature: "mean curvature, 1/voxel",
 };
-/** The share of curvatures that the scale covers. */
-const MOST = 0.95;
+/** The share of curvatures that the default scale covers. */
+const CURVATURE_SHARE = 0.95;
 
-/** Red, green and blue of 0 to 1 for an sRGB code of six digits, in linear light. */
+/** Linear red, green and blue, 0 to 1, of six hexadecimal digits in sRGB. */
 function linearOf(code) {
     return [0, 2, 4].map((at) => {
         const s = parseInt(code.slice(at, at + 2), 16) / 255;
@@ -19,20 +20,20 @@ function linearOf(code) {
     });
 }
 
-/** The colours of a map's stops, four numbers each. */
+/** The linear colours of a map, four numbers each. */
 function stopsOf(map) {
     return Float32Array.from(map.flatMap((code) => [...linearOf(code), 1]));
 }
 
-/** The numbers of a surface: their name, one per triangle or vertex, and the usual ends of their scale. */
+/** A quantity on a surface: its name, a value per triangle or (perVertex) per vertex, and the default ends of its scale. */
 function numbersOf(color, surface, { field }, [low, high]) {
     const { nTriangles, nVertices, spectrum } = surface;
     const values = new Float32Array(color === "field" ? nVertices : nTriangles);
     if (color === "field") {
         const length = field.high - field.low;
         for (let i = 0; i < nVertices; i++) {
-            const [a, b, t] = surface.wayOf(i);
-            // One without a number has none between it and another either.
+            const [a, b, t] = surface.knotsAround(i);
+            // 0 is the code of no value.
             const [p, q] = [spectrum.values[a], spectrum.values[b]];
             values[i] = p && q ? field.low + ((1 - t) * (p - 1) + t * (q - 1)) * (length / 254) : NaN;
         }
@@ -52,12 +53,12 @@ function numbersOf(color, surface, { field }, [low, high]) {
     }
     if (color !== "curvature") return { name: COLORS[color], values, low: 0, high: 1 };
     const inner = values.filter((_, i) => !spectrum.caps[surface.triangles[i]]).map(Math.abs).sort();
-    const most = inner[Math.round(MOST * (inner.length - 1))] || 1;
+    const most = inner[Math.round(CURVATURE_SHARE * (inner.length - 1))] || 1;
     return { name: COLORS.curvature, values, low: -most, high: most };
 }
 
-/** The corners of a triangle, and the vectors from the first to the others. */
-function sidesOf({ corners, positions: p }, t) {
+/** The offsets of the corners of a triangle, and the vectors from the first corner to the others. */
+function cornersOf({ corners, positions: p }, t) {
     const [a, b, c] = [3 * corners[3 * t], 3 * corners[3 * t + 1], 3 * corners[3 * t + 2]];
     const from = (at) => [p[at] - p[a], p[at + 1] - p[a + 1], p[at + 2] - p[a + 2]];
     return [a, b, c, from(b), from(c)];
@@ -65,15 +66,15 @@ function sidesOf({ corners, positions: p }, t) {
 
 /** Twice the inradius over the circumradius. */
 function radiusRatio(surface, t) {
-    const [, , , u, v] = sidesOf(surface, t);
+    const [, , , u, v] = cornersOf(surface, t);
     const [x, y, z] = [Math.hypot(...u), Math.hypot(...v), Math.hypot(u[0] - v[0], u[1] - v[1], u[2] - v[2])];
     const product = x * y * z;
     return product > 0 ? Math.max((y + z - x) * (z + x - y) * (x + y - z), 0) / product : 0;
 }
 
-/** Half the divergence of the normals over a triangle, 1/voxel. */
+/** The mean curvature of a triangle, 1/voxel: half the divergence of its normals. */
 function meanCurvature(surface, t) {
-    const [a, b, c, u, v] = sidesOf(surface, t);
+    const [a, b, c, u, v] = cornersOf(surface, t);
     const across = cross(u, v);
     const squared = dot(across, across);
     if (!(squared > 0)) return 0;
@@ -85,10 +86,10 @@ function meanCurvature(surface, t) {
 }
 
 /**
- * The ends of a scale as a text tells them: `0:5`, `p5:p95` (what 5 and 95 % of the numbers do not exceed), or without one that
- * follows from the numbers; nothing where it tells none.
+ * Parses the ends of a scale: `0:5`, `p5:p95` (percentiles), or an omitted end, which is null and follows from the values;
+ * undefined if the text is not valid.
  */
-function endsOf(text) {
+function parseEnds(text) {
     const parts = text.trim() === "" ? ["", ""] : text.split(/\s*(?:to|:)\s*/);
     const [low, high] = parts.map((end) => (end.trim() === "" ? null
         : /^\s*p\d/.test(end) && end.trim().slice(1) <= 100 ? end.trim() : Number(end)));
@@ -97,7 +98,7 @@ function endsOf(text) {
     return parts.length === 2 && isEnd(low) && isEnd(high) && !isUpsideDown ? { low, high } : undefined;
 }
 
-/** The text of the ends of a scale; null where both follow from the numbers. */
+/** The text of the ends of a scale; null if both follow from the values. */
 function textOfEnds(low, high) {
     return (low ?? high ?? null) === null ? null : `${low ?? ""}:${high ?? ""}`;
 }
@@ -118,8 +119,8 @@ function scaleOf({ low, high, values, perVertex }, wanted, { triangles, spectrum
     return ends[0] < ends[1] ? ends : [low, high];
 }
 
-/** What the shaders read of the numbers, per triangle: of each corner 1 to 1023 along the scale, 0 for none. */
-function codesOfNumbers({ perVertex, values }, [low, high], { nTriangles, corners }) {
+/** The values as the shaders read them: for each triangle, ten bits per corner, 1 to 1023 along the scale and 0 for no value. */
+function colorCodesOf({ perVertex, values }, [low, high], { nTriangles, corners }) {
     const codes = new Uint32Array(nTriangles);
     const code = (x) => (x === x ? 1 + Math.round(1022 * Math.min(Math.max((x - low) / (high - low), 0), 1)) : 0);
     for (let t = 0; t < nTriangles; t++) {
@@ -130,33 +131,33 @@ function codesOfNumbers({ perVertex, values }, [low, high], { nTriangles, corner
     return codes;
 }
 
-/** What stands at the first, the middle and the last colour of a scale. */
-function textsOf([low, high]) {
+/** The numbers at the first, the middle and the last colour of a scale. */
+function scaleTexts([low, high]) {
     return [low, (low + high) / 2, high].map((x) => String(Number(x.toPrecision(3))));
 }
 
-/** The colours of a map as style sheets spell them; none of no map. */
-function hexOf(map) {
+/** The colours of a map in CSS; undefined without a map. */
+function cssColorsOf(map) {
     return map?.map((code) => `#${code}`);
 }
 
-/** The legend beside the picture. */
+/** The legend over the picture. */
 class Legend {
     constructor(element) {
         this.element = element;
         [this.name, this.bar, ...this.ends] = element.querySelectorAll("[data-part]");
     }
 
-    /** Shows what colours mean: a scale with a map, or the first components. */
+    /** Shows a scale with a map, or the colours of the first components. */
     show(shown, isDark) {
         this.element.hidden = !shown;
         this.element.className = isDark ? "on-dark" : "on-light";
         if (!shown) return;
         setText(this.name, shown.name);
         const { ends, map } = shown;
-        const texts = ends ? textsOf(ends) : ["1", "2, 3, …", ""];
+        const texts = ends ? scaleTexts(ends) : ["1", "2, 3, …", ""];
         this.ends.forEach((end, i) => setText(end, texts[i]));
-        const colors = hexOf(map) ?? NAME_COLORS.flatMap((color, i) =>
+        const colors = cssColorsOf(map) ?? NAME_COLORS.flatMap((color, i) =>
             [0, 1].map((end) => `${color} ${(100 * (i + end)) / NAME_COLORS.length}%`));
         const background = `linear-gradient(90deg, ${colors.join(", ")})`;
         if (this.background !== background) this.bar.style.background = background;
@@ -169,12 +170,12 @@ const NAME_COLORS = [
     [0.58, 245], [0.74, 60], [0.66, 165], [0.64, 350], [0.87, 95], [0.8, 220], [0.58, 35], [0.48, 310],
 ].map(([lightness, hue]) => `oklch(${lightness} 0.125 ${hue})`);
 
-/** Writes a legend on a picture that is saved: the same bar, with its ends, where the page has it. */
+/** Draws the legend on a saved picture, at the place where the page has it. */
 function drawLegend(context, { name, ends, map }, isDark) {
     const { height, width } = context.canvas;
     const letters = Math.max(0.026 * height, 12);
     const [x, y, length, thick] = [letters, 2.2 * letters, 0.32 * width, 0.6 * letters];
-    const colors = hexOf(map) ?? NAME_COLORS;
+    const colors = cssColorsOf(map) ?? NAME_COLORS;
     const gradient = context.createLinearGradient(x, 0, x + length, 0);
     colors.forEach((color, i) => {
         if (map) gradient.addColorStop(i / (colors.length - 1), color);
@@ -185,7 +186,7 @@ function drawLegend(context, { name, ends, map }, isDark) {
     context.fillStyle = isDark ? "#e6e8ec" : "#181c22";
     Object.assign(context, { font: `${letters}px system-ui, sans-serif`, textAlign: "left" });
     context.fillText(name, x, y - 0.4 * letters);
-    const texts = ends ? textsOf(ends) : ["1"];
+    const texts = ends ? scaleTexts(ends) : ["1"];
     texts.forEach((text, i) => {
         context.textAlign = ["left", "center", "right"][i];
         context.fillText(text, x + (i * length) / 2, y + thick + letters);

@@ -1,15 +1,14 @@
-// The connected components of a surface, and which of them are kept. The twin of src/spectrum/components.rs; parts
-// that the reader picked are followed through the isovalue by the vertices they keep.
+// The connected components of a surface, and the selection of them. The twin of src/spectrum/components.rs; picked components are
+// tracked from isovalue to isovalue by their vertices.
 
-/** Into so many steps the way to another isovalue is divided where a picked part is not found again at once. */
-const FOLLOWING_STEPS = 16;
-/** Parts that can be picked at once. */
-const MOST_PICKS = 250;
+/** A picked component that has no vertex at the next isovalue is tracked through this many steps towards it. */
+const TRACKING_STEPS = 16;
+/** The most components that can be picked: owners are bytes. */
+const MAX_PICKS = 250;
 
 /**
- * The components of a closed surface: the number of each triangle's (`of`) and vertex's (`ofVertex`), and of each
- * its volume (negative around lower values), area without caps and number of triangles, voxels; the largest volume
- * first.
+ * The components of a closed surface: the component of each triangle (`of`) and vertex (`ofVertex`), and a `list` of their volume
+ * (negative around lower values), area without caps and number of triangles, in voxels, the largest volume first.
  */
 function componentsOf({ nTriangles, nVertices, triangles, corners, positions }, caps) {
     const { root, join } = disjointSets(nVertices);
@@ -43,17 +42,17 @@ function componentsOf({ nTriangles, nVertices, triangles, corners, positions }, 
     return { of, ofVertex, list: order.map((old) => list[old]) };
 }
 
-/** Which components are shown, and whether they are coloured. */
+/** Selects the components that are shown, and whether they are coloured. */
 class Selection {
-    /** What the page starts with, voxels. */
+    /** The first selection, in voxels. */
     constructor({ largest = null, min_volume: minVolume = 0, min_area: minArea = 0, at = null } = {}) {
         Object.assign(this, { largest, minVolume, minArea });
-        /** Parts that the reader picked: alone to be seen, or to be hidden. */
+        /** Picked components: the only ones that are shown, or hidden if `isHiding`. */
         this.picks = at ? [{ point: at, isFresh: true }] : [];
         this.isHiding = false;
         this.isColoured = false;
         this.version = 0;
-        /** Of each vertex of the spectrum, the pick whose part it was last seen in, from 1. */
+        /** For each vertex of the spectrum, the number of the pick, from 1, in whose component it was last; 0 for none. */
         this.owner = null;
     }
 
@@ -62,7 +61,7 @@ class Selection {
         return this.largest === null && !(this.minVolume > 0) && !(this.minArea > 0) && this.picks.length === 0;
     }
 
-    /** Whether components need not be known. */
+    /** Whether the picture does not depend on components. */
     get isPlain() {
         return this.isAll && !this.isColoured;
     }
@@ -72,33 +71,33 @@ class Selection {
         this.version++;
     }
 
-    /** Keeps a part alone, or hides it, that is pointed at. */
+    /** Picks the component at a point, to be shown alone or hidden. */
     pick(point, isHiding) {
-        if (isHiding !== this.isHiding || !isHiding) this.showPicked();
-        if (this.picks.length < MOST_PICKS) this.picks.push({ point, isFresh: true });
+        if (isHiding !== this.isHiding || !isHiding) this.clearPicks();
+        if (this.picks.length < MAX_PICKS) this.picks.push({ point, isFresh: true });
         this.set({ isHiding });
     }
 
-    showPicked() {
+    clearPicks() {
         this.owner?.fill(0);
         this.set({ picks: [] });
     }
 
-    /** Another spectrum: its vertices have other numbers. */
-    forget() {
+    /** Prepares for another spectrum, whose vertices have other numbers. */
+    reset() {
         this.owner = null;
         for (const pick of this.picks) pick.isFresh = true;
         this.version++;
     }
 
-    /** Whether a picked part was seen before, but not among these components. */
+    /** Whether a component that was tracked has no vertex in these components. */
     isLost(surface, components) {
         if (this.picks.length === 0 || !this.owner) return false;
         const seen = this.votes(surface, components);
         return this.picks.some((pick, i) => !pick.isFresh && pick.component !== null && seen[i].size === 0);
     }
 
-    /** Of each pick how many vertices each component has of it. */
+    /** For each pick, the number of its vertices in each component. */
     votes({ nVertices, vertices }, { ofVertex }) {
         const votes = this.picks.map(() => new Map());
         for (let i = 0; i < nVertices; i++) {
@@ -108,8 +107,8 @@ class Selection {
         return votes;
     }
 
-    /** Finds the components that the picked parts are by now. */
-    follow(surface, components) {
+    /** Finds the picked components among those of a surface. */
+    track(surface, components) {
         if (this.picks.length === 0) return;
         this.owner ??= new Uint8Array(surface.mark.length);
         const { nVertices, vertices } = surface;
@@ -133,21 +132,21 @@ class Selection {
                 this.owner[v] = now;
                 this.picks[now - 1].place = i;
             }
-            // A piece that split off is no longer followed; what is gone may come back.
+            // A piece that has split off is no longer tracked; a component that vanished may come back.
             else if (this.owner[v] > 0 && this.picks[this.owner[v] - 1].component !== null) this.owner[v] = 0;
         }
-        // From where it is found again in another spectrum, and by who opens the address.
+        // Points by which components are found again in another spectrum and from the address.
         for (const pick of this.picks.filter((each) => each.component !== null && each.place !== undefined)) {
             pick.point = [...surface.positions.subarray(3 * pick.place, 3 * pick.place + 3)];
         }
     }
 
-    /** Points on the parts that are picked, as the address tells them. */
-    pointsPicked() {
+    /** Points on the picked components, as text for the address. */
+    pickedPoints() {
         return this.picks.map(({ point }) => point.map((x) => Number(x.toPrecision(5))).join(",")).join(";");
     }
 
-    /** Of each component whether it is shown. */
+    /** For each component, whether it is shown. */
     kept({ list }) {
         const picked = new Set(this.picks.map((pick) => pick.component));
         let left = this.largest ?? Infinity;
@@ -160,7 +159,7 @@ class Selection {
     }
 }
 
-/** The component with the vertex nearest to a point; null where there is none. */
+/** The component of the vertex nearest to a point; null if there is none. */
 function nearestComponent({ nVertices, positions }, { ofVertex }, [x, y, z]) {
     let [nearest, found] = [Infinity, null];
     for (let i = 0; i < nVertices; i++) {

@@ -1,24 +1,29 @@
-// Which vertices the triangles join and when they die: the walk around the holes that dying triangles leave.
+// Decodes the triangles: at each rank, dying triangles leave holes, and new triangles fill them along a walk around their edges.
 // FORMAT.md, section TRIA; the twin of src/file/connectivity.rs and src/file/holes.rs.
 
 const NONE = -1;
-const MOST_GATES = 64;
+/** The most gates at a vertex that are searched for the other side of an edge. */
+const MAX_GATES_SEARCHED = 64;
+/** Codes of the third vertex of a triangle at a gate. */
 const [NEW, SKIP, JUMP, LEAP, DEPTH, ALONG] = [0, 1, 2, 3, 4, 5];
 
-/** Numbers of a gate: where from and to, whether open, the next older one at its start, those beside it in its loop, the half-edge behind it. */
+/**
+ * A gate is an edge of a hole. Its numbers: first and second vertex, whether it is open, the next older gate with the same first
+ * vertex, the gates before and after it in its loop, the half-edge of the living triangle behind it.
+ */
 const GATE = 7;
 const [FROM, TO, OPEN, OLDER, BEFORE, AFTER, BEHIND] = [0, 1, 2, 3, 4, 5, 6];
 
-/** In place of the rank at which a triangle was asked: it is dead; it was not asked. */
+/** Values of `asked` that are no rank. */
 const [DEAD, NEVER] = [-2, -1];
 
-/** The half-edges beside one in its triangle. */
+/** The next and the previous half-edge of the same triangle. */
 const nextOf = (h) => (h % 3 === 2 ? h - 2 : h + 1);
 const previousOf = (h) => (h % 3 === 0 ? h + 2 : h - 1);
 
-/** The triangles that live, and the gates of the holes that dying ones leave. */
+/** The living triangles, and the gates of the holes that dying triangles leave. */
 class Holes {
-    /** `vertices` has three for each triangle; those that are not there yet may be anything. */
+    /** `vertices` has three for each triangle, of any value for triangles that are not born yet. */
     constructor(nVertices, vertices) {
         // A stack.
         this.gates = new Int32Array(GATE * 1024);
@@ -26,18 +31,21 @@ class Holes {
         // The newest gate that starts at each vertex.
         this.starting = new Int32Array(nVertices).fill(NONE);
         this.vertices = vertices;
-        // By half-edge; for those of dying triangles with a gate, -2 less its number.
+        // By half-edge, its twin; for those of dying triangles at a gate, -2 minus the gate's number.
         this.twins = new Int32Array(vertices.length).fill(NONE);
         // By vertex, a half-edge of a living triangle that starts there.
         this.leaving = new Int32Array(nVertices).fill(NONE);
-        // By triangle, the rank at which it was last asked whether it dies.
+        // By triangle, the last rank for which an answer was read whether it dies; DEAD or NEVER.
         this.asked = new Int32Array(vertices.length / 3).fill(NEVER);
-        // The gate taken last, which is not in the stack any more.
-        this.taken = new Int32Array(GATE);
+        // The gate that was popped last.
+        this.popped = new Int32Array(GATE);
     }
 
-    /** The triangles that die at a rank: around vertices that end, told ones, and those beside them of which `dies` says so. */
-    dying(rank, ended, told, dies) {
+    /**
+     * The triangles that die at a rank: those around `ended` vertices, those `listed`, and neighbours of these for which `dies`
+     * is true.
+     */
+    dying(rank, ended, listed, dies) {
         const dying = [];
         for (const v of ended) this.killAround(v, dying);
         const nAtEnds = dying.length;
@@ -56,11 +64,11 @@ class Holes {
             }
         };
         spread();
-        for (const t of told) if (this.kill(t, dying)) spread();
+        for (const t of listed) if (this.kill(t, dying)) spread();
         return dying;
     }
 
-    /** Whether a triangle has lived until now. */
+    /** Marks a triangle as dying; false if it is dead already. */
     kill(t, dying) {
         if (this.asked[t] === DEAD) return false;
         this.asked[t] = DEAD;
@@ -78,11 +86,11 @@ class Holes {
             h = twins[previousOf(h)];
             if (h === first) return;
         } while (h !== NONE);
-        // The other way, from where it began.
+        // At a boundary: the other way round from the first half-edge.
         for (h = twins[first]; h !== NONE; h = twins[nextOf(h)]) this.kill(Math.floor(h / 3), dying);
     }
 
-    /** Closes what is left and opens the gates around dying triangles. */
+    /** Forgets the old gates and opens gates around dying triangles. */
     open(dying) {
         const { twins, vertices, asked } = this;
         for (let i = 0; i < this.nGates; i++) this.starting[this.gates[GATE * i + FROM]] = NONE;
@@ -111,53 +119,53 @@ class Holes {
         }
     }
 
-    /** Takes gates off the stack down to the first open one; whether there was one. */
+    /** Pops gates down to the first open one; false if there is none. */
     pop() {
         const { gates } = this;
         while (this.nGates > 0) {
             const at = GATE * --this.nGates;
             this.starting[gates[at + FROM]] = gates[at + OLDER];
             if (gates[at + OPEN] === 1) {
-                this.taken.set(gates.subarray(at, at + GATE));
+                this.popped.set(gates.subarray(at, at + GATE));
                 return true;
             }
         }
         return false;
     }
 
-    /** Leaves the gate that was taken without a triangle. */
-    leave() {
-        if (this.taken[AFTER] !== this.nGates) this.link(this.taken[BEFORE], this.taken[AFTER]);
+    /** Skips the gate that was popped: it gets no triangle. */
+    skip() {
+        if (this.popped[AFTER] !== this.nGates) this.link(this.popped[BEFORE], this.popped[AFTER]);
     }
 
-    /** The third vertex at the gate that was taken, for a code of ALONG or more. */
+    /** The third vertex at the gate that was popped, for a code of ALONG or more. */
     third(code) {
         const isAfter = (code - ALONG) % 2;
-        const beside = isAfter ? AFTER : BEFORE;
-        let gate = this.taken[beside];
-        for (let k = (code - ALONG - isAfter) / 2; k > 0; k--) gate = this.gates[GATE * gate + beside];
+        const side = isAfter ? AFTER : BEFORE;
+        let gate = this.popped[side];
+        for (let k = (code - ALONG - isAfter) / 2; k > 0; k--) gate = this.gates[GATE * gate + side];
         return this.gates[GATE * gate + (isAfter ? TO : FROM)];
     }
 
-    /** The vertex at which the gate starts that lies so deep in the stack. */
+    /** The first vertex of the gate at a depth of the stack. */
     atDepth(depth) {
         return this.gates[GATE * (this.nGates - 1 - depth) + FROM];
     }
 
-    /** Adds triangle t, whose vertices are known, at the gate that was taken. */
+    /** Adds triangle t, whose vertices are known, at the gate that was popped. */
     fill(t) {
-        const [from, to, , , before, after, behind] = this.taken;
+        const [from, to, , , before, after, behind] = this.popped;
         const third = this.vertices[3 * t + 2];
-        const taken = this.nGates;
+        const removed = this.nGates;
         this.add(t);
         this.setTwins(3 * t, behind);
         const second = this.push(third, to, 3 * t + 1);
         const first = this.push(from, third, 3 * t + 2);
         this.link(first, second);
-        this.link(before === taken ? second : before, first);
-        this.link(second, after === taken ? first : after);
-        this.glueIfBeside(second);
-        this.glueIfBeside(first);
+        this.link(before === removed ? second : before, first);
+        this.link(second, after === removed ? first : after);
+        this.closeIfPaired(second);
+        this.closeIfPaired(first);
     }
 
     /** Adds triangle t, whose vertices are known, without a gate. */
@@ -167,7 +175,7 @@ class Holes {
         this.add(t);
         const gates = [this.push(b, a, h), this.push(a, c, h + 2), this.push(c, b, h + 1)];
         for (let i = 0; i < 3; i++) this.link(gates[i], gates[(i + 1) % 3]);
-        for (const gate of gates) this.glueIfBeside(gate);
+        for (const gate of gates) this.closeIfPaired(gate);
     }
 
     add(t) {
@@ -204,8 +212,8 @@ class Holes {
         return index;
     }
 
-    /** Closes a gate with the one that has its edge from the other side, if there is one: one beside it in its loop before others. */
-    glueIfBeside(gate) {
+    /** Closes a gate and the one with the reversed edge, if there is one; its neighbours in the loop come first. */
+    closeIfPaired(gate) {
         const { gates } = this;
         const at = GATE * gate;
         if (gates[at + OPEN] === 0) return;
@@ -215,22 +223,23 @@ class Holes {
             const other = GATE * i;
             return i !== gate && gates[other + OPEN] === 1 && gates[other + FROM] === to && gates[other + TO] === from;
         };
-        if (isIt(gates[at + BEFORE])) return this.glue(gate, gates[at + BEFORE]);
-        if (isIt(gates[at + AFTER])) return this.glue(gate, gates[at + AFTER]);
+        if (isIt(gates[at + BEFORE])) return this.close(gate, gates[at + BEFORE]);
+        if (isIt(gates[at + AFTER])) return this.close(gate, gates[at + AFTER]);
         let i = this.starting[to];
-        for (let n = 0; i !== NONE && n < MOST_GATES; n++) {
-            if (isIt(i)) return this.glue(gate, i);
+        for (let n = 0; i !== NONE && n < MAX_GATES_SEARCHED; n++) {
+            if (isIt(i)) return this.close(gate, i);
             i = gates[GATE * i + OLDER];
         }
     }
 
-    glue(x, y) {
+    /** Closes two gates with opposite edges: joins their triangles and links their loops. */
+    close(x, y) {
         const { gates } = this;
         const [a, b] = [GATE * x, GATE * y];
         this.setTwins(gates[a + BEHIND], gates[b + BEHIND]);
         const [beforeX, afterX] = [gates[a + BEFORE], gates[a + AFTER]];
         const [beforeY, afterY] = [gates[b + BEFORE], gates[b + AFTER]];
-        // One that is alone in its loop leaves no one behind.
+        // A gate that is alone in its loop has no neighbours to link.
         if (afterX === x || afterY === y) {
             if (afterX !== x) this.link(beforeX, afterX);
             if (afterY !== y) this.link(beforeY, afterY);
@@ -243,7 +252,7 @@ class Holes {
     }
 }
 
-/** Numbers by rank; those of one rank come back newest first. */
+/** Lists of numbers by rank, the newest first. */
 class ByRank {
     constructor(nRanks, nNumbers) {
         this.newest = new Int32Array(nRanks).fill(NONE);
@@ -261,7 +270,7 @@ class ByRank {
 }
 
 /** The columns of section TRIA. */
-function walkOf(section) {
+function triangleColumnsOf(section) {
     const columns = new CodedColumns(section);
     const counted = () => columns.column(columns.count());
     const births = counted();
@@ -271,14 +280,14 @@ function walkOf(section) {
     const answers = Array.from({ length: 4 }, counted);
     const n = births.reduce((sum, count) => sum + count, 0);
     const kinds = columns.column(n);
-    const wayFrom = waysOf(columns, kinds.reduce((sum, kind) => sum + (kind % 3 === 2), 0));
-    return { births, codes, jumps, depths, starts, answers, n, kinds, wayFrom };
+    const nextDeath = rankStepsOf(columns, kinds.reduce((sum, kind) => sum + (kind % 3 === 2), 0));
+    return { births, codes, jumps, depths, starts, answers, n, kinds, nextDeath };
 }
 
-/** Triangles, by birth, from section TRIA. */
+/** Decodes section TRIA: the triangles in the order of birth. */
 function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
-    const walk = walkOf(section);
-    const { n, codes, jumps, depths, starts, answers, kinds } = walk;
+    const columns = triangleColumnsOf(section);
+    const { n, codes, jumps, depths, starts, answers, kinds } = columns;
     const nVertices = firstKnot.length - 1;
     const vertices = new Uint32Array(3 * n);
     const births = new Uint32Array(n);
@@ -288,34 +297,34 @@ function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
     for (let v = nVertices - 1; v >= 0; v--) {
         if (firstKnot[v] < firstKnot[v + 1]) ends.push(ranks[firstKnot[v + 1] - 1], v);
     }
-    const told = new ByRank(nIsovalues, n);
+    const listed = new ByRank(nIsovalues, n);
     const nAnswered = [0, 0, 0, 0];
-    const dies = (t, atAnEnd) => {
-        const all = isLattice[vertices[3 * t]] && isLattice[vertices[3 * t + 1]] && isLattice[vertices[3 * t + 2]];
-        const kind = (all ? 2 : 0) + (atAnEnd ? 1 : 0);
+    const dies = (t, isAtEnd) => {
+        const isOnLattice = isLattice[vertices[3 * t]] && isLattice[vertices[3 * t + 1]] && isLattice[vertices[3 * t + 2]];
+        const kind = (isOnLattice ? 2 : 0) + (isAtEnd ? 1 : 0);
         return answers[kind][nAnswered[kind]++] === 1;
     };
-    let [nUsed, code, jump, last, depth, start, t, before] = [0, 0, 0, 0, 0, 0, 0, 0];
+    let [nUsed, code, jump, last, depth, start, t, death] = [0, 0, 0, 0, 0, 0, 0, 0];
     for (let rank = 0; rank < nIsovalues; rank++) {
-        const dying = holes.dying(rank, ends.at(rank), told.at(rank), dies);
+        const dying = holes.dying(rank, ends.at(rank), listed.at(rank), dies);
         for (const d of dying) deaths[d] = rank;
         holes.open(dying);
-        const end = t + walk.births[rank];
+        const end = t + columns.births[rank];
         while (t < end) {
-            const atGate = holes.pop();
-            let [a, b] = holes.taken;
+            const isAtGate = holes.pop();
+            let [a, b] = holes.popped;
             let c = nUsed;
-            if (atGate) {
+            if (isAtGate) {
                 const kind = codes[code++];
                 if (kind === SKIP) {
-                    holes.leave();
+                    holes.skip();
                     continue;
                 }
                 if (kind === JUMP || kind === LEAP) last = c = (kind === LEAP ? last : a) + jumps[jump++];
                 else if (kind === DEPTH) c = holes.atDepth(depths[depth++]);
                 else if (kind !== NEW) c = holes.third(kind);
             } else {
-                // A new vertex is the next in number.
+                // New vertices are numbered in the order of use.
                 a = nUsed - starts[start++];
                 const most = Math.max(nUsed, a + 1);
                 b = most - starts[start++];
@@ -327,9 +336,9 @@ function trianglesOf(section, { firstKnot, ranks, isLattice }, nIsovalues) {
             vertices[3 * t + 2] = c;
             births[t] = rank;
             const kind = kinds[t] % 3;
-            if (kind === 2) before = walk.wayFrom(rank);
-            if (kind > 0) told.push(before, t);
-            if (atGate) holes.fill(t);
+            if (kind === 2) death = columns.nextDeath(rank);
+            if (kind > 0) listed.push(death, t);
+            if (isAtGate) holes.fill(t);
             else holes.start(t);
             t++;
         }

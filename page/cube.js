@@ -1,10 +1,11 @@
-// The orientation cube in the corner of the picture: how the world lies, and a click on a side looks from there.
+// The orientation cube in the corner of the picture. A click on a side looks from that side.
 
-/** Half an edge, CSS pixels; half the side of the drawing, where the cube's corners never reach. */
+/** Half an edge of the cube, CSS pixels. */
 const HALF_EDGE = 17;
+/** Half the side of the drawing, CSS pixels: more than half the cube's diagonal. */
 const CUBE_REACH = 32;
 
-/** What sides are called, towards +x, -x, +y and so on: in a patient by where they lie. */
+/** The names of the sides +x, -x, +y and so on in a patient's space. */
 const SIDES = { LPS: "LRPASI", RAS: "RLAPSI" };
 
 /** The names of the six sides in the world of a volume. */
@@ -12,11 +13,11 @@ function sideNames({ placement: { space } }) {
     return [...SIDES[space] ?? ["x", "-x", "y", "-y", "z", "-z"]];
 }
 
-/** The angles of a view from a side (0 to 5: +x, -x, +y and so on), counted from what those of the viewer count from. */
+/** The angles of a view from a side (0 to 5: +x, -x, +y and so on), relative to `basis`. */
 function viewFrom(side, basis) {
     const [x, y, z] = (basis ?? [[1, 0, 0], [0, 1, 0], [0, 0, 1]]).map((column) => (side % 2 ? -1 : 1) * column[side >> 1]);
     const elevation = (Math.asin(Math.min(Math.max(z, -1), 1)) * 180) / Math.PI;
-    // From above and from below, what lies behind is up.
+    // From above and from below, +y is up.
     const isLevel = Math.abs(z) < 0.999;
     const azimuth = isLevel ? (((Math.atan2(y, x) * 180) / Math.PI) + 360) % 360 : z > 0 ? 270 : 90;
     return { azimuth, elevation: Number(elevation.toFixed(6)) };
@@ -39,7 +40,7 @@ class Cube {
         });
     }
 
-    /** Draws the sides that are seen. */
+    /** Draws the visible sides. */
     draw([right, up, back]) {
         const key = [...right, ...up].map((x) => x.toFixed(3)).join();
         if (key === this.drawn) return;
@@ -56,7 +57,7 @@ class Cube {
             const [x, y] = at(0, 0);
             label.setAttribute("x", x);
             label.setAttribute("y", y);
-            // Where it is seen from aside there is no room for its name.
+            // A side at a grazing angle has no room for its name.
             label.setAttribute("visibility", out[2] > 0.35 ? "visible" : "hidden");
             return true;
         });

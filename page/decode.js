@@ -1,16 +1,16 @@
-// Unpacks the spectrum beside the page: in a worker, so that what is shown already keeps moving; in
-// the page itself where a worker may not be.
+// Decodes the spectrum in a worker, so that the page stays responsive; in the page itself if it cannot start a worker.
 
-/** All that is made of a packed spectrum before anything of it is drawn. */
+/** Decodes a packed spectrum, bytes or their base64, and makes the tables that drawing needs. */
 async function unpacked(packed, about) {
-    const spectrum = spectrumOf(await inflated(bytesOfLetters(packed)), about);
+    const bytes = typeof packed === "string" ? bytesOfBase64(packed) : packed;
+    const spectrum = spectrumOf(await inflated(bytes), about);
     spectrum.orders = ordersOf(spectrum);
     spectrum.tables = tablesOf(spectrum, about.step);
     return spectrum;
 }
 
-/** As unpacked, by a worker that runs the script of the page. */
-async function unpackedBeside(packed, about, script) {
+/** As unpacked, in a worker that runs the script of the page. */
+async function unpackedInWorker(packed, about, script) {
     let worker;
     const address = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     try {
@@ -32,12 +32,12 @@ async function unpackedBeside(packed, about, script) {
     }
 }
 
-/** What the script does in a worker. */
-function work() {
+/** Answers the page when the script runs in a worker. */
+function runWorker() {
     self.onmessage = async ({ data: { packed, about } }) => {
         try {
             const spectrum = await unpacked(packed, about);
-            // Columns may be views of one buffer, and are handed over once.
+            // Columns can be views of one buffer, which may be transferred only once.
             self.postMessage({ spectrum }, [...buffersOf(spectrum)]);
         } catch (error) {
             self.postMessage({ error: error.message });
@@ -45,7 +45,7 @@ function work() {
     };
 }
 
-/** The buffers of all arrays in an object, at any depth. */
+/** The buffers of all typed arrays in an object, at any depth. */
 function buffersOf(thing, found = new Set()) {
     if (ArrayBuffer.isView(thing)) found.add(thing.buffer);
     else if (thing && typeof thing === "object") Object.values(thing).forEach((x) => buffersOf(x, found));

@@ -1,14 +1,13 @@
-// Files made in the page: the mesh at the present isovalue as STL, PLY or GLB. The twin of src/export/*.rs; little endian
-// throughout.
+// Mesh files: the mesh at the current isovalue as STL, PLY or GLB, all little endian. The twin of src/export/*.rs.
 
-const MAKER = "isospectrum";
+const GENERATOR = "isospectrum";
 
-/** Binary STL: each triangle by itself with the normal of its plane. */
-function stlOf({ positions, triangles, said }) {
+/** Binary STL. */
+function stlOf({ positions, triangles, comments }) {
     const n = triangles.length / 3;
     const bytes = new ArrayBuffer(84 + 50 * n);
     const view = new DataView(bytes);
-    const head = [`binary STL by ${MAKER}`, ...said].join(". ").padEnd(80);
+    const head = [`binary STL by ${GENERATOR}`, ...comments].join(". ").padEnd(80);
     for (let i = 0; i < 80; i++) view.setUint8(i, head.charCodeAt(i));
     view.setUint32(80, n, true);
     for (let t = 0; t < n; t++) {
@@ -25,11 +24,11 @@ function stlOf({ positions, triangles, said }) {
     return bytes;
 }
 
-/** Binary PLY: positions and normals, triangles as lists. */
-function plyOf({ positions, normals, triangles, said }) {
+/** Binary PLY with normals. */
+function plyOf({ positions, normals, triangles, comments }) {
     const [n, m] = [positions.length / 3, triangles.length / 3];
     const head = new TextEncoder().encode(
-        `ply\nformat binary_little_endian 1.0\n${[MAKER, ...said].map((text) => `comment ${text}\n`).join("")}element vertex ${n}\n`
+        `ply\nformat binary_little_endian 1.0\n${[GENERATOR, ...comments].map((text) => `comment ${text}\n`).join("")}element vertex ${n}\n`
         + "property float x\nproperty float y\nproperty float z\n"
         + "property float nx\nproperty float ny\nproperty float nz\n"
         + `element face ${m}\nproperty list uchar int vertex_indices\nend_header\n`);
@@ -49,10 +48,10 @@ function plyOf({ positions, normals, triangles, said }) {
     return bytes;
 }
 
-/** Binary glTF 2.0 with one mesh; an empty mesh is an empty scene, as glTF has no empty buffers. */
+/** Binary glTF 2.0 with one mesh; an empty mesh gives an empty scene, because glTF has no empty buffers. */
 function glbOf({ positions, normals, triangles, placement: { unit = "unknown", space = "UNKNOWN" } }) {
     const [n, m] = [positions.length / 3, triangles.length / 3];
-    const asset = { version: "2.0", generator: MAKER };
+    const asset = { version: "2.0", generator: GENERATOR };
     let json = { asset, scene: 0, scenes: [{}] };
     const extras = { ...(unit !== "unknown" && { unit }), ...(space !== "UNKNOWN" && { space }) };
     if (m > 0) {
@@ -109,7 +108,7 @@ const FORMATS = {
     glb: [glbOf, "model/gltf-binary"],
 };
 
-/** Hands a file to the reader. */
+/** Downloads a file. */
 function save(blob, name) {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(blob);
@@ -118,7 +117,7 @@ function save(blob, name) {
     setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-/** A name for a file: of letters, digits and what is harmless. */
+/** A file name of ASCII letters, digits and hyphens. */
 function fileName(title, isovalue, ending) {
     const name = title.normalize("NFKD").replace(/[^A-Za-z0-9]+/g, "-").replace(/^-+|-+$/g, "");
     return `${name.slice(0, 60) || "isosurface"}-${isovalue}.${ending}`;

@@ -1,15 +1,15 @@
-// The elements of the page by their names.
+// Access to the elements of the page.
 
 function byId(id) {
     return document.getElementById(id);
 }
 
-/** Does something at an event of an element, or of the one that has a name. */
+/** Listens to an event of an element, or of the element with an id. */
 function on(target, event, action) {
     (target.addEventListener ? target : byId(target)).addEventListener(event, action);
 }
 
-/** Changes a text; the same one again would be laid out again. */
+/** Sets the text of an element if it differs: setting it causes a new layout. */
 function setText(element, text) {
     if (element.textContent !== text) element.textContent = text;
 }

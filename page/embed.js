@@ -1,39 +1,38 @@
-// Talks to a page that shows this one in a frame, by messages:
+// Messages to and from a page that contains this one in a frame:
 //   { isospectrum: "setIsovalue", isovalue, id }  →  { isospectrum: "reply", id, result: state }
-//   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, each if it is to change
-//   { isospectrum: "setLook", look: { wireframe, open, axes, orthographic, occlusion, light, largest, color }, id }, likewise
+//   { isospectrum: "setView", view: { azimuth, elevation, distance, target }, id }, all properties optional
+//   { isospectrum: "setLook", look: { wireframe, open, axes, orthographic, occlusion, light, largest, color }, id }, all properties optional
 //   { isospectrum: "play", playing, id }          →  ... result: state
 //   { isospectrum: "getState", id }               →  ... result: { isovalue, low, high, view, ... }
-//   { isospectrum: "screenshot", size, transparent, id }  →  ... result: a PNG, as Blob; size: [width, height], else as seen
-// A reply has `error` instead of `result` where something was wrong. Once the first picture is
-// there, { isospectrum: "ready", state } is sent unasked, and from then on { isospectrum: "isovalueChanged", isovalue }
-// with every picture that shows another one.
+//   { isospectrum: "screenshot", size, transparent, id }  →  ... result: a PNG, as Blob; size: [width, height], default as in the page
+// A reply to a wrong request has `error` instead of `result`. The page sends { isospectrum: "ready", state } after the first picture,
+// and from then on { isospectrum: "isovalueChanged", isovalue } after every picture of another isovalue.
 
-/** The frame that shows it in another page. */
+/** The HTML of a frame that shows this page in another one. */
 function embedOf(viewer) {
     const quoted = (text) => text.replace(/&/g, "&amp;").replace(/"/g, "&quot;");
     return `<iframe src="${quoted(linkTo(viewer))}" title="${quoted(document.title)}" width="720" height="480" `
         + 'style="border: 0" loading="lazy" allow="clipboard-write; fullscreen"></iframe>';
 }
 
-/** What is told as an isovalue, if it is a number: nothing is made one. */
-function numberOf(isovalue) {
+/** Checks that an isovalue is a finite number, without conversion from other types. */
+function checkedNumber(isovalue) {
     if (Number.isFinite(isovalue)) return isovalue;
-    const told = typeof isovalue === "object" || typeof isovalue === "function"
+    const shown = typeof isovalue === "object" || typeof isovalue === "function"
         ? typeof isovalue : String(isovalue).slice(0, 40);
-    throw new TypeError(`isovalue ${isovalue === null ? "null" : told}, expected a number`);
+    throw new TypeError(`isovalue ${isovalue === null ? "null" : shown}, expected a number`);
 }
 
-/** Checks that what is told of a view are numbers that make one; returns that alone. */
-function viewOf(told) {
+/** Checks the properties of a view in a message, and returns a view with these only. */
+function checkedView(wanted) {
     const view = {};
     for (const [name, low, high] of [["azimuth", -1e6, 1e6], ["elevation", -90, 90], ["distance", NEAREST, FARTHEST]]) {
-        if (told?.[name] === undefined) continue;
-        if (!(low <= told[name] && told[name] <= high)) throw new Error(`${name}, expected a number from ${low} to ${high}`);
-        view[name] = told[name];
+        if (wanted?.[name] === undefined) continue;
+        if (!(low <= wanted[name] && wanted[name] <= high)) throw new Error(`${name}, expected a number from ${low} to ${high}`);
+        view[name] = wanted[name];
     }
-    if (told?.target !== undefined) {
-        const { target } = told;
+    if (wanted?.target !== undefined) {
+        const { target } = wanted;
         const isPoint = Array.isArray(target) && target.length === 3 && target.every(Number.isFinite);
         if (!isPoint) throw new Error("target, expected three numbers");
         view.target = [...target];
@@ -41,21 +40,21 @@ function viewOf(told) {
     return view;
 }
 
-/** Changes how the surface looks as far as it is told. */
-function setToldLook(viewer, told) {
+/** Checks the properties of a look in a message, and sets them. */
+function setLook(viewer, wanted) {
     const switches = [...SWITCHES, "open"];
     for (const name of switches) {
-        if (told?.[name] !== undefined && typeof told[name] !== "boolean") throw new Error(`${name}, expected true or false`);
+        if (wanted?.[name] !== undefined && typeof wanted[name] !== "boolean") throw new Error(`${name}, expected true or false`);
     }
-    const largest = told?.largest;
+    const largest = wanted?.largest;
     if (largest !== undefined && largest !== null && !(Number.isInteger(largest) && largest > 0)) {
         throw new Error("largest, expected null or a number of components");
     }
-    const light = told?.light ?? viewer.look.light;
+    const light = wanted?.light ?? viewer.look.light;
     if (!LIGHTS.includes(light)) throw new Error(`light, expected one of ${LIGHTS.join(", ")}`);
     viewer.setLook({ light });
-    viewer.setLook(Object.fromEntries(switches.filter((name) => told?.[name] !== undefined).map((name) => [name, told[name]])));
-    const color = told?.color ?? viewer.coloring.color;
+    viewer.setLook(Object.fromEntries(switches.filter((name) => wanted?.[name] !== undefined).map((name) => [name, wanted[name]])));
+    const color = wanted?.color ?? viewer.coloring.color;
     if (!viewer.canShow(color)) throw new Error(`color, expected one of ${Object.keys(COLORS).filter((c) => viewer.canShow(c)).join(", ")}`);
     viewer.setColoring({ color });
     viewer.select({ largest: largest === undefined ? viewer.selection.largest : largest });
@@ -65,7 +64,7 @@ function followMessages(viewer) {
     if (window.parent === window) return;
     const calls = {
         setIsovalue: ({ isovalue }) => {
-            numberOf(isovalue);
+            checkedNumber(isovalue);
             if (!(viewer.low <= isovalue && isovalue <= viewer.high)) {
                 throw new Error(`isovalue ${isovalue} lies outside ${viewer.low} to ${viewer.high}`);
             }
@@ -74,11 +73,11 @@ function followMessages(viewer) {
         },
         setView: ({ view }) => {
             viewer.isFitWanted = false;
-            viewer.setView(viewOf(view));
+            viewer.setView(checkedView(view));
             return viewer.state();
         },
         setLook: ({ look }) => {
-            setToldLook(viewer, look);
+            setLook(viewer, look);
             return viewer.state();
         },
         play: ({ playing }) => {
@@ -96,7 +95,7 @@ function followMessages(viewer) {
         },
     };
     window.addEventListener("message", async ({ source, data }) => {
-        // The frame around this page only. What it gets to know is no secret, so any origin may be it.
+        // Only the page around this one. The state is not secret, so its origin does not matter.
         const name = data?.isospectrum;
         if (source !== window.parent || !Object.hasOwn(calls, name)) return;
         const reply = { isospectrum: "reply", id: data.id };
@@ -107,10 +106,10 @@ function followMessages(viewer) {
         }
         source.postMessage(reply, "*");
     });
-    let told = viewer.isovalue;
+    let sent = viewer.isovalue;
     viewer.onShown = (isovalue) => {
-        if (isovalue === told) return;
-        told = isovalue;
+        if (isovalue === sent) return;
+        sent = isovalue;
         window.parent.postMessage({ isospectrum: "isovalueChanged", isovalue }, "*");
     };
     window.parent.postMessage({ isospectrum: "ready", state: viewer.state() }, "*");

@@ -1,7 +1,7 @@
-// Reads the spectrum of the page: sections as src/page/data.rs puts them, of columns as FORMAT.md
-// describes them. Without the checks of src/file.rs: the page was written by the program itself.
+// Reads a spectrum: sections as src/page/data.rs writes them, columns as FORMAT.md describes them. Does without the checks of
+// src/file.rs, because the program itself wrote the page.
 
-/** Takes numbers off the bytes of one section. */
+/** Reads the numbers of a section. */
 class Columns {
     constructor(bytes) {
         this.bytes = bytes;
@@ -9,22 +9,19 @@ class Columns {
         this.at = 0;
     }
 
-    /** A count: a u64 that is small enough for a number. */
+    /** A count: a u64 that a number holds exactly. */
     count() {
         const count = Number(this.view.getBigUint64(this.at, true));
         this.at += 8;
         return count;
     }
 
-    /**
-     * A column of n numbers: Uint8Array where a byte holds each of them, Uint32Array where four do, else
-     * Float64Array.
-     */
+    /** A column of n numbers: Uint8Array if each has one byte, Uint32Array if each has at most four, else Float64Array. */
     column(n) {
         const width = this.bytes[this.at++];
         const { bytes, at } = this;
         this.at += width * n;
-        // As it lies there.
+        // No copy.
         if (width === 1) return bytes.subarray(at, at + n);
         const numbers = width <= 4 ? new Uint32Array(n) : new Float64Array(n);
         for (let plane = 0, unit = 1; plane < width; plane++, unit *= 256) {
@@ -34,7 +31,7 @@ class Columns {
         return numbers;
     }
 
-    /** A column of n numbers of all 64 bits. */
+    /** A column of n numbers of 64 bits. */
     column64(n) {
         const width = this.bytes[this.at++];
         const numbers = new BigUint64Array(n);
@@ -47,7 +44,7 @@ class Columns {
     }
 }
 
-/** Zigzag-coded numbers; Int8Array, Int32Array or Float64Array. */
+/** Decodes zigzag-coded numbers: Int8Array, Int32Array or Float64Array. */
 function signed(numbers) {
     if (!(numbers instanceof Float64Array)) {
         const all = new (numbers instanceof Uint8Array ? Int8Array : Int32Array)(numbers.length);
@@ -61,7 +58,7 @@ function signed(numbers) {
     return numbers;
 }
 
-/** Every section: a length and that many bytes. */
+/** The sections, each stored as a length and that many bytes. */
 function sectionsOf(bytes) {
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     const sections = [];
@@ -74,10 +71,10 @@ function sectionsOf(bytes) {
 }
 
 /**
- * The columns of section POSN: where lattice vertices start and which way they
- * go, which axis the others face, and what the predictions miss of these by kind of knot.
+ * The columns of section POSN: the first samples of lattice vertices and their directions, the axis that each other vertex
+ * faces, and the residuals of predicted positions by kind of knot.
  */
-function toldOf(section, { firstKnot, isLattice }) {
+function residualsOf(section, { firstKnot, isLattice }) {
     const nVertices = firstKnot.length - 1;
     const nKnots = (v) => firstKnot[v + 1] - firstKnot[v];
     const columns = new CodedColumns(section);
@@ -92,16 +89,16 @@ function toldOf(section, { firstKnot, isLattice }) {
     }
     const three = (length) => Array.from({ length: 3 }, () => columns.signedColumn(length));
     const starts = three(nLattice);
-    const ways = columns.column(nLattice);
+    const directions = columns.column(nLattice);
     const facing = columns.column(n[FIRST]);
-    return { isLattice, starts, ways, facing, positions: n.map(three) };
+    return { isLattice, starts, directions, facing, positions: n.map(three) };
 }
 
 /**
- * Takes the columns of n ways from ranks to later ones, told by the stations that they pass; src/file/stations.rs. Returns what tells, of
- * one after the other, where it leads from a rank.
+ * Reads n steps from a rank to a later one, coded by the stations that they pass (src/file/stations.rs). Returns a function that
+ * gives the rank after the next step from a rank.
  */
-function waysOf(columns, n) {
+function rankStepsOf(columns, n) {
     const steps = columns.column(columns.count());
     const lengths = columns.column(columns.count());
     const codes = columns.column(n);
@@ -121,7 +118,7 @@ function waysOf(columns, n) {
     };
 }
 
-/** Takes numbers off the bytes of one section of coded columns. */
+/** Reads the numbers of a section of coded columns. */
 class CodedColumns {
     constructor(bytes) {
         this.decoder = new Decoder(bytes);
@@ -139,13 +136,13 @@ class CodedColumns {
         return this.decoder.row(new Numbers(n));
     }
 
-    /** As column, of zigzag-coded numbers. */
+    /** A column of zigzag-coded numbers. */
     signedColumn(n) {
         return signed(this.column(n));
     }
 }
 
-/** The table of isovalues: sorted keys, each given by its distance from the one before. */
+/** The table of isovalues: sorted integer keys of doubles, stored as differences. */
 function isovaluesOf(section) {
     const columns = new Columns(section);
     const keys = columns.column64(columns.count());
@@ -158,7 +155,7 @@ function isovaluesOf(section) {
     return new Float64Array(keys.buffer);
 }
 
-/** The bytes of a second field, one per knot; src/page/field.rs. */
+/** The codes of a second field, one byte per knot; the twin of src/page/field.rs. */
 function valuesOf(section, { firstKnot, ranks }) {
     const values = new Uint8Array(ranks.length);
     let nFirst = 0;
@@ -175,19 +172,19 @@ function valuesOf(section, { firstKnot, ranks }) {
 }
 
 /**
- * The spectrum in the bytes: its description, isovalues, first knot of each vertex (one more than
- * there are), ranks, positions (3 per knot, whole steps), and triangles with vertices (3 per triangle),
- * births, deaths and caps.
+ * Decodes a spectrum: its description `info`, isovalues, the first knot of each vertex (and the number of knots), ranks and
+ * positions of knots (3 per knot, whole steps), the triangles' vertices (3 per triangle), births, deaths and caps, and the codes
+ * of a second field.
  */
 function spectrumOf(bytes, { step, along }) {
     const [info, isovalueSection, rankSection, triangleSection, positionSection, valueSection] = sectionsOf(bytes);
     const isovalues = isovaluesOf(isovalueSection);
     const trajectories = ranksOf(rankSection);
     const triangles = trianglesOf(triangleSection, trajectories, isovalues.length);
-    const described = JSON.parse(new TextDecoder().decode(info));
-    const told = toldOf(positionSection, trajectories);
-    const samples = new Samples(described.volume, 1 / step);
-    const positions = positionsOf(told, samples, trajectories, isovalues, triangles, along);
+    const description = JSON.parse(new TextDecoder().decode(info));
+    const residuals = residualsOf(positionSection, trajectories);
+    const samples = new Samples(description.volume, 1 / step);
+    const positions = positionsOf(residuals, samples, trajectories, isovalues, triangles, along);
     const values = valueSection && valuesOf(valueSection, trajectories);
-    return { info: described, isovalues, ...trajectories, ...triangles, positions, values };
+    return { info: description, isovalues, ...trajectories, ...triangles, positions, values };
 }

@@ -1,27 +1,26 @@
-// What the reader does with pointers, wheel and keys. Every input only says what is wanted; the next picture shows the latest
-// of it.
+// Input by pointers, wheel and keys. Inputs only change the state of the viewer; the next picture shows the latest state.
 
-/** Steps of the isovalue as shares of the range, usual and fine ones. */
+/** Steps of the isovalue as shares of the range. */
 const STEP = 1 / 200;
 const FINE_STEP = 1 / 4000;
 const DEGREES_PER_PIXEL = 0.4;
-/** What a key turns, degrees, moves, CSS pixels, and zooms by. */
+/** Steps of keys: rotation in degrees, translation in CSS pixels, factor of zoom. */
 const KEY_DEGREES = 5;
 const KEY_PIXELS = 24;
 const KEY_ZOOM = 1.15;
-/** Bounds of the distance; the nearest shows one voxel of a thousand along an axis, and a part of it. */
+/** Bounds of the view's distance; at the nearest, one voxel of a thousand along an axis fills the picture. */
 const [NEAREST, FARTHEST] = [0.0002, 20];
 
-/** How far a pointer may move, CSS pixels, and still have clicked. */
-const CLICK = 4;
+/** The greatest movement of a pointer during a click, CSS pixels. */
+const MAX_CLICK_MOVEMENT = 4;
 
-/** A place on the canvas as a point of the picture: -1 to 1, right and up. */
+/** The point of the picture (-1 to 1, right and up) at an event on the canvas. */
 function pointOf(canvas, { clientX, clientY }) {
     const { left, top, width, height } = canvas.getBoundingClientRect();
     return [(2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height];
 }
 
-/** Pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
+/** Listens to pointers on the canvas: one rotates, or moves with the middle or right button; two move and zoom. */
 function followPointers(canvas, viewer) {
     const pointers = new Map();
     const spread = () => {
@@ -37,7 +36,7 @@ function followPointers(canvas, viewer) {
     });
     canvas.addEventListener("pointermove", (event) => {
         viewer.pointed = pointOf(canvas, event);
-        viewer.tellPlace();
+        viewer.showPlace();
         const pointer = pointers.get(event.pointerId);
         if (!pointer) return;
         const before = pointers.size === 2 ? spread() : null;
@@ -52,12 +51,12 @@ function followPointers(canvas, viewer) {
     });
     canvas.addEventListener("pointerup", (event) => {
         const { from, button } = pointers.get(event.pointerId) ?? {};
-        const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= CLICK;
+        const isClick = button === 0 && Math.hypot(event.clientX - from[0], event.clientY - from[1]) <= MAX_CLICK_MOVEMENT;
         if (isClick) viewer.panel?.click(pointOf(canvas, event));
     });
     canvas.addEventListener("pointerleave", () => {
         viewer.pointed = null;
-        viewer.tellPlace();
+        viewer.showPlace();
     });
     for (const end of ["pointerup", "pointercancel"]) {
         canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
@@ -67,23 +66,23 @@ function followPointers(canvas, viewer) {
         if (!viewer.panel?.picking) viewer.recentre(pointOf(canvas, event));
     });
     canvas.addEventListener("wheel", (event) => {
-        // In a frame the wheel alone scrolls the page around it. A pinch on a touchpad arrives with Ctrl.
+        // In a frame the wheel without a key scrolls the page around it. A pinch on a touchpad is a wheel event with Ctrl.
         if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
         event.preventDefault();
-        if (event.shiftKey) viewer.stepIsovalue(-linesOf(event) * STEP);
-        else viewer.zoom(Math.exp(0.25 * linesOf(event)));
+        if (event.shiftKey) viewer.stepIsovalue(-notchesOf(event) * STEP);
+        else viewer.zoom(Math.exp(0.25 * notchesOf(event)));
     }, { passive: false });
 }
 
-/** Whether another page shows this one in a frame. */
+/** Whether the page is in a frame of another page. */
 const IS_FRAMED = typeof window !== "undefined" && window.parent !== window;
 
-/** How far a wheel was turned, in notches; with Shift some browsers turn it sideways. */
-function linesOf({ deltaMode, deltaX, deltaY }) {
+/** The notches by which a wheel was turned; with Shift some browsers report them as horizontal. */
+function notchesOf({ deltaMode, deltaX, deltaY }) {
     return (deltaY || deltaX) / (deltaMode === 0 ? 100 : 3);
 }
 
-/** Keys anywhere in the page, except where text is typed. */
+/** Listens to keys anywhere in the page, except where text is typed. */
 function followKeys(viewer) {
     const onCanvas = {
         ArrowRight: () => viewer.rotate(KEY_DEGREES, 0),
@@ -149,7 +148,7 @@ function followKeys(viewer) {
 }
 
 function toggleFullscreen() {
-    // A frame may not be allowed to.
+    // A frame may lack the permission.
     if (document.fullscreenElement) document.exitFullscreen();
     else document.documentElement.requestFullscreen?.().catch((error) => console.info(error.message));
 }

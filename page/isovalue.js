@@ -1,10 +1,10 @@
-// Isovalues as people write them; the twin of src/volume/isovalue.rs.
+// Parses isovalues; the twin of src/volume/isovalue.rs.
 
 /**
- * The isovalue a text means in a range: `37.2`, `50%` of the way from one end to the other, and, where the samples are
- * known, `p99`, which 99 % of them do not exceed, `top:1%`, the same, and `2.5sigma` above their mean.
+ * Parses an isovalue in a range: `37.2`, `50%` of the range and, if statistics of the samples are known, the percentile `p99`,
+ * `top:1%` (the same) and `2.5sigma` above the mean. Returns `isovalue` or a `problem`.
  */
-function isovalueOfText(text, low, high, samples) {
+function parseIsovalue(text, low, high, samples) {
     const match = /^\s*(p|top:)?\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(%|sigma|σ)?\s*$/i.exec(text);
     const [prefix, suffix] = [match?.[1] ?? "", match?.[3] ?? ""].map((part) => part.toLowerCase());
     if (!match || !["", "%", "sigma", "σ", "p", "top:%"].includes(prefix + suffix)) {
@@ -21,13 +21,13 @@ function isovalueOfText(text, low, high, samples) {
             : samples.mean + number * samples.deviation;
     }
     if (!(low <= isovalue && isovalue <= high)) {
-        const [least, most] = [low, high].map((c) => Number(c.toPrecision(7)));
-        return { problem: `outside the range ${least} to ${most}` };
+        const [from, to] = [low, high].map((c) => Number(c.toPrecision(7)));
+        return { problem: `outside the range ${from} to ${to}` };
     }
     return { isovalue };
 }
 
-/** A percentile, straight between known ones. */
+/** A percentile, interpolated between tabulated ones. */
 function percentileOf(percentiles, percent) {
     const next = Math.max(percentiles.findIndex(([p]) => p >= percent), 0);
     const [[p, before], [q, after]] = [percentiles[Math.max(next - 1, 0)], percentiles[next]];

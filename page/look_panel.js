@@ -1,28 +1,29 @@
-// The controls of how the surface looks: colours, a plane that cuts, opacity, and other isosurfaces.
+// The controls of colours, clip plane, opacity and further isosurfaces.
 
-/** Other isosurfaces that can be shown at once, and the colours that they have at first. */
-const MOST_EXTRAS = 6;
+/** The most further isosurfaces. */
+const MAX_EXTRAS = 6;
+/** The first colours of further isosurfaces. */
 const EXTRA_COLORS = ["d9a46c", "5fae84", "d184b4", "e0c95a", "c8503c", "8c7ac2"];
 
-/** What of the look is one of several. */
+/** Options of the look that are lists of choices. */
 const CHOICES = ["background", "light"];
 
-/** Colours and layers. */
+/** The controls under "Look". */
 class LookPanel {
-    /** The panel says what is wrong with what is typed. */
+    /** Errors of typed values go to the `message` of the panel. */
     constructor(viewer, { message, samples }) {
         Object.assign(this, { viewer, message, samples });
         this.useColors();
         this.useLayers();
     }
 
-    /** Shows what the viewer does. */
+    /** Shows the state of the viewer. */
     show() {
         this.showColors();
         this.showLayers();
     }
 
-    /** What colours, and how. */
+    /** Connects the controls of colours. */
     useColors() {
         const { viewer } = this;
         const { maps, field } = viewer.about;
@@ -36,7 +37,7 @@ class LookPanel {
         on(this.map, "change", () => viewer.setColoring({ map: this.map.value || null }));
         this.scale = byId("scale");
         on(this.scale, "change", () => {
-            const ends = endsOf(this.scale.value);
+            const ends = parseEnds(this.scale.value);
             this.scale.setAttribute("aria-invalid", !ends);
             this.message.textContent = ends ? "" : "expected a scale, such as 0:1 or p5:p95";
             if (ends) viewer.setColoring(ends);
@@ -59,7 +60,7 @@ class LookPanel {
         for (const name of CHOICES) byId(name).value = look[name];
     }
 
-    /** A plane that cuts, opacity, and other isosurfaces. */
+    /** Connects the controls of the clip plane, of opacity and of further isosurfaces. */
     useLayers() {
         const { viewer } = this;
         this.clip = byId("clip");
@@ -79,7 +80,7 @@ class LookPanel {
         this.also = byId("also");
         on("add-isovalue", "click", () => {
             const front = EXTRA_COLORS[viewer.extras.length % EXTRA_COLORS.length];
-            if (viewer.extras.length < MOST_EXTRAS) {
+            if (viewer.extras.length < MAX_EXTRAS) {
                 viewer.setExtras([...viewer.extras, { isovalue: viewer.isovalue, front, opacity: 0.4 }]);
             }
         });
@@ -97,7 +98,7 @@ class LookPanel {
         this.also.replaceChildren(...extras.map((extra) => this.extraRow(extra)));
     }
 
-    /** The controls of another isosurface. */
+    /** The controls of a further isosurface. */
     extraRow(extra) {
         const { viewer } = this;
         const { low, high } = viewer;
@@ -115,7 +116,7 @@ class LookPanel {
         const row = Object.assign(document.createElement("span"), { className: "group" });
         row.append(
             control("text", "Value", name, (text, input) => {
-                const { isovalue, problem } = isovalueOfText(text, low, high, this.samples);
+                const { isovalue, problem } = parseIsovalue(text, low, high, this.samples);
                 input.setAttribute("aria-invalid", Boolean(problem));
                 this.message.textContent = problem ?? "";
                 if (!problem) extra.isovalue = isovalue;

@@ -1,13 +1,13 @@
-// Puts the page together: finds a way to draw, and shows the first picture.
+// Opens a renderer and shows the first picture.
 
-/** Ways to draw, the best first. */
+/** The renderers, the preferred one first. */
 const RENDERERS = { webgpu: WebGpuRenderer, webgl2: WebGl2Renderer };
 
-/** The first of some ways to draw that there is; null where there is none. */
+/** Opens the first of some renderers that works; null if none does. */
 async function openRenderer(names, about) {
     for (const name of names) {
         try {
-            // A canvas that has had one kind of context gets no other.
+            // A canvas can have one kind of context only.
             return await RENDERERS[name].open(byId("canvas").cloneNode(false), about);
         } catch (error) {
             console.info(`${name}: ${error.message}`);
@@ -16,12 +16,12 @@ async function openRenderer(names, about) {
     return null;
 }
 
-/** All ways to draw, the wanted one first. What the address wants may be anything. */
+/** The names of all renderers, the wanted one (any text of the address) first. */
 function renderersFor(wanted) {
     return Object.keys(RENDERERS).sort((a, b) => (b === wanted) - (a === wanted));
 }
 
-/** Says why there is only the still picture. */
+/** Shows the still picture with a sentence why. */
 function showStill(sentence) {
     byId("still").hidden = false;
     byId("stage").hidden = true;
@@ -29,57 +29,57 @@ function showStill(sentence) {
     byId("still-message").textContent = sentence;
 }
 
-/** Resolves when all of the page is there. */
+/** Resolves when the page is loaded. */
 function parsed() {
     if (document.readyState !== "loading") return Promise.resolve();
     return new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
 }
 
-/** The text of an element that is not needed again. */
-function taken(id) {
+/** Removes an element and returns its text. */
+function takeText(id) {
     const element = byId(id);
     const text = element.textContent;
     element.remove();
     return text;
 }
 
-/** Draws with a renderer, or with WebGL2 where WebGPU refuses: too little memory, say. */
+/** Draws with a renderer, or with WebGL2 if WebGPU refuses, for example for lack of memory. */
 async function drawWith(viewer, renderer) {
     try {
         await viewer.use(renderer);
     } catch (error) {
-        await drawOtherwise(viewer, renderer, error);
+        await drawWithWebGl2(viewer, renderer, error);
     }
 }
 
-async function drawOtherwise(viewer, renderer, error) {
+async function drawWithWebGl2(viewer, renderer, error) {
     const other = renderer.name === "WebGPU" ? await openRenderer(["webgl2"], viewer.about) : null;
     if (!other) throw error;
     await viewer.use(other);
 }
 
-/** The way to draw, once it is there; without one says so. */
-async function drawable(opening) {
+/** The renderer that is being opened; shows the still picture if there is none. */
+async function openedRenderer(opening) {
     const renderer = await opening;
     if (!renderer) {
         await parsed();
-        const then = document.querySelector("#still img")
+        const consequence = document.querySelector("#still img")
             ? "so this picture does not move" : "one of which this page needs to show the surface";
-        showStill(`This browser has neither WebGPU nor WebGL2, ${then}.`);
+        showStill(`This browser has neither WebGPU nor WebGL2, ${consequence}.`);
     }
     return renderer;
 }
 
-/** All is there: the page around may talk to this one. */
+/** Marks the page as ready and starts to answer messages. */
 function finished(viewer) {
     document.documentElement.dataset.ready = Math.round(performance.now());
     followMessages(viewer);
 }
 
-/** Begins a page, or in a worker what it has done there. */
+/** Runs the script: starts the page, or answers as a worker. */
 function run(start) {
     if (typeof document === "undefined") {
-        work();
+        runWorker();
         return;
     }
     start(document.currentScript.textContent).catch((error) => {
@@ -88,7 +88,7 @@ function run(start) {
     });
 }
 
-/** Draws what the viewer has, and listens to the reader. */
+/** Draws the first picture and listens to input. */
 async function present(viewer, renderer) {
     await drawWith(viewer, renderer);
     document.documentElement.classList.toggle("framed", IS_FRAMED);
@@ -105,7 +105,7 @@ async function present(viewer, renderer) {
         if (location.hash !== viewer.address) applyAddress(viewer);
     });
     window.isospectrum = {
-        setIsovalue: (isovalue) => viewer.setIsovalue(numberOf(isovalue)),
+        setIsovalue: (isovalue) => viewer.setIsovalue(checkedNumber(isovalue)),
         getState: () => viewer.state(),
         screenshot: () => viewer.saves.screenshot(),
         pixels: () => viewer.saves.pixels(),
@@ -114,7 +114,7 @@ async function present(viewer, renderer) {
     performance.mark("picture");
 }
 
-/** A viewer of a spectrum, showing what the address asks for. */
+/** A viewer of a spectrum, in the state that the address describes. */
 function viewerOf(spectrum, about) {
     const viewer = new Viewer(spectrum, about);
     applyAddress(viewer);

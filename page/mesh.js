@@ -1,7 +1,6 @@
-// The mesh at one isovalue as numbers: for downloads, measures, and what the pointer points at.
-// The twin of src/spectrum/query.rs.
+// The mesh at one isovalue, for downloads, measures and picking. The twin of src/spectrum/query.rs.
 
-/** Answers what the mesh at an isovalue is. Positions are in voxels. */
+/** Finds the mesh at an isovalue. Positions are in voxels. */
 class Query {
     constructor(spectrum, step) {
         this.spectrum = spectrum;
@@ -10,10 +9,7 @@ class Query {
         this.version = null;
     }
 
-    /**
-     * Brings the surface to an isovalue, without caps where `open`, with the components that are selected (all
-     * without a selection); whether anything changed.
-     */
+    /** Moves the surface to an isovalue, without caps if `open`, with the selected components or all; true if anything changed. */
     moveTo(isovalue, open, selection) {
         const { isovalues } = this.spectrum;
         const version = !selection || selection.isPlain ? null : selection.version;
@@ -30,22 +26,22 @@ class Query {
         return true;
     }
 
-    /** Lists the components that are selected alone. */
+    /** Lists the selected components only. */
     select(isovalue, rank, open, selection) {
         const before = this.isovalue;
         let components = this.closed(isovalue, rank);
         if (selection.isLost(this.surface, components)) {
             const { isovalues } = this.spectrum;
-            for (let i = 1; i < FOLLOWING_STEPS; i++) {
-                const between = before + ((isovalue - before) * i) / FOLLOWING_STEPS;
-                const itsRank = rankAt(isovalues, between);
-                this.active.moveTo(itsRank);
-                selection.follow(this.surface, this.closed(between, itsRank));
+            for (let i = 1; i < TRACKING_STEPS; i++) {
+                const intermediate = before + ((isovalue - before) * i) / TRACKING_STEPS;
+                const intermediateRank = rankAt(isovalues, intermediate);
+                this.active.moveTo(intermediateRank);
+                selection.track(this.surface, this.closed(intermediate, intermediateRank));
             }
             this.active.moveTo(rank);
             components = this.closed(isovalue, rank);
         }
-        selection.follow(this.surface, components);
+        selection.track(this.surface, components);
         const kept = selection.kept(components);
         this.components = { n: components.list.length, nKept: kept.filter(Boolean).length };
         const { of } = components;
@@ -60,9 +56,8 @@ class Query {
     }
 
     /**
-     * The whole mesh at the present isovalue: positions and, where wanted, normals (3 per vertex,
-     * Float32Array), triangles (3 vertices each, Uint32Array), caps (Uint8Array); vertices and triangles in the
-     * order of the file.
+     * The mesh at the current isovalue: positions and, if requested, normals (3 per vertex, Float32Array), triangles (3 vertices
+     * each, Uint32Array) and caps (Uint8Array), with vertices and triangles in the order of the file.
      */
     mesh(withNormals) {
         const { vertices, caps } = this.spectrum;
@@ -73,7 +68,7 @@ class Query {
         const normals = new Float32Array(withNormals ? 3 * used.length : 0);
         const units = new Float32Array(normals.length);
         if (withNormals) unitsOf(used.length, surface.directions, units);
-        // Of each vertex of the surface, its number in the order of the file.
+        // For each vertex of the surface, its number in the order of the file.
         const index = new Uint32Array(used.length);
         used.forEach((v, i) => {
             const from = 3 * surface.numberOf[v];
@@ -93,14 +88,14 @@ class Query {
     }
 }
 
-/** Moves a mesh from voxels to the world of its volume; the twin of place_in_world in src/export.rs. */
+/** Transforms a mesh from the voxel frame to the world of its volume; the twin of place_in_world in src/export.rs. */
 function placeInWorld(mesh, { origin, spacing, direction }) {
     const unit = Math.min(...spacing);
-    turn(mesh.positions, direction, unit, origin);
-    // Normals stay perpendicular to the surface where the axes are not so to each other: by the inverse transpose.
+    transform(mesh.positions, direction, unit, origin);
+    // The inverse transpose keeps normals perpendicular to the surface if the axes are sheared.
     const [a, b, c] = direction;
     const side = Math.sign(determinant(direction));
-    turn(mesh.normals, [cross(b, c), cross(c, a), cross(a, b)], side, [0, 0, 0]);
+    transform(mesh.normals, [cross(b, c), cross(c, a), cross(a, b)], side, [0, 0, 0]);
     for (let at = 0; at < mesh.normals.length; at += 3) {
         const n = mesh.normals.subarray(at, at + 3);
         const length = Math.hypot(n[0], n[1], n[2]);
@@ -116,19 +111,19 @@ function placeInWorld(mesh, { origin, spacing, direction }) {
     return mesh;
 }
 
-/** The sign of the unit of a volume's world behind a number, with a power; nothing where it is not known. */
+/** The symbol of the unit of a volume's world, with a space before and a power after it; empty if the unit is unknown. */
 function unitOf({ placement: { unit = "unknown" } }, power = "") {
-    const sign = { unknown: "", um: "µm", angstrom: "Å" }[unit] ?? unit;
-    return sign && ` ${sign}${power}`;
+    const symbol = { unknown: "", um: "µm", angstrom: "Å" }[unit] ?? unit;
+    return symbol && ` ${symbol}${power}`;
 }
 
-/** What files say of the world of a mesh: its space, as 3D Slicer reads it, and its unit. */
-function saidOfWorld({ placement: { unit = "unknown", space = "UNKNOWN" } }) {
+/** Comments for mesh files about the world of the mesh: its space, as 3D Slicer reads it, and its unit. */
+function worldComments({ placement: { unit = "unknown", space = "UNKNOWN" } }) {
     return [...(space === "UNKNOWN" ? [] : [`SPACE=${space}`]), ...(unit === "unknown" ? [] : [`unit ${unit}`])];
 }
 
-/** Turns vectors in place: origin + direction * (scale * vector). */
-function turn(vectors, [a, b, c], scale, origin) {
+/** Transforms vectors in place: origin + direction * (scale * vector). */
+function transform(vectors, [a, b, c], scale, origin) {
     for (let at = 0; at < vectors.length; at += 3) {
         const x = scale * vectors[at];
         const y = scale * vectors[at + 1];
@@ -145,7 +140,7 @@ function determinant([a, b, c]) {
         + a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
 
-/** Sets of the numbers below n, each alone at first: the `root` that stands for the set of one, and `join`, whether two were apart. */
+/** A union-find of the numbers below n: `root` finds the representative of a number, `join` unites two sets, false if they were one. */
 function disjointSets(n) {
     const parent = new Uint32Array(n);
     for (let v = 0; v < n; v++) parent[v] = v;
@@ -165,11 +160,8 @@ function disjointSets(n) {
     return { root, join };
 }
 
-/**
- * Components, Euler characteristic, area and enclosed volume of a mesh of the world; caps, which
- * close it, do not count for the area.
- */
-function measured({ positions, triangles, caps }) {
+/** Components, Euler characteristic, area without caps and enclosed volume of a closed mesh, in units of the world. */
+function measuresOf({ positions, triangles, caps }) {
     const n = positions.length / 3;
     const { join } = disjointSets(n);
     let components = n;
@@ -187,7 +179,7 @@ function measured({ positions, triangles, caps }) {
     return { components, euler: n - caps.length / 2, area, volume: Math.abs(volume) };
 }
 
-/** The area of a triangle whose corners are at three places of a list of positions. */
+/** The area of a triangle whose corners are at three offsets in a list of positions. */
 function triangleArea(p, a, b, c) {
     const ux = p[b] - p[a];
     const uy = p[b + 1] - p[a + 1];
@@ -198,7 +190,7 @@ function triangleArea(p, a, b, c) {
     return 0.5 * Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
 }
 
-/** The signed volume between a triangle and an apex, given by places in a list of positions. */
+/** The signed volume of the tetrahedron of an apex and a triangle, given by offsets in a list of positions. */
 function tetrahedronVolume(p, apex, a, b, c) {
     const ax = p[a] - p[apex];
     const ay = p[a + 1] - p[apex + 1];

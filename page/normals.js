@@ -1,15 +1,15 @@
-// Normals of a mesh: at each vertex the area-weighted mean of its triangles' normals, of the caps' only where a
-// vertex has nothing else. The twin of src/spectrum/normals.rs; codes are those of src/spectrum/normal.rs.
+// Normals of a mesh: at each vertex the area-weighted mean of the normals of its triangles; caps count only at vertices that have
+// nothing but caps. The twin of src/spectrum/normals.rs; codes are those of src/spectrum/normal.rs.
 
 /** The largest component of the code of a normal. */
 const NORMAL_ONE = 32767;
 
-/** Vectors whose squared length is below this have no direction: the least normal number of single precision. */
-const LEAST_SQUARED = 2 ** -126;
+/** A vector has no direction if its squared length is below this, the least normal number of single precision. */
+const MIN_SQUARED_LENGTH = 2 ** -126;
 
 /**
- * Adds up triangles' normals, each as long as twice its area, at their corners (3 numbers per vertex). Those of
- * caps go to other sums; whether there were any.
+ * Adds the normal of each triangle, of a length of twice its area, to the sums of its corners (3 numbers per vertex); caps have
+ * separate sums. True if there are caps.
  */
 function addAreas({ nTriangles, triangles, corners, positions: p }, caps, sums, capSums) {
     let hasCaps = false;
@@ -29,7 +29,7 @@ function addAreas({ nTriangles, triangles, corners, positions: p }, caps, sums, 
         const x = uy * vz - uz * vy;
         const y = uz * vx - ux * vz;
         const z = ux * vy - uy * vx;
-        // Written out: this is done for every triangle of every picture of a sweep.
+        // Written out for speed: it runs for every triangle of every picture of a sweep.
         to[a] += x;
         to[a + 1] += y;
         to[a + 2] += z;
@@ -43,12 +43,12 @@ function addAreas({ nTriangles, triangles, corners, positions: p }, caps, sums, 
     return hasCaps;
 }
 
-/** Puts the sum of the caps, else a fixed direction, where the sum of the others has none. */
-function giveDirections(n, sums, capSums) {
+/** Replaces sums without a direction by the sums of caps, or by a fixed direction. */
+function fillDirections(n, sums, capSums) {
     for (let at = 0; at < 3 * n; at += 3) {
         if (hasDirection(sums, at)) continue;
         const isCapped = capSums !== null && hasDirection(capSums, at);
-        // A vertex around which nothing has an area is not seen.
+        // A vertex of triangles without area is not visible.
         sums[at] = isCapped ? capSums[at] : 0;
         sums[at + 1] = isCapped ? capSums[at + 1] : 0;
         sums[at + 2] = isCapped ? capSums[at + 2] : 1;
@@ -59,10 +59,10 @@ function hasDirection(vectors, at) {
     const x = vectors[at];
     const y = vectors[at + 1];
     const z = vectors[at + 2];
-    return x * x + y * y + z * z >= LEAST_SQUARED;
+    return x * x + y * y + z * z >= MIN_SQUARED_LENGTH;
 }
 
-/** Writes unit vectors (3 numbers each) of directions. */
+/** Normalizes n directions (3 numbers each) into `units`. */
 function unitsOf(n, directions, units) {
     for (let at = 0; at < 3 * n; at += 3) {
         const x = directions[at];
@@ -75,7 +75,7 @@ function unitsOf(n, directions, units) {
     }
 }
 
-/** Writes octahedral codes of directions: two signed 16-bit numbers in one of 32 bits. */
+/** Encodes n directions into `codes`: octahedral, two signed 16-bit numbers in one of 32 bits. */
 function codesOf(n, directions, codes) {
     for (let v = 0, at = 0; v < n; v++, at += 3) {
         const z = directions[at + 2];
@@ -83,7 +83,7 @@ function codesOf(n, directions, codes) {
         let x = scale * directions[at];
         let y = scale * directions[at + 1];
         if (z < 0) {
-            // The lower half is folded outwards.
+            // The lower hemisphere is folded outwards.
             const folded = withSign(1 - Math.abs(y), x);
             y = withSign(1 - Math.abs(x), y);
             x = folded;
@@ -92,7 +92,7 @@ function codesOf(n, directions, codes) {
     }
 }
 
-/** A size with a sign; zero counts as positive. */
+/** A magnitude with the sign of a number; zero counts as positive. */
 function withSign(size, sign) {
     return sign < 0 ? -size : size;
 }

@@ -1,16 +1,17 @@
 #version 300 es
-// The fragment stages of shaders/occlusion.wgsl. Same names, same order; each pixel has one depth here, and rows go upwards.
+// The twin of the fragment stages of shaders/occlusion.wgsl: same names, same order. Each pixel has one depth here, and rows go
+// upwards.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
 
-/// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division where sight is parallel.
+/// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division in parallel projection.
 uniform vec2 depth;
-/// Half width and half height of the picture at a distance of 1; at any where sight is parallel.
+/// Half the width and half the height of the picture at a distance of 1; at any distance in parallel projection.
 uniform vec2 reach;
 /// Width and height of the picture, pixels.
 uniform vec2 size;
-/// How far things darken each other, voxels.
+/// The radius of occlusion, voxels.
 uniform float radius;
 uniform bool parallel;
 uniform sampler2D depths;
@@ -65,7 +66,7 @@ void main() {
         color = vec4(1.0);
         return;
     }
-    // The noise of WebGPU's rows, which go downwards.
+    // The same noise as on WebGPU, whose rows go downwards.
     vec2 place = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y);
     float turned = 2.0 * PI * fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715))));
     float squared = radius * radius;
@@ -86,7 +87,7 @@ void main() {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float own = depth_at(pixel);
-    // What has the depth of nothing has samples of the surface, too: this is drawn over those alone.
+    // A pixel with the depth of the background can have samples of the surface; only those are drawn over.
     float z = z_of(min(own, 0.9999999));
     float sum = 0.0;
     float weights = 0.0;

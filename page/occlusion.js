@@ -1,10 +1,10 @@
-// Darkness in hollows, over the opaque surfaces of a picture: the twin of src/render/occlusion.rs, on WebGPU with
-// shaders/occlusion.wgsl and on WebGL2 with page/occlusion.frag.glsl.
+// Ambient occlusion of the opaque surfaces of a picture; the twin of src/render/occlusion.rs, on WebGPU with shaders/occlusion.wgsl
+// and on WebGL2 with page/occlusion.frag.glsl.
 
-/** How far things darken each other, as a share of the half height of the picture where one looks at. */
+/** The radius of occlusion, as a share of half the height of the picture at the target. */
 const RADIUS = 0.14;
 
-/** The shader's Sight: depth, reach, size, radius, and whether sight is parallel. */
+/** The uniforms of the shader's Sight: depth, reach, size, radius, and whether the projection is parallel. */
 function sightOf({ depth, reach, distance, isParallel }, [width, height]) {
     return [...depth, ...reach, width, height, RADIUS * reach[1] * (isParallel ? 1 : distance), isParallel];
 }
@@ -30,7 +30,7 @@ class WebGpuOcclusion {
         return occlusion;
     }
 
-    /** Records the darkening of what samples show, as their depth tells. */
+    /** Records the occlusion of a picture from its samples and their depth. */
     encode(encoder, { samples, depth, picture }, projection) {
         const { device, sight } = this;
         const size = [picture.width, picture.height];
@@ -56,7 +56,7 @@ class WebGpuOcclusion {
     }
 }
 
-/** A triangle over all of the picture, behind every surface. */
+/** A triangle that covers the picture, behind every surface. */
 const BEHIND_VERTEX = `#version 300 es
 void main() {
     gl_Position = vec4(vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0, 0.999999, 1.0);
@@ -71,7 +71,7 @@ class WebGl2Occlusion {
         this.target = renderer.gl.createFramebuffer();
     }
 
-    /** Darkens what the renderer's samples show, as their depth tells. */
+    /** Draws the occlusion of a picture from its samples and their depth. */
     draw(projection, size) {
         const { renderer, target } = this;
         const { gl, samples, resolved, depth } = renderer;
@@ -88,7 +88,7 @@ class WebGl2Occlusion {
         gl.bindVertexArray(null);
         gl.disable(gl.DEPTH_TEST);
         this.pass(this.seen, [depth], projection, size);
-        // Over samples of surfaces alone, whose depth is less.
+        // Only over samples of surfaces, whose depth is less.
         gl.bindFramebuffer(gl.FRAMEBUFFER, samples);
         gl.enable(gl.DEPTH_TEST);
         gl.depthFunc(gl.GREATER);

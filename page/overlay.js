@@ -1,17 +1,19 @@
-// What lies over the picture: the box of the volume, the directions of the world's axes, a scale bar, and the line
-// between two points that were measured. Drawn as SVG, from the matrices of the picture.
+// The overlay of the picture: the box of the volume, the directions of the world's axes, a scale bar, and the line of a measured
+// distance. It is SVG, drawn with the matrices of the picture.
 
-/** Lengths of the axes and of the scale bar, CSS pixels; how far they are from the corner. */
+/** The length of the axes, CSS pixels. */
 const AXIS_LENGTH = 32;
-const LONGEST_BAR = 140;
-const CORNER = 52;
+/** The greatest length of the scale bar, CSS pixels. */
+const MAX_BAR_LENGTH = 140;
+/** The distance of the axes' origin from the left and the lower border, CSS pixels. */
+const AXES_MARGIN = 52;
 
 class Overlay {
     constructor(svg) {
         this.svg = svg;
     }
 
-    /** Draws over a picture of a size, CSS pixels; nothing where nothing is wanted. */
+    /** Draws over a picture of a size in CSS pixels; hidden if there is nothing to draw. */
     draw({ look, canvas, measuredPoints = [], spectrum }, projection, size = [canvas.clientWidth, canvas.clientHeight]) {
         const isEmpty = !look.axes && measuredPoints.length === 0;
         this.svg.toggleAttribute("hidden", isEmpty);
@@ -34,7 +36,7 @@ class Overlay {
     }
 }
 
-/** Where a point of the voxel frame is seen, CSS pixels, and its depth: farther is more, below 0 is behind the eye. */
+/** The place of a point of the voxel frame on the screen, CSS pixels, and its depth, negative behind the eye. */
 function placeOnScreen(m, [px, py, pz], [width, height]) {
     const at = (row) => m[row] * px + m[4 + row] * py + m[8 + row] * pz + m[12 + row];
     return {
@@ -44,7 +46,7 @@ function placeOnScreen(m, [px, py, pz], [width, height]) {
     };
 }
 
-/** The edges of the volume's box, but those that meet in its nearest corner, which are before the surface. */
+/** The edges of the volume's box without those at its nearest corner, which would hide the surface. */
 function boxLines({ dims, placement: { spacing } }, place) {
     const least = Math.min(...spacing);
     const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => place([0, 1, 2].map((axis) =>
@@ -60,9 +62,9 @@ function boxLines({ dims, placement: { spacing } }, place) {
     return [svgElement("path", { class: "box", d: edges.map(([a, b]) => `M${a.x},${a.y}L${b.x},${b.y}`).join("") })];
 }
 
-/** The world's axes, the farthest first. */
+/** The axes of the world, the farthest first. */
 function axisLines([right, up, back], [, height]) {
-    const middle = [CORNER, height - CORNER];
+    const middle = [AXES_MARGIN, height - AXES_MARGIN];
     return [0, 1, 2].sort((i, j) => back[i] - back[j]).flatMap((i) => {
         const at = (length) => [middle[0] + length * right[i], middle[1] - length * up[i]].map((x) => x.toFixed(1));
         const label = svgElement("text", { class: `axis-${"xyz"[i]}`, x: at(AXIS_LENGTH + 10)[0], y: at(AXIS_LENGTH + 10)[1] });
@@ -71,11 +73,11 @@ function axisLines([right, up, back], [, height]) {
     });
 }
 
-/** A bar of a round length at the distance of the point looked at, in the unit of the spacing. */
+/** A bar of a round length at the distance of the target, in the unit of the spacing. */
 function scaleBar(volume, { distance }, [width, height]) {
     const { spacing } = volume.placement;
     const unitsPerPixel = (2 * Math.tan(0.5 * FIELD_OF_VIEW) * distance * Math.min(...spacing)) / height;
-    const longest = LONGEST_BAR * unitsPerPixel;
+    const longest = MAX_BAR_LENGTH * unitsPerPixel;
     const decade = 10 ** Math.floor(Math.log10(longest));
     const length = [5, 2, 1].map((n) => n * decade).find((n) => n <= longest) ?? decade;
     const [end, y] = [width - 20, height - 22];

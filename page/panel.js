@@ -1,12 +1,12 @@
-// The controls below the picture: slider, typed isovalue, buttons, and what they show.
+// The controls below the picture: slider, typed isovalue, buttons and measures.
 
-/** Steps of the slider. */
+/** The number of steps of the slider. */
 const SLIDER_STEPS = 10000;
 
-/** What of the look is on or off, and has a box to be checked. */
+/** Options of the look that are on or off, with the ids of their check boxes. */
 const SWITCHES = ["wireframe", "axes", "orthographic", "occlusion"];
 
-/** Slider, typed isovalue and buttons. */
+/** The controls below the picture. */
 class Panel {
     constructor(viewer, about) {
         this.viewer = viewer;
@@ -55,7 +55,7 @@ class Panel {
             on(id, "wheel", (event) => {
                 if (IS_FRAMED && !event.ctrlKey && !event.shiftKey) return;
                 event.preventDefault();
-                viewer.stepIsovalue(-linesOf(event) * (event.shiftKey ? FINE_STEP : STEP));
+                viewer.stepIsovalue(-notchesOf(event) * (event.shiftKey ? FINE_STEP : STEP));
             }, { passive: false });
         }
         on("previous", "click", () => this.nextEvent(-1));
@@ -76,23 +76,23 @@ class Panel {
         on("close-help", "click", toggleHelp);
     }
 
-    /** Pictures and films that are saved. */
+    /** Connects the controls of saved pictures and films. */
     usePictures() {
         const { viewer } = this;
         const field = byId("picture-size");
         on(field, "change", () => {
-            const size = sizeOfText(field.value, viewer.renderer.largest);
+            const size = parseSize(field.value, viewer.renderer.largest);
             field.setAttribute("aria-invalid", size === undefined);
             setText(this.message, size === undefined ? `expected a size such as 1920x1080, at most ${viewer.renderer.largest} each way` : "");
             if (size !== undefined) viewer.saves.size = size ?? undefined;
         });
         on("transparent", "change", () => { viewer.saves.isTransparent = byId("transparent").checked; });
         on("film", "click", () => viewer.saves.film());
-        // Not every browser packs films, and none does for pages that came over an open line.
+        // Some browsers have no video encoder, and none has one on pages over plain HTTP.
         byId("film").hidden = !window.VideoEncoder;
     }
 
-    /** Copies a text, or shows it to be copied where that may not be. */
+    /** Copies a text, or shows it if the browser does not allow copying. */
     async copy(text) {
         try {
             await navigator.clipboard.writeText(text);
@@ -105,7 +105,7 @@ class Panel {
         }
     }
 
-    /** Buttons of the isovalues that the author marked, else of some that may be worth a look. */
+    /** Makes buttons of the isovalues that the author marked, or of suggested ones. */
     offer({ marks, suggested }, list) {
         const { viewer, plot } = this;
         const offered = marks.length > 0 ? marks : suggested;
@@ -122,12 +122,12 @@ class Panel {
         plot.name(marks);
     }
 
-    /** Says what is pointed at, in place of how many events there are. */
+    /** Shows a text about the point under the pointer in place of the number of events. */
     readOut(text) {
         setText(this.events, text ?? this.eventsText);
     }
 
-    /** What shows and hides components. */
+    /** Connects the controls of components. */
     useComponents() {
         const { viewer } = this;
         this.largest = byId("largest");
@@ -154,7 +154,7 @@ class Panel {
         return Math.min(...spacing) ** 3 * Math.abs(determinant(direction));
     }
 
-    /** What the next click on the surface does: keeps or hides a component, or nothing. */
+    /** Sets the action of the next click on the surface: "keep", "hide", "measure" or null. */
     pickNext(picking) {
         this.picking = picking;
         for (const [name, button] of Object.entries(this.pickers)) {
@@ -184,23 +184,23 @@ class Panel {
 
     type() {
         const { low, high } = this.viewer;
-        const { isovalue, problem } = isovalueOfText(this.typed.value, low, high, this.samples);
+        const { isovalue, problem } = parseIsovalue(this.typed.value, low, high, this.samples);
         this.typed.setAttribute("aria-invalid", Boolean(problem));
         this.message.textContent = problem ?? "";
         if (!problem) this.viewer.setIsovalue(isovalue);
     }
 
-    /** Where an isovalue lies in the range, percent. */
-    share(isovalue) {
+    /** The position of an isovalue in the range, percent. */
+    percent(isovalue) {
         const { low, high } = this.viewer;
         return low < high ? (100 * (isovalue - low)) / (high - low) : 50;
     }
 
-    /** Shows what the viewer does. */
+    /** Shows the state of the viewer. */
     show() {
         const { isovalue, low, high, look, playing } = this.viewer;
         const text = shownIsovalue(isovalue, high - low);
-        const percent = this.share(isovalue);
+        const percent = this.percent(isovalue);
         this.slider.value = Math.round((SLIDER_STEPS / 100) * percent);
         this.slider.setAttribute("aria-valuetext", `isovalue ${text}, ${Math.round(percent)} % of the range`);
         if (this.shown !== isovalue) {
@@ -239,15 +239,15 @@ class Panel {
         this.showAll.disabled = selection.isAll;
     }
 
-    /** Says while only the first mesh is there; what needs the others waits. */
+    /** Shows which isovalues are loaded; controls that need all of them are disabled until then. */
     showProgress() {
         const { isWhole } = this.viewer;
         if (isWhole === this.isWhole) return;
         this.isWhole = isWhole;
-        const [low, high] = this.viewer.there.map((c) => shownIsovalue(c, this.viewer.high - this.viewer.low));
-        this.loading.textContent = low === high ? "Loading the other isovalues…" : `Isovalues ${low} to ${high} are there; loading the others…`;
+        const [low, high] = this.viewer.loaded.map((c) => shownIsovalue(c, this.viewer.high - this.viewer.low));
+        this.loading.textContent = low === high ? "Loading the other isovalues…" : `Isovalues ${low} to ${high} are loaded; loading the others…`;
         this.loading.hidden = isWhole;
-        this.slider.style.cssText = isWhole ? "" : ["--from", "--to"].map((end, i) => `${end}:${this.share(this.viewer.there[i])}%`).join(";");
+        this.slider.style.cssText = isWhole ? "" : ["--from", "--to"].map((end, i) => `${end}:${this.percent(this.viewer.loaded[i])}%`).join(";");
         for (const button of document.querySelectorAll("[data-format], #film")) button.disabled = !isWhole;
     }
 
@@ -257,21 +257,20 @@ class Panel {
         return shownNumber(value) + (power ? unitOf(this.viewer.spectrum.info.volume, power) : "");
     }
 
-    /** Shows the measures of the mesh; null while they are not known. */
+    /** Shows the measures of the mesh; null for those that are not known yet. */
     showMeasures(measures, components) {
         for (const [name, value] of Object.entries(measures)) {
             setText(byId(`${name}-value`), value === null ? "…" : this.shownMeasure(name, value));
         }
         const names = { area: "area without caps", volume: "volume", components: "components", euler: "Euler characteristic" };
-        const told = Object.entries(names).filter(([name]) => measures[name] !== null)
+        const texts = Object.entries(names).filter(([name]) => measures[name] !== null)
             .map(([name, text]) => `, ${text} ${this.shownMeasure(name, measures[name])}`);
-        // What is printed is measured before: the picture of another size comes without.
+        // Printing draws a picture of another size without measures; the last ones are kept for it.
         const { isovalue } = this.viewer;
-        if (told.length > 0 || this.printedIsovalue !== isovalue) {
-            byId("printed-measures").textContent = told.join("");
+        if (texts.length > 0 || this.printedIsovalue !== isovalue) {
+            byId("printed-measures").textContent = texts.join("");
             this.printedIsovalue = isovalue;
         }
-        // Of the components that there are.
         if (components && components.nKept < components.n) {
             const text = `${shownNumber(measures.components)} of ${shownNumber(components.n)}`;
             setText(byId("components-value"), text);

@@ -1,6 +1,6 @@
-// Pictures that are saved: of any size, also on nothing, with the legend and what lies over the picture.
+// Saved pictures: of any size, also with a transparent background, with legend and overlay.
 
-/** Divides colours by alpha, in linear light: the average over the samples of a pixel counts those beside the surface as black. */
+/** Converts premultiplied to straight alpha, in linear light, in which the samples of a pixel were averaged. */
 function withStraightAlpha({ pixels }) {
     const linear = (byte) => (byte <= 10 ? byte / 255 / 12.92 : ((byte / 255 + 0.055) / 1.055) ** 2.4);
     const shown = (x) => 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
@@ -11,7 +11,7 @@ function withStraightAlpha({ pixels }) {
     }
 }
 
-/** Draws shapes of an SVG as the page shows them. */
+/** Draws the shapes of an SVG with their styles of the page. */
 function drawShapes(context, svg, scale) {
     context.save();
     context.scale(scale, scale);
@@ -33,13 +33,13 @@ function drawShapes(context, svg, scale) {
     context.restore();
 }
 
-/** A canvas with a picture of rows from the top, the legend of what its colours show, and what lies over it. */
-function canvasOf(canvas, { width, height, pixels }, viewer) {
+/** Draws a picture (rows from the top) with legend and overlay into a canvas, and returns it. */
+function drawPicture(canvas, { width, height, pixels }, viewer) {
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
     const context = canvas.getContext("2d", { willReadFrequently: true });
     context.putImageData(new ImageData(pixels, width, height), 0, 0);
     if (viewer.overlay) {
-        // In CSS pixels of the size that the page has.
+        // The overlay keeps its size relative to the height of the picture.
         const scale = height / viewer.canvas.clientHeight;
         viewer.overlay.draw(viewer, viewer.projection([width, height]), [width / scale, height / scale]);
         drawShapes(context, viewer.overlay.svg, scale);
@@ -55,8 +55,8 @@ function pngOf(canvas) {
     });
 }
 
-/** Width and height that a text such as 1920x1080 means; null where it is empty, nothing where it means none. */
-function sizeOfText(text, largest) {
+/** Parses a size such as 1920x1080; null if the text is empty, undefined if it is not valid. */
+function parseSize(text, largest) {
     if (text.trim() === "") return null;
     const size = /^\s*(\d+)\s*[x×]\s*(\d+)\s*$/.exec(text)?.slice(1).map(Number);
     return size?.every((n) => n >= 1 && n <= largest) ? size : undefined;

@@ -1,14 +1,14 @@
-// Vertices that run along an edge of the lattice, from a sample to its neighbour. The twin of src/file/samples.rs.
+// Positions of samples, for vertices that move along lattice edges. The twin of src/file/samples.rs.
 
-/** Kinds of knots, those of lattice vertices aside: each with columns of its own. */
+/** Kinds of knots of vertices that are not lattice vertices; each kind has its own columns. */
 const FIRST = 0;
 const FURTHER = 1;
 
-/** The samples of a volume in the whole numbers of positions. */
+/** The samples of a volume, in steps of positions. */
 class Samples {
     constructor({ placement: { spacing } }, perVoxel) {
-        const least = Math.min(...spacing);
-        this.cell = spacing.map((s) => (s / least) * perVoxel);
+        const voxel = Math.min(...spacing);
+        this.cell = spacing.map((s) => (s / voxel) * perVoxel);
     }
 
     /** The sample nearest to a coordinate along an axis. */

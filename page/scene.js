@@ -1,18 +1,19 @@
-// What is seen: isovalue, view, look, other isosurfaces, sweep. Every change only says what is wanted; viewer.js draws it.
+// The state of the scene: isovalue, view, look, further isosurfaces, sweep. Changes request a picture, which viewer.js draws.
 
-/** The sweep that "Play" shows takes this long from end to end, seconds. */
+/** The duration of a sweep by "Play" from end to end, seconds. */
 const SWEEP_SECONDS = 12;
-/** Where motion is unwelcome, a sweep goes in so many steps, each so long, milliseconds. */
+/** The number of steps of a sweep if the reader prefers reduced motion. */
 const REDUCED_STEPS = 24;
+/** The duration of such a step, milliseconds. */
 const REDUCED_PAUSE = 700;
 
-/** Linear colours behind the surface; those of src/render.rs. */
+/** Linear colours of the background; those of src/render.rs. */
 const BACKGROUNDS = { white: [1, 1, 1], light: [0.82, 0.83, 0.85], dark: [0.012, 0.013, 0.016] };
 
-/** Where the main light may be; the order of LAMPS in shaders/surface.wgsl. */
+/** Positions of the main light, in the order of LAMPS in shaders/surface.wgsl. */
 const LIGHTS = ["upper-left", "eye", "left", "right", "above", "below"];
 
-/** A number between two. */
+/** Clamps a number to a range. */
 function clamped(x, [low, high]) {
     return Math.min(Math.max(x, low), high);
 }
@@ -22,53 +23,53 @@ class Scene {
         this.spectrum = spectrum;
         this.about = about;
         [this.low, this.high] = spectrum.info.range;
-        // Until the whole spectrum is there, only isovalues around the first one are.
-        this.there = spectrum.info.range;
-        this.isovalue = this.wanted = clamped(about.isovalue, this.there);
+        // The isovalues that can be shown; not all until the whole spectrum is loaded.
+        this.loaded = spectrum.info.range;
+        this.isovalue = this.wanted = clamped(about.isovalue, this.loaded);
         this.query = new Query(spectrum, about.step);
         this.selection = new Selection(about.keep);
         this.saves = new Saves(this);
         this.isWhole = true;
         this.view = { ...FIRST_VIEW, ...about.view };
-        // Whether the next picture is to fit the surface; where the address says how to look, it does not.
+        // Whether the next picture moves the camera so that the surface fits; not if the address has a view.
         this.isFitWanted = true;
         this.look = {
             wireframe: about.look.wireframe, open: about.open, axes: Boolean(about.axes), orthographic: about.orthographic,
             occlusion: about.look.occlusion, light: about.look.light, background: about.look.background ?? "auto", clip: about.look.clip,
         };
-        // Other isosurfaces beside that of the slider: { isovalue, front (six digits), opacity }.
+        // Further isosurfaces: { isovalue, front (six hexadecimal digits), opacity }.
         this.opacity = about.look.opacity;
         this.extras = about.look.also.map((extra) => ({ ...extra }));
-        // What the colours show, and how.
+        // The quantity that colours show, its map and scale, and the plain colour.
         this.coloring = { color: "none", map: null, low: null, high: null, front: about.look.front, version: 0, ...about.color };
         this.selection.isColoured = this.coloring.color === "component";
         this.firstView = { ...FIRST_VIEW, ...about.view };
         this.speed = 1;
         this.measuredPoints = [];
         this.playing = false;
-        this.darkness = window.matchMedia("(prefers-color-scheme: dark)");
-        this.stillness = window.matchMedia("(prefers-reduced-motion: reduce)");
-        this.darkness.addEventListener("change", () => this.request());
-        // Pictures drawn, and what the last one took from input to done, for tests and the curious.
+        this.prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
+        this.prefersReducedMotion = window.matchMedia("(prefers-reduced-motion: reduce)");
+        this.prefersDark.addEventListener("change", () => this.request());
+        // The number of pictures drawn, part of the public state.
         this.nPictures = 0;
     }
 
-    /** Goes to an isovalue, as far as it is there; what was wanted last is seen once it is. */
+    /** Goes to an isovalue, or to the nearest loaded one until it is loaded. */
     setIsovalue(isovalue) {
         this.wanted = clamped(isovalue, [this.low, this.high]);
-        this.isovalue = clamped(this.wanted, this.there);
+        this.isovalue = clamped(this.wanted, this.loaded);
         this.request();
     }
 
-    /** Limits isovalues to what is there. */
-    limit(there, isWhole) {
-        Object.assign(this, { there, isWhole });
+    /** Sets the isovalues that are loaded. */
+    limit(loaded, isWhole) {
+        Object.assign(this, { loaded, isWhole });
         this.setIsovalue(this.wanted);
     }
 
-    /** The isovalues that a sweep goes through. */
-    reach() {
-        return this.there;
+    /** The ends of a sweep. */
+    sweepRange() {
+        return this.loaded;
     }
 
     /** Steps by a share of the range. */
@@ -77,19 +78,19 @@ class Scene {
     }
 
     setLook(look) {
-        // What lies as far as the point looked at keeps its size.
+        // Things at the distance of the target keep their size when the projection changes.
         const sizes = look.orthographic !== undefined && this.canvas ? [this.projection().distance] : [];
         Object.assign(this.look, look);
         if (sizes.length > 0) this.view.distance *= sizes[0] / this.projection().distance;
         this.request();
     }
 
-    /** Looks from a side of the world, upright. */
+    /** Looks from a side of the world. */
     lookFrom(side) {
         this.setView(viewFrom(side, this.about.basis));
     }
 
-    /** Changes what the colours show, and how. */
+    /** Changes the colouring. */
     setColoring(changes) {
         Object.assign(this.coloring, changes);
         this.coloring.version++;
@@ -99,7 +100,7 @@ class Scene {
         this.request();
     }
 
-    /** Whether there is what a colour shows. */
+    /** Whether the spectrum has the quantity of a colour. */
     canShow(color) {
         return Object.hasOwn(COLORS, color) && (color !== "field" || Boolean(this.about.field));
     }
@@ -111,7 +112,7 @@ class Scene {
     }
 
     showAll() {
-        this.selection.showPicked();
+        this.selection.clearPicks();
         this.select({ largest: null, minVolume: 0, minArea: 0 });
     }
 
@@ -137,12 +138,12 @@ class Scene {
         });
     }
 
-    /** Multiplies the distance. */
+    /** Multiplies the distance of the camera. */
     zoom(factor) {
         this.setView({ distance: clamped(this.view.distance * factor, [NEAREST, FARTHEST]) });
     }
 
-    /** Back to where the volume is seen from at first, as near as fits the surface that is shown. */
+    /** Returns to the first angles, at a distance at which the current surface fits. */
     reset() {
         this.play(false);
         this.isFitWanted = true;
@@ -150,56 +151,57 @@ class Scene {
     }
 
     projection([width, height] = [this.canvas.width, this.canvas.height]) {
-        return projectionOf(this.spectrum.info.volume, this.based(), width, height);
+        return projectionOf(this.spectrum.info.volume, this.camera(), width, height);
     }
 
-    /** The view, what its angles count from, which the author chose, and whether sight is parallel. */
-    based() {
+    /** The view with the basis of its angles and the kind of projection. */
+    camera() {
         return { ...this.view, basis: this.about.basis, orthographic: this.look.orthographic };
     }
 
-    /** Starts or stops the sweep through all isovalues, to and fro. */
+    /** Starts or stops the sweep through all isovalues, back and forth. */
     play(playing) {
         if (playing === this.playing) return;
         this.playing = playing;
-        this.direction = this.isovalue < this.reach()[1] ? 1 : -1;
+        this.direction = this.isovalue < this.sweepRange()[1] ? 1 : -1;
         this.lastTick = performance.now();
         this.request();
     }
 
     tick(now) {
         const elapsed = now - this.lastTick;
-        const isStill = this.stillness.matches;
-        if (!isStill || elapsed >= REDUCED_PAUSE) {
-            // After a pause (a hidden page) the sweep goes on where it was.
-            const share = isStill ? 1 / REDUCED_STEPS : (this.speed * Math.min(elapsed, 100)) / 1000 / SWEEP_SECONDS;
+        const isReduced = this.prefersReducedMotion.matches;
+        if (!isReduced || elapsed >= REDUCED_PAUSE) {
+            // After a pause, when the page was hidden, the sweep continues without a jump.
+            const share = isReduced ? 1 / REDUCED_STEPS : (this.speed * Math.min(elapsed, 100)) / 1000 / SWEEP_SECONDS;
             this.lastTick = now;
             const next = this.isovalue + this.direction * share * (this.high - this.low);
-            const [low, high] = this.reach();
+            const [low, high] = this.sweepRange();
             if (next >= high || next <= low) this.direction = -this.direction;
             this.setIsovalue(next);
         }
         this.request();
     }
 
-    /** Shows other isosurfaces, too. */
+    /** Sets the further isosurfaces. */
     setExtras(extras) {
         this.extras = extras;
         this.request();
     }
 
-    /** Whether what lies behind the surface is dark. */
+    /** Whether the background is dark. */
     isDark() {
         const { background } = this.look;
-        return background === "dark" || (background === "auto" && this.darkness.matches);
+        return background === "dark" || (background === "auto" && this.prefersDark.matches);
     }
 
-    looked(projection = this.projection()) {
+    /** The look as the renderers read it. */
+    drawnLook(projection = this.projection()) {
         const { background } = this.look;
-        const behind = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
+        const backgroundColor = BACKGROUNDS[background] ?? BACKGROUNDS[this.isDark() ? "dark" : "white"];
         const { clip } = this.look;
         const plane = clip && planeOf(this.spectrum.info.volume, clip, projection);
-        return { ...this.look, lamp: LIGHTS.indexOf(this.look.light), background: behind, plane, pixelRatio: this.pixelRatio ?? 1 };
+        return { ...this.look, lamp: LIGHTS.indexOf(this.look.light), background: backgroundColor, plane, pixelRatio: this.pixelRatio ?? 1 };
     }
 
     shownIsovalue() {

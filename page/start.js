@@ -1,36 +1,34 @@
-// Begins a page that holds its isovalues: shows the first picture, and then takes over the whole spectrum, which is
-// unpacked meanwhile.
+// Starts a page that contains its isovalues: shows the first ones while a worker decodes the whole spectrum.
 
-/** With no more than these, unpacking beside the first picture would hold it up. */
+/** With at most this many processors, decoding at the same time would delay the first picture. */
 const FEW_PROCESSORS = 2;
 
 async function start(script) {
     const about = JSON.parse(byId("about").textContent);
     performance.mark("start");
-    // The device gets ready while the page arrives.
+    // The device is opened while the rest of the page is still loading.
     const opening = openRenderer(renderersFor(readAddress().get("renderer")), about);
-    const first = taken("first");
+    const first = takeText("first");
     let unpacking = null;
     const unpack = () => {
-        unpacking ??= parsed().then(() => unpackedBeside(taken("data"), about, script));
-        // What is wrong with it is told below, when it is waited for.
+        unpacking ??= parsed().then(() => unpackedInWorker(takeText("data"), about, script));
+        // Errors are reported below, where the promise is awaited.
         unpacking.catch(() => {});
         return unpacking;
     };
-    // Few processors work on the first picture first.
     if (!first || navigator.hardwareConcurrency > FEW_PROCESSORS) unpack();
     let viewer = null;
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
         viewer.limit(about.first, false);
-        // What comes first is around the isovalue the page opens at.
+        // The address may ask for an isovalue that is not among the first ones.
         if (viewer.isovalue !== viewer.wanted) viewer = null;
     }
-    const renderer = await drawable(opening);
+    const renderer = await openedRenderer(opening);
     if (!renderer) return;
     if (viewer) {
         await present(viewer, renderer);
-        await viewer.takeWhole(await unpack());
+        await viewer.setSpectrum(await unpack());
         performance.mark("whole");
     } else {
         viewer = viewerOf(await unpack(), about);

@@ -1,24 +1,25 @@
 #version 300 es
-// The fragment stage of shaders/surface.wgsl, for a plain surface, or one coloured by a map or by component. Same names, same order.
+// The twin of the fragment stage of shaders/surface.wgsl, for a surface of one colour, a colour map or a colour per component: same
+// names, same order.
 precision highp float;
 precision highp int;
 
 /// Linear colours of the two sides.
 uniform vec3 front;
 uniform vec3 back;
-/// Linear colour of the wireframe and how much it covers.
+/// Linear colour and opacity of the wireframe.
 uniform vec4 wire;
 uniform float wire_width;
 uniform bool mirrored;
-/// Whether all lines of sight have the direction of the eye frame's z axis.
+/// Whether the projection is parallel.
 uniform bool parallel;
 uniform int palette;
-/// Where the main light is.
+/// Index of the main light.
 uniform int lamp;
 /// Linear colours of the map, evenly spaced.
 uniform vec4 map[33];
 
-/// Of pictures that a plane cuts or that one looks through: shaders/cut.wgsl.
+/// For clipped or transparent surfaces: the twin of shaders/cut.wgsl.
 uniform vec4 plane;
 uniform float opacity;
 #ifdef CAP
@@ -95,9 +96,9 @@ vec3 map_color() {
 }
 
 void main() {
-    // Derivatives come first: they need the neighbouring fragments to run the same way.
+    // Derivatives need uniform control flow, so they come first.
     vec3 altitudes = altitudes_in_pixels();
-    // Counter-clockwise where y points up is counter-clockwise in WebGPU as well.
+    // Counter-clockwise with y upwards, as on WebGPU.
     bool is_front = gl_FrontFacing != mirrored;
     vec3 albedo = is_front ? front : back;
     if (palette != 0) {

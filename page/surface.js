@@ -1,22 +1,21 @@
-// The mesh at one isovalue as it is drawn: which vertices it has, where they are, and the normals there. Arrays
-// are used again for the next isovalue, so that a sweep makes no garbage; they hold more than `nVertices`
-// or `nTriangles` say.
+// The mesh at one isovalue for drawing: vertices, positions and normals. Arrays are reused for the next isovalue, so that a sweep
+// makes no garbage; they are longer than `nVertices` and `nTriangles` require.
 
-/** How much room is made where there is too little for n numbers: a quarter more, as a sweep goes on. */
-function roomOf(n) {
+/** The capacity of a new array for n numbers: a quarter more, because a mesh often grows during a sweep. */
+function capacityFor(n) {
     return Math.ceil(1.25 * n);
 }
 
-/** An array with room for n numbers: the same where it has it, else a larger one, empty. */
-function roomFor(array, n) {
-    return array.length >= n ? array : new array.constructor(roomOf(n));
+/** The array if it has room for n numbers, else a new and larger one, of zeros. */
+function withCapacity(array, n) {
+    return array.length >= n ? array : new array.constructor(capacityFor(n));
 }
 
 class Surface {
     constructor(spectrum, step) {
         Object.assign(this, { spectrum, step });
         const n = spectrum.firstKnot.length - 1;
-        // Of each vertex of the spectrum: the list that used it last, and its number there.
+        // For each vertex of the spectrum, the last list that used it and its number in that list.
         this.mark = new Uint32Array(n);
         this.numberOf = new Uint32Array(n);
         this.nLists = 0;
@@ -24,30 +23,30 @@ class Surface {
         this.nVertices = 0;
         /** The triangles, and the numbers of their vertices among those of the mesh. */
         this.triangles = new Uint32Array(0);
-        /** Of each triangle the number of its component, where these were asked for. */
+        /** The number of each triangle's component, if components were requested. */
         this.names = new Uint32Array(0);
         this.corners = new Uint32Array(0);
-        /** The vertices, as the spectrum numbers them; their positions, voxels. */
+        /** The vertices by their numbers in the spectrum; their positions, voxels. */
         this.vertices = new Uint32Array(0);
         this.positions = new Float32Array(0);
-        /** Directions of the normals, towards lower values, of any length; and their codes. */
+        /** Normals of any length, towards lower values; and their codes. */
         this.directions = new Float64Array(0);
         this.capDirections = new Float64Array(0);
         this.normals = new Uint32Array(0);
     }
 
     /**
-     * Takes over the triangles that are alive, without caps where `open`; where components are `named`, those whose
-     * name by their place in the list is not negative.
+     * Lists the active triangles, without caps if `open`. `named` gives the component of the triangle at a place in the list,
+     * negative if it is hidden; null if all are shown.
      */
     list(active, open, named) {
         const { mark, numberOf } = this;
         const { vertices, caps } = this.spectrum;
-        this.triangles = roomFor(this.triangles, active.length);
-        this.names = roomFor(this.names, active.length);
-        this.corners = roomFor(this.corners, 3 * active.length);
-        // A triangle has three vertices of its own at most.
-        this.vertices = roomFor(this.vertices, Math.min(3 * active.length, mark.length));
+        this.triangles = withCapacity(this.triangles, active.length);
+        this.names = withCapacity(this.names, active.length);
+        this.corners = withCapacity(this.corners, 3 * active.length);
+        // There are at most three vertices per triangle.
+        this.vertices = withCapacity(this.vertices, Math.min(3 * active.length, mark.length));
         this.nLists++;
         let n = 0;
         let nVertices = 0;
@@ -71,21 +70,21 @@ class Surface {
         this.nVertices = nVertices;
     }
 
-    /** Moves the vertices to an isovalue, whose rank is `rank`, and finds the normals there. */
+    /** Moves the vertices to an isovalue, whose rank is `rank`, and computes the normals. */
     moveTo(isovalue, rank) {
         this.placeAll(isovalue, rank);
-        this.directions = roomFor(this.directions, 3 * this.nVertices);
-        this.capDirections = roomFor(this.capDirections, 3 * this.nVertices);
+        this.directions = withCapacity(this.directions, 3 * this.nVertices);
+        this.capDirections = withCapacity(this.capDirections, 3 * this.nVertices);
         this.directions.fill(0, 0, 3 * this.nVertices);
         this.capDirections.fill(0, 0, 3 * this.nVertices);
         const hasCaps = addAreas(this, this.spectrum.caps, this.directions, this.capDirections);
-        giveDirections(this.nVertices, this.directions, hasCaps ? this.capDirections : null);
-        this.normals = roomFor(this.normals, this.nVertices);
+        fillDirections(this.nVertices, this.directions, hasCaps ? this.capDirections : null);
+        this.normals = withCapacity(this.normals, this.nVertices);
         codesOf(this.nVertices, this.directions, this.normals);
     }
 
-    /** Of a vertex the knots on either side, and how far it is from the first to the second. */
-    wayOf(i) {
+    /** The knots before and after vertex i, and the share of the way between them. */
+    knotsAround(i) {
         const { firstKnot, ranks, isovalues } = this.spectrum;
         const v = this.vertices[i];
         const a = knotAt(firstKnot, ranks, v, this.rank);
@@ -98,11 +97,11 @@ class Surface {
     /** Moves the vertices to an isovalue. */
     placeAll(isovalue, rank) {
         Object.assign(this, { isovalue, rank });
-        this.positions = roomFor(this.positions, 3 * this.nVertices);
+        this.positions = withCapacity(this.positions, 3 * this.nVertices);
         for (let i = 0; i < this.nVertices; i++) this.place(i, isovalue, rank);
     }
 
-    /** Writes where a vertex is. */
+    /** Computes the position of vertex i. */
     place(i, isovalue, rank) {
         const { positions, step } = this;
         const { firstKnot, ranks, isovalues, positions: from } = this.spectrum;
@@ -117,15 +116,15 @@ class Surface {
         positions[3 * i + 2] = step * ((1 - t) * from[3 * a + 2] + t * from[3 * b + 2]);
     }
 
-    /** The two corners of the box around the mesh, voxels; none around nothing. */
+    /** The lowest and the highest corner of the bounding box, voxels; null if there is no vertex. */
     box() {
         if (this.nVertices === 0) return null;
-        const [least, most] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+        const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
         for (let at = 0; at < 3 * this.nVertices; at++) {
             const axis = at % 3;
-            least[axis] = Math.min(least[axis], this.positions[at]);
-            most[axis] = Math.max(most[axis], this.positions[at]);
+            low[axis] = Math.min(low[axis], this.positions[at]);
+            high[axis] = Math.max(high[axis], this.positions[at]);
         }
-        return [least, most];
+        return [low, high];
     }
 }

@@ -1,6 +1,6 @@
 #version 300 es
-// The vertex stage of shaders/surface.wgsl where there are no storage buffers: its tables are
-// textures, a row of 2048 texels after the other. Same names, same order; only what the page draws.
+// The twin of the vertex stage of shaders/surface.wgsl: same names, same order. Tables are textures with rows of 2048 texels in place
+// of storage buffers.
 precision highp float;
 precision highp int;
 precision highp usampler2D;
@@ -14,24 +14,24 @@ uniform vec2 isovalue;
 uniform uint rank;
 uniform sampler2D isovalues;
 uniform usampler2D first_knot;
-/// Rank and position of each knot, the latter as the bits of numbers.
+/// Rank of each knot, and its position as the bits of floats.
 uniform usampler2D knots;
 
-/// The vertex whose corner this is, and the code of the normal of the mesh there.
+/// The vertex of the corner, and the code of its normal.
 layout(location = 0) in uint vertex;
 layout(location = 1) in uint normal_code;
-/// What the colour of the triangle shows: shares of the map, or the number of the component.
+/// The colour code of the triangle: shares of the map, or the number of the component.
 layout(location = 2) in uint measures;
-/// 0 plain, 1 a map, 2 names.
+/// 0 one colour, 1 a map, 2 a colour per component.
 uniform int palette;
 
 invariant gl_Position;
 out vec3 position;
 out vec3 normal;
 out vec3 barycentric;
-/// Linear colour of the triangle where it is not plain.
+/// Linear colour of the component.
 flat out vec3 named;
-/// Share of the map; below 0 where there is none.
+/// Share of the map; negative without a value.
 out float share;
 
 ivec2 texel(uint index) {
@@ -115,7 +115,7 @@ void main() {
     vec3 voxel = mix(uintBitsToFloat(before.gba), uintBitsToFloat(after.gba), t);
 
     gl_Position = clip_from_voxel * vec4(voxel, 1.0);
-    // Depth from -w to w here, from 0 to w there.
+    // Depth goes from -w to w in WebGL, from 0 to w in WebGPU.
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
     normal = normalize((eye_from_normal * vec4(decode(normal_code), 0.0)).xyz);

@@ -1,8 +1,7 @@
-// When and where the vertices are. FORMAT.md, sections VERT and POSN, in the units of src/page/data.rs; the twin of
-// src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. What is a whole number there is one
-// here: all of them are below 2^53.
+// Decodes the trajectories of vertices. FORMAT.md, sections VERT and POSN, in the units of src/page/data.rs; the twin of
+// src/file/trajectories.rs, src/file/geometry.rs and src/file/predict.rs. Integers there are exact numbers here, below 2^53.
 
-/** First knots, ranks, and whether each vertex is a lattice vertex, from section VERT. */
+/** Decodes section VERT: first knots, ranks, and whether each vertex is a lattice vertex. */
 function ranksOf(section) {
     const columns = new CodedColumns(section);
     const n = columns.count();
@@ -19,22 +18,22 @@ function ranksOf(section) {
     pairs.forEach((v, i) => { isLattice[v] = flags[i]; });
     const nLattice = flags.reduce((sum, flag) => sum + flag, 0);
     const firsts = columns.signedColumn(nMoving);
-    // Those of lattice vertices come first.
-    const onLattice = waysOf(columns, nLattice);
-    const further = [waysOf(columns, firstKnot[n] - nMoving - nLattice), onLattice];
+    // The steps of lattice vertices are stored first.
+    const onLattice = rankStepsOf(columns, nLattice);
+    const nextRanks = [rankStepsOf(columns, firstKnot[n] - nMoving - nLattice), onLattice];
     const ranks = new Uint32Array(firstKnot[n]);
     let [nextFirst, previous] = [0, 0];
     for (let v = 0; v < n; v++) {
-        const next = further[isLattice[v]];
+        const nextRank = nextRanks[isLattice[v]];
         for (let i = firstKnot[v]; i < firstKnot[v + 1]; i++) {
             if (i === firstKnot[v]) ranks[i] = previous += firsts[nextFirst++];
-            else ranks[i] = next(ranks[i - 1]);
+            else ranks[i] = nextRank(ranks[i - 1]);
         }
     }
     return { firstKnot, ranks, isLattice };
 }
 
-/** The last knot of a vertex not above a rank; the first where all are above. */
+/** The last knot of a vertex that is not above a rank; its first knot if all are above. */
 function knotAt(firstKnot, ranks, v, rank) {
     let low = firstKnot[v];
     let high = firstKnot[v + 1];
@@ -46,10 +45,7 @@ function knotAt(firstKnot, ranks, v, rank) {
     return low;
 }
 
-/**
- * For each vertex, the lower-numbered vertices of the triangles born with it, in the order of the
- * triangles and as often as they occur.
- */
+/** For each vertex, the lower-numbered vertices of the triangles born with it, in the order of the triangles, with repetitions. */
 function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
     const n = firstKnot.length - 1;
     const first = new Uint32Array(n + 1);
@@ -75,31 +71,31 @@ function lowerNeighbours({ firstKnot, ranks }, { vertices, births }) {
     return { first, neighbours };
 }
 
-/** Knots of which some are known, and the neighbours of one vertex on their way through them. */
-class KnownKnots {
+/** The positions decoded so far, and how the neighbours of a vertex move through them. */
+class DecodedKnots {
     constructor({ firstKnot, ranks }, isovalues) {
         Object.assign(this, { firstKnot, ranks, isovalues });
         this.positions = new Int32Array(3 * ranks.length);
         this.resize(64);
     }
 
-    /** Makes room for so many neighbours. */
+    /** Makes room for n neighbours. */
     resize(n) {
-        /** Where each was last. */
+        /** The last position of each neighbour. */
         this.places = new Float64Array(3 * n);
-        /** The last knot before that. */
+        /** The last knot of each neighbour not above its last rank. */
         this.knots = new Uint32Array(n);
     }
 
-    /** Enters a knot. */
-    write(knot, x, y, z) {
+    /** Sets the position of a knot. */
+    set(knot, x, y, z) {
         const { positions } = this;
         positions[3 * knot] = x;
         positions[3 * knot + 1] = y;
         positions[3 * knot + 2] = z;
     }
 
-    /** Adds the place of a knot. */
+    /** Adds the position of a knot to a sum. */
     add(knot, sum) {
         const { positions } = this;
         sum[0] += positions[3 * knot];
@@ -108,8 +104,8 @@ class KnownKnots {
     }
 
     /**
-     * Moves neighbour number `i`, vertex u, all of whose knots are known, from a knot on to a rank, and
-     * adds its way there. What it has gone before counts only where it `continues`.
+     * Moves neighbour i, vertex u, from a knot to a rank and adds its position there to a sum. If it `continues`, the sum gets
+     * the displacement since its last position instead.
      */
     move(i, u, knot, rank, continues, sum) {
         const { ranks, isovalues, positions, places } = this;
@@ -118,18 +114,18 @@ class KnownKnots {
         this.knots[i] = knot;
         const at = 3 * i;
         const p = 3 * knot;
-        // Loops over so few numbers take twice as long as what is in them.
+        // Written out: loops over three numbers take twice as long.
         let x = positions[p];
         let y = positions[p + 1];
         let z = positions[p + 2];
         if (knot < last && ranks[knot] < rank) {
             const low = 0.5 * isovalues[ranks[knot]];
             const high = 0.5 * isovalues[ranks[knot + 1]];
-            // Not a number where the isovalues are so small that halving makes them equal.
+            // NaN becomes 0: isovalues can be so small that halving makes them equal.
             const t = Math.trunc(65536 * ((0.5 * isovalues[rank] - low) / (high - low))) || 0;
-            x = between(x, positions[p + 3], t);
-            y = between(y, positions[p + 4], t);
-            z = between(z, positions[p + 5], t);
+            x = interpolated(x, positions[p + 3], t);
+            y = interpolated(y, positions[p + 4], t);
+            z = interpolated(z, positions[p + 5], t);
         }
         if (continues) {
             sum[0] -= places[at];
@@ -142,92 +138,89 @@ class KnownKnots {
     }
 }
 
-/** The whole number at t / 65536 of the way between two. */
-function between(a, b, t) {
-    // A power of two: multiplying by its inverse is exact, too.
+/** The rounded position at t / 65536 of the way between two integers. */
+function interpolated(a, b, t) {
+    // Multiplying by the inverse of a power of two is exact.
     return a + Math.floor((t * (b - a) + 32768) * (1 / 65536));
 }
 
-/**
- * Positions, in steps, from what their predictions miss and from samples; along the surface, what is told counts
- * `along` steps.
- */
-function positionsOf(told, samples, trajectories, isovalues, triangles, along) {
+/** Decodes positions, in steps, from predictions and residuals; residuals along the surface count `along` steps. */
+function positionsOf(residuals, samples, trajectories, isovalues, triangles, along) {
     const { firstKnot, ranks } = trajectories;
     const { first, neighbours } = lowerNeighbours(trajectories, triangles);
-    const known = new KnownKnots(trajectories, isovalues);
+    const decoded = new DecodedKnots(trajectories, isovalues);
     const sum = new Float64Array(3);
     let last = -1;
     const next = [0, 0];
 
-    /** Expects the first knot of a vertex at the mean of its neighbours, else where the last was. */
-    const expectFirst = (v, rank) => {
+    /** Predicts the first knot of a vertex: the mean of its neighbours, or the first knot of the vertex before. */
+    const predictFirst = (v, rank) => {
         const count = first[v + 1] - first[v];
-        if (count > known.knots.length) known.resize(2 * count);
+        if (count > decoded.knots.length) decoded.resize(2 * count);
         for (let i = 0; i < count; i++) {
             const u = neighbours[first[v] + i];
-            known.move(i, u, knotAt(firstKnot, ranks, u, rank), rank, false, sum);
+            decoded.move(i, u, knotAt(firstKnot, ranks, u, rank), rank, false, sum);
         }
-        if (count === 0 && last >= 0) known.add(firstKnot[last], sum);
+        if (count === 0 && last >= 0) decoded.add(firstKnot[last], sum);
         if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
         last = v;
     };
-    /** Expects a further knot where the vertex gets when it moves as its neighbours do. */
-    const expectNext = (v, knot, rank) => {
+    /** Predicts another knot of a vertex: it moves as its neighbours do on average. */
+    const predictNext = (v, knot, rank) => {
         let count = 0;
         for (let at = first[v], i = 0; at < first[v + 1]; at++, i++) {
             const u = neighbours[at];
             if (ranks[firstKnot[u + 1] - 1] < rank) continue;
-            known.move(i, u, known.knots[i], rank, true, sum);
+            decoded.move(i, u, decoded.knots[i], rank, true, sum);
             count++;
         }
         if (count > 1) for (let j = 0; j < 3; j++) sum[j] = Math.floor(sum[j] / count);
-        known.add(knot - 1, sum);
+        decoded.add(knot - 1, sum);
     };
     /** The sample of a lattice vertex. */
     const at = new Float64Array(3);
     let nLattice = 0;
-    /** Enters knot i of a lattice vertex, and moves on to its sample. */
-    const enterLattice = (knot, i) => {
+    /** Sets knot i of a lattice vertex, which is at a sample. */
+    const setLatticeKnot = (knot, i) => {
         if (i > 0) {
-            const way = told.ways[nLattice++];
-            at[way >> 1] += way & 1 ? 1 : -1;
+            const direction = residuals.directions[nLattice++];
+            at[direction >> 1] += direction & 1 ? 1 : -1;
         } else {
             for (let a = 0; a < 3; a++) {
-                at[a] = samples.nearest(a, limited(sum[a])) + told.starts[a][nLattice];
+                at[a] = samples.nearest(a, clampedToInt32(sum[a])) + residuals.starts[a][nLattice];
             }
         }
-        known.write(knot, samples.place(0, at[0]), samples.place(1, at[1]), samples.place(2, at[2]));
+        decoded.set(knot, samples.place(0, at[0]), samples.place(1, at[1]), samples.place(2, at[2]));
     };
     let nOthers = 0;
-    /** Enters knot i of another vertex. */
-    const enter = (knot, i) => {
+    /** Sets knot i of another vertex. */
+    const setKnot = (knot, i) => {
         const kind = i === 0 ? FIRST : FURTHER;
         if (i === 0) nOthers++;
-        const facing = told.facing[nOthers - 1];
+        const facing = residuals.facing[nOthers - 1];
         const n = next[kind]++;
-        const columns = told.positions[kind];
+        const columns = residuals.positions[kind];
         for (let k = 0; k < 3; k++) {
             const a = (facing + k) % 3;
             const unit = k === 0 ? 1 : along;
-            sum[a] = unit * (Math.floor((limited(sum[a]) + (unit >> 1)) / unit) + columns[k][n]);
+            sum[a] = unit * (Math.floor((clampedToInt32(sum[a]) + (unit >> 1)) / unit) + columns[k][n]);
         }
-        known.write(knot, sum[0], sum[1], sum[2]);
+        decoded.set(knot, sum[0], sum[1], sum[2]);
     };
     for (let v = 0; v + 1 < firstKnot.length; v++) {
         for (let knot = firstKnot[v]; knot < firstKnot[v + 1]; knot++) {
             sum.fill(0);
             const i = knot - firstKnot[v];
-            if (i === 0) expectFirst(v, ranks[knot]);
-            else expectNext(v, knot, ranks[knot]);
-            if (told.isLattice[v]) enterLattice(knot, i);
-            else enter(knot, i);
+            if (i === 0) predictFirst(v, ranks[knot]);
+            else predictNext(v, knot, ranks[knot]);
+            if (residuals.isLattice[v]) setLatticeKnot(knot, i);
+            else setKnot(knot, i);
         }
     }
-    return known.positions;
+    return decoded.positions;
 }
 
-/** What 32-bit signed numbers hold. */
-function limited(x) {
+/** Clamps to the range of signed 32-bit integers. */
+function clampedToInt32(x) {
     return x < -2147483648 ? -2147483648 : x > 2147483647 ? 2147483647 : x;
 }

@@ -1,13 +1,13 @@
-// Draws what is seen, and tells what is drawn: a picture is drawn when there is something new to show, and shows the latest of it.
+// Draws the scene. A picture is drawn when the scene has changed and shows its latest state.
 
-/** How long nothing may change before measures and address follow, milliseconds. */
+/** The time without change after which measures and address are updated, milliseconds. */
 const REST = 250;
 
-/** How many lost devices are replaced. */
-const MOST_LOST = 3;
+/** The most lost devices that are replaced. */
+const MAX_LOST = 3;
 
 class Viewer extends Scene {
-    /** Draws with a renderer, which takes the place of what was in the page. */
+    /** Draws with a renderer from now on; its canvas replaces the one in the page. */
     async use(renderer) {
         await renderer.load(this.spectrum, this.about.step);
         byId("canvas").replaceWith(renderer.canvas);
@@ -20,51 +20,51 @@ class Viewer extends Scene {
         document.documentElement.dataset.renderer = renderer.name;
     }
 
-    /** Takes over a spectrum with more isovalues: the whole one, if those are not told. */
-    async takeWhole(spectrum, there = [this.low, this.high]) {
+    /** Replaces the spectrum by one with other isovalues, by default the whole one. */
+    async setSpectrum(spectrum, loaded = [this.low, this.high]) {
         this.spectrum = spectrum;
         this.query = new Query(spectrum, this.about.step);
-        this.selection.forget();
+        this.selection.reset();
         this.isListed = false;
-        this.limit(there, true);
-        // The isosurfaces beside the first are to fit, too, unless the reader looks from elsewhere by now.
+        this.limit(loaded, true);
+        // The further isosurfaces should fit, too, unless the reader has moved the camera.
         if (this.extras.length > 0 && this.fitted === JSON.stringify(this.view)) {
             Object.assign(this.view, this.firstView);
             this.isFitWanted = true;
         }
-        // The device may be lost just now; who brings it back takes over the whole, too.
+        // While the device is lost there is no renderer; recover() uploads the new spectrum.
         const { renderer } = this;
         try {
             await renderer?.load(spectrum, this.about.step);
-            // The device has them; another one would be given new ones.
+            // Uploaded; they are made anew if another device needs them.
             delete spectrum.tables;
         } catch (error) {
             this.renderer = null;
-            await drawOtherwise(this, renderer, error);
+            await drawWithWebGl2(this, renderer, error);
         }
         this.request();
     }
 
-    /** The device is gone: another may be there, else the still picture. */
+    /** Opens another device after one was lost, or shows the still picture. */
     async recover() {
         this.renderer = null;
         this.nLost = (this.nLost ?? 0) + 1;
-        const renderer = this.nLost <= MOST_LOST ? await openRenderer(renderersFor(null), this.about) : null;
+        const renderer = this.nLost <= MAX_LOST ? await openRenderer(renderersFor(null), this.about) : null;
         if (renderer) {
             await this.use(renderer);
             this.request();
         } else showStill("The graphics device was lost; reload the page to see it move again.");
     }
 
-    /** The point of the surface under a point of the picture, voxel frame; null beside it. */
-    under(point) {
-        return meshPointUnder(this.query, this.projection(), point, this.looked().plane);
+    /** The point of the surface at a point of the picture, voxel frame; null if there is none. */
+    surfacePointAt(point) {
+        return meshPointUnder(this.query, this.projection(), point, this.drawnLook().plane);
     }
 
-    /** Keeps the part under a point of the picture alone, or hides it; whether there is one. */
+    /** Keeps or hides the component at a point of the picture; false if there is none. */
     pick(point, isHiding) {
         this.update();
-        const found = this.under(point);
+        const found = this.surfacePointAt(point);
         if (found) {
             this.selection.pick(found, isHiding);
             this.request();
@@ -72,10 +72,10 @@ class Viewer extends Scene {
         return Boolean(found);
     }
 
-    /** Measures from point to point of the surface: the distance in the world once there are two, else null. */
+    /** Adds a point of the picture to a measurement; the distance in the world after the second point, else null. */
     measure(point) {
         if (!point || this.measuredPoints.length === 2) this.measuredPoints = [];
-        const found = point && this.under(point);
+        const found = point && this.surfacePointAt(point);
         if (found) this.measuredPoints.push(found);
         this.request();
         const [a, b] = this.measuredPoints.map((p) => this.inWorld(p));
@@ -88,20 +88,20 @@ class Viewer extends Scene {
         return [...placeInWorld(mesh, this.spectrum.info.volume.placement).positions];
     }
 
-    /** Soon after the pointer rests on the surface, says where that is in the world. */
-    tellPlace() {
-        clearTimeout(this.telling);
+    /** Shows the point of the surface under the pointer, in the world, once the pointer rests. */
+    showPlace() {
+        clearTimeout(this.placeTimer);
         this.panel?.readOut(null);
         if (!this.pointed) return;
-        this.telling = setTimeout(() => {
-            const found = this.pointed && this.under(this.pointed);
+        this.placeTimer = setTimeout(() => {
+            const found = this.pointed && this.surfacePointAt(this.pointed);
             if (!found) return;
             const place = this.inWorld(found).map((x) => Number(x.toPrecision(5))).join(", ");
             this.panel.readOut(`x, y, z: ${place}${unitOf(this.spectrum.info.volume)}; value ${this.shownIsovalue()}`);
         }, REST);
     }
 
-    /** Asks for a picture of what is wanted by then; any number of calls make one. */
+    /** Requests a picture; several requests before the next frame give one picture. */
     request() {
         this.firstInput ??= performance.now();
         if (this.isRequested) return;
@@ -110,7 +110,7 @@ class Viewer extends Scene {
     }
 
     async frame(now) {
-        // While a picture is in work, inputs only change what the next one shows.
+        // While a picture is being drawn, inputs only change what the next one shows.
         if (this.isDrawing) {
             this.isWaiting = true;
             return;
@@ -123,7 +123,7 @@ class Viewer extends Scene {
         try {
             if (this.playing) this.tick(now);
             this.prepare();
-            const [layers, look] = [this.layers(), this.looked()];
+            const [layers, look] = [this.layers(), this.drawnLook()];
             const preparing = this.renderer.prepare(layers, look);
             if (preparing) await preparing;
             // The device may be lost meanwhile.
@@ -134,7 +134,7 @@ class Viewer extends Scene {
             this.overlay?.draw(this, this.projection());
             this.cube?.draw(this.projection().axes);
             this.onShown?.(this.isovalue);
-            this.rest();
+            this.updateAtRest();
             // The device may be lost meanwhile.
             await this.renderer?.done();
             this.latency = performance.now() - started;
@@ -148,7 +148,7 @@ class Viewer extends Scene {
         }
     }
 
-    /** Brings canvas, mesh and view to what is wanted. */
+    /** Updates canvas, mesh and camera. */
     prepare() {
         this.resize();
         this.update();
@@ -157,33 +157,33 @@ class Viewer extends Scene {
         const { width, height } = this.canvas;
         const { volume } = this.spectrum.info;
         const { distance } = this.view;
-        const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.based(), width, height);
+        const fitting = fitOf(volume, boxAround(this.layers().map(({ query }) => query.surface.box())), this.camera(), width, height);
         Object.assign(this.view, fitting, { distance: distance * fitting.distance });
         this.fitted = JSON.stringify(this.view);
     }
 
-    /** Gives the canvas as many pixels as it covers. */
+    /** Sets the resolution of the canvas to its size on the screen. */
     resize() {
         const { clientWidth, clientHeight } = this.canvas;
-        // More than two pixels per CSS pixel are not seen, but paid for.
+        // More than two pixels per CSS pixel take time without a visible difference.
         this.pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
         const size = [clientWidth, clientHeight].map((x) => Math.max(Math.round(x * this.pixelRatio), 1));
         if (this.canvas.width !== size[0]) this.canvas.width = size[0];
         if (this.canvas.height !== size[1]) this.canvas.height = size[1];
     }
 
-    /** Brings the mesh and the renderer's list of it to the isovalue. */
+    /** Updates the mesh and uploads its triangles. */
     update() {
         const started = performance.now();
         this.updateExtras();
         if (!this.query.moveTo(this.isovalue, this.look.open, this.selection) && this.isListed) return;
-        this.colour();
+        this.updateColors();
         this.renderer.list(this.query.surface);
         this.isListed = true;
         this.meshTime = performance.now() - started;
     }
 
-    /** Brings the other isosurfaces to what is wanted; they are there once all isovalues are. */
+    /** Updates the further isosurfaces, which are shown once all isovalues are loaded. */
     updateExtras() {
         if (!this.isWhole) return;
         const { largest, minVolume } = this.selection;
@@ -194,14 +194,14 @@ class Viewer extends Scene {
                 extra.selection.set({ largest, minVolume });
             }
             const isSame = !extra.query.moveTo(extra.isovalue, this.look.open, extra.selection);
-            // Layers go by their place, which another may have had.
+            // Layers are numbered by place in the list, and another isosurface may have had this place.
             if (isSame && extra.place === i && extra.renderer === this.renderer) return;
             this.renderer.list(extra.query.surface, i + 1);
             Object.assign(extra, { place: i, renderer: this.renderer });
         });
     }
 
-    /** The isosurfaces of the picture, each with how it looks. */
+    /** The layers of the picture: its isosurfaces with their colours and opacities. */
     layers() {
         const sides = (front) => [1, 0.45].map((share) => [...linearOf(front).map((x) => share * x), 1]);
         const { color, front } = this.coloring;
@@ -218,8 +218,8 @@ class Viewer extends Scene {
         return layers;
     }
 
-    /** Finds what the colours show of the surface. */
-    colour() {
+    /** Computes the colour codes of the surface and the legend. */
+    updateColors() {
         const { color, map } = this.coloring;
         const { surface } = this.query;
         surface.codes = undefined;
@@ -228,40 +228,40 @@ class Viewer extends Scene {
         if (color === "component" || color === "none") return;
         const numbers = numbersOf(color, surface, this.about, [this.low, this.high]);
         const ends = scaleOf(numbers, this.coloring, surface);
-        surface.codes = codesOfNumbers(numbers, ends, surface);
+        surface.codes = colorCodesOf(numbers, ends, surface);
         const { maps, field } = this.about;
-        const usual = color === "curvature" ? "vik" : color === "field" ? field.map : "viridis";
-        this.shown = { name: numbers.name, ends, map: maps[map ?? usual] };
+        const defaultMap = color === "curvature" ? "vik" : color === "field" ? field.map : "viridis";
+        this.shown = { name: numbers.name, ends, map: maps[map ?? defaultMap] };
     }
 
-    /** Soon after the last change: what takes longer than a picture. */
-    rest() {
+    /** Updates measures and address some time after the last change. */
+    updateAtRest() {
         this.panel?.showMeasures({
             triangles: this.renderer.nTriangles, components: null, euler: null, area: null, volume: null,
         });
-        clearTimeout(this.resting);
-        this.resting = setTimeout(() => {
-            if (this.isWhole) this.panel?.showMeasures(measured(this.worldMesh(false, false)), this.query.components);
+        clearTimeout(this.restTimer);
+        this.restTimer = setTimeout(() => {
+            if (this.isWhole) this.panel?.showMeasures(measuresOf(this.worldMesh(false, false)), this.query.components);
             writeAddress(this);
         }, REST);
     }
 
-    /** The mesh at the present isovalue, in the world. */
+    /** The mesh at the current isovalue, in the world. */
     worldMesh(open, withNormals) {
-        // The renderer has not seen what this may have changed.
+        // The renderer does not have the new mesh.
         if (this.query.moveTo(this.isovalue, open, this.selection)) this.isListed = false;
         const mesh = placeInWorld(this.query.mesh(withNormals), this.spectrum.info.volume.placement);
-        // What is drawn may have caps where this has none.
+        // The drawn mesh differs from this one in its caps.
         if (open !== this.look.open) this.isListed = false;
         return mesh;
     }
 
-    /** Looks at the point of the mesh under a point of the picture; else at the middle. */
+    /** Makes the point of the surface at a point of the picture the target; the middle of the volume if there is none. */
     recentre(point) {
         this.update();
         const { volume } = this.spectrum.info;
-        const target = pointUnder(this.under(point), volume);
-        this.setView({ target: target ?? [0, 0, 0] });
+        const found = this.surfacePointAt(point);
+        this.setView({ target: found ? targetAt(found, volume) : [0, 0, 0] });
     }
 
     state() {
@@ -274,9 +274,9 @@ class Viewer extends Scene {
             opacity: this.opacity,
             extras: this.extras.map(({ isovalue: c, front, opacity }) => ({ isovalue: c, front, opacity })),
             measuredPoints: this.measuredPoints,
-            // Whether a picture is wanted or in work.
+            // Whether a picture is requested or being drawn.
             isPending: Boolean(this.isRequested || this.isDrawing),
-            // Whether all isovalues can be shown by now.
+            // Whether all isovalues are loaded.
             isWhole: this.isWhole,
         };
     }

@@ -1,6 +1,5 @@
-// Draws on WebGL2 with page/surface.*.glsl where there is no WebGPU: the same tables in textures,
-// the same picture. It is drawn in linear light into a multisampled sRGB target, as on WebGPU, and
-// copied to the canvas, which knows no sRGB.
+// Draws on WebGL2 with page/surface.*.glsl: the same tables in textures, the same picture as on WebGPU. The picture is drawn in
+// linear light into a multisampled sRGB target and copied to the canvas, which has no sRGB format.
 
 /** Texels per row of a table. */
 const ROW = 2048;
@@ -28,10 +27,7 @@ void main() {
 }`;
 
 class WebGl2Renderer {
-    /**
-     * A renderer for a canvas, still without a spectrum; throws where there is none, or not for so
-     * large a spectrum as the page tells of.
-     */
+    /** Opens a renderer without a spectrum; throws if there is no WebGL2, or the spectrum described by `about` is too large. */
     static async open(canvas, about) {
         const gl = canvas.getContext("webgl2", { antialias: false, depth: false, alpha: false });
         if (!gl) throw new Error("no WebGL2");
@@ -47,7 +43,7 @@ class WebGl2Renderer {
         const text = (id) => byId(id).textContent.trimStart();
         const variant = (name) => text("fragment-glsl").replace("\n", `\n#define ${name}\n`);
         this.whole = this.linked(text("vertex-glsl"), text("fragment-glsl"));
-        // Others are compiled when they are wanted.
+        // The others are compiled on demand.
         this.more = () => {
             this.cut ??= this.linked(text("vertex-glsl"), variant("CUT"));
             this.cap ??= this.linked(CAP_VERTEX, variant("CAP"));
@@ -58,7 +54,7 @@ class WebGl2Renderer {
         this.nSamples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
     }
 
-    /** Takes over a spectrum. */
+    /** Uploads a spectrum. */
     async load(spectrum, step) {
         this.spectrum = spectrum;
         for (const [, texture] of this.tables ?? []) this.gl.deleteTexture(texture);
@@ -98,7 +94,7 @@ class WebGl2Renderer {
             }
             const nRows = Math.max(Math.ceil(table.length / width / ROW), 1);
             gl.texStorage2D(gl.TEXTURE_2D, 1, internal, ROW, nRows);
-            // Whole rows, then what is left of the last one.
+            // Whole rows, then the rest of the last row.
             const nWhole = Math.floor(table.length / width / ROW);
             const rest = table.length / width - nWhole * ROW;
             if (nWhole > 0) {
@@ -126,7 +122,7 @@ class WebGl2Renderer {
             const layer = { corners: gl.createBuffer(), vertexArray: gl.createVertexArray(), list32: new Uint32Array(4096), nTriangles: 0 };
             gl.bindVertexArray(layer.vertexArray);
             gl.bindBuffer(gl.ARRAY_BUFFER, layer.corners);
-            // Each corner: its vertex, the code of the normal there, what its triangle's colour shows.
+            // Each corner: its vertex, the code of its normal, the colour code of its triangle.
             for (const place of [0, 1, 2]) {
                 gl.enableVertexAttribArray(place);
                 gl.vertexAttribIPointer(place, 1, gl.UNSIGNED_INT, 12, 4 * place);
@@ -136,29 +132,29 @@ class WebGl2Renderer {
         return this.layers[i];
     }
 
-    /** Triangles of the first surface. */
+    /** The number of triangles of the first layer. */
     get nTriangles() {
         return this.layers[0]?.nTriangles ?? 0;
     }
 
-    /** Gets ready for what plain pictures do not need. */
+    /** Compiles what plain pictures do not need. */
     prepare(layers, { plane, occlusion }) {
         if (plane || layers.some(({ opacity }) => opacity < 1)) this.more();
         if (occlusion) this.occlusion ??= new WebGl2Occlusion(this);
         return null;
     }
 
-    /** Most pixels of a picture each way. */
+    /** The greatest width and height of a picture, pixels. */
     get largest() {
         const { gl } = this;
         return Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), gl.getParameter(gl.MAX_TEXTURE_SIZE));
     }
 
-    /** Takes over the triangles of a surface and the normals at their corners. */
+    /** Uploads the triangles of layer i and the normals at their corners. */
     list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
         const { gl } = this;
         const layer = this.layer(i);
-        const list32 = roomFor(layer.list32, 9 * nTriangles);
+        const list32 = withCapacity(layer.list32, 9 * nTriangles);
         for (let at = 0; at < 3 * nTriangles; at++) {
             list32[3 * at] = vertices[corners[at]];
             list32[3 * at + 1] = normals[corners[at]];
@@ -180,9 +176,9 @@ class WebGl2Renderer {
         gl.enable(gl.DEPTH_TEST);
         gl.depthFunc(gl.LESS);
         let nOpaque = layers.filter(({ opacity }) => opacity === 1).length;
-        for (const i of inOrder(layers)) {
+        for (const i of drawingOrder(layers)) {
             this.drawLayer(this.layer(i), layers[i], look, projection);
-            // What one looks through lies over what is darkened.
+            // Transparent layers are drawn over the occlusion of the opaque ones.
             if (--nOpaque === 0 && look.occlusion) this.occlusion?.draw(projection, [width, height]);
         }
         gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.samples);
@@ -216,7 +212,7 @@ class WebGl2Renderer {
         this.setUniforms(program, layer, look, projection);
         if (look.plane && !look.open) this.drawCap(layer, look, projection, triangles, program, vertexArray);
         if (layer.opacity < 1) {
-            // The nearest alone is seen of it, whatever order its triangles are in.
+            // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
             gl.colorMask(false, false, false, false);
             triangles();
             gl.colorMask(true, true, true, true);
@@ -231,7 +227,7 @@ class WebGl2Renderer {
         gl.depthFunc(gl.LESS);
     }
 
-    /** Counts sides behind the plane, and covers where it is inside. */
+    /** Counts front and back faces behind the clip plane, and draws a cap where the plane is inside the surface. */
     drawCap(layer, look, projection, triangles, program, vertexArray) {
         const { gl } = this;
         gl.enable(gl.STENCIL_TEST);
@@ -295,7 +291,7 @@ class WebGl2Renderer {
         });
     }
 
-    /** A texture of a picture's size, read by pixel. */
+    /** Makes a texture of the picture's size that is read without filtering. */
     texture(format, [width, height]) {
         const { gl } = this;
         const texture = gl.createTexture();
@@ -307,7 +303,7 @@ class WebGl2Renderer {
         return texture;
     }
 
-    /** Targets of a picture's size. */
+    /** Makes targets of the picture's size. */
     resize(width, height) {
         if (this.size?.[0] === width && this.size?.[1] === height) return;
         const { gl } = this;
@@ -336,7 +332,7 @@ class WebGl2Renderer {
         this.size = [width, height];
     }
 
-    /** Resolves when what was drawn is done. */
+    /** Resolves when the device has finished drawing. */
     done() {
         const { gl } = this;
         const sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
@@ -355,7 +351,7 @@ class WebGl2Renderer {
         });
     }
 
-    /** Draws and reads back a picture: rows from the top, four bytes per pixel, colours times alpha. */
+    /** Draws a picture and reads it back: rows from the top, four bytes per pixel, premultiplied alpha. */
     async read(layers, look, projection, [width, height]) {
         this.prepare(layers, look);
         this.paint(layers, look, projection, [width, height]);
@@ -371,7 +367,7 @@ class WebGl2Renderer {
         return { width, height, pixels };
     }
 
-    /** Calls back when the context is gone. */
+    /** Calls back when the context is lost. */
     onLost(callback) {
         this.canvas.addEventListener("webglcontextlost", callback);
     }

@@ -1,10 +1,10 @@
 // Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/surface.rs.
 
 const FRAME_BYTES = 272 + 16 * N_STOPS;
-/** Words of a knot and of a triangle in the shader's tables. */
+/** 32-bit words of a knot and of a triangle in the shader's tables. */
 const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
-/** With a stencil, which counts where a plane is inside of a surface. */
+/** With a stencil, which finds where a clip plane is inside a surface. */
 const DEPTH_FORMAT = "depth24plus-stencil8";
 const PLAIN_FRONT = [0.235, 0.41, 0.62, 1];
 const PLAIN_BACK = [0.7, 0.37, 0.15, 1];
@@ -12,16 +12,16 @@ const PLAIN_WIRE = [0.01, 0.022, 0.045, 0.8];
 const COLOURED_WIRE = [0.008, 0.008, 0.01, 0.72];
 
 /** A number as the sum of two of single precision. */
-function inTwo(x) {
+function splitInTwo(x) {
     const high = Math.fround(x);
     return [high, x - high];
 }
 
-/** An isovalue on the scale where those of the spectrum cover [0, 1]. */
+/** An isovalue, scaled so that those of the spectrum cover [0, 1], as two numbers of single precision. */
 function scaledIsovalue({ isovalues }, isovalue) {
     const [first, last] = [isovalues[0] ?? 0, isovalues.at(-1) ?? 1];
     const share = (0.5 * isovalue - 0.5 * first) / (0.5 * last - 0.5 * first);
-    return inTwo(Number.isFinite(share) ? share : 0);
+    return splitInTwo(Number.isFinite(share) ? share : 0);
 }
 
 /** The tables of the shader: scaled isovalues, first knots, knots. */
@@ -51,8 +51,8 @@ function cutOf({ opacity }, { plane }, projection) {
     ]);
 }
 
-/** Layers in the order in which they are drawn: opaque ones, then those that one looks through; of each the inner first. */
-function inOrder(layers) {
+/** The layers in drawing order: opaque ones, then transparent ones; inner ones (of a higher isovalue) first. */
+function drawingOrder(layers) {
     return [...layers.keys()].sort((i, j) => {
         const [a, b] = [layers[i], layers[j]];
         return (a.opacity < 1) - (b.opacity < 1) || b.query.isovalue - a.query.isovalue || i - j;
@@ -82,15 +82,12 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
 }
 
 class WebGpuRenderer {
-    /**
-     * A renderer for a canvas, still without a spectrum; throws where there is none, or not for so
-     * large a spectrum as the page tells of.
-     */
+    /** Opens a renderer without a spectrum; throws if there is no WebGPU, or the spectrum described by `about` is too large. */
     static async open(canvas, about) {
         const adapter = await navigator.gpu?.requestAdapter();
         if (!adapter) throw new Error("no WebGPU adapter");
-        const most = roomOf(TRIANGLE_WORDS * about.most_triangles);
-        const largest = Math.max(4 * KNOT_WORDS * about.knots, 4 * most, 1 << 27);
+        const nWords = capacityFor(TRIANGLE_WORDS * about.max_triangles);
+        const largest = Math.max(4 * KNOT_WORDS * about.knots, 4 * nWords, 1 << 27);
         if (adapter.limits.maxStorageBufferBindingSize < largest) {
             throw new Error("the spectrum is too large for this adapter");
         }
@@ -141,7 +138,7 @@ class WebGpuRenderer {
             multisample: { count: 4 },
         });
         this.whole = await pipeline(module, "surface_vertex", "surface_fragment", {}, {});
-        // The others wait until they are wanted: compiling takes as long as a picture.
+        // The others are compiled on demand: compiling takes as long as drawing a picture.
         const blended = { blend: { color: over, alpha: over } };
         const surface = (...rest) => pipeline(cut, "surface_vertex", ...rest);
         const reset = { compare: "not-equal", failOp: "keep", depthFailOp: "zero", passOp: "zero" };
@@ -163,7 +160,7 @@ class WebGpuRenderer {
         };
     }
 
-    /** Gets ready for what plain pictures do not need. */
+    /** Compiles what plain pictures do not need; a promise, or null if nothing is missing. */
     prepare(layers, { plane, occlusion }) {
         const isCut = plane || layers.some(({ opacity }) => opacity < 1);
         const cutting = isCut && !this.more ? (this.preparing ??= this.compileMore()) : null;
@@ -175,18 +172,18 @@ class WebGpuRenderer {
         this.occlusion = await WebGpuOcclusion.compile(this.device, this.pictureFormat);
     }
 
-    /** Most pixels of a picture each way. */
+    /** The greatest width and height of a picture, pixels. */
     get largest() {
         return this.device.limits.maxTextureDimension2D;
     }
 
-    /** Takes over a spectrum; throws if the device refuses it. */
+    /** Uploads a spectrum; throws if the device refuses it. */
     async load(spectrum, step) {
         const { device } = this;
         this.spectrum = spectrum;
         const { isovalues, firstKnot, knots } = spectrum.tables ?? tablesOf(spectrum, step);
         for (const filter of ["out-of-memory", "validation"]) device.pushErrorScope(filter);
-        // Those of the spectrum before.
+        // Tables of the previous spectrum.
         for (const table of this.tables ?? []) table.destroy();
         this.tables = [isovalues, firstKnot, knots].map((table) => {
             const buffer = this.storage(table.byteLength);
@@ -226,16 +223,16 @@ class WebGpuRenderer {
         return this.layers[i];
     }
 
-    /** Triangles of the first surface. */
+    /** The number of triangles of the first layer. */
     get nTriangles() {
         return this.layers[0]?.nTriangles ?? 0;
     }
 
-    /** Takes over the triangles of a surface and the normals at their corners. */
+    /** Uploads the triangles of layer i and the normals at their corners. */
     list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
         const layer = this.layer(i);
         const before = layer.triangles;
-        layer.triangles = roomFor(before, TRIANGLE_WORDS * nTriangles);
+        layer.triangles = withCapacity(before, TRIANGLE_WORDS * nTriangles);
         if (layer.triangles !== before) {
             layer.listed.destroy();
             layer.listed = this.storage(layer.triangles.byteLength);
@@ -264,7 +261,7 @@ class WebGpuRenderer {
         const encoder = this.device.createCommandEncoder();
         const size = [this.canvas.width, this.canvas.height];
         this.encode(encoder, layers, look, projection, size);
-        // Copied, not resolved into an sRGB view of the canvas: SwiftShader forgets to convert there.
+        // Copied, not resolved into an sRGB view of the canvas, which SwiftShader does not convert.
         encoder.copyTextureToTexture(
             { texture: this.picture },
             { texture: this.context.getCurrentTexture() },
@@ -273,7 +270,7 @@ class WebGpuRenderer {
         this.device.queue.submit([encoder.finish()]);
     }
 
-    /** Textures of a picture's size. */
+    /** Makes textures of the picture's size. */
     resize([width, height]) {
         if (this.picture?.width === width && this.picture?.height === height) return;
         for (const texture of [this.samples, this.depth, this.picture]) texture?.destroy();
@@ -288,16 +285,16 @@ class WebGpuRenderer {
         this.picture = texture(this.pictureFormat, 1, GPUTextureUsage.COPY_SRC);
     }
 
-    /** Records the drawing of the picture. */
+    /** Records the drawing of a picture. */
     encode(encoder, layers, look, projection, size) {
         this.resize(size);
-        const order = inOrder(layers);
+        const order = drawingOrder(layers);
         const nOpaque = layers.filter(({ opacity }) => opacity === 1).length;
         if (!look.occlusion || !this.occlusion || nOpaque === 0) {
             this.encodeLayers(encoder, order, layers, look, projection, true, true);
             return;
         }
-        // What one looks through has no depth of its own: it lies over what is darkened.
+        // Transparent layers are drawn over the occlusion of the opaque ones.
         this.encodeLayers(encoder, order.slice(0, nOpaque), layers, look, projection, true, false);
         this.occlusion.encode(encoder, this, projection);
         if (nOpaque < layers.length) {
@@ -305,7 +302,7 @@ class WebGpuRenderer {
         }
     }
 
-    /** Records the drawing of some layers, the first and the last ones of the picture or not. */
+    /** Records the drawing of the layers in `order`, in the first or the last pass of a picture. */
     encodeLayers(encoder, order, layers, look, projection, isFirst, isLast) {
         const { device } = this;
         const [loadOp, storeOp] = [isFirst ? "clear" : "load", isLast ? "discard" : "store"];
@@ -343,7 +340,7 @@ class WebGpuRenderer {
                 drawn(this.more.cap, 3);
             }
             if (layers[i].opacity < 1) {
-                // The nearest alone is seen of it, whatever order its triangles are in.
+                // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
                 drawn(this.more.bare);
                 drawn(this.more.clear);
             } else drawn(look.plane ? this.more.clipped : this.whole);
@@ -351,12 +348,12 @@ class WebGpuRenderer {
         pass.end();
     }
 
-    /** Resolves when what was drawn is done. */
+    /** Resolves when the device has finished drawing. */
     done() {
         return this.device.queue.onSubmittedWorkDone();
     }
 
-    /** Draws and reads back a picture: rows from the top, four bytes per pixel, colours times alpha. */
+    /** Draws a picture and reads it back: rows from the top, four bytes per pixel, premultiplied alpha. */
     async read(layers, look, projection, [width, height]) {
         await this.prepare(layers, look);
         const { device } = this;
@@ -384,7 +381,7 @@ class WebGpuRenderer {
         return { width, height, pixels };
     }
 
-    /** Calls back when the device is gone. */
+    /** Calls back when the device is lost. */
     onLost(callback) {
         this.device.lost.then(({ reason }) => {
             if (reason !== "destroyed") callback();

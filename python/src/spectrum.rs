@@ -290,7 +290,7 @@ impl Spectrum {
                 Some(range) => {
                     let ends = [range.0, range.1];
                     ends.into_iter().try_for_each(|c| handle.summary().check_isovalue(c))?;
-                    page::part(&*handle.around(&ends)?, range)?
+                    page::with_range(&*handle.around(&ends)?, range)?
                 }
                 None => Arc::unwrap_or_clone(handle.all()?),
             };
@@ -312,16 +312,15 @@ impl Spectrum {
                     "background 'transparent', expected white, light or dark".to_owned(),
                 ));
             }
-            let look = page::Look {
-                occlusion: sight.occlusion,
-                wireframe: sight.wireframe,
-                opacity: first.opacity.unwrap_or(sight.opacity),
-                clip: sight.clip(),
-                background,
-                light: sight.light()?,
-                front: first.color,
-                also,
-            };
+            let mut look = page::Look::default();
+            look.occlusion = sight.occlusion;
+            look.wireframe = sight.wireframe;
+            look.opacity = first.opacity.unwrap_or(sight.opacity);
+            look.clip = sight.clip();
+            look.background = background;
+            look.light = sight.light()?;
+            look.front = first.color;
+            look.also = also;
             let color = sight.color(color_by.is_some())?;
             let sources = color_sources::sources(
                 &spectrum,

@@ -193,16 +193,16 @@ impl Html {
             self.isovalue.iter().map(|surface| surface.resolve(spectrum.range(), samples));
         let mut surfaces = surfaces.collect::<Result<Vec<_>>>()?.into_iter();
         let first = surfaces.next();
-        let look = Look {
-            occlusion: self.occlusion,
-            light: self.light,
-            wireframe: self.wireframe,
-            opacity: first.and_then(|surface| surface.opacity).unwrap_or(self.sight.opacity as f32),
-            clip: self.sight.clip.map(|clip| clip.of(spectrum.volume())),
-            background: self.background,
-            front: first.and_then(|surface| surface.color),
-            also: surfaces.collect(),
-        };
+        let mut look = Look::default();
+        look.occlusion = self.occlusion;
+        look.light = self.light;
+        look.wireframe = self.wireframe;
+        look.opacity =
+            first.and_then(|surface| surface.opacity).unwrap_or(self.sight.opacity as f32);
+        look.clip = self.sight.clip.map(|clip| clip.of(spectrum.volume()));
+        look.background = self.background;
+        look.front = first.and_then(|surface| surface.color);
+        look.also = surfaces.collect();
         Ok((first, look))
     }
 
@@ -214,7 +214,7 @@ impl Html {
             Some(range) => {
                 let (low, high) = range.resolve(of_whole, samples.as_ref())?;
                 [low, high].into_iter().try_for_each(|c| told.check_isovalue(c))?;
-                page::part(&spectrum.around(&[low, high])?, (low, high))?
+                page::with_range(&spectrum.around(&[low, high])?, (low, high))?
             }
             None => spectrum.around(&[of_whole.0, of_whole.1])?,
         };
@@ -288,12 +288,12 @@ fn is_split(path: &Path) -> bool {
 }
 
 /// Writes a page and its files where there is nothing, or another page with its files.
-fn write_folder(files: &[(String, String)], path: &Path) -> Result<()> {
+fn write_folder(files: &[(String, Vec<u8>)], path: &Path) -> Result<()> {
     let work = TemporaryFolder::next_to_folder(path, is_split)?;
     let made = work.path().join("made");
     std::fs::create_dir(&made).map_err(|e| Error::io(path, e))?;
-    for (name, text) in files {
-        std::fs::write(made.join(name), text).map_err(|e| Error::io(path, e))?;
+    for (name, bytes) in files {
+        std::fs::write(made.join(name), bytes).map_err(|e| Error::io(path, e))?;
     }
     work.move_folder("made", path)
 }

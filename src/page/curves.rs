@@ -1,4 +1,4 @@
-//! What the isosurfaces measure over the isovalue, for the plot above the slider.
+//! Measures of the isosurfaces over the isovalue, for the plot above the slider.
 
 use serde::Serialize;
 
@@ -7,28 +7,15 @@ use crate::export::place_in_world;
 use crate::spectrum::{EventKind, Measures, Query, Spectrum};
 use crate::volume::{Histogram, Statistics};
 
-/// Isovalues at which the curves are known.
+/// The number of isovalues of the curves, evenly spaced.
 const N_ISOVALUES: usize = 129;
 
-/// Bins of the histogram; with 256, 8-bit samples have one each.
+/// The number of bins of the histogram: one for each value of 8-bit samples.
 const N_BINS: usize = 256;
 
-/// How many samples lie in each of as many equal parts of a range of isovalues.
+/// The number of samples in each of [`N_BINS`] equal parts of a range of isovalues.
 pub(super) fn histogram(samples: &Histogram, range: (f64, f64)) -> Vec<u64> {
     samples.parts(N_BINS, range)
-}
-
-/// Isovalues that are offered where the author names none.
-pub(super) fn suggested(
-    spectrum: &Spectrum,
-    curves: &Curves,
-    samples: Option<&Statistics>,
-) -> Vec<(f64, &'static str)> {
-    let (low, high) = spectrum.range();
-    let at = |i: usize| low + (high - low) * (i as f64 / (N_ISOVALUES - 1) as f64);
-    let areas: Vec<(f64, f64)> =
-        curves.area.iter().enumerate().map(|(i, &area)| (at(i), f64::from(area))).collect();
-    spectrum.suggested(&areas, samples)
 }
 
 /// Curves over evenly spaced isovalues from one end of the range to the other.
@@ -42,36 +29,54 @@ pub(super) struct Curves {
     area: Vec<f32>,
     /// Volume inside the mesh, caps included, world units cubed.
     volume: Vec<f32>,
-    /// Isovalue and kind (0 emerge, 1 merge, 2 handle-open, 3 split, 4 handle-close, 5 vanish) of
-    /// each event.
+    /// The isovalue and the kind ([`code`]) of each event.
     events: Vec<(f64, u8)>,
 }
 
-/// The curves of a spectrum.
-pub(super) fn curves(spectrum: &Spectrum) -> Result<Curves> {
-    let (low, high) = spectrum.range();
-    let mut curves = Curves {
-        components: Vec::new(),
-        euler: Vec::new(),
-        area: Vec::new(),
-        volume: Vec::new(),
-        events: spectrum.events().iter().map(|e| (e.isovalue, code(e.kind))).collect(),
-    };
-    let mut query = Query::new(spectrum);
-    for i in 0..N_ISOVALUES {
-        let t = i as f64 / (N_ISOVALUES - 1) as f64;
-        // Weighted, so that both ends are met exactly; between them for any rounding.
-        let isovalue = (low * (1.0 - t) + high * t).clamp(low, high);
-        let mesh = place_in_world(query.mesh_at(isovalue)?, &spectrum.volume().placement);
-        let measures = Measures::of(&mesh);
-        curves.components.push(measures.components);
-        curves.euler.push(measures.euler);
-        curves.area.push(measures.area as f32);
-        curves.volume.push(measures.volume as f32);
+impl Curves {
+    /// Measures the isosurfaces of a spectrum.
+    pub(super) fn of(spectrum: &Spectrum) -> Result<Curves> {
+        let range = spectrum.range();
+        let mut curves = Curves {
+            components: Vec::new(),
+            euler: Vec::new(),
+            area: Vec::new(),
+            volume: Vec::new(),
+            events: spectrum.events().iter().map(|e| (e.isovalue, code(e.kind))).collect(),
+        };
+        let mut query = Query::new(spectrum);
+        for i in 0..N_ISOVALUES {
+            let mesh = query.mesh_at(isovalue_at(range, i))?;
+            let measures = Measures::of(&place_in_world(mesh, &spectrum.volume().placement));
+            curves.components.push(measures.components);
+            curves.euler.push(measures.euler);
+            curves.area.push(measures.area as f32);
+            curves.volume.push(measures.volume as f32);
+        }
+        Ok(curves)
     }
-    Ok(curves)
+
+    /// Isovalues that the page offers if its author names none.
+    pub(super) fn suggested(
+        &self,
+        spectrum: &Spectrum,
+        samples: Option<&Statistics>,
+    ) -> Vec<(f64, &'static str)> {
+        let (low, high) = spectrum.range();
+        let at = |i: usize| low + (high - low) * (i as f64 / (N_ISOVALUES - 1) as f64);
+        let areas: Vec<(f64, f64)> =
+            self.area.iter().enumerate().map(|(i, &area)| (at(i), f64::from(area))).collect();
+        spectrum.suggested(&areas, samples)
+    }
 }
 
+/// Isovalue `i` of [`N_ISOVALUES`]; a weighted sum, which gives both ends exactly, clamped because of rounding between them.
+fn isovalue_at((low, high): (f64, f64), i: usize) -> f64 {
+    let t = i as f64 / (N_ISOVALUES - 1) as f64;
+    (low * (1.0 - t) + high * t).clamp(low, high)
+}
+
+/// The code of a kind of event, an index into `KINDS` of `page/plot.js`.
 fn code(kind: EventKind) -> u8 {
     match kind {
         EventKind::Emerge => 0,

@@ -1,87 +1,90 @@
-//! What a page shows first: a spectrum of the isovalues around the first one, or of that one isosurface alone.
+//! The isovalues that a page shows first: a range around the isovalue it opens with, or that one isosurface.
 //!
-//! It is drawn, and can be moved through, while the whole is still being unpacked. Its packing is that of the whole, so the page
-//! needs no second reader.
+//! They are a spectrum of their own, compressed as the whole one. The page draws it, and its slider moves within it, while a
+//! worker still decodes the whole spectrum.
 
 use super::data;
-use super::field::Field;
-use super::part::part;
+use super::field::PageField;
+use super::range::with_range;
 use crate::error::Result;
 use crate::spectrum::{About, Knot, Patch, Query, Spectrum, Triangle};
 
-/// It takes at most this part of the whole spectrum's bytes, and so many bytes: what a page unpacks in a fraction of a second.
-const SMALLEST_PART: usize = 8;
-const MOST_BYTES: usize = 2_500_000;
+/// The first range takes at most this fraction (1 / n) of the bytes of the whole spectrum.
+const RANGE_FRACTION: usize = 8;
 
-/// One isosurface alone may take this part of the whole spectrum's bytes: nothing smaller can be shown.
-const SMALLEST_PART_OF_ONE: usize = 4;
+/// The first range takes at most this many bytes, which a page decodes in a fraction of a second.
+const MAX_BYTES: usize = 2_500_000;
 
-/// The widest range that is tried is this part of the whole one; each further one is narrower by a factor, down to a thousandth.
-const WIDEST: f64 = 0.25;
-const NARROWER: f64 = 0.7;
-const TRIES: i32 = 16;
+/// A single isosurface may take this fraction (1 / n) of the bytes of the whole spectrum: there is nothing smaller to show.
+const SINGLE_FRACTION: usize = 4;
 
-/// By their knots, narrow ranges are taken for larger than they are, by so much.
-const LARGER: f64 = 1.6;
+/// The widest range that is tried, as a share of the whole range.
+const WIDEST_SHARE: f64 = 0.25;
 
-/// What is shown first.
-pub(super) struct First {
+/// Each range is this share of the one tried before it.
+const NARROWING: f64 = 0.7;
+
+/// The number of ranges that are tried; the narrowest is a thousandth of the whole range.
+const N_TRIES: i32 = 16;
+
+/// The number of knots overestimates the bytes of narrow ranges, by at most this factor.
+const MAX_OVERESTIMATE: f64 = 1.6;
+
+/// The isovalues that a page shows first.
+pub(super) struct FirstRange {
     /// A raw deflate stream.
     pub(super) bytes: Vec<u8>,
-    /// The isovalues that it covers.
+    /// Its lowest and its highest isovalue.
     pub(super) range: (f64, f64),
 }
 
-/// The isovalues around `isovalue` that go into a page apart; `whole` is how many bytes all of them take. None where nothing is
-/// to be seen, or it would make the page much larger.
-pub(super) fn first(
+/// The widest range around `isovalue` that is small compared to the `n_bytes` of the whole spectrum. `None` if there is no surface
+/// at the isovalue, or even the one isosurface is too large.
+pub(super) fn first_range(
     spectrum: &Spectrum,
     isovalue: f64,
     step: f64,
-    field: Option<&Field>,
-    whole: usize,
-) -> Result<Option<First>> {
-    let Some(alone) = alone(spectrum, isovalue, step, field)? else { return Ok(None) };
+    field: Option<&PageField>,
+    n_bytes: usize,
+) -> Result<Option<FirstRange>> {
+    let Some(single) = single_isosurface(spectrum, isovalue, step, field)? else { return Ok(None) };
     let (low, high) = spectrum.range();
-    let most = (whole / SMALLEST_PART).min(MOST_BYTES);
-    // Numbers of another field stand at the knots of the whole, which a part cuts.
-    let tries = if field.is_some() { 0..0 } else { 0..TRIES };
+    let max_bytes = (n_bytes / RANGE_FRACTION).min(MAX_BYTES);
+    // The codes of a second field belong to the knots of the whole spectrum, which a range replaces at its ends.
+    let tries = if field.is_some() { 0..0 } else { 0..N_TRIES };
     for i in tries {
-        let half = 0.5 * WIDEST * (high - low) * NARROWER.powi(i);
+        let half = 0.5 * WIDEST_SHARE * (high - low) * NARROWING.powi(i);
         let range = ((isovalue - half).max(low), (isovalue + half).min(high));
         if range.0 >= range.1 {
             break;
         }
-        let around = part(spectrum, range)?;
-        // Packing what is clearly too much takes time for nothing.
-        let about =
-            around.knots().len() as f64 / spectrum.knots().len().max(1) as f64 * whole as f64;
-        if about > LARGER * most as f64 {
+        let part = with_range(spectrum, range)?;
+        let share = part.knots().len() as f64 / spectrum.knots().len().max(1) as f64;
+        if share * n_bytes as f64 > MAX_OVERESTIMATE * max_bytes as f64 {
             continue;
         }
-        let (about, patch) = around.into_parts();
+        let (about, patch) = part.into_parts();
         let about = About { range: spectrum.range(), events: Vec::new(), ..about };
-        let around = Spectrum::unchecked(about, patch);
-        let bytes = data::compressed(&around, step, None)?;
-        if bytes.len() <= most {
-            return Ok(Some(First { bytes, range }));
+        let bytes = data::compressed(&Spectrum::unchecked(about, patch), step, None)?;
+        if bytes.len() <= max_bytes {
+            return Ok(Some(FirstRange { bytes, range }));
         }
     }
-    let fits = alone.len() <= whole / SMALLEST_PART_OF_ONE;
-    Ok(fits.then_some(First { bytes: alone, range: (isovalue, isovalue) }))
+    let fits = single.len() <= n_bytes / SINGLE_FRACTION;
+    Ok(fits.then_some(FirstRange { bytes: single, range: (isovalue, isovalue) }))
 }
 
-/// The raw deflate stream of the isosurface of `isovalue`, each vertex with two knots at one place, of which the second takes
-/// next to nothing; none where nothing is to be seen.
-fn alone(
+/// Compresses the isosurface of `isovalue` as a spectrum whose vertices have two equal knots; the second one compresses to almost
+/// nothing. `None` if there is no surface.
+fn single_isosurface(
     spectrum: &Spectrum,
     isovalue: f64,
     step: f64,
-    field: Option<&Field>,
+    field: Option<&PageField>,
 ) -> Result<Option<Vec<u8>>> {
     let mut query = Query::new(spectrum);
     let mesh = query.mesh_at(isovalue)?;
-    let codes = field.map(|field| field.at(spectrum, query.parts().0, isovalue));
+    let codes = field.map(|field| field.codes_at(spectrum, query.parts().0, isovalue));
     let after = isovalue.next_up();
     if mesh.triangles.is_empty() || !after.is_finite() {
         return Ok(None);

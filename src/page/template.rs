@@ -1,6 +1,6 @@
-//! Puts text into the page's template.
+//! Fills the template of the page, `page/page.html`.
 
-use super::Page;
+use super::options::Page;
 
 const TEMPLATE: &str = include_str!("../../page/page.html");
 const STYLE: &str = include_str!("../../page/page.css");
@@ -11,27 +11,27 @@ const OCCLUSION_GLSL: &str = include_str!("../../page/occlusion.frag.glsl");
 const VERTEX_GLSL: &str = include_str!("../../page/surface.vert.glsl");
 const FRAGMENT_GLSL: &str = include_str!("../../page/surface.frag.glsl");
 
-/// What fills the template.
+/// The values of the template.
 pub(super) struct Parts<'a> {
     pub(super) page: &'a Page<'a>,
     /// JSON.
     pub(super) about: &'a str,
-    /// Letters; empty where there is no first mesh.
+    /// Base64 of a raw deflate stream; empty if there is no first range.
     pub(super) first: &'a str,
-    /// Letters.
+    /// Base64 of a raw deflate stream; empty if the spectrum is in files.
     pub(super) data: &'a str,
     pub(super) script: &'a str,
-    /// Whether isovalues are fetched from files beside the page.
+    /// Whether the page may fetch files from its own server.
     pub(super) is_split: bool,
-    /// Base64 of a PNG; empty where there is none.
+    /// Base64 of a PNG; empty if there is none.
     pub(super) still: &'a str,
 }
 
-/// The page.
-pub(super) fn filled(parts: &Parts) -> String {
+/// Fills the template.
+pub(super) fn fill(parts: &Parts) -> String {
     let Page { title, caption, credit, isovalue, .. } = *parts.page;
-    let element = |name: &str, text: Option<&str>| match text {
-        Some(text) => format!("<p class=\"{name}\">{}</p>", linked(text)),
+    let paragraph = |class: &str, text: Option<&str>| match text {
+        Some(text) => format!("<p class=\"{class}\">{}</p>", with_links(text)),
         None => String::new(),
     };
     let still = match parts.still {
@@ -42,10 +42,10 @@ pub(super) fn filled(parts: &Parts) -> String {
             escaped(title)
         ),
     };
-    fill(TEMPLATE, |name| match name {
+    replace_names(TEMPLATE, |name| match name {
         "title" => escaped(title),
-        "caption" => element("caption", caption),
-        "credit" => element("credit", credit),
+        "caption" => paragraph("caption", caption),
+        "credit" => paragraph("credit", credit),
         "isovalue" => isovalue.to_string(),
         "version" => env!("CARGO_PKG_VERSION").into(),
         "still" => still.clone(),
@@ -56,23 +56,22 @@ pub(super) fn filled(parts: &Parts) -> String {
         "occlusion-glsl" => OCCLUSION_GLSL.into(),
         "vertex" => VERTEX_GLSL.into(),
         "fragment" => FRAGMENT_GLSL.into(),
-        // In JSON a '<' stands in strings only, where it has another spelling that ends no script.
+        // JSON has '<' in strings only. Escaped, it cannot end the script element.
         "about" => parts.about.replace('<', "\\u003c"),
         "first" => parts.first.into(),
         "data" => parts.data.into(),
         "script" => parts.script.into(),
         "connect" if parts.is_split => " connect-src 'self';".into(),
         "connect" => String::new(),
-        _ => unreachable!("a test looks at every name in the template"),
+        _ => unreachable!("a test fills every name of the template"),
     })
 }
 
-/// The template with every `{{name}}` replaced by its value, in one pass: what is put in is not
-/// looked at again.
-fn fill(template: &str, value: impl Fn(&str) -> String) -> String {
+/// Replaces every `{{name}}` of a template by its value, in one pass: names within values are not replaced.
+fn replace_names(template: &str, value: impl Fn(&str) -> String) -> String {
     let mut filled = String::new();
     let mut rest = template;
-    while let Some((before, name, after)) = placeholder(rest) {
+    while let Some((before, name, after)) = split_at_name(rest) {
         filled.push_str(before);
         filled.push_str(&value(name));
         rest = after;
@@ -81,21 +80,21 @@ fn fill(template: &str, value: impl Fn(&str) -> String) -> String {
     filled
 }
 
-/// What stands before the next placeholder, its name, and what comes after.
-fn placeholder(text: &str) -> Option<(&str, &str, &str)> {
+/// The text before the next `{{name}}`, the name, and the text after it.
+fn split_at_name(text: &str) -> Option<(&str, &str, &str)> {
     let (before, rest) = text.split_once("{{")?;
     let (name, after) = rest.split_once("}}")?;
     Some((before, name, after))
 }
 
-/// Text in which addresses of the web lead there.
-fn linked(text: &str) -> String {
+/// Escapes text and makes links of its web addresses.
+fn with_links(text: &str) -> String {
     let mut linked = String::with_capacity(text.len());
     for word in text.split_inclusive(char::is_whitespace) {
         let start = word.find("https://").or_else(|| word.find("http://"));
         let (before, address) = word.split_at(start.unwrap_or(word.len()));
         let end = address.find(|c: char| c.is_whitespace() || "<>\"'`".contains(c));
-        // A sentence may end behind it.
+        // Punctuation after an address is not part of it.
         let address_only = address[..end.unwrap_or(address.len())]
             .trim_end_matches(['.', ',', ';', ':', '!', '?', ')', ']']);
         let after = &address[address_only.len()..];
@@ -112,7 +111,7 @@ fn linked(text: &str) -> String {
     linked
 }
 
-/// Text as it stands in elements and quoted attributes.
+/// Escapes text for elements and quoted attributes.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -122,7 +121,7 @@ fn escaped(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            // Control characters are no text in HTML.
+            // HTML forbids control characters.
             c if c.is_control() && !c.is_whitespace() => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
@@ -133,33 +132,12 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::color::{Color, ScaleEnds};
-    use crate::render::Camera;
-    use crate::spectrum::Keep;
+    use crate::page::script::script;
 
     #[test]
-    fn every_name_in_the_template_is_filled_and_values_are_not_looked_at_again() {
-        let page = Page {
-            title: "{{caption}} <b>&'\"",
-            caption: Some("</script>"),
-            credit: None,
-            isovalue: 0.0,
-            step: 1.0,
-            open: false,
-            camera: Camera::default(),
-            color: Color::None,
-            map: None,
-            ends: ScaleEnds::default(),
-            field: None,
-            axes: false,
-            look: crate::page::Look::default(),
-            keep: Keep::default(),
-            samples: None,
-            statistics: None,
-            marks: &[],
-            still: None,
-        };
-        let text = filled(&Parts {
+    fn every_name_in_the_template_is_replaced_and_names_in_values_are_not() {
+        let page = Page::new("{{caption}} <b>&'\"", 0.0).with_caption("</script>");
+        let text = fill(&Parts {
             page: &page,
             about: "{\"a\":\"</script>\"}",
             first: "",
@@ -174,27 +152,28 @@ mod tests {
     }
 
     #[test]
-    fn addresses_in_texts_are_links_and_nothing_else_is() {
+    fn web_addresses_in_texts_become_links_and_nothing_else_does() {
         let link = |address: &str| {
             format!("<a href=\"{address}\" target=\"_blank\" rel=\"noopener\">{address}</a>")
         };
-        assert_eq!(linked("no link\nhere"), "no link\nhere");
+        assert_eq!(with_links("no link\nhere"), "no link\nhere");
         assert_eq!(
-            linked("(see https://a.org/x?y=1&z=2)."),
+            with_links("(see https://a.org/x?y=1&z=2)."),
             format!("(see {}).", link("https://a.org/x?y=1&amp;z=2"))
         );
-        assert_eq!(linked("http://b.de, and"), format!("{}, and", link("http://b.de")));
-        assert_eq!(linked("https://"), "https://");
-        assert_eq!(linked("javascript:alert(1) <b>"), "javascript:alert(1) &lt;b&gt;");
+        assert_eq!(with_links("http://b.de, and"), format!("{}, and", link("http://b.de")));
+        assert_eq!(with_links("https://"), "https://");
+        assert_eq!(with_links("javascript:alert(1) <b>"), "javascript:alert(1) &lt;b&gt;");
         assert_eq!(
-            linked("https://c.d\"><i>"),
+            with_links("https://c.d\"><i>"),
             format!("{}&quot;&gt;&lt;i&gt;", link("https://c.d"))
         );
     }
 
     #[test]
-    fn nothing_that_is_put_into_a_script_element_ends_it() {
-        for text in [WGSL, CUT, VERTEX_GLSL, FRAGMENT_GLSL, &super::super::script()] {
+    fn no_script_or_style_closes_its_own_element() {
+        let shaders = [WGSL, CUT, OCCLUSION, OCCLUSION_GLSL, VERTEX_GLSL, FRAGMENT_GLSL];
+        for text in shaders.into_iter().chain([&*script(false), &*script(true)]) {
             let text = text.to_ascii_lowercase();
             assert!(!text.contains("</script") && !text.contains("<!--"));
         }

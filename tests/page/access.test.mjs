@@ -1,4 +1,4 @@
-// The page for those who use a keyboard or a screen reader: axe-core finds nothing, and every view is reached by keys.
+// Accessibility: axe-core finds nothing, and keys reach every view.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -8,9 +8,8 @@ import { expected, launch, open, settled, state, watched } from "./browser.mjs";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** What axe-core finds wrong with what is shown, told in a line each. */
+/** What axe-core finds, a line for each violation. */
 async function violations(page) {
-    await page.evaluate(AXE);
     return page.evaluate(async () => {
         const { violations: found } = await window.axe.run(document, {
             runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
@@ -19,14 +18,14 @@ async function violations(page) {
     });
 }
 
-/** The contrast of two colours as CSS tells computed ones (WCAG 2.2). */
+/** The contrast of two computed CSS colours (WCAG 2.2). */
 function contrast(a, b) {
-    const light = (color) => {
+    const luminance = (color) => {
         const [r, g, blue] = color.match(/[\d.]+/g).slice(0, 3).map((x) => x / 255)
             .map((x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4));
         return 0.2126 * r + 0.7152 * g + 0.0722 * blue;
     };
-    const [low, high] = [light(a), light(b)].sort((x, y) => x - y);
+    const [low, high] = [luminance(a), luminance(b)].sort((x, y) => x - y);
     return (high + 0.05) / (low + 0.05);
 }
 
@@ -35,34 +34,42 @@ describe("access", () => {
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("axe-core finds nothing, light and dark, wide and narrow, with help", async () => {
+    test("axe-core finds nothing, light and dark, wide and narrow, with and without help", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
+        await page.evaluate(AXE);
         for (const colorScheme of ["light", "dark"]) {
+            await page.emulateMedia({ colorScheme });
             for (const viewport of [{ width: 1280, height: 800 }, { width: 390, height: 844 }, { width: 844, height: 390 }]) {
-                const { page, close } = await watched(browser, { colorScheme, viewport });
-                await open(page, { renderer: "webgl2" });
+                await page.setViewportSize(viewport);
                 await settled(page);
-                assert.deepEqual(await violations(page), [], `${colorScheme} ${viewport.width}`);
+                const name = `${colorScheme} ${viewport.width}`;
+                assert.deepEqual(await violations(page), [], name);
                 await page.keyboard.press("h");
-                assert.deepEqual(await violations(page), [], `${colorScheme} ${viewport.width}, help`);
-                await close();
+                assert.ok(await page.locator("#help").isVisible());
+                assert.deepEqual(await violations(page), [], `${name}, help`);
+                await page.keyboard.press("h");
             }
         }
+        await close();
     });
 
-    test("the edges of controls stand out, light and dark", async () => {
+    test("the borders of controls have contrast, light and dark", async () => {
+        const { page, close } = await watched(browser);
+        await open(page, { renderer: "webgl2" });
         for (const colorScheme of ["light", "dark"]) {
-            const { page, close } = await watched(browser, { colorScheme });
-            await open(page, { renderer: "webgl2" });
-            const edges = await page.evaluate(() => {
-                const paper = getComputedStyle(document.body).backgroundColor;
+            await page.emulateMedia({ colorScheme });
+            const borders = await page.evaluate(() => {
+                const background = getComputedStyle(document.body).backgroundColor;
                 const controls = [...document.querySelectorAll("button:enabled, select, input[type=text]")];
-                return controls.map((c) => [getComputedStyle(c).borderTopColor, paper, c.id]);
+                return controls.map((c) => [getComputedStyle(c).borderTopColor, background, c.id]);
             });
-            for (const [edge, paper, id] of edges) {
-                assert.ok(contrast(edge, paper) >= 3, `${colorScheme}: ${id} ${contrast(edge, paper).toFixed(2)}`);
+            for (const [border, background, id] of borders) {
+                const found = contrast(border, background);
+                assert.ok(found >= 3, `${colorScheme}: ${id} ${found.toFixed(2)}`);
             }
-            await close();
         }
+        await close();
     });
 
     test("keys rotate, move, zoom and go to events", async () => {
@@ -97,11 +104,11 @@ describe("access", () => {
         await close();
     });
 
-    test("the strip of events is one thing to a screen reader, however many there are", async () => {
+    test("the plot is one node to a screen reader, however many events there are", async () => {
         const { page, context, close } = await watched(browser);
         await open(page, { renderer: "webgl2" }, "noise.html");
-        const told = await page.locator("#events").textContent();
-        assert.ok(Number(/^[\d,]+/.exec(told)[0].replaceAll(",", "")) > 100, told);
+        const text = await page.locator("#events").textContent();
+        assert.ok(Number(/^[\d,]+/.exec(text)[0].replaceAll(",", "")) > 100, text);
         assert.ok(await page.locator("#plot *").count() <= 10);
         const session = await context.newCDPSession(page);
         const { nodes } = await session.send("Accessibility.getFullAXTree");

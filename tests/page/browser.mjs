@@ -1,7 +1,6 @@
-// Opens the page in headless Chromium and watches that it stays quiet: no error on its console, no
-// request that leaves it.
+// Opens pages in headless Chromium and checks that they log no error and send no request.
 //
-// The folder $ISOSPECTRUM_PAGE holds page.html and what tests/page.rs puts beside it.
+// The folder $ISOSPECTRUM_PAGE has the pages and the expected values that tests/page/browser.rs writes.
 
 import assert from "node:assert/strict";
 import { existsSync, readFileSync } from "node:fs";
@@ -12,7 +11,7 @@ import { chromium } from "playwright-core";
 export const folder = process.env.ISOSPECTRUM_PAGE;
 export const expected = JSON.parse(readFileSync(join(folder, "expected.json"), "utf8"));
 
-/** WebGPU and WebGL2 on SwiftShader, which needs no graphics card; nothing that asks the network. */
+/** WebGPU and WebGL2 on SwiftShader, which needs no graphics card; no background requests. */
 const FLAGS = [
     "--enable-unsafe-webgpu",
     "--enable-features=Vulkan",
@@ -26,23 +25,23 @@ const FLAGS = [
     "--disable-sync",
 ];
 
-const PLACES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+const EXECUTABLES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+
+/** Milliseconds until a page must be ready. */
+const TIMEOUT = 60_000;
 
 export function launch() {
-    const executablePath = PLACES.find((place) => place && existsSync(place));
-    assert.ok(executablePath, "no chromium: apt-get install chromium, or say where in $CHROMIUM");
+    const executablePath = EXECUTABLES.find((path) => path && existsSync(path));
+    assert.ok(executablePath, "no chromium: apt-get install chromium, or set $CHROMIUM to its path");
     return chromium.launch({ executablePath, headless: true, args: FLAGS });
 }
 
-/** The address of the page with what follows the hash. */
+/** The address of a page with parameters after the hash. */
 export function address(hash, name = "page.html") {
     return `${pathToFileURL(join(folder, name))}#${new URLSearchParams(hash)}`;
 }
 
-/**
- * A page of a fresh context, watched. `complaints` collects what it should not do; close() asserts
- * that there was nothing.
- */
+/** A page in a new context. close() asserts that there was no error in its console and no request that leaves the page. */
 export async function watched(browser, options = {}) {
     const context = await browser.newContext({ viewport: { width: 1000, height: 800 }, ...options });
     const page = await context.newPage();
@@ -63,20 +62,34 @@ export async function watched(browser, options = {}) {
     return { page, context, complaints, close };
 }
 
-/** Opens the page and waits for its first picture. */
-export async function open(page, hash = {}, name) {
-    await page.goto(address(hash, name));
-    await page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: 60_000 });
+/** Waits until the whole spectrum of a page is loaded and drawn. */
+export function ready(page) {
+    return page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: TIMEOUT });
 }
 
-/** What the page says of itself. */
+/** Opens a page and waits until it is ready. */
+export async function open(page, hash = {}, name) {
+    await page.goto(address(hash, name));
+    await ready(page);
+}
+
+/** Opens a page anew at its current address. */
+export async function reopen(page) {
+    const url = page.url();
+    await page.goto("about:blank");
+    await page.goto(url);
+    await ready(page);
+    await settled(page);
+}
+
+/** The state of a page. */
 export function state(page) {
     return page.evaluate(() => window.isospectrum.getState());
 }
 
-/** Waits until the page has drawn what was asked of it. */
+/** Waits until a page has drawn its latest state. */
 export async function settled(page) {
-    // Inputs arrive before the next frame.
+    // Input events are delivered before the next frame.
     await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(resolve)));
     await page.waitForFunction(() => !window.isospectrum.getState().isPending);
 }
@@ -87,31 +100,24 @@ export async function show(page, isovalue) {
     await settled(page);
 }
 
-/** The picture that the page reads back. */
+/** The picture that a page draws and reads back. */
 export async function pixels(page) {
     const { width, height, text } = await page.evaluate(async () => {
         const picture = await window.isospectrum.pixels();
-        let letters = "";
-        for (const byte of picture.pixels) letters += String.fromCharCode(byte);
-        return { ...picture, pixels: null, text: btoa(letters) };
+        let characters = "";
+        for (let i = 0; i < picture.pixels.length; i += 8192) {
+            characters += String.fromCharCode(...picture.pixels.subarray(i, i + 8192));
+        }
+        return { ...picture, pixels: null, text: btoa(characters) };
     });
     return { width, height, pixels: Buffer.from(text, "base64") };
 }
 
-/** Gives the page's picture the size of the native ones: whole pixels, so that the screen shows what was drawn. */
-export async function sizeAsNative(page) {
+/** Gives the canvas the size of the native pictures, in whole pixels, so that the screen shows what was drawn. */
+export async function setNativeSize(page) {
     const { width, height } = expected;
     const style = `position: fixed; left: 0; top: 0; width: ${width}px; height: ${height}px; z-index: 1`;
     await page.locator("#stage").evaluate((stage, text) => { stage.style.cssText = text; }, style);
-    // The cube lies over the picture.
+    // The cube would cover the picture.
     await page.locator("#cube").evaluate((cube) => { cube.style.display = "none"; });
-}
-
-/** Opens the page anew at the address that it has by now. */
-export async function reopen(page) {
-    const url = page.url();
-    await page.goto("about:blank");
-    await page.goto(url);
-    await page.waitForFunction(() => document.documentElement.dataset.ready);
-    await settled(page);
 }

@@ -1,11 +1,11 @@
-// Components in the page: which are shown, their colours, and that a picked one is followed.
+// Components: selection, colours, and tracking of picked ones.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 import { expected, folder, launch, open, reopen, settled, show, state, watched } from "./browser.mjs";
-import { componentsOf, parsePly } from "./meshes.mjs";
+import { countComponents, parsePly } from "./meshes.mjs";
 
 const { isovalue, keep, min_volume: minVolume, volumes } = expected.components;
 const hash = { isovalue: String(isovalue) };
@@ -21,7 +21,7 @@ describe("components", () => {
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("the largest are shown alone, as extract keeps them, and the address leads back to them", async () => {
+    test("the largest can be shown alone, as extract keeps them, and the address restores the selection", async () => {
         const { page, close } = await watched(browser);
         await open(page, hash, "noise.html");
         const all = await state(page);
@@ -35,8 +35,7 @@ describe("components", () => {
         assert.equal(await shown(page, "components-value"), `${keep} of ${volumes.length}`);
         const volume = Number((await shown(page, "volume-value")).replaceAll(",", ""));
         const wanted = Math.abs(volumes.slice(0, keep).reduce((sum, v) => sum + v, 0));
-        // Vertices are rounded to 1/40 voxel across the surface: half of that over the area, at most 1 voxel^2 for each
-        // triangle; four digits are shown.
+        // Vertices are rounded by at most 1/80 voxel across the surface, over an area of at most 1 voxel^2 per triangle.
         assert.ok(Math.abs(volume - wanted) < nTriangles / 80, `${volume}, expected ${wanted}`);
         await page.waitForFunction(() => location.hash.includes("keep=3"));
         await reopen(page);
@@ -49,7 +48,7 @@ describe("components", () => {
         await close();
     });
 
-    test("small ones are left out, and what is no volume is refused", async () => {
+    test("small ones can be hidden, and a text that is no volume is refused", async () => {
         const { page, close } = await watched(browser);
         await open(page, { ...hash, renderer: "webgl2" }, "noise.html");
         const field = page.locator("#min-volume");
@@ -63,19 +62,19 @@ describe("components", () => {
         await field.press("Enter");
         assert.match(await page.locator("#message").textContent(), /expected a volume/);
         assert.equal((await state(page)).components.nKept, nKept);
-        // What is saved is what is shown.
+        // A saved mesh has the same components.
         const [download] = await Promise.all([
             page.waitForEvent("download"), page.locator("[data-format=ply]").click(),
         ]);
-        assert.equal(componentsOf(parsePly(readFileSync(await download.path())).triangles), nKept);
+        assert.equal(countComponents(parsePly(readFileSync(await download.path())).triangles), nKept);
         await close();
     });
 
-    test("one is kept or hidden where it is pointed at, and followed through the isovalue", async () => {
+    test("a picked one is kept or hidden, and tracked through the isovalue", async () => {
         const { page, close } = await watched(browser);
         await open(page, { ...hash, view: "35,22,1" }, "noise.html");
         const canvas = page.locator("#canvas");
-        // Where the surface is seen.
+        // A pixel well inside the surface.
         const middle = await page.evaluate(async () => {
             const { width, height, pixels } = await window.isospectrum.pixels();
             const isSurface = (x, y) => pixels[4 * (y * width + x)] < 200;
@@ -93,8 +92,8 @@ describe("components", () => {
         assert.deepEqual((await state(page)).components, { n: volumes.length, nKept: volumes.length - 1 });
         await page.keyboard.press("a");
         await settled(page);
-        assert.equal((await state(page)).components, null, "all, not told apart");
-        // By the button, for a click.
+        assert.equal((await state(page)).components, null, "all, not distinguished");
+        // By the button and a click.
         await page.locator("#pick-keep").click();
         await canvas.click({ position: middle });
         await settled(page);
@@ -103,7 +102,7 @@ describe("components", () => {
         const { nTriangles } = await state(page);
         await show(page, isovalue * 1.02);
         assert.equal((await state(page)).components.nKept, 1);
-        // Far away and back, at once: where it was lost it is looked for on the way.
+        // Jumps far away and back: a lost component is tracked through intermediate isovalues.
         await show(page, expected.components.far);
         assert.ok((await state(page)).components.nKept <= 1);
         await show(page, isovalue);

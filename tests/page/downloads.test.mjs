@@ -1,5 +1,5 @@
-// Meshes made in the page, against what `isospectrum extract` wrote. The files stay in the folder,
-// where tests/page.rs reads them with the program's own checks.
+// Meshes saved by the page, compared with those of `isospectrum extract`. The files stay in the folder, where
+// tests/page/browser.rs checks them as the program's own meshes.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -8,13 +8,13 @@ import { after, before, describe, test } from "node:test";
 import { expected, folder, launch, open, show, watched } from "./browser.mjs";
 import { assertClosedManifold, parseGlb, parsePly, parseStl } from "./meshes.mjs";
 
-/** Rounding in each of the two knots: half of four steps along the surface, and back into the tangent plane by up to four. */
-const REACH = 4.5 * expected.step * 1.001;
+/** The rounding of a knot: half of four steps along the surface, and up to four steps back into the tangent plane; voxels. */
+const MAX_ROUNDING = 4.5 * expected.step * 1.001;
 
 async function downloaded(page, format, name) {
-    const arriving = page.waitForEvent("download");
+    const started = page.waitForEvent("download");
     await page.locator(`[data-format=${format}]`).click();
-    const download = await arriving;
+    const download = await started;
     assert.ok(download.suggestedFilename().endsWith(`.${format}`));
     const path = join(folder, name);
     await download.saveAs(path);
@@ -28,7 +28,7 @@ describe("downloads", () => {
 
     test("PLY, STL and GLB are the mesh that extract writes", async () => {
         for (const [i, isovalue] of expected.isovalues.entries()) {
-            // A page each: of more than ten downloads in a second Chromium drops some without a word.
+            // A page for each isovalue: Chromium silently drops downloads beyond ten in a second.
             const { page, close } = await watched(browser, { acceptDownloads: true });
             await open(page, { renderer: "webgl2" });
             await show(page, isovalue);
@@ -38,8 +38,8 @@ describe("downloads", () => {
             assert.deepEqual(ply.triangles, wanted.triangles);
             assert.equal(ply.positions.length, wanted.positions.length);
             ply.positions.forEach((x, at) => {
-                const miss = Math.abs(x - wanted.positions[at]);
-                assert.ok(miss <= REACH * expected.unit, `coordinate ${at} is off by ${miss}`);
+                const error = Math.abs(x - wanted.positions[at]);
+                assert.ok(error <= MAX_ROUNDING * expected.unit, `coordinate ${at} is off by ${error}`);
             });
             const glb = parseGlb(await downloaded(page, "glb", `downloaded-${i}.glb`));
             assert.deepEqual(glb.triangles, ply.triangles);

@@ -1,4 +1,4 @@
-// The page in a frame of another page, which talks to it by messages.
+// The page in a frame of another page, which sends it messages.
 
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
@@ -34,7 +34,7 @@ describe("embedding", () => {
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("messages set the isovalue, tell the state and take a picture", async () => {
+    test("messages set isovalue, view and look, get the state and a picture", async () => {
         writeFileSync(join(folder, "parent.html"), PARENT);
         const { page, close } = await watched(browser);
         await page.goto(address({}, "parent.html"));
@@ -43,8 +43,8 @@ describe("embedding", () => {
         const [, isovalue] = expected.isovalues;
         const set = await page.evaluate((c) => window.call("setIsovalue", { isovalue: c }), isovalue);
         assert.equal(set.result.isovalue, isovalue);
-        const told = await page.evaluate(() => window.call("getState"));
-        assert.equal(told.result.isovalue, isovalue);
+        const got = await page.evaluate(() => window.call("getState"));
+        assert.equal(got.result.isovalue, isovalue);
         const bytes = await page.evaluate(async () => {
             const { result } = await window.call("screenshot");
             return [result.type, ...new Uint8Array(await result.arrayBuffer()).slice(1, 4)];
@@ -52,7 +52,6 @@ describe("embedding", () => {
         assert.deepEqual(bytes, ["image/png", 0x50, 0x4e, 0x47]);
         const wrong = await page.evaluate(() => window.call("setIsovalue", { isovalue: 1e9 }));
         assert.match(wrong.error, /outside/);
-        // View, look and play, and what is told unasked.
         const view = await page.evaluate(() => window.call("setView", { view: { azimuth: 90, distance: 2 } }));
         assert.deepEqual([view.result.view.azimuth, view.result.view.distance], [90, 2]);
         const look = await page.evaluate(() => window.call("setLook", { look: { wireframe: true, largest: 1 } }));
@@ -66,13 +65,13 @@ describe("embedding", () => {
             const refused = await page.evaluate(([n, r]) => window.call(n, r), [name, rest]);
             assert.match(refused.error, reason);
         }
-        assert.ok((await page.evaluate(() => window.changes)).includes(isovalue), "told unasked");
+        assert.ok((await page.evaluate(() => window.changes)).includes(isovalue), "changes are sent");
         await page.evaluate(() => window.call("play", { playing: true }));
         await page.waitForFunction((n) => window.changes.length > n + 2, await page.evaluate(() => window.changes.length));
         const stopped = await page.evaluate(() => window.call("play", { playing: false }));
         assert.equal(stopped.result.playing, false);
         await page.evaluate((c) => window.call("setIsovalue", { isovalue: c }), isovalue);
-        // Nothing is made a number: null would be 0, true 1, and [5] 5.
+        // Other types are not converted: null would be 0, true 1, and [5] 5.
         const refused = await page.evaluate(async (c) => {
             const errors = [];
             for (const isovalue of ["x", String(c), null, true, [c], [], {}, NaN, undefined]) {
@@ -85,24 +84,24 @@ describe("embedding", () => {
         await close();
     });
 
-    test("a small frame shows picture and slider, and the article around it scrolls", async () => {
+    test("a small frame shows picture and slider, and the page around it scrolls", async () => {
         writeFileSync(join(folder, "article.html"), ARTICLE);
         const { page, close } = await watched(browser, { viewport: { width: 800, height: 700 } });
         await page.goto(address({}, "article.html"));
         const frame = page.frames()[1];
         await frame.waitForFunction(() => document.documentElement.dataset.ready);
-        const seen = await frame.evaluate(() => ["#canvas", "#slider", "#isovalue"].map((id) => {
+        const boxes = await frame.evaluate(() => ["#canvas", "#slider", "#isovalue"].map((id) => {
             const { top, bottom, height } = document.querySelector(id).getBoundingClientRect();
             return { id, top, bottom, height };
         }));
-        for (const { id, top, bottom } of seen) assert.ok(top >= 0 && bottom <= 360, `${id} ${top} to ${bottom}`);
-        assert.ok(seen[0].height >= 200, `the canvas is ${seen[0].height} high`);
+        for (const { id, top, bottom } of boxes) assert.ok(top >= 0 && bottom <= 360, `${id} ${top} to ${bottom}`);
+        assert.ok(boxes[0].height >= 200, `the canvas is ${boxes[0].height} high`);
         const before = await frame.evaluate(() => window.isospectrum.getState());
         await page.mouse.move(300, 420);
         await page.mouse.wheel(0, 150);
         await page.waitForFunction(() => scrollY > 100);
         const after = await frame.evaluate(() => window.isospectrum.getState());
-        assert.deepEqual([after.isovalue, after.view], [before.isovalue, before.view], "the article scrolls, the surface stays");
+        assert.deepEqual([after.isovalue, after.view], [before.isovalue, before.view], "the page around scrolls, the surface does not change");
         await page.mouse.move(300, 300);
         await page.keyboard.down("Control");
         await page.mouse.wheel(0, 100);

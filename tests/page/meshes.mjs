@@ -1,17 +1,17 @@
-// Reads mesh files and checks meshes.
+// Reads and checks mesh files.
 
 import assert from "node:assert/strict";
 
 const viewOf = (bytes) => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 
-/** Positions, normals and triangles of a binary PLY as the program and the page write it. */
+/** Reads positions, normals and triangles of a binary PLY as the program and the page write it. */
 export function parsePly(bytes) {
-    const mark = "end_header\n";
-    const head = bytes.toString("latin1", 0, bytes.indexOf(mark));
+    const end = "end_header\n";
+    const head = bytes.toString("latin1", 0, bytes.indexOf(end));
     const count = (name) => Number(new RegExp(`element ${name} (\\d+)`).exec(head)[1]);
     const [n, m] = [count("vertex"), count("face")];
     const view = viewOf(bytes);
-    const start = bytes.indexOf(mark) + mark.length;
+    const start = bytes.indexOf(end) + end.length;
     assert.equal(bytes.length, start + 24 * n + 13 * m);
     const [positions, normals, triangles] = [[], [], []];
     for (let v = 0; v < n; v++) {
@@ -27,7 +27,7 @@ export function parsePly(bytes) {
     return { positions, normals, triangles };
 }
 
-/** Corner positions of a binary STL, nine numbers per triangle. */
+/** Reads the corners of a binary STL, nine numbers per triangle. */
 export function parseStl(bytes) {
     const view = viewOf(bytes);
     const n = view.getUint32(80, true);
@@ -39,7 +39,7 @@ export function parseStl(bytes) {
     return corners;
 }
 
-/** The one mesh of a GLB. */
+/** Reads the only mesh of a GLB. */
 export function parseGlb(bytes) {
     const view = viewOf(bytes);
     assert.equal(bytes.toString("latin1", 0, 4), "glTF");
@@ -102,8 +102,8 @@ export function assertClosedManifold({ positions, triangles }) {
     assert.equal(seen.size, n, "every vertex is used");
 }
 
-/** How many parts of a mesh hang together, of vertices that triangles use. */
-export function componentsOf(triangles) {
+/** The number of connected components of a mesh. */
+export function countComponents(triangles) {
     const parent = new Map(triangles.map((v) => [v, v]));
     const root = (v) => {
         while (parent.get(v) !== v) v = parent.get(v);

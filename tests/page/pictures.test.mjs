@@ -1,34 +1,13 @@
-// What the page draws, against what `isospectrum render` draws and from one way to another.
+// Pictures of the page, compared with those of `isospectrum render` and between WebGPU and WebGL2.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
-import { address, expected, folder, launch, open, pixels, settled, show, sizeAsNative, state, watched } from "./browser.mjs";
-import { FAR, coverage, decodePng, difference, readPng } from "./pixels.mjs";
+import { address, expected, folder, launch, open, pixels, settled, show, setNativeSize, state, watched } from "./browser.mjs";
+import { TO_NATIVE, TO_SCREEN, assertSimilar, coverage, decodePng, difference, readPng } from "./pixels.mjs";
 
-/**
- * The page against native pictures. Positions in the page are rounded by half a step of 1/40 voxel
- * at most, a tenth of a pixel here, so an outline may cross one more of the four samples of a pixel;
- * elsewhere drivers round alike to a step or two. Outlines of the torus and its caps pass through
- * some 1,500 of the 307,200 pixels: no more than those may be far off.
- */
-const TO_NATIVE = { mean: 0.2, share: 0.005 };
-
-/**
- * WebGPU against WebGL2: the same numbers by two shaders, but WebGL draws upside down, so the four
- * samples of a pixel lie mirrored, which outlines show.
- */
+/** WebGPU compared with WebGL2, which draws upside down: the four samples of a pixel are mirrored, which changes outlines. */
 const TO_EACH_OTHER = { mean: 0.2, share: 0.005 };
-
-/** The canvas on the screen against what was read back. */
-const TO_SCREEN = { mean: 0, share: 0 };
-
-function assertAlike(a, b, bound, what) {
-    const found = difference(a, b, FAR);
-    const said = `${what}: mean ${found.mean.toFixed(4)}, share ${found.share.toFixed(5)}`;
-    console.log(said);
-    assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
-}
 
 describe("pictures", () => {
     let browser;
@@ -41,7 +20,7 @@ describe("pictures", () => {
             const { page, close } = await watched(browser);
             await open(page, { renderer, view: expected.view });
             assert.equal((await state(page)).renderer.toLowerCase(), renderer);
-            await sizeAsNative(page);
+            await setNativeSize(page);
             drawn[renderer] = [];
             for (const [i, isovalue] of expected.isovalues.entries()) {
                 await show(page, isovalue);
@@ -49,16 +28,16 @@ describe("pictures", () => {
                 const covered = coverage(picture);
                 assert.ok(covered > 0.01 && covered < 0.9, `${renderer}, ${isovalue}: covers ${covered}`);
                 const native = readPng(join(folder, `native-${i}.png`));
-                assertAlike(picture, native, TO_NATIVE, `${renderer} to native, ${isovalue}`);
+                assertSimilar(picture, native, TO_NATIVE, `${renderer} to native, ${isovalue}`);
                 const screen = decodePng(await page.locator("canvas").screenshot());
-                assertAlike(picture, screen, TO_SCREEN, `${renderer} to screen, ${isovalue}`);
+                assertSimilar(picture, screen, TO_SCREEN, `${renderer} to screen, ${isovalue}`);
                 drawn[renderer].push(picture);
             }
             await close();
         }
         for (const [i, isovalue] of expected.isovalues.entries()) {
             const what = `WebGPU to WebGL2, ${isovalue}`;
-            assertAlike(drawn.webgpu[i], drawn.webgl2[i], TO_EACH_OTHER, what);
+            assertSimilar(drawn.webgpu[i], drawn.webgl2[i], TO_EACH_OTHER, what);
         }
     });
 
@@ -67,13 +46,13 @@ describe("pictures", () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
             await open(page, { renderer, view: expected.view }, "up.html");
-            await sizeAsNative(page);
+            await setNativeSize(page);
             await show(page, expected.isovalues[1]);
             const picture = await pixels(page);
-            assertAlike(picture, native, TO_NATIVE, `${renderer} to native`);
+            assertSimilar(picture, native, TO_NATIVE, `${renderer} to native`);
             const other = readPng(join(folder, "native-1.png"));
-            assert.ok(difference(picture, other, FAR).share > 0.05, "with z upwards it looks different");
-            // Angles are told as ever; what they count from is the page's own.
+            assert.ok(difference(picture, other).share > 0.05, "with z upwards it looks different");
+            // Angles have their usual values; they refer to the basis of the page.
             await page.keyboard.press("r");
             await settled(page);
             const { view } = await state(page);
@@ -82,7 +61,7 @@ describe("pictures", () => {
         }
     });
 
-    test("caps, triangles and darkness show", async () => {
+    test("caps, edges of triangles and a dark background are drawn", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
             await open(page, { renderer, isovalue: String(expected.isovalues[0]) });
@@ -91,12 +70,12 @@ describe("pictures", () => {
             await page.getByLabel("Close at border").uncheck();
             await settled(page);
             assert.ok((await state(page)).nTriangles < nTriangles, "caps are gone");
-            assert.ok(difference(closed, await pixels(page), FAR).share > 0.001);
+            assert.ok(difference(closed, await pixels(page)).share > 0.001);
             await page.getByLabel("Close at border").check();
             await page.keyboard.press("w");
             await settled(page);
             const wired = await pixels(page);
-            assert.ok(difference(closed, wired, FAR).share > 0.01, "edges are seen");
+            assert.ok(difference(closed, wired).share > 0.01, "edges are visible");
             await page.keyboard.press("w");
             await page.emulateMedia({ colorScheme: "dark" });
             await settled(page);
@@ -111,10 +90,10 @@ describe("pictures", () => {
         await open(page, { renderer: "webgl2" }, "ball.html");
         await settled(page);
         const { view, isovalue, low } = await state(page);
-        const { width, height, pixels: shown } = await pixels(page);
-        const isSeen = (x, y) => shown[4 * (y * width + x)] < 250;
-        const rows = Array.from({ length: height }, (_, y) => Array.from({ length: width }, (__, x) => isSeen(x, y)).includes(true));
-        // A ball in a box of which a corner is seen: its outline is 0.65 of the box's.
+        const { width, height, pixels: bytes } = await pixels(page);
+        const isSurface = (x, y) => bytes[4 * (y * width + x)] < 250;
+        const rows = Array.from({ length: height }, (_, y) => Array.from({ length: width }, (__, x) => isSurface(x, y)).includes(true));
+        // The outline of a ball in a box that is seen from a corner is 0.65 of the outline of the box.
         const filled = rows.filter(Boolean).length / height;
         assert.ok(filled > 0.55 && !rows[0] && !rows[height - 1], `the ball fills ${filled} of the height`);
         await show(page, 0.5 * (low + isovalue));
@@ -123,7 +102,7 @@ describe("pictures", () => {
         await settled(page);
         const again = (await state(page)).view;
         assert.ok(again.distance > 1.1 * view.distance, "a larger ball from further away");
-        // Distances count from where the volume's box fits, as before.
+        // A distance of 1 in the address is the one at which the volume fits.
         await page.goto("about:blank");
         await open(page, { renderer: "webgl2", view: "35,22,1" }, "ball.html");
         await settled(page);
@@ -133,17 +112,17 @@ describe("pictures", () => {
         await close();
     });
 
-    test("without scripts there is a still picture with its isovalue, and nothing is loading", async () => {
+    test("without scripts there is a still picture with its isovalue", async () => {
         const { page, close } = await watched(browser, { javaScriptEnabled: false });
         await page.goto(address({}));
         assert.ok(await page.locator("#still img").isVisible());
         await page.getByText(`At isovalue ${expected.first}`).waitFor();
-        await page.getByText("No scripts run here").waitFor();
+        await page.getByText("Scripts are disabled").waitFor();
         assert.ok(!(await page.locator("main").innerText()).includes("Loading"));
         await close();
     });
 
-    test("on paper the isovalue is told", async () => {
+    test("a printed page has the isovalue and its measures", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
         await show(page, expected.isovalues[2]);
@@ -151,13 +130,13 @@ describe("pictures", () => {
         const typed = await page.locator("#isovalue").inputValue();
         await page.emulateMedia({ media: "print" });
         await page.waitForFunction(() => document.getElementById("euler-value").textContent !== "…");
-        const told = await page.locator("#printed").innerText();
-        assert.ok(told.startsWith(`Isovalue ${typed}, area without caps `), told);
-        assert.match(told, /volume [\d,.]+, components 1, Euler characteristic 0$/);
+        const text = await page.locator("#printed").innerText();
+        assert.ok(text.startsWith(`Isovalue ${typed}, area without caps `), text);
+        assert.match(text, /volume [\d,.]+, components 1, Euler characteristic 0$/);
         await close();
     });
 
-    test("a way to draw that is not there, or is none, is not insisted on", async () => {
+    test("a renderer in the address that does not exist is ignored", async () => {
         for (const renderer of ["webgpu", "constructor", "__proto__", "nonsense"]) {
             const { page, close } = await watched(browser);
             await page.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
@@ -180,17 +159,17 @@ describe("pictures", () => {
         await close();
     });
 
-    test("title, caption and credit stand in the page", async () => {
+    test("title, caption and credit are in the page", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
         assert.equal(await page.title(), "A torus & more");
         await page.getByRole("heading", { name: "A torus & more" }).waitFor();
-        await page.getByText("What is to be seen.").waitFor();
-        await page.getByText("Nobody.").waitFor();
+        await page.getByText("A caption.").waitFor();
+        await page.getByText("A credit.").waitFor();
         await close();
     });
 
-    test("without WebGPU it is WebGL2", async () => {
+    test("without WebGPU the page draws with WebGL2", async () => {
         const { page, close } = await watched(browser);
         await page.addInitScript(() => Object.defineProperty(navigator, "gpu", { value: undefined }));
         await open(page);
@@ -198,7 +177,7 @@ describe("pictures", () => {
         await close();
     });
 
-    test("a lost WebGL2 context comes back", async () => {
+    test("a lost WebGL2 context is replaced", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2" });
         await page.evaluate(() => {

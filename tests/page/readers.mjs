@@ -1,15 +1,14 @@
-// GLB files as programs of others read them: the validator of glTF, and the importer of three.js. Arguments are files; each is
-// told in one line of JSON.
+// Reads GLB files with the validator of glTF and the importer of three.js. Arguments are files; the output is a line of JSON for each.
 
 import { readFileSync } from "node:fs";
 import validator from "gltf-validator";
 import { AnimationMixer, Box3, Vector3 } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
-/** Times at which an animation is looked at, as shares of its length. */
+/** Times of an animation that are examined, as shares of its length. */
 const SHARES = [0, 0.26, 0.5, 0.999];
 
-// The importer looks for workers and pictures there.
+// The importer expects the global object of a browser.
 globalThis.self ??= globalThis;
 
 function imported(bytes) {
@@ -18,14 +17,14 @@ function imported(bytes) {
     return new Promise((done, fail) => new GLTFLoader().parse(file, "", done, fail));
 }
 
-/** Meshes that are seen, and the box around their vertices as they are moved and changed. */
-function seen(scene) {
+/** The number of visible triangles, and the box around their vertices after transforms and morphing. */
+function visible(scene) {
     scene.updateMatrixWorld(true);
     const box = new Box3();
     const point = new Vector3();
     let nTriangles = 0;
     scene.traverse((mesh) => {
-        // Where a scale is 0 it is 0 in the matrix; taken apart, it would be 1.
+        // A mesh with a scale of 0 is hidden.
         if (!mesh.isMesh || mesh.matrixWorld.elements.slice(0, 12).every((x) => x === 0)) return;
         nTriangles += mesh.geometry.index.count / 3;
         const { count } = mesh.geometry.attributes.position;
@@ -44,9 +43,9 @@ for (const path of process.argv.slice(2)) {
         mixer.clipAction(animations[0]).play();
         for (const share of SHARES) {
             mixer.setTime(share * animations[0].duration);
-            frames.push(seen(scene));
+            frames.push(visible(scene));
         }
-    } else frames.push(seen(scene));
+    } else frames.push(visible(scene));
     const messages = issues.messages.filter(({ severity }) => severity < 2);
     console.log(JSON.stringify({ path, messages, frames }));
 }

@@ -1,64 +1,54 @@
-// From where and how one looks: parallel projection, dark hollows, the cube; pictures and films that are saved.
+// Parallel projection, ambient occlusion, the orientation cube, saved pictures and films, the state in the address.
 
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { readFileSync } from "node:fs";
 import { after, before, describe, test } from "node:test";
-import { expected, folder, launch, open, pixels, reopen, settled, show, sizeAsNative, state, watched } from "./browser.mjs";
-import { FAR, coverage, decodePng, difference, readPng } from "./pixels.mjs";
-
-/** As pictures.test.mjs says. */
-const TO_NATIVE = { mean: 0.2, share: 0.005 };
+import { expected, folder, launch, open, pixels, reopen, settled, show, setNativeSize, state, watched } from "./browser.mjs";
+import { TO_NATIVE, TO_SCREEN, assertSimilar, coverage, decodePng, difference, readPng } from "./pixels.mjs";
 
 /**
- * Where hollows are dark: what is seen of the sky is eight bits, smoothed over 49 pixels; the depths that it is found from
- * differ where outlines do, and darken what lies within the radius, 34 pixels here. WebGL2 knows one depth of a pixel, not
- * one of each of its samples.
+ * The page compared with native pictures, with ambient occlusion. Occlusion has eight bits and is smoothed over 49 pixels. It is
+ * found from depths, which differ at outlines and change pixels within the radius, 34 pixels here. WebGL2 has one depth per
+ * pixel, not one per sample.
  */
-const HOLLOWS = { mean: 0.6, share: 0.01 };
+const TO_NATIVE_OCCLUDED = { mean: 0.6, share: 0.01 };
 
-function assertAlike(a, b, bound, what) {
-    const found = difference(a, b, FAR);
-    const said = `${what}: mean ${found.mean.toFixed(4)}, share ${found.share.toFixed(5)}`;
-    console.log(said);
-    assert.ok(found.mean <= bound.mean && found.share <= bound.share, said);
-}
-
-const native = (name) => readPng(join(folder, `sight-${name}.png`));
+const native = (name) => readPng(join(folder, `look-${name}.png`));
 
 describe("sights", () => {
     let browser;
     before(async () => { browser = await launch(); });
     after(() => browser.close());
 
-    test("parallel projection and dark hollows are those of native pictures", async () => {
+    test("parallel projection and ambient occlusion are those of native pictures", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
             for (const [name, hash, bound] of [
                 ["parallel", { orthographic: "1" }, TO_NATIVE],
-                ["hollows", { occlusion: "1" }, HOLLOWS],
-                ["both", { orthographic: "1", occlusion: "1", clip: "y,0.5" }, HOLLOWS],
+                ["hollows", { occlusion: "1" }, TO_NATIVE_OCCLUDED],
+                ["both", { orthographic: "1", occlusion: "1", clip: "y,0.5" }, TO_NATIVE_OCCLUDED],
             ]) {
                 await page.goto("about:blank");
                 await open(page, { renderer, view: expected.view, isovalue: String(expected.isovalues[2]), ...hash });
-                await sizeAsNative(page);
+                await setNativeSize(page);
                 await show(page, expected.isovalues[2]);
                 const picture = await pixels(page);
-                assertAlike(picture, native(name), bound, `${renderer}, ${name}`);
+                assertSimilar(picture, native(name), bound, `${renderer}, ${name}`);
                 const plain = readPng(join(folder, "native-2.png"));
-                // Hollows are darker by little, so by means: nearer to what it should be than to what is plain.
-                const [own, other] = [native(name), plain].map((p) => difference(picture, p, FAR).mean);
-                assert.ok(other > 2 * own, `${name} differs from what is plain: ${other}, from its own: ${own}`);
+                // Occlusion changes many pixels by little: the mean must be nearer to the native picture than to the plain one.
+                const [own, other] = [native(name), plain].map((p) => difference(picture, p).mean);
+                assert.ok(other > 2 * own, `${name}: ${other} from the plain picture, ${own} from its own`);
                 const screen = decodePng(await page.locator("canvas").screenshot());
-                assertAlike(picture, screen, { mean: 0, share: 0 }, `${renderer}, ${name} on the screen`);
+                assertSimilar(picture, screen, TO_SCREEN, `${renderer}, ${name} on the screen`);
             }
             await close();
         }
     });
 
-    test("what the author and the reader chose holds, and the address leads back to it", async () => {
+    test("the page opens as its author chose, and the address restores what the reader changed", async () => {
         const { page, close } = await watched(browser);
-        await open(page, {}, "sight.html");
+        await open(page, {}, "occluded.html");
         const { orthographic, occlusion } = await state(page);
         assert.deepEqual([orthographic, occlusion], [true, true]);
         await page.keyboard.press("o");
@@ -73,7 +63,7 @@ describe("sights", () => {
         await close();
     });
 
-    test("a page opens as its author chose, and the address tells what the reader changed of that", async () => {
+    test("clip plane, wireframe, colour, opacity and further isosurfaces of the author can be changed", async () => {
         const { page, close } = await watched(browser);
         await open(page, {}, "look.html");
         const [low, high] = expected.range;
@@ -87,14 +77,14 @@ describe("sights", () => {
         await page.locator("#clip").selectOption("");
         await page.locator("#opacity").fill("1");
         await page.locator("#also button").click();
-        await page.waitForFunction(() => ["clip=no", "opacity=1", "also=&"].every((told) => `${location.hash}&`.includes(told)));
+        await page.waitForFunction(() => ["clip=no", "opacity=1", "also=&"].every((text) => `${location.hash}&`.includes(text)));
         await reopen(page);
         const again = await state(page);
         assert.deepEqual([again.clip, again.opacity, again.extras], [null, 1, []]);
         await close();
     });
 
-    test("the address leads back to every switch, colour and component that the reader chose", async () => {
+    test("the address restores every switch, colour and component that the reader chose", async () => {
         const { page, close } = await watched(browser);
         await open(page, { renderer: "webgl2", view: "35,22,1" });
         const before = await state(page);
@@ -105,7 +95,7 @@ describe("sights", () => {
         await page.locator("#front").fill("#c8503c");
         const box = await page.locator("#canvas").boundingBox();
         await page.locator("#pick-hide").click();
-        // The ring is around the middle.
+        // A point on the torus, in the middle row.
         const { width, height, pixels: picture } = await pixels(page);
         const row = Math.round(height / 2);
         const isRing = (x) => picture[4 * (row * width + x)] > picture[4 * (row * width + 2)] + 40;
@@ -127,7 +117,7 @@ describe("sights", () => {
         await close();
     });
 
-    test("on a large screen the picture has the height, and what is chosen stands beside it", async () => {
+    test("on a large screen the controls are next to the picture", async () => {
         const { page, close } = await watched(browser, { viewport: { width: 1280, height: 800 } });
         await open(page, { renderer: "webgl2" });
         await page.locator("summary").click();
@@ -141,7 +131,7 @@ describe("sights", () => {
         await close();
     });
 
-    test("what lies in the middle keeps its size in parallel projection, and is found under the pointer", async () => {
+    test("the target keeps its size in parallel projection, and the nearest point is picked", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
             await open(page, { renderer, isovalue: String(expected.isovalues[2]) });
@@ -150,7 +140,7 @@ describe("sights", () => {
             await settled(page);
             const after = coverage(await pixels(page));
             assert.ok(Math.abs(after / before - 1) < 0.15 && after !== before, `${before} to ${after}`);
-            // Along a line of sight there are two layers or more; that which is nearer is picked: it turns up in the middle.
+            // The line of sight crosses the surface at least twice; the nearer point is picked and becomes the target.
             const box = await page.locator("canvas").boundingBox();
             const [x, y] = [box.x + 0.62 * box.width, box.y + 0.5 * box.height];
             await page.mouse.dblclick(x, y);
@@ -159,7 +149,7 @@ describe("sights", () => {
             const towards = ([a, e]) => [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
             const back = towards([view.azimuth, view.elevation].map((degrees) => (degrees * Math.PI) / 180));
             const along = view.target.reduce((sum, t, i) => sum + t * back[i], 0);
-            assert.ok(view.target.some((t) => t !== 0) && along > 0, `a point before the middle: ${view.target}`);
+            assert.ok(view.target.some((t) => t !== 0) && along > 0, `a point in front of the middle: ${view.target}`);
             await close();
         }
     });
@@ -167,22 +157,22 @@ describe("sights", () => {
     test("the cube and its keys look from the sides of the world", async () => {
         const { page, close } = await watched(browser);
         await open(page);
-        const named = () => page.locator("#cube text").allTextContents();
-        assert.deepEqual((await named()).sort(), ["x", "y", "z"]);
+        const names = () => page.locator("#cube text").allTextContents();
+        assert.deepEqual((await names()).sort(), ["x", "y", "z"]);
         await page.locator("#cube g", { hasText: "z" }).click();
         await settled(page);
         let { view } = await state(page);
         assert.deepEqual([view.azimuth, view.elevation], [270, 90]);
-        assert.deepEqual(await named(), ["z"]);
+        assert.deepEqual(await names(), ["z"]);
         for (const [key, azimuth, elevation, name] of [["1", 0, 0, "x"], ["2", 180, 0, "-x"], ["3", 90, 0, "y"], ["4", 270, 0, "-y"], ["6", 90, -90, "-z"]]) {
             await page.keyboard.press(key);
             await settled(page);
             ({ view } = await state(page));
             assert.deepEqual([view.azimuth, view.elevation], [azimuth, elevation], key);
-            assert.deepEqual(await named(), [name], key);
+            assert.deepEqual(await names(), [name], key);
         }
         await close();
-        // Where -x points up, z looks from aside.
+        // With -x upwards, key 2 looks from above.
         const up = await watched(browser);
         await open(up.page, {}, "up.html");
         await up.page.keyboard.press("2");
@@ -191,7 +181,7 @@ describe("sights", () => {
         await up.close();
     });
 
-    test("pictures are saved in any size, on nothing, with what lies over them", async () => {
+    test("pictures are saved in any size, with a transparent background and with axes", async () => {
         for (const renderer of ["webgpu", "webgl2"]) {
             const { page, close } = await watched(browser);
             const saved = async () => {
@@ -208,18 +198,18 @@ describe("sights", () => {
             assert.deepEqual([picture.width, picture.height], [640, 480]);
             assert.deepEqual([...picture.pixels.slice(0, 4)], [0, 0, 0, 0]);
             const wanted = native("nothing");
-            // On white, so that colours without alpha do not count.
+            // Compared over white, so that colours of transparent pixels do not count.
             const onWhite = ({ pixels: p, ...size }) => ({
                 ...size, pixels: p.map((x, i) => (i % 4 === 3 ? 255 : (x * p[i - (i % 4) + 3] + 255 * (255 - p[i - (i % 4) + 3])) / 255)),
             });
-            assertAlike(onWhite(picture), onWhite(wanted), TO_NATIVE, `${renderer}, on nothing`);
+            assertSimilar(onWhite(picture), onWhite(wanted), TO_NATIVE, `${renderer}, transparent`);
             await page.getByLabel("transparent").uncheck();
             await page.getByLabel("Axes").check();
             const withAxes = await saved();
             const plain = readPng(join(folder, "native-2.png"));
-            const share = difference(withAxes, plain, FAR).share;
+            const share = difference(withAxes, plain).share;
             assert.ok(share > 0.003 && share < 0.05, `axes and scale bar are on the picture: ${share}`);
-            // What cannot be a size changes nothing.
+            // A text that is no size changes nothing.
             await field.fill("12");
             await field.press("Tab");
             assert.match(await page.locator("#message").textContent(), /expected a size/);
@@ -228,7 +218,7 @@ describe("sights", () => {
         }
     });
 
-    test("a film of the sweep is a WebM of every picture", async () => {
+    test("a film of the sweep is a WebM with every picture", async () => {
         const { page, context, close } = await watched(browser);
         await open(page, { isovalue: String(expected.isovalues[2]) });
         await page.locator("#speed").selectOption("4");
@@ -245,12 +235,12 @@ describe("sights", () => {
         // Twelve seconds at four times the speed, 25 pictures each.
         assert.equal(found.get(0x4489)[0].readDoubleBE(), 3000);
         assert.equal(found.get(0xa3).length, 75);
-        // Places of clusters are where clusters are.
+        // The cues point to the clusters.
         const segment = bytes.indexOf(Buffer.from([0x18, 0x53, 0x80, 0x67])) + 12;
-        for (const place of found.get(0xf1)) {
-            assert.equal(bytes.readUInt32BE(segment + Number(place.readBigUInt64BE())), 0x1f43b675);
+        for (const position of found.get(0xf1)) {
+            assert.equal(bytes.readUInt32BE(segment + Number(position.readBigUInt64BE())), 0x1f43b675);
         }
-        // The browser plays it: its pictures differ as isosurfaces do.
+        // The browser plays it, and its pictures differ.
         const other = await context.newPage();
         const shares = await other.evaluate(async (base64) => {
             const video = document.createElement("video");
@@ -275,7 +265,7 @@ describe("sights", () => {
         assert.ok(Math.abs(shares[0] - 3) < 0.1, `duration ${shares[0]}`);
         assert.ok(new Set(shares.slice(1).map((x) => x.toFixed(2))).size > 1 && shares[2] > 0.01, `covers ${shares.slice(1)}`);
         assert.equal((await state(page)).isovalue.toFixed(6), expected.isovalues[2].toFixed(6), "the isovalue is as before");
-        // Pressed again it stops, and saves nothing.
+        // The button stops a film in progress.
         await page.locator("#film").click();
         await page.waitForFunction(() => document.getElementById("message").textContent.startsWith("Film "));
         await page.locator("#film").click();
@@ -284,7 +274,7 @@ describe("sights", () => {
     });
 });
 
-/** The elements of a WebM with eight bytes of length each: contents by number. */
+/** Reads the elements of a WebM whose lengths have eight bytes: lists of contents by id. */
 function elementsOf(bytes, found = new Map()) {
     const nested = new Set([0x1a45dfa3, 0x18538067, 0x1549a966, 0x1654ae6b, 0xae, 0xe0, 0x1f43b675, 0x1c53bb6b, 0xbb, 0xb7]);
     for (let at = 0; at < bytes.length; ) {
@@ -292,7 +282,7 @@ function elementsOf(bytes, found = new Map()) {
         const id = bytes.readUIntBE(at, n);
         const length = Number(bytes.readBigUInt64BE(at + n) & 0xffffffffffffffn);
         const content = bytes.subarray(at + n + 8, at + n + 8 + length);
-        assert.equal(content.length, length, `element ${id.toString(16)} is as long as it tells`);
+        assert.equal(content.length, length, `element ${id.toString(16)} has its length`);
         if (!found.has(id)) found.set(id, []);
         found.get(id).push(content);
         if (nested.has(id)) elementsOf(content, found);

@@ -1,24 +1,24 @@
-// A page whose isovalues lie in files beside it, from a server that knows no more than files.
+// A page in several files, from a static server.
 
 import assert from "node:assert/strict";
 import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
 import { createServer } from "node:http";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
-import { address, folder, launch, pixels, settled, state } from "./browser.mjs";
-import { FAR, difference } from "./pixels.mjs";
+import { address, folder, launch, pixels, ready, settled, state } from "./browser.mjs";
+import { assertSimilar } from "./pixels.mjs";
 
 const site = join(folder, "split");
-let browser, server, origin, asked;
+let browser, server, origin, requested;
 
-/** The files of the folder and nothing else; `asked` has the names of those that were asked for. */
+/** Serves the files of the folder; `requested` lists their names in order. */
 before(async () => {
     browser = await launch();
     server = createServer((request, response) => {
         const name = basename(new URL(request.url, "http://localhost").pathname) || "index.html";
-        asked.push(name);
+        requested.push(name);
         const path = join(site, name);
-        response.writeHead(existsSync(path) ? 200 : 404, { "Content-Type": name.endsWith(".html") ? "text/html" : "text/plain" });
+        response.writeHead(existsSync(path) ? 200 : 404, { "Content-Type": name.endsWith(".html") ? "text/html" : "application/octet-stream" });
         response.end(existsSync(path) ? readFileSync(path) : "");
     });
     await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
@@ -30,9 +30,9 @@ after(async () => {
     server.close();
 });
 
-/** Opens a page and waits for its first picture. */
+/** Opens a page and waits until it is ready. */
 async function opened(url) {
-    asked = [];
+    requested = [];
     const context = await browser.newContext({ viewport: { width: 1000, height: 800 } });
     const page = await context.newPage();
     const complaints = [];
@@ -41,11 +41,11 @@ async function opened(url) {
         if (!/^(data|blob|file):/.test(request.url()) && !request.url().startsWith(`${origin}/`)) complaints.push(request.url());
     });
     await page.goto(url);
-    await page.waitForFunction(() => document.documentElement.dataset.ready, null, { timeout: 60_000 });
+    await ready(page);
     return { page, context, complaints };
 }
 
-/** Shows an isovalue, and waits until it is there. */
+/** Sets the isovalue and waits until it is loaded and drawn. */
 async function shown(page, isovalue) {
     await page.evaluate((c) => window.isospectrum.setIsovalue(c), isovalue);
     await page.waitForFunction(() => {
@@ -56,50 +56,49 @@ async function shown(page, isovalue) {
     return state(page);
 }
 
-const names = readdirSync(site).filter((name) => name.endsWith(".txt"));
+const names = readdirSync(site).filter((name) => name.endsWith(".bin"));
 const size = (name) => statSync(join(site, name)).size;
 
-test("no more is fetched than is looked at, and it is what a page of one file shows", async () => {
+test("only what is shown is fetched, and it looks as in a page of one file", async () => {
     assert.ok(names.length >= 4, `${names.length} files`);
     const hash = "#view=35,22,1&renderer=webgl2";
     const { page, context, complaints } = await opened(`${origin}/${hash}`);
     const whole = await opened(`${address({}, "unsplit.html").split("#")[0]}${hash}`);
-    asked = [];
+    requested = [];
     const { low, high } = await state(page);
     for (const share of [0.5, 0.2, 0.7, 0.95, 0.05, 0.6]) {
         const isovalue = low + share * (high - low);
-        const before = asked.length;
+        const before = requested.length;
         const [found, expected] = [await shown(page, isovalue), await shown(whole.page, isovalue)];
         assert.equal(found.isovalue, isovalue);
         assert.equal(found.nTriangles, expected.nTriangles, `${share}`);
         const pictures = [await pixels(page), await pixels(whole.page)];
-        // Each file is rounded by itself, which a pixel here and there of the silhouettes shows.
-        const differ = difference(pictures[0], pictures[1], FAR);
-        assert.ok(differ.mean < 0.2 && differ.share < 0.002, `mean ${differ.mean}, share ${differ.share} at ${share}`);
-        assert.ok(asked.length - before <= 1, asked.slice(before).join());
+        // Files are rounded separately, which changes single pixels of outlines.
+        assertSimilar(pictures[0], pictures[1], { mean: 0.2, share: 0.002 }, `split, ${share}`);
+        assert.ok(requested.length - before <= 1, requested.slice(before).join());
     }
-    const read = asked.reduce((n, name) => n + size(name), 0);
+    const read = requested.reduce((n, name) => n + size(name), 0);
     const all = names.reduce((n, name) => n + size(name), 0);
     const largest = Math.max(...names.map(size));
     console.log(`split: ${names.length} files of ${all} bytes, ${largest} at most for one isovalue; page ${size("index.html")} bytes`);
-    assert.ok(read <= asked.length * largest && 3 * largest < all, `${read} of ${all} bytes`);
-    // What was shown lately is not fetched again.
-    const before = asked.length;
+    assert.ok(read <= requested.length * largest && 3 * largest < all, `${read} of ${all} bytes`);
+    // Files that were shown last are kept.
+    const before = requested.length;
     await shown(page, low + 0.05 * (high - low));
     await shown(page, low + 0.6 * (high - low));
-    assert.equal(asked.length, before);
+    assert.equal(requested.length, before);
     assert.deepEqual([...complaints, ...whole.complaints], []);
     await context.close();
     await whole.context.close();
 });
 
-test("nothing but the page's own server may be asked", async () => {
+test("the page can send requests to its own server only", async () => {
     const { page, context } = await opened(`${origin}/`);
     const other = createServer((_, response) => response.end("there"));
     await new Promise((resolve) => other.listen(0, "127.0.0.1", resolve));
     const url = `http://127.0.0.1:${other.address().port}/`;
     const answer = (to) => page.evaluate((u) => fetch(u).then(() => "there", () => "refused"), to);
-    assert.equal(await answer(`${origin}/000.txt`), "there");
+    assert.equal(await answer(`${origin}/000.bin`), "there");
     assert.equal(await answer(url), "refused");
     const policy = await page.locator("meta[http-equiv=Content-Security-Policy]").getAttribute("content");
     assert.ok(policy.includes("connect-src 'self';") && policy.includes("default-src 'none'"));
@@ -107,18 +106,18 @@ test("nothing but the page's own server may be asked", async () => {
     await context.close();
 });
 
-test("files that are not to be had are told, and what is there stays", async () => {
+test("a file that cannot be loaded is reported, and the picture stays", async () => {
     const { page, context } = await opened(`${origin}/`);
-    await page.route("**/*.txt", (route) => route.fulfill({ status: 404, body: "" }));
+    await page.route("**/*.bin", (route) => route.fulfill({ status: 404, body: "" }));
     const { low, high, isovalue } = await state(page);
-    const far = isovalue - low > high - isovalue ? low + 0.02 * (high - low) : high - 0.02 * (high - low);
-    await page.evaluate((c) => window.isospectrum.setIsovalue(c), far);
-    await page.waitForFunction(() => document.getElementById("loading").textContent.includes("not to be had"));
+    const distant = isovalue - low > high - isovalue ? low + 0.02 * (high - low) : high - 0.02 * (high - low);
+    await page.evaluate((c) => window.isospectrum.setIsovalue(c), distant);
+    await page.waitForFunction(() => document.getElementById("loading").textContent.includes("cannot be loaded"));
     const after = await state(page);
     assert.ok(!after.isWhole && after.nTriangles > 0);
-    // The next time they may be there.
-    await page.unroute("**/*.txt");
+    // The next attempt succeeds.
+    await page.unroute("**/*.bin");
     await shown(page, isovalue);
-    await shown(page, far);
+    await shown(page, distant);
     await context.close();
 });

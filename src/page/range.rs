@@ -1,22 +1,22 @@
-//! A part of a spectrum's range, so that no more is published than is wanted.
+//! Restricts a spectrum to a part of its range, so that a page contains no more than its author wants to publish.
 
 use crate::error::{Error, Result};
 use crate::spectrum::{About, Event, Knot, Patch, Spectrum, Triangle};
 
-/// The spectrum between two isovalues: its isosurfaces there are those of `spectrum`, and nothing
-/// of the others is left but the parts of trajectories that reach to the next knot.
+/// The spectrum between two isovalues.
+///
+/// Its isosurfaces are those of `spectrum`. Trajectories are cut at the ranks around the range.
 ///
 /// # Errors
 ///
-/// [`Error::Range`] if an end lies outside the spectrum's range, [`Error::Usage`] if the higher one
-/// does not come second.
-pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
+/// [`Error::Range`] if an end is outside the spectrum's range, [`Error::Usage`] if `low` is not below `high`.
+pub fn with_range(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
     [low, high].into_iter().try_for_each(|end| spectrum.check_isovalue(end))?;
     if low >= high {
         return Err(Error::Usage(format!("range {low}:{high}, expected the lower isovalue first")));
     }
     let mut patch = Patch { isovalues: spectrum.isovalues().to_vec(), ..Patch::default() };
-    // The ranks at and below the low end, and above the high one.
+    // The last rank not above `low` and the first rank above `high`.
     let first = spectrum.rank_at(low).unwrap_or(0);
     let last = spectrum.isovalues().partition_point(|&c| c <= high);
     let last = last.min(spectrum.isovalues().len().saturating_sub(1)) as u32;
@@ -31,7 +31,7 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
         let new = &mut number[*v as usize];
         if *new == u32::MAX {
             *new = patch.first_knot.len() as u32 - 1;
-            cut(spectrum, *v, first, last, &mut patch.knots);
+            push_knots(spectrum, *v, first, last, &mut patch.knots);
             patch.first_knot.push(patch.knots.len() as u32);
         }
         *v = *new;
@@ -41,9 +41,8 @@ pub fn part(spectrum: &Spectrum, (low, high): (f64, f64)) -> Result<Spectrum> {
     Spectrum::from_patch(About { range: (low, high), events, ..spectrum.about().clone() }, patch)
 }
 
-/// Appends the knots of vertex `v` between two ranks; where a step of the trajectory crosses one of
-/// them, it is cut there.
-fn cut(spectrum: &Spectrum, v: u32, first: u32, last: u32, knots: &mut Vec<Knot>) {
+/// Appends the knots of vertex `v` from rank `first` to rank `last`, with a new knot at either rank if the trajectory crosses it.
+fn push_knots(spectrum: &Spectrum, v: u32, first: u32, last: u32, knots: &mut Vec<Knot>) {
     let trajectory = spectrum.trajectory(v);
     let at = |rank: u32| {
         let isovalue = spectrum.isovalues()[rank as usize];
