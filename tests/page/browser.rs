@@ -14,7 +14,7 @@ use isospectrum::verify::mesh_topology;
 use isospectrum::volume::{Histogram, Samples, Statistics, phantom};
 
 use super::{folder_with_spectrum, spectrum};
-use crate::program::Folder;
+use crate::common::program::Folder;
 
 /// The isovalues of compared pictures and meshes as shares of the range: closed by caps, before and after the event at which the
 /// hole of the torus opens, and near the end.
@@ -76,14 +76,13 @@ fn the_page_works_in_a_browser() {
 }
 
 mod real_volumes {
-    use super::super::data;
     use super::{Folder, run_node};
+    use crate::common::data;
 
     #[test]
-    fn shading_normals_of_nucleon_are_those_of_its_mesh_in_its_page() {
-        let Some(nucleon) = data::file("shading of nucleon", "nucleon_41x41x41_uint8.raw") else {
-            return;
-        };
+    #[ignore = "needs $ISOSPECTRUM_DATA"]
+    fn shading_normals_in_the_page_of_nucleon_are_those_of_its_mesh() {
+        let nucleon = data::file("nucleon_41x41x41_uint8.raw");
         let volume = nucleon.to_str().expect("a name in UTF-8");
         let folder = Folder::new();
         // The trajectories of the extraction at 188.7 reach from 134 to 195.
