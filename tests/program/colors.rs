@@ -248,7 +248,7 @@ fn a_volume_that_lies_elsewhere_or_is_none_is_refused() {
     folder.write("far.nrrd", &[header.as_bytes(), &samples].concat());
     let output = folder
         .run_for(&["render", "s.isp", "-c", "50%", "-o", "p.png", "--color-by", "far.nrrd"], 3);
-    assert!(stderr(&output).contains("lies beside"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("contains none of the surfaces"), "{}", stderr(&output));
     for wrong in [["--color-range", "5:1"], ["--color-map", "jet"], ["--color-center", "x"]] {
         let base = ["render", "s.isp", "-c", "50%", "-o", "p.png", "--color", "quality"];
         folder.run_for(&[&base[..], &wrong].concat(), 2);
