@@ -9,7 +9,7 @@
 mod header;
 
 use std::fs::File;
-use std::io::{self, BufReader, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::data_error::{invalid, read_error};
@@ -62,7 +62,7 @@ fn read_data(
     dims: [usize; 3],
 ) -> io::Result<Samples> {
     for _ in 0..header.line_skip {
-        if io::BufRead::skip_until(reader, b'\n')? == 0 {
+        if reader.skip_until(b'\n')? == 0 {
             return Err(invalid(format!("fewer than the {} lines to skip", header.line_skip)));
         }
     }
@@ -84,7 +84,7 @@ fn read_data(
         }
         NrrdEncoding::Gzip => {
             layout.skip = header.byte_skip.unwrap_or(0);
-            stream::read_all(reader, left, Compression::Gzip, &layout)
+            stream::read_gzip_to_end(reader, left, &layout)
         }
         NrrdEncoding::Text => {
             let skip = header.byte_skip.unwrap_or(0).min(left);

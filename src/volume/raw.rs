@@ -41,7 +41,7 @@ pub(crate) fn read(
     let samples = if Compression::of_name(path) == Compression::Gzip {
         let layout =
             SampleLayout { dims, sample_type, big_endian, channel: Channel::ONLY, skip: 0 };
-        stream::read_all(&mut BufReader::new(file), length, Compression::Gzip, &layout)
+        stream::read_gzip_to_end(&mut BufReader::new(file), length, &layout)
     } else {
         let n = size_of_grid(dims, sample_type).filter(|&(_, bytes)| bytes as u64 == length);
         let (n, _) = n.ok_or_else(|| plain.wrong_length(length))?;

@@ -28,61 +28,48 @@ pub(crate) fn read(
     layout: &SampleLayout,
 ) -> io::Result<Samples> {
     let (_, n_bytes) = layout.size()?;
-    let what = layout.describe();
     match compression {
-        Compression::None => {
-            if left < n_bytes {
-                let found = left.saturating_sub(layout.skip);
-                return Err(layout.wrong_length(found, n_bytes - layout.skip));
-            }
-            read_decompressed(reader, left, layout)
+        Compression::None if left < n_bytes => {
+            let found = left.saturating_sub(layout.skip);
+            Err(layout.wrong_length(found, n_bytes - layout.skip))
         }
-        Compression::Gzip | Compression::Zlib => {
-            if n_bytes > left.saturating_mul(DEFLATE_RATIO) {
-                return Err(invalid(format!(
-                    "{left} bytes of compressed data, too few for the {n_bytes} bytes of {what}"
-                )));
-            }
-            let read = match compression {
-                Compression::Gzip => {
-                    read_with_checksum(&mut MultiGzDecoder::new(reader), left, layout)
-                }
-                _ => read_with_checksum(&mut ZlibDecoder::new(reader), left, layout),
-            };
-            read.map_err(|e| describe_damage(e, n_bytes, &what))
-        }
+        Compression::None => read_decompressed(reader, left, layout),
+        Compression::Gzip => Ok(decompress(MultiGzDecoder::new(reader), left, layout)?.0),
+        Compression::Zlib => Ok(decompress(ZlibDecoder::new(reader), left, layout)?.0),
     }
 }
 
-/// As [`read`], and checks that nothing follows the samples.
-pub(crate) fn read_all(
+/// As [`read`] for gzip, and checks that nothing follows the samples.
+pub(crate) fn read_gzip_to_end(
     reader: &mut impl BufRead,
     left: u64,
-    compression: Compression,
     layout: &SampleLayout,
 ) -> io::Result<Samples> {
-    let samples = read(reader, left, compression, layout)?;
-    // Longer compressed data leave bytes unread: the checksum was not reached.
-    let rest = io::copy(&mut reader.take(1), &mut io::sink())?;
-    if rest > 0 {
-        let ((_, n_bytes), what) = (layout.size()?, layout.describe());
-        return Err(invalid(format!(
-            "the compressed data have more than the {n_bytes} bytes of {what}"
-        )));
+    let (samples, is_end) = decompress(MultiGzDecoder::new(reader), left, layout)?;
+    if is_end {
+        return Ok(samples);
     }
-    Ok(samples)
+    let ((_, n_bytes), what) = (layout.size()?, layout.describe());
+    Err(invalid(format!("the compressed data have more than the {n_bytes} bytes of {what}")))
 }
 
-/// Reads samples from a decompressor, with the checksum that follows if they are the last.
-fn read_with_checksum(
-    reader: &mut impl Read,
+/// Reads samples from a decompressor. Returns whether the data end after them.
+fn decompress(
+    mut decoder: impl Read,
     left: u64,
     layout: &SampleLayout,
-) -> io::Result<Samples> {
-    let samples = read_decompressed(reader, left, layout)?;
+) -> io::Result<(Samples, bool)> {
+    let ((_, n_bytes), what) = (layout.size()?, layout.describe());
+    if n_bytes > left.saturating_mul(DEFLATE_RATIO) {
+        return Err(invalid(format!(
+            "{left} bytes of compressed data, too few for the {n_bytes} bytes of {what}"
+        )));
+    }
+    let describe = |e| describe_damage(e, n_bytes, &what);
+    let samples = read_decompressed(&mut decoder, left, layout).map_err(describe)?;
     // Reading past the end verifies the checksum.
-    let _more = reader.read(&mut [0])?;
-    Ok(samples)
+    let n_more = decoder.read(&mut [0]).map_err(describe)?;
+    Ok((samples, n_more == 0))
 }
 
 /// Describes an error of compressed data.
