@@ -59,6 +59,17 @@ pub fn read_volume(path: &Path, options: &ReadOptions) -> Result<Volume> {
     Volume::new(name, dims, samples, placement)
 }
 
+impl Volume {
+    /// Reads a volume with default options.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read_volume`].
+    pub fn read(path: impl AsRef<Path>) -> Result<Volume> {
+        read_volume(path.as_ref(), &ReadOptions::default())
+    }
+}
+
 /// The format of a file or a folder. DICOM files often have no extension, so their first bytes decide.
 fn format_of(path: &Path) -> Option<VolumeFormat> {
     match VolumeFormat::from_name(path) {
