@@ -75,7 +75,7 @@ pub(crate) fn growing_sphere(growth: &Growth) -> Spectrum {
 }
 
 /// A row of octahedra around samples of [`volume_info`], whose vertices run from there to the neighbouring
-/// samples, as those of the exact extraction do; each knot is up to `off` voxels beside its sample.
+/// samples, as those of the exact extraction do; each knot is up to `off` voxels off its sample.
 pub(crate) fn on_lattice(n: u32, off: f32) -> Spectrum {
     let (about, mut patch) = small().into_parts();
     let size = [1.0, 1.0, 0.3 / 0.1];

@@ -48,7 +48,7 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
 fn triangles(mesh: &SurfaceMesh) -> Vec<([[u32; 3]; 3], bool)> {
     let one = |(corners, &cap): (&[u32; 3], &bool)| {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
-        // At a sample's value corners may coincide: then the lowest one alone does not tell.
+        // At the value of a sample corners may coincide: then the lowest corner alone is ambiguous.
         let turned = [[a, b, c], [b, c, a], [c, a, b]];
         (turned.into_iter().min().unwrap_or([a, b, c]), cap)
     };
@@ -214,7 +214,7 @@ fn only_parts_that_live_at_an_isovalue_are_read() {
     assert!(n > 0 && rows.iter().all(|row| row.get("birth").is_none() && row["area"].is_f64()));
     let table = String::from_utf8_lossy(&folder.run(&here).stdout).into_owned();
     assert!(table.contains("Euler  triangles  box\n"), "{table}");
-    // Where they are born and die is told by all parts.
+    // Their birth and death need all parts.
     let line = folder.fails(&components, 3);
     assert!(line.contains("s.ispt/") && line.contains(".isp"), "{line}");
     let line = folder.fails(&["extract", "s.ispt", "-c", "50%", "-o", "n.ply"], 3);
@@ -302,7 +302,7 @@ fn errors_of_a_damaged_folder_are_one_line() {
     assert!(line.contains("index.json: "), "{line}");
     std::fs::remove_file(folder.path().join("s.ispt/000003-000.seam")).expect("there");
     assert!(folder.fails(&extract, 3).contains("000003-000.seam"));
-    // What is there and no folder of parts is nobody's to replace.
+    // An existing folder that is no folder of parts is not replaced.
     std::fs::create_dir(folder.path().join("t.ispt")).expect("made");
     let line = folder.fails(&["merge", "p.json", "-o", "t.ispt"], 3);
     assert!(line.contains("t.ispt: already exists"), "{line}");

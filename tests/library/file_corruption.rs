@@ -1,4 +1,4 @@
-//! Files that nobody vouches for: an error or a valid spectrum, never a panic, and no memory that
+//! Untrusted files: an error or a valid spectrum, never a panic, and no memory that
 //! the length of the file has not earned.
 
 use std::io::{Read as _, Write as _};

@@ -201,6 +201,6 @@ fn a_masked_volume_may_be_a_folder_of_parts() {
     let common = split.iter().filter(|t| file.binary_search(t).is_ok()).count();
     let (n, all) = (split.len().max(file.len()), sorted("b.isp", &["--closed"]).len());
     assert!(common > 50 && 10 * (n - common) < n && 2 * n < all, "{common} of {n} of {all}");
-    // So small a mesh has one crossing triangle here and there: few isovalues tell no share.
+    // A few triangles of so small a mesh cross each other: their share needs many isovalues.
     folder.run(&["verify", "b.ispt", volumes[0], "--n", "64"]);
 }

@@ -1,4 +1,4 @@
-//! Several meshes in one file: GLB and USDA, beside each other and as a sweep.
+//! Several meshes in one GLB or USDA file, next to each other and as a sweep.
 
 use std::collections::BTreeSet;
 

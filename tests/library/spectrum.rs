@@ -60,7 +60,7 @@ fn assert_compact(mesh: &SurfaceMesh, spectrum: &Spectrum, isovalue: f64) {
     }
 }
 
-/// Isovalues at, just beside and between those of the table.
+/// Isovalues of the table, their neighbours as floating point numbers, and isovalues between them.
 fn probes(spectrum: &Spectrum) -> Vec<f64> {
     let (low, high) = spectrum.range();
     let beside = spectrum.isovalues().iter().flat_map(|c| [c.next_down(), *c, c.next_up()]);

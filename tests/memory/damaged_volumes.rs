@@ -87,7 +87,7 @@ fn damaged_volumes_are_refused_with_a_line_or_read() {
         let folder = in_memory();
         let bytes = std::fs::read(file).expect("checked in");
         assert!(bytes.len() <= 4096, "{}: {} bytes", file.display(), bytes.len());
-        // Samples of their own beside a header stay as they are.
+        // Sample files of a header are copied unchanged.
         for other in isospectrum::volume::files_of(file).into_iter().skip(1) {
             let name = other.file_name().expect("a name");
             std::fs::copy(&other, folder.path().join(name)).expect("room");

@@ -21,7 +21,7 @@ const FREE: usize = 1 << 18;
 const REFUSED: usize = 66;
 
 /// Most bytes per byte of a spectrum file that is read. A byte unpacks to 64, and what takes most room for its bytes is
-/// an event: five bytes unpacked (64 / 5 to a byte), 40 in memory, beside what was unpacked.
+/// an event: five bytes unpacked (64 / 5 to a byte), 40 in memory, in addition to the unpacked bytes.
 const READ: usize = 64 + 64 * 40 / 5 + 4;
 
 /// Most bytes per byte of JSON: an object of one key takes 5 bytes and a node of a tree of 640.
@@ -123,7 +123,7 @@ fn valid_files_take_memory_by_their_length() {
     let many = triangle_again_and_again(300_000, 4);
     accepted("more triangles", &many, READ);
     // Written again with every other one turned around, each is the one that fills the gates of the one before: it is
-    // found without a look at all those that were told already.
+    // found without a search among the triangles before it.
     let spectrum = from_bytes(&many.file()).expect("it was read before");
     let spectrum = spectrum.changed(|_, patch| {
         patch.triangles.iter_mut().skip(1).step_by(2).for_each(|t| t.vertices.swap(0, 1));

@@ -119,10 +119,10 @@ fn a_limit_of_memory_is_kept_by_bricks() {
     let within = [&compute[..], &["--max-memory", "70MB"]].concat();
     let printed = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
     assert!(printed.contains("in 9 bricks of about 128^3"), "{printed}");
-    // The same, whoever asks for it.
+    // The same bytes as with `--brick`.
     folder.run(&[&compute[..], &["-q", "--brick", "128", "-o", "b.isp"]].concat());
     assert!(folder.read("a.isp") == folder.read("b.isp"));
-    // What must be read as a whole is told.
+    // A volume that must be read as a whole is reported.
     let prepared = [&within[..], &["--median", "1", "-o", "c.isp"]].concat();
     let printed = stderr(&folder.run(&prepared));
     assert!(printed.contains("1.83 MiB of samples"), "{printed}");

@@ -146,7 +146,7 @@ fn analyze_and_info_count_the_same_events() {
         info["events"].as_array().map(Vec::len)
     );
     assert!(analysis["n_critical_points"].as_u64() > analysis["n_events"].as_u64());
-    // And people are told the same.
+    // The tables show the same numbers.
     let events = format!("{} at {} isovalues", info["n_events"], info["n_event_isovalues"]);
     for told in [&["info", "v.isp"][..], &["analyze", "v_7x7x7_uint8.raw", "--samples", "2"]] {
         let output = folder.run(told);

@@ -31,7 +31,7 @@ fn ply(folder: &Folder, name: &str) -> (String, Vec<u8>) {
     (String::from_utf8(file[..end].to_vec()).expect("text"), file[end..].to_vec())
 }
 
-/// How many vertices the header of a PLY tells.
+/// The number of vertices in the header of a PLY.
 fn n_vertices(head: &str) -> usize {
     let line = head.lines().find_map(|line| line.strip_prefix("element vertex ")).expect("a line");
     line.parse().expect("a number")

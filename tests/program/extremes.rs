@@ -66,7 +66,7 @@ fn a_range_that_underflows_is_refused_in_one_line() {
     }
 }
 
-/// Noise of samples that are all different: multiples of a step beside an offset.
+/// Noise of samples that are all different: an offset plus multiples of a step.
 fn beside(offset: f64, step: f64, n: u32) -> Vec<u8> {
     bytes((0..n).map(|i| offset + f64::from(i.wrapping_mul(2_654_435_761) % n) * step))
 }

@@ -42,7 +42,7 @@ fn isovalues_are_written_by_the_range_and_by_the_samples() {
         let line = folder.fails(&["extract", "s.isp", "-c", wrong, "-o", "m.ply"], 2);
         assert!(line.contains("2.5sigma or top:1%"), "{line}");
     }
-    // A format that tells nothing of the samples.
+    // A format without statistics of the samples.
     folder.run(&["convert", "s.isp", "s.thesis"]);
     let line = folder.fails(&["extract", "s.thesis", "-c", "p90", "-o", "m.ply"], 2);
     assert!(line.contains("p90 needs"), "{line}");

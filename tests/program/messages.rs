@@ -27,7 +27,7 @@ fn check_plain(output: &std::process::Output, n_lines: usize) {
 fn control_characters_in_names_and_fields_are_escaped() {
     let folder = Folder::with_spectrum();
     let spectrum = folder.read("s.isp");
-    // Names of files, in errors and in what is told of success.
+    // Names of files, in errors and in reports.
     let named = |ending: &str| format!("{TRAP}{ending}");
     folder.write(&named(".isp"), &spectrum);
     folder.write(&named("_2x2x2_uint8.raw"), &[1, 2, 3, 4, 5, 6, 7]);

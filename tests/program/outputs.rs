@@ -229,7 +229,7 @@ fn help_to_a_full_device_is_an_error() {
         assert_eq!(output.status.code(), Some(3), "{command}: {printed}");
         assert!(printed.contains("standard output: No space left"), "{command}: {printed}");
     }
-    // Nobody can be told then; the exit code stays.
+    // The message is lost; the exit code stays.
     let output = folder.shell("\"$0\" info no.isp 2>/dev/full");
     assert_eq!(output.status.code(), Some(3));
 }

@@ -36,7 +36,7 @@ fn files_are_opened_and_saved_by_dialogs_and_several_stay_open() {
     window.save_mesh("mine.ply");
     folder.run(&["extract", "s.isp", "-c", "0.2", "-o", "m.ply"]);
     assert!(folder.read("mine.ply") == folder.read("m.ply"), "the mesh is what extract writes");
-    // What cannot be saved is told, and the dialog stays until Escape.
+    // An error of saving is shown, and the dialog stays until Escape.
     window.input("key ctrl+s");
     window.input("key ctrl+a");
     window.input("type --delay 60 mine.doc");

@@ -39,7 +39,7 @@ fn the_hand_moves_the_surface() {
     let covered = window.picture().covered();
     assert!(covered > 1.02 * first.covered(), "Ctrl and the wheel zoom in: {covered}");
     changes("zooming");
-    // A point beside the middle comes to the middle.
+    // A point next to the middle moves to the middle.
     window.point(440, 280);
     window.input("click --repeat 2 --delay 80 1");
     changes("a double click");

@@ -1,4 +1,4 @@
-//! What the panel beside the picture offers.
+//! The controls of the panel next to the picture.
 
 use super::server::{Server, wait_for};
 use super::window::{Picture, TIES, Window};

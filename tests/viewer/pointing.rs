@@ -79,7 +79,7 @@ fn distances_and_positions_are_shown() {
     window.click(b.0, b.1);
     window.point(5, 5);
     let shown = window.screen(picture.width, picture.height());
-    // A line between the two, and nothing else beside the cube: there is no surface half-way.
+    // A line between the two, and otherwise only the cube: there is no surface half-way.
     let (x, y) = ((a.0 + b.0) / 2, (a.1 + b.1) / 2);
     let at = |x: i32, y: i32| shown.pixels[y as usize * shown.width + x as usize];
     assert!((y - 2..=y + 2).any(|y| at(x, y)[0] < 160), "a line crosses the gap");
@@ -89,7 +89,7 @@ fn distances_and_positions_are_shown() {
     window.input("key m");
     let shown = window.screen(picture.width, picture.height());
     assert_eq!(shown.without_cube().difference(&picture.without_cube()), 0.0);
-    // Where the pointer rests on the surface its place is told, in the corner on the left.
+    // The position under a resting pointer is shown in the left corner.
     window.point(a.0, a.1);
     let words = |picture: &super::window::Picture| {
         let rows = (0..30).flat_map(|y| picture.pixels[y * picture.width..][..300].to_vec());

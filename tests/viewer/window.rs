@@ -1,4 +1,4 @@
-//! A window on the server: what it is told, and what it shows.
+//! A window on the server: its input and its contents.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -65,7 +65,7 @@ impl<'a> Window<'a> {
         self.server.xdotool(&format!("getwindowname {}", self.id))
     }
 
-    /// The isovalue and the number of triangles that the title tells.
+    /// The isovalue and the number of triangles in the title.
     pub(crate) fn seen(&self) -> (f64, usize) {
         let title = self.title();
         let part = |name: &str, skip: usize| {

@@ -94,7 +94,7 @@ fn the_target_keeps_its_size_when_the_projection_changes() {
     let spectrum = growing_sphere(1);
     let mut view = small("35,22,1.3");
     let first = view.clone();
-    // A point beside the one looked at, as far away.
+    // A point next to the target, at the same distance.
     let (sin, cos) = view.camera.azimuth.to_radians().sin_cos();
     let beside = [MIDDLE[0] - 5.0 * sin, MIDDLE[1] + 5.0 * cos, MIDDLE[2]];
     let place = |view: &View| project(spectrum.volume(), view, beside).0;
