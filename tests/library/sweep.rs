@@ -118,8 +118,9 @@ fn a_flat_isosurface_of_large_faces_is_followed_in_steps_that_do_not_shrink() {
     let volume = Arc::new(volume);
     let spectrum = swept(&volume);
     let steps = Counts::of(&spectrum).expect("counted").steps;
-    println!("{steps} steps");
-    assert!((20..2_000).contains(&steps), "{steps} steps");
+    // The range is 93 and the slope the root of 11, so the isosurface moves 28 voxels: 112 steps of a quarter of a voxel.
+    // Steps halved three times all along would be eight times as many.
+    assert!(steps < 8 * 112, "{steps} steps");
 }
 
 #[test]
@@ -139,7 +140,7 @@ fn a_sphere_is_tracked_and_not_only_extracted() {
     // Where the sphere lies inside the volume: a third of a voxel.
     let (low, high) = spectrum.range();
     let at = |share: f64| high - share * (high - low);
-    assert_tracked(&volume, &spectrum, at(0.4), at(0.38));
+    assert_tracked(&volume, &spectrum, [at(0.4), at(0.38)], 0.6);
 }
 
 #[test]
@@ -173,13 +174,12 @@ fn extracted_survival(volume: &Volume, from: f64, to: f64) -> f64 {
     n_both as f64 / from.len() as f64
 }
 
-/// Asserts that most triangles live from one isovalue to another, and that those of an extraction would not.
-fn assert_tracked(volume: &Volume, spectrum: &Spectrum, from: f64, to: f64) {
+/// Asserts that more than this share of the triangles lives from one isovalue to another, and far fewer of an extraction.
+fn assert_tracked(volume: &Volume, spectrum: &Spectrum, [from, to]: [f64; 2], least: f64) {
     let (tracked, extracted) = (survival(spectrum, from, to), extracted_survival(volume, from, to));
     let what =
         format!("{tracked} of the triangles live from {from} to {to}, extracted {extracted}");
-    println!("{what}");
-    assert!(tracked > 0.6 && extracted < 0.4, "{what}");
+    assert!(tracked > least && extracted < 0.35, "{what}");
 }
 
 #[test]
@@ -260,9 +260,9 @@ fn no_triangle_is_left_along_the_border_where_the_isosurface_has_gone() {
 fn most_triangles_live_through_a_split() {
     let (volume, spectrum) = phantom_spectrum("blobs:32");
     let split = spectrum.events().iter().find(|e| e.kind == EventKind::Split).expect("a split");
-    // A third of a voxel, half of it on either side.
-    let half = 0.008 * (spectrum.range().1 - spectrum.range().0);
-    assert_tracked(&volume, &spectrum, split.isovalue - half, split.isovalue + half);
+    // A quarter of a voxel, half of it on either side.
+    let half = 0.016 * (spectrum.range().1 - spectrum.range().0);
+    assert_tracked(&volume, &spectrum, [split.isovalue - half, split.isovalue + half], 0.6);
 }
 
 /// Three blobs in a row; the necks between them are the same, but for a trace.
@@ -290,7 +290,7 @@ fn most_triangles_live_through_two_events_next_to_each_other() {
     let splits: Vec<f64> = splits.map(|e| e.isovalue).collect();
     let [first, second] = splits[..] else { panic!("two splits: {splits:?}") };
     assert!((1e-6..5e-5).contains(&(second - first)), "{splits:?}");
-    assert_tracked(&volume, &spectrum, first - 0.02, second + 0.02);
+    assert_tracked(&volume, &spectrum, [first - 0.01, second + 0.01], 0.5);
 }
 
 /// Distance of a point from the isosurface, to first order, voxels.
