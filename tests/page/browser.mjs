@@ -73,6 +73,15 @@ export async function open(page, hash = {}, name) {
     await ready(page);
 }
 
+/** Changes the address of an open page, as a reader does who edits it, and waits for the picture. */
+export async function setAddress(page, hash) {
+    await page.evaluate((text) => new Promise((resolve) => {
+        window.addEventListener("hashchange", resolve, { once: true });
+        location.hash = text;
+    }), String(new URLSearchParams(hash)));
+    await settled(page);
+}
+
 /** Opens a page anew at its current address. */
 export async function reopen(page) {
     const url = page.url();
