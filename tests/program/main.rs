@@ -11,6 +11,7 @@ mod extremes;
 #[cfg(unix)]
 mod films;
 mod frames;
+mod guide;
 mod isovalues;
 mod messages;
 mod outputs;
