@@ -116,7 +116,8 @@ fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
         let potential: Vec<f32> = (0..blobs.len()).map(|i| (i % SIDE) as f32 - 12.0).collect();
         let mask: Vec<i16> = (0..blobs.len()).map(|i| i16::from(i % SIDE > SIDE / 2)).collect();
         let raw = (0..32 * 32 * 16).map(|i: i32| {
-            let squares = (i % 32 - 16).pow(2) + (i / 32 % 32 - 16).pow(2) + 4 * (i / 1024 - 8).pow(2);
+            let squares =
+                (i % 32 - 16).pow(2) + (i / 32 % 32 - 16).pow(2) + 4 * (i / 1024 - 8).pow(2);
             (1600 - 4 * squares) as i16
         });
         let floats = blobs.iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -197,8 +198,12 @@ pages! {
 }
 
 /// Pages whose commands need a window or a real scan: `scripts/test-viewer`, `scripts/tour` and `scripts/gallery` run those.
-const ELSEWHERE: [&str; 4] =
-    ["docs/guide/SUMMARY.md", "docs/guide/window.md", "docs/guide/tour.md", "docs/guide/gallery.md"];
+const ELSEWHERE: [&str; 4] = [
+    "docs/guide/SUMMARY.md",
+    "docs/guide/window.md",
+    "docs/guide/tour.md",
+    "docs/guide/gallery.md",
+];
 
 #[test]
 fn every_page_of_the_guide_is_in_its_summary_and_tested() {
