@@ -62,7 +62,7 @@ def files(folder: pathlib.Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
-def test_a_cluster_makes_the_bytes_of_the_program(array, expected, client, tmp_path):
+def test_a_cluster_writes_the_same_bytes_as_the_program(array, expected, client, tmp_path):
     s = isospectrum.compute(chunked(array), client=client, to=tmp_path / "s.isp", **OPTIONS)
     assert (tmp_path / "s.isp").read_bytes() == (expected / "s.isp").read_bytes()
     assert s._native.to_bytes() == (expected / "s.isp").read_bytes()
@@ -78,13 +78,13 @@ def test_a_cluster_makes_the_bytes_of_the_program(array, expected, client, tmp_p
     assert (tmp_path / "here.isp").read_bytes() == (expected / "s.isp").read_bytes()
 
 
-def test_the_client_that_is_there_is_taken(array, expected, cluster):
+def test_the_current_client_is_used_by_default(array, expected, cluster):
     with distributed.Client(cluster):
         s = isospectrum.compute(chunked(array), **OPTIONS)
         assert s._native.to_bytes() == (expected / "s.isp").read_bytes()
         # What is done to the whole volume before wants it in memory.
         assert isospectrum.compute(chunked(array), median=1, **OPTIONS).parameters["preparation"]["median"] == 1
-        # An array in memory is nobody else's.
+        # An array in memory is not taken to a cluster.
         whole = isospectrum.compute(array, backend="cpu", error=0.3, progress=False)
         assert "bricks" not in whole.parameters
 
@@ -99,7 +99,7 @@ def test_zarr_is_read_by_blocks(array, expected, client, tmp_path, version):
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_ome_zarr_tells_scale_unit_and_place(array, client, tmp_path, version):
+def test_ome_zarr_has_scale_unit_and_origin(array, client, tmp_path, version):
     group = zarr.open_group(str(tmp_path / "image.ome.zarr"), mode="w", zarr_format=version)
     stored = np.stack([np.zeros_like(array), array])[None]
     for level, part in (("0", stored), ("1", stored[..., ::2, ::2, ::2])):
@@ -136,7 +136,7 @@ def test_ome_zarr_tells_scale_unit_and_place(array, client, tmp_path, version):
 
 
 @pytest.mark.parametrize("dtype", ["u8", "i8", ">i2", "f2", "?", "f8"])
-def test_types_are_those_of_arrays_in_memory(dtype, tmp_path):
+def test_sample_types_equal_those_of_arrays_in_memory(dtype, tmp_path):
     a = np.rint(100 * blobs((9, 10, 11))).astype(np.dtype(dtype)) if dtype != "?" else blobs((9, 10, 11)) > 0.4
     options = {"backend": "cpu", "error": 0.4, "progress": False, "name": "same", "brick": 64}
     whole = isospectrum.compute(a, **options)
@@ -144,7 +144,7 @@ def test_types_are_those_of_arrays_in_memory(dtype, tmp_path):
     assert by_chunks._native.to_bytes() == whole._native.to_bytes()
 
 
-def test_what_is_not_finite_is_named_or_replaced(array, client):
+def test_values_that_are_not_finite_are_reported_or_replaced(array, client):
     a = array.astype(np.float64)
     a[3, 2, 20] = np.nan
     with pytest.raises(isospectrum.InputError, match=r"a.npy: sample \(20, 2, 3\) is nan, expected finite values"):
@@ -163,7 +163,7 @@ def test_what_is_not_finite_is_named_or_replaced(array, client):
     ({"range": (0.5, 0.2)}, "expected the lower isovalue first"),
     ({"spacing": 0}, "expected positive numbers"),
 ])  # fmt: skip
-def test_arguments_that_make_no_sense_are_errors_of_one_line(array, client, options, says):
+def test_invalid_arguments_are_errors_of_one_line(array, client, options, says):
     with pytest.raises(isospectrum.Error, match=says) as raised:
         isospectrum.compute(chunked(array), client=client, **{**OPTIONS, **options})
     assert "\n" not in str(raised.value)
@@ -184,7 +184,7 @@ class Killer:
             os.kill(self.killed, signal.SIGKILL)
 
 
-def test_a_killed_worker_is_made_up_for(array, expected, tmp_path):
+def test_tasks_of_a_killed_worker_are_repeated(array, expected, tmp_path):
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
@@ -223,7 +223,7 @@ def test_workers_that_join_over_tcp(array, expected, tmp_path):
             process.wait()
 
 
-def test_parts_that_are_there_are_left_and_damaged_ones_made_anew(array, expected, client, tmp_path):
+def test_complete_parts_are_reused_and_damaged_ones_recomputed(array, expected, client, tmp_path):
     parts = tmp_path / "parts"
 
     def done() -> dict[str, int]:
@@ -238,7 +238,7 @@ def test_parts_that_are_there_are_left_and_damaged_ones_made_anew(array, expecte
     (parts / "000002.part").unlink()
     again = done()
     assert {name for name in first if again[name] != first[name]} == {"000002.part", "000005.part"}
-    # Twice at once: whoever comes last writes what is there already.
+    # Twice at once: both write the same bytes.
     for path in parts.iterdir():
         path.unlink()
     failed: list[BaseException] = []
@@ -259,7 +259,7 @@ def test_parts_that_are_there_are_left_and_damaged_ones_made_anew(array, expecte
     assert other_volume._native.to_bytes() != (expected / "s.isp").read_bytes()
 
 
-def test_what_is_no_part_is_not_kept(array, tmp_path):
+def test_bytes_that_are_no_part_are_not_stored(array, tmp_path):
     blocks = _bricks.Blocks(chunked(array))
     samples = np.asarray(array)
     limits = (float(samples.min()), float(samples.max()))
@@ -281,7 +281,7 @@ def test_what_is_no_part_is_not_kept(array, tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of files are those of POSIX")
 @pytest.mark.parametrize("where", ["parts", "s.isp", "s.ispt"])
-def test_a_full_disk_is_one_line_and_leaves_nothing_in_part(array, expected, tmp_path, where):
+def test_a_full_disk_is_an_error_of_one_line_and_leaves_no_partial_file(array, expected, tmp_path, where):
     """Files end early, for the one who writes: workers write none."""
     code = f"""
         import dask.array, distributed, isospectrum, numpy as np, os, resource, signal

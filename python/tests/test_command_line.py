@@ -28,7 +28,7 @@ def files(tmp_path_factory, array, run):
     return folder
 
 
-def test_a_spectrum_is_that_of_the_program_byte_for_byte(files, array, tmp_path):
+def test_a_spectrum_equals_that_of_the_program_byte_for_byte(files, array, tmp_path):
     s = isospectrum.compute(array, name="blobs.npy", backend="cpu", progress=False)
     s.save(tmp_path / "ours.isp")
     assert (tmp_path / "ours.isp").read_bytes() == (files / "blobs.isp").read_bytes()
@@ -41,7 +41,7 @@ def test_a_spectrum_is_that_of_the_program_byte_for_byte(files, array, tmp_path)
     ("ply", [], {}), ("stl", ["--open"], {"open": True}), ("obj", ["--keep", "largest"], {"keep": "largest"}),
     ("glb", ["--at", "12,10,7"], {"at": (12, 10, 7)}), ("ply", ["--min-volume", "30"], {"min_volume": 30}),
 ])  # fmt: skip
-def test_a_mesh_is_that_of_the_program_byte_for_byte(files, run, tmp_path, ending, flags, options):
+def test_a_mesh_equals_that_of_the_program_byte_for_byte(files, run, tmp_path, ending, flags, options):
     s = isospectrum.open(files / "blobs.isp")
     for c in (0.2, "35%", "p99"):
         run("extract", files / "blobs.isp", "-c", c, "-o", tmp_path / f"program.{ending}", *flags)
@@ -62,7 +62,7 @@ def ply(path):
     return (*columns, faces["v"])
 
 
-def test_arrays_are_what_the_program_writes(files, run, tmp_path):
+def test_arrays_equal_the_mesh_that_the_program_writes(files, run, tmp_path):
     run("extract", files / "blobs.isp", "-c", "0.3", "-o", tmp_path / "m.ply")
     vertices, normals, triangles = ply(tmp_path / "m.ply")
     m = isospectrum.open(files / "blobs.isp").mesh(0.3)
@@ -72,8 +72,8 @@ def test_arrays_are_what_the_program_writes(files, run, tmp_path):
     assert np.array_equal(m.triangles, triangles)
 
 
-def test_a_turned_world_is_that_of_the_program(run, tmp_path):
-    """A MetaImage tells the program what the arguments tell us."""
+def test_a_rotated_frame_gives_the_mesh_of_the_program(run, tmp_path):
+    """A MetaImage with the frame that the arguments give."""
     array = blobs((9, 10, 12))
     columns = np.array(TURNED["direction"]).T
     (tmp_path / "blobs.mha").write_bytes(
@@ -130,7 +130,7 @@ def test_a_mask_means_what_the_flag_means(array, run, tmp_path):
     of_array = isospectrum.compute(array, mask=inside, **options).mesh("60%")
     assert np.array_equal(of_array.vertices, s.mesh("60%", open=True).vertices)
     assert len(of_array.triangles) < len(s.mesh("60%", open=False).triangles)
-    # Where a triangle lies is told in the middle of pieces in which it goes a quarter of a voxel at most.
+    # The mask is evaluated in the middle of intervals in which a triangle moves by at most a quarter of a voxel.
     middles = of_array.vertices[of_array.triangles].mean(axis=1)
     away = np.abs(middles[:, None] - np.argwhere(inside)[None, :, ::-1]).max(axis=2).min(axis=1)
     assert away.max() <= 0.5 + 0.125
@@ -138,7 +138,7 @@ def test_a_mask_means_what_the_flag_means(array, run, tmp_path):
         isospectrum.compute(array, mask=inside[:5], **options)
 
 
-def test_tables_are_those_of_the_program(files, run):
+def test_tables_equal_those_of_the_program(files, run):
     s = isospectrum.open(files / "blobs.isp")
     told = json.loads(run("components", files / "blobs.isp", "-c", "0.55", "--json"))["components"]
     ours = s.components(0.55)
@@ -158,7 +158,7 @@ def test_tables_are_those_of_the_program(files, run):
     assert (s.n_triangles, s.n_vertices, s.n_knots) == (told["n_triangles"], told["n_vertices"], told["n_knots"])
 
 
-def test_a_page_is_that_of_the_program(files, run, tmp_path):
+def test_a_page_equals_that_of_the_program(files, run, tmp_path):
     flags = ["--title", "Two balls", "--mark", "0.3=both", "--axes", "-c", "40%"]
     run("html", files / "blobs.isp", "-o", tmp_path / "p.html", *flags, "-q")
     s = isospectrum.open(files / "blobs.isp")
@@ -166,7 +166,7 @@ def test_a_page_is_that_of_the_program(files, run, tmp_path):
     assert (tmp_path / "ours.html").read_bytes() == (tmp_path / "p.html").read_bytes()
 
 
-def test_a_page_with_all_its_looks_is_that_of_the_program(files, array, run, tmp_path):
+def test_a_page_with_all_options_equals_that_of_the_program(files, array, run, tmp_path):
     np.save(tmp_path / "field.npy", array[::-1].copy())
     run("html", files / "blobs.isp", "-o", tmp_path / "p.html", "-q", "-c", "0.3=bone@0.4", "-c", "0.7=red", "--title", "t",
         "--color-by", tmp_path / "field.npy", "--color-map", "vik", "--color-range", "p5:p95", "--color-center", "0.4",
@@ -193,7 +193,7 @@ def test_a_page_with_all_its_looks_is_that_of_the_program(files, array, run, tmp
     assert (tmp_path / "ours.html").read_bytes() == (tmp_path / "p.html").read_bytes()
 
 
-def test_a_folder_of_parts_is_opened_as_the_program_joins_it(files, run, tmp_path):
+def test_a_folder_of_parts_gives_the_mesh_of_the_merged_file(files, run, tmp_path):
     run("compute", files / "blobs.npy", "-o", tmp_path / "x.ispt", "--brick", "8", "--backend", "cpu", "-q")
     parts = isospectrum.open(tmp_path / "x.ispt")
     run("compute", files / "blobs.npy", "-o", tmp_path / "x.isp", "--brick", "8", "--backend", "cpu", "-q")
@@ -207,7 +207,7 @@ def test_a_folder_of_parts_is_opened_as_the_program_joins_it(files, run, tmp_pat
         isospectrum.open(tmp_path / "none.ispt")
 
 
-def test_a_spectrum_in_bricks_is_that_of_the_program(files, array, run, tmp_path):
+def test_a_spectrum_in_bricks_equals_that_of_the_program(files, array, run, tmp_path):
     run("compute", files / "blobs.npy", "-o", tmp_path / "x.isp", "--brick", "8", "--backend", "cpu", "-q")
     s = isospectrum.compute(array, name="blobs.npy", backend="cpu", brick=8, progress=False)
     assert s.parameters["bricks"]["side"] == 8
@@ -215,7 +215,7 @@ def test_a_spectrum_in_bricks_is_that_of_the_program(files, array, run, tmp_path
     assert (tmp_path / "ours.isp").read_bytes() == (tmp_path / "x.isp").read_bytes()
 
 
-def test_a_picture_is_that_of_the_program(files, run, tmp_path):
+def test_a_picture_equals_that_of_the_program(files, run, tmp_path):
     run("render", files / "blobs.isp", "-c", "0.3=bone", "-c", "0.7=#ff0000@0.5", "-o", tmp_path / "p.png",
         "--size", "320x240", "--camera", "40,10,1.2")  # fmt: skip
     s = isospectrum.open(files / "blobs.isp")
@@ -223,7 +223,7 @@ def test_a_picture_is_that_of_the_program(files, run, tmp_path):
     assert (tmp_path / "ours.png").read_bytes() == (tmp_path / "p.png").read_bytes()
 
 
-def test_a_picture_with_all_its_looks_is_that_of_the_program(files, array, run, tmp_path):
+def test_a_picture_with_all_options_equals_that_of_the_program(files, array, run, tmp_path):
     s = isospectrum.open(files / "blobs.isp")
     run("render", files / "blobs.isp", "-c", "0.4", "-o", tmp_path / "p.png", "--size", "320x240", "--camera", "40,10",
         "--up", "x", "--orthographic", "--clip", "y:40%", "--occlusion", "--axes", "--label", "c = {isovalue}",
@@ -245,7 +245,7 @@ def test_a_picture_with_all_its_looks_is_that_of_the_program(files, array, run, 
     (["info", "{o}.isp"], lambda s, o: isospectrum.open(f"{o}.isp")),
     (["compute", "{o}.npy", "-o", "{o}.isp"], lambda s, o: isospectrum.compute(f"{o}.npy")),
 ])  # fmt: skip
-def test_errors_have_the_words_of_the_program(files, program, tmp_path, arguments, call):
+def test_errors_have_the_messages_of_the_program(files, program, tmp_path, arguments, call):
     s = isospectrum.open(files / "blobs.isp")
     told = [argument.format(s=files / "blobs.isp", o=tmp_path / "out") for argument in arguments]
     done = subprocess.run([program, *told], capture_output=True, text=True, check=False)

@@ -17,7 +17,7 @@ def volume_of(vertices: np.ndarray, triangles: np.ndarray) -> float:
     return float(np.einsum("ij,ij->i", p, np.cross(q, r)).sum() / 6)
 
 
-def test_arrays_have_their_types_and_shapes_and_are_a_value(spectrum):
+def test_arrays_have_their_types_and_shapes_and_are_read_only(spectrum):
     m = spectrum.mesh(0.1)
     assert (m.vertices.dtype, m.triangles.dtype, m.normals.dtype, m.caps.dtype) == (
         np.float32, np.uint32, np.float32, np.bool_,
@@ -36,7 +36,7 @@ def test_arrays_have_their_types_and_shapes_and_are_a_value(spectrum):
         m.vertex = 1
 
 
-def test_triangles_and_normals_look_to_lower_values(spectrum, array):
+def test_triangles_and_normals_face_lower_values(spectrum, array):
     m = spectrum.mesh(0.3)
     assert volume_of(m.vertices, m.triangles) > 50
     p, q, r = (m.vertices[m.triangles[:, i]] for i in range(3))
@@ -46,7 +46,7 @@ def test_triangles_and_normals_look_to_lower_values(spectrum, array):
     assert (array[inside[:, 2], inside[:, 1], inside[:, 0]] > 0.3).mean() > 0.95
 
 
-def test_a_left_handed_world_turns_triangles_around():
+def test_a_left_handed_frame_reverses_triangles():
     s = isospectrum.compute(
         blobs((9, 10, 12)), direction=np.diag([1.0, 1.0, -1.0]), spacing=(1, 1, 2), error=0.4, backend="cpu", progress=False
     )
@@ -55,7 +55,7 @@ def test_a_left_handed_world_turns_triangles_around():
     assert m.vertices[:, 2].max() <= 0
 
 
-def test_a_world_far_away_keeps_its_shape():
+def test_a_mesh_far_from_the_origin_keeps_its_shape():
     array = blobs((9, 10, 12))
     far = (1e7, -2e7, 3e7)
     s = isospectrum.compute(array, origin=far, error=0.4, backend="cpu", progress=False)
@@ -147,7 +147,7 @@ def test_pyvista_reads_a_spectrum(spectrum, tmp_path):
     assert pv.read(tmp_path / "x.isp", isovalue="p99").n_cells == spectrum.mesh("p99").n_triangles
 
 
-def test_a_sweep_is_the_meshes_one_by_one(spectrum):
+def test_a_sweep_yields_the_meshes_one_by_one(spectrum):
     low, high = spectrum.range
     found = list(spectrum.sweep(9))
     assert [m.isovalue for m in found] == pytest.approx(np.linspace(low, high, 9))

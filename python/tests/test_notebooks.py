@@ -18,7 +18,7 @@ LEAVES = {
 }
 
 
-def test_all_notebooks_are_run():
+def test_all_notebooks_are_listed():
     assert {path.stem for path in NOTEBOOKS.glob("*.ipynb")} == set(LEAVES)
 
 

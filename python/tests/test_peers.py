@@ -86,7 +86,7 @@ def distances(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -
 
 @pytest.mark.parametrize("name", FIELDS)
 @pytest.mark.parametrize("peer", [of_skimage, of_vtk])
-def test_topology_is_that_of_others_where_theirs_is_right(spectrum_of, name, peer):
+def test_topology_equals_that_of_other_packages_where_theirs_is_right(spectrum_of, name, peer):
     field, c, expected = FIELDS[name]
     m = spectrum_of(field, c).mesh(c)
     assert topology(m.triangles, m.n_vertices) == expected
@@ -96,7 +96,7 @@ def test_topology_is_that_of_others_where_theirs_is_right(spectrum_of, name, pee
 
 
 @pytest.mark.parametrize("peer", [of_skimage, of_vtk])
-def test_meshes_lie_where_those_of_others_do(spectrum_of, peer):
+def test_meshes_are_at_the_positions_of_those_of_other_packages(spectrum_of, peer):
     there, back = [], []
     for field, c, _ in FIELDS.values():
         m = spectrum_of(field, c).mesh(c)
@@ -129,7 +129,7 @@ def test_the_field_at_vertices_is_the_isovalue(spectrum_of):
         assert np.percentile(off, 99) < PROMISED
 
 
-def test_where_others_are_wrong_ours_is_right():
+def test_topology_is_right_where_other_packages_are_wrong():
     """Noise: scikit-image's Euler characteristic is wrong at most isovalues; ours is that of the trilinear isosurface, which
     verification counts from the samples alone."""
     a = np.random.default_rng(3).random((8, 8, 8)).astype(np.float32)
@@ -144,7 +144,7 @@ def test_where_others_are_wrong_ours_is_right():
     assert right < 24
 
 
-def test_a_volume_of_the_world():
+def test_a_volume_with_a_frame():
     """The fuel's samples, which are not in the repository: against VTK over a part of its range."""
     a = np.fromfile(data("fuel_64x64x64_uint8.raw"), np.uint8).reshape(64, 64, 64)
     s = isospectrum.compute(a, range=(60, 120), backend="cpu", progress=False)

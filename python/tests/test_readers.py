@@ -57,7 +57,7 @@ def test_vtk_reads_a_closed_surface_of_the_same_size(folder, run, wanted, ending
     assert mesh.volume == pytest.approx(wanted[1], rel=ROUNDING)
 
 
-def test_vtk_reads_the_numbers_that_colours_show(folder, run):
+def test_vtk_reads_the_values_that_colours_show(folder, run):
     mesh = pv.read(extracted(folder, run, "colored.vtp", "--color", "quality"))
     ratios = mesh.cell_data["radius_ratio"]
     assert len(ratios) == mesh.n_cells

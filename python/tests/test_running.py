@@ -25,7 +25,7 @@ def noise(n: int, seed: int = 1) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, 255, (n, n, n), dtype=np.uint8)
 
 
-def test_progress_is_told_in_the_thread_that_called():
+def test_progress_is_reported_in_the_calling_thread():
     told = []
     isospectrum.compute(
         blobs((16, 16, 16)), backend="cpu", progress=lambda done, what: told.append((threading.get_ident(), done, what))
@@ -36,7 +36,7 @@ def test_progress_is_told_in_the_thread_that_called():
     assert "tracking" in {what for *_, what in told}
 
 
-def test_what_a_callable_raises_stops_the_work():
+def test_an_exception_of_the_progress_callable_stops_the_work():
     def stop(done: float, what: str) -> None:
         raise RuntimeError("enough")
 
@@ -95,7 +95,7 @@ def test_ctrl_c_stops_a_computation(size):
     assert waited < 10
 
 
-def test_the_lock_is_free_while_computing():
+def test_the_interpreter_lock_is_free_while_computing():
     """Another thread runs Python meanwhile."""
     counted = [0]
     ended = threading.Event()
@@ -115,7 +115,7 @@ def test_the_lock_is_free_while_computing():
     assert counted[0] > max(3, took / 0.5)
 
 
-def test_twenty_threads_ask_one_spectrum(spectrum):
+def test_twenty_threads_query_one_spectrum(spectrum):
     isovalues = np.linspace(0.05, 0.9, 40)
     expected = {c: spectrum.mesh(c) for c in isovalues}
 
@@ -144,7 +144,7 @@ def test_twenty_threads_compute_at_once():
         assert all(pool.map(compute, range(20)))
 
 
-def test_a_thousand_meshes_leave_nothing_behind():
+def test_a_thousand_meshes_leak_no_memory():
     psutil = importlib.import_module("psutil")
     process = psutil.Process()
     waves = np.sin(np.indices((20, 20, 20), dtype=np.float32) * 0.9).sum(axis=0)

@@ -45,7 +45,7 @@ TYPES = {
 
 
 @pytest.mark.parametrize("dtype", TYPES)
-def test_every_type_of_numbers_is_read(dtype, expected_of):
+def test_every_real_type_is_read(dtype, expected_of):
     a = whole(np.dtype(dtype))
     s = compute(a, name="same")
     assert s.volume["sample_type"] == np.dtype(TYPES[dtype]).name
@@ -66,7 +66,7 @@ def expected_of():
     return functools.cache(lambda dtype: compute(whole(np.dtype(dtype)), name="same"))
 
 
-def test_what_types_become():
+def test_types_are_converted_to_sample_types():
     kinds = {"u8": "uint32", "i8": "int32", "f2": "float32", "longdouble": "float64", "?": "uint8", ">i2": "int16"}
     for dtype, expected in kinds.items():
         a = whole(np.uint8) > 50 if dtype == "?" else whole(np.dtype(dtype))
@@ -90,7 +90,7 @@ def test_a_mask_is_a_volume():
 
 
 @pytest.mark.parametrize("dtype", ["u1", "i2", "f4", "f8", ">f4", "?"])
-def test_every_order_in_memory_is_the_same_volume(dtype):
+def test_every_memory_order_gives_the_same_volume(dtype):
     a = whole(np.uint8) > 50 if dtype == "?" else whole(np.dtype(dtype))
     expected = bytes_of(a)
     padded = np.zeros((12, 21, 15), a.dtype)
@@ -119,7 +119,7 @@ def test_every_order_in_memory_is_the_same_volume(dtype):
 @pytest.mark.parametrize("view", [
     lambda a: a, np.asfortranarray, lambda a: a[:, ::2], lambda a: a[::-1], lambda a: a.T, lambda a: a > 50,
 ])  # fmt: skip
-def test_nothing_is_copied_before_the_compiled_part_does(view):
+def test_nothing_is_copied_before_the_compiled_part(view):
     """That copies once, into the volume; before it, an array in any order is handed on as it is."""
     source = view(whole(np.int16))
     assert np.shares_memory(_sources.sample_array(_sources.array_and_frame(source)[0]), source)
@@ -136,7 +136,7 @@ def test_nothing_is_copied_before_the_compiled_part_does(view):
     (None, "an array of 0 axes"),
     (np.ma.masked_greater(np.arange(27).reshape(3, 3, 3), 20), "without masked samples"),
 ])  # fmt: skip
-def test_what_is_no_volume_is_an_error_of_one_line(source, says):
+def test_an_invalid_volume_is_an_error_of_one_line(source, says):
     with pytest.raises(isospectrum.Error, match=says) as raised:
         compute(source)
     assert "\n" not in str(raised.value)
@@ -145,7 +145,7 @@ def test_what_is_no_volume_is_an_error_of_one_line(source, says):
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("dtype", ["f2", "f4", "f8"])
-def test_what_is_not_finite_is_named_or_replaced(wrong, dtype):
+def test_values_that_are_not_finite_are_reported_or_replaced(wrong, dtype):
     a = blobs().astype(dtype)
     a[3, 2, 1] = wrong
     with pytest.raises(isospectrum.InputError, match=r"sample \(1, 2, 3\) is .*, expected finite values"):
@@ -181,13 +181,13 @@ def test_what_is_not_finite_is_named_or_replaced(wrong, dtype):
     ({"start": "half"}, "half"),
     ({"samples": 1}, "samples 1, expected 2 or more"),
 ])  # fmt: skip
-def test_arguments_that_make_no_sense_are_errors_of_one_line(options, says):
+def test_invalid_arguments_are_errors_of_one_line(options, says):
     with pytest.raises(isospectrum.Error, match=says) as raised:
         compute(blobs((6, 6, 6)), **options)
     assert "\n" not in str(raised.value)
 
 
-def test_a_range_of_the_volume_with_its_noise_is_cut_to_what_is_left():
+def test_a_range_is_cut_to_that_of_the_volume_without_noise():
     noise = np.random.default_rng(3).standard_normal((8, 8, 8)).astype(np.float32)
     all_of_it = compute(noise, persistence="10%")
     low, high = all_of_it.range
@@ -196,7 +196,7 @@ def test_a_range_of_the_volume_with_its_noise_is_cut_to_what_is_left():
     assert compute(noise, persistence="10%", range=(middle, float(noise.max()))).range == (middle, high)
 
 
-def test_what_is_not_known_is_a_type_error():
+def test_an_unknown_argument_is_a_type_error():
     with pytest.raises(TypeError, match="tolerance"):
         compute(blobs(), tolerance=0.1)
 
@@ -215,7 +215,7 @@ def test_a_patients_space_is_in_millimetres(array):
     assert frame(s)["spacing"] == pytest.approx([0.2] * 3) and frame(s)["origin"][0] == pytest.approx(1.0)
 
 
-# Other packages: the same volume, and where it lies.
+# Other packages: the same volume and its frame.
 
 
 def test_simpleitk_images_have_their_frame(array):

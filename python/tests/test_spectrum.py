@@ -1,4 +1,4 @@
-"""What a spectrum tells, and what is made of it: tables, files, pages, pictures, verification."""
+"""Spectra: description, tables, files, pages, pictures, verification."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import xarray
 from .conftest import blobs, topology
 
 
-def test_it_tells_what_it_is_of(spectrum, array):
+def test_a_spectrum_describes_its_volume(spectrum, array):
     assert spectrum.range == (array.min(), array.max())
     assert spectrum.tolerance == 0.1
     assert spectrum.volume["dims"] == [18, 16, 14] and spectrum.volume["sample_type"] == "float32"
@@ -34,7 +34,7 @@ def test_tables_are_data_frames(spectrum):
     assert pd.DataFrame(spectrum.components(spectrum.range[1])).empty
 
 
-def test_curves_are_what_meshes_measure(spectrum):
+def test_curves_are_the_measures_of_meshes(spectrum):
     curves = spectrum.curves
     assert len(curves) == 129 and (curves["isovalue"][[0, -1]] == spectrum.range).all()
     for row in curves[[20, 64, 100]]:
@@ -59,7 +59,7 @@ def test_events_are_where_topology_changes(spectrum, array):
         assert len(spectrum.components(split["isovalue"] + side * 1e-4)) == n
 
 
-def test_files_are_written_whole_or_not_at_all(spectrum, tmp_path):
+def test_files_are_written_atomically(spectrum, tmp_path):
     spectrum.save(tmp_path / "x.isp")
     again = isospectrum.open(str(tmp_path / "x.isp"))
     assert again._native.to_bytes() == (tmp_path / "x.isp").read_bytes()
@@ -80,7 +80,7 @@ def test_files_are_written_whole_or_not_at_all(spectrum, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cut.isp", "x.isp", "x.thesis"]
 
 
-def test_it_can_be_pickled_and_copied(spectrum):
+def test_a_spectrum_can_be_pickled_and_copied(spectrum):
     for again in (pickle.loads(pickle.dumps(spectrum)), copy.deepcopy(spectrum)):
         assert np.array_equal(again.mesh(0.3).vertices, spectrum.mesh(0.3).vertices)
         assert again.parameters == spectrum.parameters
@@ -98,7 +98,7 @@ def test_a_page_is_text_or_a_file(spectrum, array, tmp_path):
             spectrum.html(still=False, **wrong)
 
 
-def test_a_picture_is_an_array_that_notebooks_show(spectrum, array, tmp_path):
+def test_a_picture_is_an_array_that_notebooks_display(spectrum, array, tmp_path):
     picture = spectrum.render(0.3, size=(160, 120))
     assert picture.shape == (120, 160, 4) and picture.dtype == np.uint8
     assert (picture[0, 0] == 255).all() and (picture[60, 80, :3] < 255).any()
@@ -125,7 +125,7 @@ def test_a_picture_is_an_array_that_notebooks_show(spectrum, array, tmp_path):
         spectrum.render(0.3, adapter="no adapter is called so")
 
 
-def test_colours_show_another_array_where_the_volume_is():
+def test_colours_show_another_array_in_the_frame_of_the_volume():
     a = blobs()
     frame = {"spacing": (0.5, 1, 2), "origin": (3, 2, 1), "direction": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]}
     s = isospectrum.compute(a, **frame, unit="mm", backend="cpu", progress=False)
@@ -141,7 +141,7 @@ def test_colours_show_another_array_where_the_volume_is():
         s.render(0.4, color_by=xarray.DataArray(a, dims=("z", "y", "x"), coords={"z": z, "y": y, "x": x}))
 
 
-def test_memory_that_is_set_is_kept_to_by_bricks_or_told():
+def test_a_limit_of_memory_gives_bricks_or_an_error():
     a = blobs((40, 44, 48))
     # A single brick of this many cells takes more.
     with pytest.raises(isospectrum.UsageError, match="memory"):
@@ -158,7 +158,7 @@ def test_memory_that_is_set_is_kept_to_by_bricks_or_told():
             isospectrum.compute(a, backend="cpu", progress=False, **wrong)
 
 
-def test_verification_tells_right_from_wrong(spectrum, array):
+def test_verification_fails_for_another_volume(spectrum, array):
     found = spectrum.verify(array, n=12, events=2, progress=False)
     found.check()
     assert found and found.passed and not found.failures
@@ -173,12 +173,12 @@ def test_verification_tells_right_from_wrong(spectrum, array):
         spectrum.verify(array[1:], progress=False)
 
 
-def test_spacing_is_known_where_an_array_is_verified(array):
+def test_an_array_is_verified_with_the_spacing_of_the_spectrum(array):
     s = isospectrum.compute(array, spacing=(1, 1, 2), backend="cpu", progress=False)
     s.verify(array, n=6, events=1, progress=False).check()
 
 
-def test_stubs_and_docstrings_are_there():
+def test_stubs_and_docstrings_exist():
     folder = pathlib.Path(isospectrum.__file__).parent
     assert (folder / "py.typed").exists() and (folder / "_native.pyi").exists()
     for name in isospectrum.__all__:

@@ -160,7 +160,7 @@ def shown(frame) -> float:
     return frame.evaluate("window.isospectrum.getState().isovalue")
 
 
-def test_the_script_keeps_model_and_pages_together(harness, small):
+def test_the_script_synchronizes_model_and_pages(harness, small):
     low, high = small.range
     harness.evaluate("""() => {
         window.model = modelOf({ _page: page, isovalue: 0.3, height: 400 });
@@ -189,7 +189,7 @@ def test_the_script_keeps_model_and_pages_together(harness, small):
     assert harness.complaints == []
 
 
-def test_a_widget_that_is_gone_gives_its_context_back(harness):
+def test_a_closed_widget_releases_its_context(harness):
     """Browsers have 16 contexts of WebGL for a page, take away the oldest, and say so."""
     for _ in range(20):
         harness.evaluate("window.view = show(modelOf({ _page: page, isovalue: 0.3, height: 300 }))")
