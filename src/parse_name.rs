@@ -1,11 +1,23 @@
-//! `FromStr` for types whose values have names on the command line (colours, maps, backgrounds, lights, axes), so that all of
-//! them report an unknown name in the same way.
+//! Names of enum values on the command line (colours, maps, backgrounds, lights, axes). All such types list their values, and
+//! report an unknown name, in the same way.
 
-/// Implements `FromStr` for a type with an array `ALL` of its values and a method `name`; `$kind` names the type in the error
+/// Implements `ALL`, `name` and `FromStr` for an enum, from its values and their names; `$kind` names the type in the error
 /// message.
-macro_rules! from_name {
-    ($named:ty, $kind:literal) => {
-        impl std::str::FromStr for $named {
+macro_rules! named_values {
+    ($type:ident, $kind:literal: $($value:ident = $name:literal),+ $(,)?) => {
+        impl $type {
+            /// Every value, in the order of the documentation.
+            pub const ALL: [$type; [$($name),+].len()] = [$($type::$value),+];
+
+            /// The name, as in command-line flags.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $($type::$value => $name,)+
+                }
+            }
+        }
+
+        impl std::str::FromStr for $type {
             type Err = crate::error::Error;
 
             /// Parses the name used by command-line flags.
@@ -14,9 +26,9 @@ macro_rules! from_name {
             ///
             /// [`Error::Usage`](crate::Error::Usage) for any other text.
             fn from_str(text: &str) -> crate::error::Result<Self> {
-                let found = <$named>::ALL.into_iter().find(|one| one.name() == text);
+                let found = <$type>::ALL.into_iter().find(|value| value.name() == text);
                 found.ok_or_else(|| {
-                    let names = <$named>::ALL.map(<$named>::name).join(", ");
+                    let names = <$type>::ALL.map(<$type>::name).join(", ");
                     crate::error::Error::Usage(format!(
                         "{} '{text}', expected one of {names}",
                         $kind
@@ -27,4 +39,4 @@ macro_rules! from_name {
     };
 }
 
-pub(crate) use from_name;
+pub(crate) use named_values;

@@ -20,7 +20,7 @@ use super::scale::{Scale, ScaleEnd, ScaleEnds};
 use super::srgb::{NO_VALUE, component_color};
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
-use crate::parse_name::from_name;
+use crate::parse_name::named_values;
 use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
 
 /// What the colour of a surface shows.
@@ -48,32 +48,6 @@ pub enum Color {
 }
 
 impl Color {
-    /// Every colour, in the order of the documentation.
-    pub const ALL: [Color; 8] = [
-        Color::None,
-        Color::Quality,
-        Color::Lifetime,
-        Color::Curvature,
-        Color::Distance,
-        Color::Field,
-        Color::Component,
-        Color::Normal,
-    ];
-
-    /// The name, as in command-line flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Color::None => "none",
-            Color::Quality => "quality",
-            Color::Lifetime => "lifetime",
-            Color::Curvature => "curvature",
-            Color::Distance => "distance",
-            Color::Field => "field",
-            Color::Component => "component",
-            Color::Normal => "normal",
-        }
-    }
-
     /// The default map: a diverging one for values with a center.
     pub fn default_map(self, sources: &ColorSources) -> Map {
         match self {
@@ -84,7 +58,17 @@ impl Color {
     }
 }
 
-from_name!(Color, "color");
+named_values! {
+    Color, "color":
+    None = "none",
+    Quality = "quality",
+    Lifetime = "lifetime",
+    Curvature = "curvature",
+    Distance = "distance",
+    Field = "field",
+    Component = "component",
+    Normal = "normal",
+}
 
 /// Of an isovalue, a point (voxel frame) and the unit normal there; voxels, NaN where unknown.
 type Distance = dyn Fn(f64, [f32; 3], [f32; 3]) -> f64 + Send + Sync;

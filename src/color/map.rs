@@ -9,7 +9,7 @@
 use std::sync::LazyLock;
 
 use super::srgb::linear;
-use crate::parse_name::from_name;
+use crate::parse_name::named_values;
 
 /// Number of tabulated colours of a map.
 pub(crate) const N_STOPS: usize = 33;
@@ -34,22 +34,6 @@ pub enum Map {
 }
 
 impl Map {
-    /// Every map, in the order of the documentation.
-    pub const ALL: [Map; 6] =
-        [Map::Viridis, Map::Cividis, Map::Magma, Map::Inferno, Map::Plasma, Map::Vik];
-
-    /// The name, as in command-line flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Map::Viridis => "viridis",
-            Map::Cividis => "cividis",
-            Map::Magma => "magma",
-            Map::Inferno => "inferno",
-            Map::Plasma => "plasma",
-            Map::Vik => "vik",
-        }
-    }
-
     /// The tabulated colours, evenly spaced, 0xrrggbb in sRGB.
     pub(crate) fn stops(self) -> &'static [u32; N_STOPS] {
         &TABLES[self as usize]
@@ -75,7 +59,15 @@ impl Map {
     }
 }
 
-from_name!(Map, "color map");
+named_values! {
+    Map, "color map":
+    Viridis = "viridis",
+    Cividis = "cividis",
+    Magma = "magma",
+    Inferno = "inferno",
+    Plasma = "plasma",
+    Vik = "vik",
+}
 
 /// The tables of `maps.txt`, in the order of [`Map::ALL`].
 static TABLES: LazyLock<[[u32; N_STOPS]; 6]> = LazyLock::new(|| {

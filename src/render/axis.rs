@@ -1,6 +1,6 @@
 //! The axes of a volume.
 
-use crate::parse_name::from_name;
+use crate::parse_name::named_values;
 
 /// An axis of a volume, in positive or negative direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,22 +20,6 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Every axis, in the order of the documentation.
-    pub const ALL: [Axis; 6] =
-        [Axis::X, Axis::Y, Axis::Z, Axis::MinusX, Axis::MinusY, Axis::MinusZ];
-
-    /// The name, as in command-line flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Axis::X => "x",
-            Axis::Y => "y",
-            Axis::Z => "z",
-            Axis::MinusX => "-x",
-            Axis::MinusY => "-y",
-            Axis::MinusZ => "-z",
-        }
-    }
-
     /// Its index, 0 to 2, and 1 or -1.
     pub(super) fn index_and_sign(self) -> (usize, f64) {
         match self {
@@ -49,4 +33,12 @@ impl Axis {
     }
 }
 
-from_name!(Axis, "axis");
+named_values! {
+    Axis, "axis":
+    X = "x",
+    Y = "y",
+    Z = "z",
+    MinusX = "-x",
+    MinusY = "-y",
+    MinusZ = "-z",
+}

@@ -1,6 +1,6 @@
 //! The background of a picture.
 
-use crate::parse_name::from_name;
+use crate::parse_name::named_values;
 
 /// The background of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,20 +18,6 @@ pub enum Background {
 }
 
 impl Background {
-    /// Every background, in the order of the documentation.
-    pub const ALL: [Background; 4] =
-        [Background::White, Background::Light, Background::Dark, Background::Transparent];
-
-    /// The name, as in command-line flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Background::White => "white",
-            Background::Light => "light",
-            Background::Dark => "dark",
-            Background::Transparent => "transparent",
-        }
-    }
-
     /// Linear red, green, blue and alpha.
     pub(super) fn linear(self) -> [f64; 4] {
         match self {
@@ -43,4 +29,10 @@ impl Background {
     }
 }
 
-from_name!(Background, "background");
+named_values! {
+    Background, "background":
+    White = "white",
+    Light = "light",
+    Dark = "dark",
+    Transparent = "transparent",
+}

@@ -1,6 +1,6 @@
 //! The position of the main light of a picture.
 
-use crate::parse_name::from_name;
+use crate::parse_name::named_values;
 
 /// The position of the main light as seen by the viewer; a fainter fill light comes from the other side. The order is that of
 /// `LAMPS` in `shaders/surface.wgsl`.
@@ -23,22 +23,12 @@ pub enum Light {
     Below,
 }
 
-impl Light {
-    /// Every position, in the order of the documentation.
-    pub const ALL: [Light; 6] =
-        [Light::UpperLeft, Light::Eye, Light::Left, Light::Right, Light::Above, Light::Below];
-
-    /// The name, as in command-line flags.
-    pub fn name(self) -> &'static str {
-        match self {
-            Light::UpperLeft => "upper-left",
-            Light::Eye => "eye",
-            Light::Left => "left",
-            Light::Right => "right",
-            Light::Above => "above",
-            Light::Below => "below",
-        }
-    }
+named_values! {
+    Light, "light":
+    UpperLeft = "upper-left",
+    Eye = "eye",
+    Left = "left",
+    Right = "right",
+    Above = "above",
+    Below = "below",
 }
-
-from_name!(Light, "light");
