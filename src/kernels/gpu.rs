@@ -119,7 +119,7 @@ pub struct GpuKernels {
     forces: Growable<f32>,
     status: Growable<u32>,
     /// Bound once per mesh; `None` before the first and for an empty one.
-    bound: Option<Bound>,
+    bound: Option<BoundBuffers>,
     /// Which of the two position buffers is valid.
     current: usize,
     n_vertices: usize,
@@ -131,7 +131,7 @@ type Points = Buffer<[f32; 3]>;
 
 /// All buffers bound to all kernels, with either buffer of positions as the current one.
 #[derive(Debug)]
-struct Bound {
+struct BoundBuffers {
     normals: [Bindings; 2],
     project: [Bindings; 2],
     relax: [Bindings; 2],
@@ -166,7 +166,7 @@ impl GpuKernels {
         })
     }
 
-    fn bind(&self) -> Bound {
+    fn bind(&self) -> BoundBuffers {
         let Pipelines { gpu, normals, project, relax, reduce } = &*self.pipelines;
         let DeviceField { grid, samples, .. } = &*self.field;
         let parameters = &self.parameters;
@@ -179,7 +179,7 @@ impl GpuKernels {
             let [a, b] = [self.positions[0].buffer(), self.positions[1].buffer()];
             [bind(a, b), bind(b, a)]
         };
-        Bound {
+        BoundBuffers {
             normals: both(&|positions, _| {
                 normals.bind(gpu, &[positions, ring_offsets, ring, vertex_normals])
             }),
@@ -223,7 +223,7 @@ impl GpuKernels {
         self.parameters.write(&self.pipelines.gpu, &[parameters]);
     }
 
-    fn bound(&self) -> &Bound {
+    fn bound(&self) -> &BoundBuffers {
         self.bound.as_ref().expect("a mesh with vertices")
     }
 

@@ -1,6 +1,6 @@
 //! The sweep of a block of a volume, whose spectrum fits those of the neighbouring blocks.
 
-use std::sync::Arc as Shared;
+use std::sync::Arc;
 
 use super::area;
 use super::compute::{finished, swept};
@@ -38,14 +38,14 @@ pub struct Block {
 /// [`Error::Gpu`](crate::Error::Gpu), [`Error::Interrupted`](crate::Error::Interrupted),
 /// [`Error::Internal`](crate::Error::Internal) as of [`compute`](super::compute).
 pub fn compute_block(
-    volume: &Shared<Volume>,
+    volume: &Arc<Volume>,
     parameters: &Parameters,
     backend: &Backend,
     progress: &dyn Progress,
 ) -> Result<Block> {
     let parameters = &parameters.within(volume.range())?;
     parameters.check_for_blocks()?;
-    let field = Shared::new(Field::new(volume.clone()));
+    let field = Arc::new(Field::new(volume.clone()));
     progress.report(0.0, "topology");
     let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
     let (swept, counts) = swept(&sweep, None)?;

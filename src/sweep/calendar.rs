@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use super::region::{Grid, Link, Region, Square, link};
+use super::region::{Link, PaddedGrid, Region, Square, link};
 use crate::topology::Topology;
 use crate::topology::critical::GridElement;
 use crate::topology::exact::{ExactField, ORDER_BITS};
@@ -84,7 +84,7 @@ impl<'a> Calendar<'a> {
         let mut samples: Vec<u32> = inner_samples(field).filter(is_near).collect();
         samples.par_sort_unstable_by_key(|&v| (field.key(v), v));
         let is_flat = |s: &Square| {
-            let corners = Grid::of(field).corners(*s);
+            let corners = PaddedGrid::of(field).corners(*s);
             corners.iter().all(|&c| field.sample(c) == field.sample(s.corner))
         };
         let flats = samples.par_iter();
@@ -116,7 +116,7 @@ impl<'a> Calendar<'a> {
 
     /// The blocks with flat squares over which an isosurface of the passage jumps.
     pub(super) fn flats(&self, passage: Passage) -> impl Iterator<Item = u32> {
-        let grid = Grid::of(self.field);
+        let grid = PaddedGrid::of(self.field);
         let flats = passage.of(&self.flats, |s| self.field.order_key(s.corner)).iter();
         let adjacent = flats.flat_map(move |&s| grid.adjacent_cells(s));
         adjacent.filter_map(move |cell| grid.block_of_cell(cell))
@@ -147,7 +147,7 @@ impl<'a> Calendar<'a> {
     }
 
     /// The blocks that isosurfaces of a passage meet, its ends among them.
-    pub(super) fn blocks(&self, grid: Grid, passage: Passage) -> BTreeSet<u32> {
+    pub(super) fn blocks(&self, grid: PaddedGrid, passage: Passage) -> BTreeSet<u32> {
         let field = self.field;
         let n = field.n_vertices() as u32;
         let cells = (0..n).into_par_iter().with_min_len(4096).filter_map(|cell| {
@@ -161,7 +161,7 @@ impl<'a> Calendar<'a> {
     }
 
     /// Whether a sample is regular for the field on the seam, which runs around it as a cycle.
-    fn is_regular(&self, v: u32, grid: Grid, cycle: &[u8]) -> bool {
+    fn is_regular(&self, v: u32, grid: PaddedGrid, cycle: &[u8]) -> bool {
         let key = self.field.key(v);
         let is_above = |d: u8| self.field.key(grid.neighbour(v, d)) > key;
         let n = cycle.len();
@@ -184,7 +184,7 @@ impl<'a> Calendar<'a> {
     }
 
     /// The squares of the cells of some blocks whose saddles are passed.
-    fn squares_around(&self, grid: Grid, passage: Passage, blocks: &[u32]) -> Vec<Square> {
+    fn squares_around(&self, grid: PaddedGrid, passage: Passage, blocks: &[u32]) -> Vec<Square> {
         let passed = |s: &Square| {
             let saddle = self.field.face_saddle(s.corner, s.axis as usize);
             saddle.is_some_and(|saddle| passage.holds(saddle.order_key()))

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use super::exchanged::Exchanged;
 use super::polyline::polyline;
-use super::region::{Grid, LatticeEdge, Region, Square};
+use super::region::{LatticeEdge, PaddedGrid, Region, Square};
 use super::tracked::{Tracked, place_of};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::count::count_parts;
@@ -58,7 +58,7 @@ pub(super) struct Change<'a> {
 }
 
 impl Change<'_> {
-    fn grid(&self) -> Grid {
+    fn grid(&self) -> PaddedGrid {
         self.regions[0].grid
     }
 

@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use super::life::{Life, Track};
 use super::patch::edge_trajectory;
-use super::region::{Grid, LatticeEdge};
-use super::shared::Shared;
+use super::region::{LatticeEdge, PaddedGrid};
+use super::shared::SharedPlanes;
 use crate::topology::exact::ExactField;
 
 /// The ends of a chord, ascending.
@@ -25,11 +25,11 @@ pub(super) fn split_chords(
     field: &ExactField,
     range: (f64, f64),
 ) {
-    let shared = Shared::of(field);
+    let shared = SharedPlanes::of(field);
     if shared.is_empty() {
         return;
     }
-    let grid = Grid::of(field);
+    let grid = PaddedGrid::of(field);
     let chord = |a: Track, b: Track| -> Option<Chord> {
         let (Track::Edge(e), Track::Edge(f)) = (a, b) else { return None };
         let is_chord = shared.is_upper(e, f) && !have_a_cell(grid, e, f);
@@ -67,7 +67,7 @@ pub(super) fn split_chords(
 }
 
 /// Whether two lattice edges are edges of one cell.
-fn have_a_cell(grid: Grid, e: LatticeEdge, f: LatticeEdge) -> bool {
+fn have_a_cell(grid: PaddedGrid, e: LatticeEdge, f: LatticeEdge) -> bool {
     let ends = [e, f].map(|e| grid.ends(e).map(|v| grid.position(v)));
     (0..3).all(|a| {
         let along = ends.as_flattened().iter().map(|p| p[a]);

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 use super::life::{Life, Track, merge_consecutive};
 use super::record::Recorder;
-use super::region::{Grid, LatticeEdge};
-use super::shared::Shared;
+use super::region::{LatticeEdge, PaddedGrid};
+use super::shared::SharedPlanes;
 use crate::extract::{Extraction, extract_cell};
 use crate::topology::Topology;
 use crate::topology::critical::GridElement;
@@ -66,7 +66,7 @@ pub(super) fn add_exact_triangles(
     topology: &Topology,
     intervals: &[ExactInterval],
 ) -> Vec<Vec<(f64, Vec3)>> {
-    let shared = Shared::of(field);
+    let shared = SharedPlanes::of(field);
     let events = &event_isovalues(field, topology, shared);
     let triangles = |intervals: &[ExactInterval]| {
         let mut triangles = ExactTriangles::default();
@@ -99,9 +99,9 @@ pub(super) fn add_exact_triangles(
 fn event_isovalues(
     field: &ExactField,
     topology: &Topology,
-    shared: Shared,
+    shared: SharedPlanes,
 ) -> HashMap<u32, Vec<f64>> {
-    let grid = Grid::of(field);
+    let grid = PaddedGrid::of(field);
     let mut events: HashMap<u32, Vec<f64>> = HashMap::new();
     for e in &topology.events {
         if matches!(e.element, GridElement::Vertex(v) if shared.holds_sample(v)) {

@@ -26,7 +26,7 @@ use std::collections::HashMap;
 use super::check::{Change, changed_topology, open_part};
 use super::clusters::Cluster;
 use super::exchanged::Exchanged;
-use super::part::Part;
+use super::part::MeshPart;
 use super::region::{LatticeEdge, Region};
 use super::tracked::{Changes, Tracked, place_of, place_on};
 use crate::mesh::{HalfEdgeMesh, Vertex};
@@ -43,7 +43,7 @@ pub(super) fn exchange(
     field: &ExactField,
     isovalue: f64,
 ) -> Result<Exchanged, Refused> {
-    let part = Part::of(before, &cluster.faces);
+    let part = MeshPart::of(before, &cluster.faces);
     let cut = Cut::new(cluster, [old, new], field);
     let whole_key = |v: u32| part.origin[v as usize].and_then(|o| before.key(o));
     let of_part = Tracked::of(part.positions.clone(), part.triangles.clone(), whole_key);

@@ -1,13 +1,13 @@
 //! The result of an exchange: a part of the mesh before and after.
 
-use super::part::Part;
+use super::part::MeshPart;
 use super::region::LatticeEdge;
 use super::tracked::Tracked;
 use crate::mesh::{Face, Vertex};
 
 /// A part of the mesh after an exchange.
 pub(super) struct Exchanged {
-    pub(super) part: Part,
+    pub(super) part: MeshPart,
     pub(super) made: Tracked,
     /// Per vertex slot (missing at the end): the vertex of the whole that it is.
     pub(super) origin: Vec<Option<Vertex>>,

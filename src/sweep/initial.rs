@@ -42,11 +42,11 @@ const MAX_MOTION: f32 = 2.0;
 pub(super) struct Given {
     path: PathBuf,
     isovalue: f64,
-    components: Vec<Component>,
+    components: Vec<GivenComponent>,
 }
 
 /// One connected component of the given mesh.
-struct Component {
+struct GivenComponent {
     /// The index of each vertex in the file.
     numbers: Vec<u32>,
     mesh: HalfEdgeMesh,
@@ -105,7 +105,7 @@ fn in_voxel_frame(ply: PlyMesh, placement: &Placement) -> Triangles {
 }
 
 /// The components of the mesh, each oriented such that its faces face lower values.
-fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<Component>> {
+fn checked(ply: &Triangles, isovalue: f64, field: &Field) -> Result<Vec<GivenComponent>> {
     if ply.triangles.is_empty() {
         return Err(Error::input("no triangles, expected a closed mesh of the isosurface"));
     }
@@ -174,7 +174,7 @@ fn components(mesh: &HalfEdgeMesh) -> Vec<Vec<Vertex>> {
 }
 
 /// One component as a mesh of its own.
-fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<Component> {
+fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<GivenComponent> {
     let index =
         |v: Vertex| vertices.binary_search(&v).expect("a face lies in one component") as u32;
     // Every face is visited at the lowest of its vertices.
@@ -200,7 +200,7 @@ fn component(mesh: &HalfEdgeMesh, vertices: &[Vertex], field: &Field) -> Result<
     }
     let positions: Vec<[f32; 3]> = vertices.iter().map(|&v| mesh.position(v).to_array()).collect();
     let caps = vec![false; triangles.len()];
-    Ok(Component {
+    Ok(GivenComponent {
         numbers: vertices.iter().map(|v| v.0).collect(),
         mesh: HalfEdgeMesh::from_triangles(
             &positions,
@@ -238,7 +238,7 @@ pub(super) fn placed(sweep: &Sweep, given: Given) -> Result<InitialMesh> {
     Ok(initial)
 }
 
-fn check_euler(component: &Component, expected: i64) -> Result<()> {
+fn check_euler(component: &GivenComponent, expected: i64) -> Result<()> {
     let euler = component.mesh.euler();
     if euler == expected {
         return Ok(());
@@ -252,7 +252,11 @@ fn check_euler(component: &Component, expected: i64) -> Result<()> {
 }
 
 /// For each component of the mesh, its component of the extraction; one to one.
-fn matched(extraction: &Extraction, components: &[Component], sweep: &Sweep) -> Result<Vec<u32>> {
+fn matched(
+    extraction: &Extraction,
+    components: &[GivenComponent],
+    sweep: &Sweep,
+) -> Result<Vec<u32>> {
     let vertices = ExtractionVertices::new(extraction, sweep.field.inverse_cell_size());
     let mut owner: Vec<Option<usize>> = vec![None; extraction.n_components];
     let mut matched = Vec::with_capacity(components.len());
@@ -307,7 +311,7 @@ fn missing(extraction: &Extraction, component: u32, n_found: usize) -> Error {
 }
 
 /// A component, its vertices moved onto the isosurface.
-fn projected(component: &Component, isovalue: f64, sweep: &Sweep) -> Result<InitialMesh> {
+fn projected(component: &GivenComponent, isovalue: f64, sweep: &Sweep) -> Result<InitialMesh> {
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let Compacted { connectivity, positions, vertices, .. } = component.mesh.compacted();
     kernels.load(&connectivity, &positions)?;

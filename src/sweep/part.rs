@@ -13,7 +13,7 @@ use crate::mesh::{Face, Vertex};
 
 /// See the module.
 #[derive(Debug, Default)]
-pub(super) struct Part {
+pub(super) struct MeshPart {
     /// The faces of the whole mesh that it is made of; the part's first face slots, in this order.
     pub(super) faces: Vec<Face>,
     pub(super) positions: Vec<[f32; 3]>,
@@ -26,12 +26,12 @@ pub(super) struct Part {
     pub(super) rim: BTreeSet<(Vertex, Vertex)>,
 }
 
-impl Part {
+impl MeshPart {
     /// The part that consists of some faces, ascending and without caps.
-    pub(super) fn of(whole: &Tracked, faces: &[Face]) -> Part {
+    pub(super) fn of(whole: &Tracked, faces: &[Face]) -> MeshPart {
         let mesh = &whole.mesh;
         let is_part = |f: Face| faces.binary_search(&f).is_ok();
-        let mut part = Part { faces: faces.to_vec(), ..Part::default() };
+        let mut part = MeshPart { faces: faces.to_vec(), ..MeshPart::default() };
         let mut vertices: Vec<Vertex> =
             part.faces.iter().flat_map(|&f| mesh.face_vertices(f)).collect();
         vertices.sort_unstable();

@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use super::life::{Life, Track, compare_by_triangle, is_tracked, merge_sorted};
 use super::record::{OwnKnot, Recorder};
 use super::region::LatticeEdge;
-use super::shared::{Shared, WholeEdge};
-use super::thin::{Bound, Place, thin};
+use super::shared::{SharedPlanes, WholeEdge};
+use super::thin::{Candidate, ErrorBound, thin};
 use super::tracked::EDGE_MARGIN;
 use crate::spectrum::{Knot, Patch, Triangle};
 use crate::topology::exact::ExactField;
@@ -170,7 +170,7 @@ pub(super) fn patch(
         (t.birth, t.death) = (ranks[t.birth as usize], ranks[t.death as usize]);
     });
     patch.triangles = triangles;
-    let shared = Shared::of(field);
+    let shared = SharedPlanes::of(field);
     let edges = trajectories.tracks.iter().zip(0..).filter_map(|(t, v)| match t {
         Track::Edge(e) => Some((v, shared.whole_edge(*e)?)),
         _ => None,
@@ -268,27 +268,27 @@ fn thinned(knots: &[OwnKnot], Thinning { tolerance, kept }: Thinning) -> Vec<(f6
     let mut knots = knots.to_vec();
     knots.sort_by(|a, b| a.isovalue.total_cmp(&b.isovalue));
     knots.dedup_by(|b, a| a.isovalue == b.isovalue);
-    let place = |k: &OwnKnot| Place {
+    let place = |k: &OwnKnot| Candidate {
         isovalue: k.isovalue,
         position: k.position,
         normal: k.normal,
-        stays: kept == Some(k.isovalue),
+        is_required: kept == Some(k.isovalue),
     };
-    let places: Vec<Place> = knots.iter().map(place).collect();
-    let stay = thin(&places, Bound::new(tolerance));
-    stay.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
+    let places: Vec<Candidate> = knots.iter().map(place).collect();
+    let kept_knots = thin(&places, ErrorBound::new(tolerance));
+    kept_knots.into_iter().map(|i| (knots[i].isovalue, knots[i].position)).collect()
 }
 
 /// The knots of a trajectory inside a cell that thinning keeps.
 fn thinned_inside(knots: &[(f64, Vec3)], tolerance: f32) -> Vec<(f64, Vec3)> {
     // The normal does not matter: the bound is the same in all directions.
-    let place = |&(isovalue, position): &(f64, Vec3)| Place {
+    let place = |&(isovalue, position): &(f64, Vec3)| Candidate {
         isovalue,
         position,
         normal: Vec3::Z,
-        stays: false,
+        is_required: false,
     };
-    let places: Vec<Place> = knots.iter().map(place).collect();
-    let stay = thin(&places, Bound::inside(tolerance));
-    stay.into_iter().map(|i| knots[i]).collect()
+    let places: Vec<Candidate> = knots.iter().map(place).collect();
+    let kept_knots = thin(&places, ErrorBound::inside(tolerance));
+    kept_knots.into_iter().map(|i| knots[i]).collect()
 }

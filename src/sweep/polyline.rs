@@ -1,10 +1,10 @@
 //! The exact extraction on a square of the lattice.
 
-use super::region::{Grid, LatticeEdge, Square};
+use super::region::{LatticeEdge, PaddedGrid, Square};
 use crate::topology::exact::ExactField;
 
 /// The four sides of a square, in cyclic order.
-pub(super) fn sides(grid: Grid, s: Square) -> [LatticeEdge; 4] {
+pub(super) fn sides(grid: PaddedGrid, s: Square) -> [LatticeEdge; 4] {
     let [u, v] = [1, 2].map(|n| (s.axis + n) % 3);
     let [a, b, _, d] = grid.corners(s);
     [(a, u), (b, v), (d, u), (a, v)].map(|(from, axis)| LatticeEdge { from, axis })
@@ -13,7 +13,7 @@ pub(super) fn sides(grid: Grid, s: Square) -> [LatticeEdge; 4] {
 /// The exact extraction's polyline on a square at an isovalue: the ends of each of its edges.
 pub(super) fn polyline(
     field: &ExactField,
-    grid: Grid,
+    grid: PaddedGrid,
     s: Square,
     isovalue: f64,
 ) -> Vec<[LatticeEdge; 2]> {

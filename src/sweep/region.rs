@@ -51,14 +51,14 @@ pub(super) struct Square {
 
 /// The padded grid of a volume: vertices, cells (by their lowest vertex) and blocks by number.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Grid {
+pub(super) struct PaddedGrid {
     pub(super) dims: [usize; 3],
     pub(super) strides: [u32; 3],
 }
 
-impl Grid {
-    pub(super) fn of(field: &ExactField) -> Grid {
-        Grid { dims: field.dims(), strides: field.strides() }
+impl PaddedGrid {
+    pub(super) fn of(field: &ExactField) -> PaddedGrid {
+        PaddedGrid { dims: field.dims(), strides: field.strides() }
     }
 
     /// Position of a vertex in the padded grid.
@@ -265,7 +265,7 @@ impl Grid {
 /// Which cells are exact.
 #[derive(Clone, Debug)]
 pub(super) struct Region {
-    pub(super) grid: Grid,
+    pub(super) grid: PaddedGrid,
     /// By cell, a bit each, the lowest first: regions are copied in every step.
     exact: Vec<u64>,
     /// The exact blocks; if everything is exact, those that the isosurface meets.
@@ -275,7 +275,7 @@ pub(super) struct Region {
 
 impl Region {
     /// Only the layer is exact.
-    pub(super) fn layer_exact(grid: Grid) -> Region {
+    pub(super) fn layer_exact(grid: PaddedGrid) -> Region {
         let mut region = Region::all_exact(grid, BTreeSet::new());
         region.is_all_exact = false;
         for k in 1..grid.dims[2] - 2 {
@@ -289,7 +289,7 @@ impl Region {
     }
 
     /// Everything is exact; `blocks` are those that the isosurface meets while it is.
-    pub(super) fn all_exact(grid: Grid, blocks: BTreeSet<u32>) -> Region {
+    pub(super) fn all_exact(grid: PaddedGrid, blocks: BTreeSet<u32>) -> Region {
         let n_words = grid.dims.iter().product::<usize>().div_ceil(64);
         Region { grid, exact: vec![u64::MAX; n_words], blocks, is_all_exact: true }
     }
@@ -398,7 +398,7 @@ impl Region {
 }
 
 /// The cells of the layer around the volume.
-pub(super) fn layer(grid: Grid) -> impl Iterator<Item = u32> {
+pub(super) fn layer(grid: PaddedGrid) -> impl Iterator<Item = u32> {
     let [nx, ny, nz] = grid.dims.map(|d| d - 1);
     let positions =
         (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
@@ -489,7 +489,7 @@ mod tests {
 
     #[test]
     fn a_pinched_seam_is_resolved_by_the_fewest_blocks() {
-        let grid = Grid { dims: [13, 13, 13], strides: [1, 13, 169] };
+        let grid = PaddedGrid { dims: [13, 13, 13], strides: [1, 13, 169] };
         // A sample in which eight blocks meet.
         let v = grid.vertex([1 + 2 * BLOCK, 1 + 2 * BLOCK, 1 + 2 * BLOCK]);
         let block = |o: u8| grid.block_of_cell(grid.octant(v, o)).expect("a cell of the volume");

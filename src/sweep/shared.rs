@@ -13,13 +13,13 @@
 //! 2. Between two vertices of the plane both blocks have the same edge only if it is one of the polyline: other edges,
 //!    *chords* over cells that neither block has exact, are split in the lower block (`chords`).
 
-use super::region::{Grid, LatticeEdge};
+use super::region::{LatticeEdge, PaddedGrid};
 use crate::topology::exact::ExactField;
 
 /// See the module.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shared {
-    grid: Grid,
+pub(super) struct SharedPlanes {
+    grid: PaddedGrid,
     /// Per axis, the indices of the lower and the upper shared plane in the padded grid.
     planes: [[Option<usize>; 2]; 3],
     first: [usize; 3],
@@ -29,16 +29,16 @@ pub(super) struct Shared {
 /// A lattice edge in the padded grid of the whole: its lower end (x fastest), times 3, and its axis.
 pub(crate) type WholeEdge = u64;
 
-impl Shared {
+impl SharedPlanes {
     /// The planes that the volume of a field shares.
-    pub(super) fn of(field: &ExactField) -> Shared {
-        let (grid, within) = (Grid::of(field), field.volume().block_position());
+    pub(super) fn of(field: &ExactField) -> SharedPlanes {
+        let (grid, within) = (PaddedGrid::of(field), field.volume().block_position());
         let planes = std::array::from_fn(|a| {
             let n = grid.dims[a] - 2;
             let (first, end) = (within.first[a], within.first[a] + n);
             [(first > 0).then_some(1), (end < within.whole[a]).then_some(n)]
         });
-        Shared { grid, planes, first: within.first, whole: within.whole }
+        SharedPlanes { grid, planes, first: within.first, whole: within.whole }
     }
 
     /// Whether there are none.

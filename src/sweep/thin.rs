@@ -12,38 +12,38 @@ const MAX_BOUND: f32 = 0.3;
 
 /// Position and unit normal of a vertex at an isovalue.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct Candidate {
     pub(crate) isovalue: f64,
     /// Voxel frame.
     pub(crate) position: Vec3,
     pub(crate) normal: Vec3,
     /// Whether the knot there must be kept.
-    pub(crate) stays: bool,
+    pub(crate) is_required: bool,
 }
 
 /// Largest error of a thinned trajectory, voxels.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bound {
+pub(crate) struct ErrorBound {
     across: f32,
     along: f32,
 }
 
-impl Bound {
+impl ErrorBound {
     /// The bound for a tolerance, voxels.
-    pub(crate) fn new(tolerance: f32) -> Bound {
+    pub(crate) fn new(tolerance: f32) -> ErrorBound {
         let [across, along] =
             [ACROSS_SHARE, ALONG_SHARE].map(|share| MAX_BOUND.min(share * tolerance));
-        Bound { across, along }
+        ErrorBound { across, along }
     }
 
     /// The bound for a vertex inside a cell, whose triangles are small: the same in all directions.
-    pub(crate) fn inside(tolerance: f32) -> Bound {
-        let Bound { across, .. } = Bound::new(tolerance);
-        Bound { across, along: across }
+    pub(crate) fn inside(tolerance: f32) -> ErrorBound {
+        let ErrorBound { across, .. } = ErrorBound::new(tolerance);
+        ErrorBound { across, along: across }
     }
 
     /// Whether an interpolated position is near enough to a place.
-    fn holds(&self, place: &Place, position: Vec3) -> bool {
+    fn holds(&self, place: &Candidate, position: Vec3) -> bool {
         let off = position - place.position;
         let across = off.dot(place.normal);
         across.abs() <= self.across && (off - across * place.normal).length() <= self.along
@@ -52,22 +52,25 @@ impl Bound {
 
 /// The knots of one trajectory to keep: the first, the last, those that must be kept, and from each kept one
 /// the farthest such that the interpolation is near enough to all between.
-pub(crate) fn thin(places: &[Place], bound: Bound) -> Vec<usize> {
-    let mut stay = vec![0];
+pub(crate) fn thin(places: &[Candidate], bound: ErrorBound) -> Vec<usize> {
+    let mut kept_knots = vec![0];
     let mut from = 0;
     while from + 1 < places.len() {
         let mut to = from + 1;
-        while to + 1 < places.len() && !places[to].stays && is_near(&places[from..=to + 1], bound) {
+        while to + 1 < places.len()
+            && !places[to].is_required
+            && is_near(&places[from..=to + 1], bound)
+        {
             to += 1;
         }
-        stay.push(to);
+        kept_knots.push(to);
         from = to;
     }
-    stay
+    kept_knots
 }
 
 /// Whether the straight line from the first place to the last is near enough to all between.
-fn is_near(places: &[Place], bound: Bound) -> bool {
+fn is_near(places: &[Candidate], bound: ErrorBound) -> bool {
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return true };
     let length = last.isovalue - first.isovalue;
     places[1..places.len() - 1].iter().all(|p| {
@@ -80,11 +83,11 @@ fn is_near(places: &[Place], bound: Bound) -> bool {
 mod tests {
     use super::*;
 
-    fn places(f: impl Fn(f64) -> Vec3, n: usize) -> Vec<Place> {
+    fn places(f: impl Fn(f64) -> Vec3, n: usize) -> Vec<Candidate> {
         (0..n)
             .map(|i| {
                 let isovalue = i as f64 / (n - 1) as f64;
-                Place { isovalue, position: f(isovalue), normal: Vec3::Z, stays: false }
+                Candidate { isovalue, position: f(isovalue), normal: Vec3::Z, is_required: false }
             })
             .collect()
     }
@@ -92,11 +95,11 @@ mod tests {
     #[test]
     fn a_straight_trajectory_keeps_only_its_ends() {
         let straight = places(|c| Vec3::new(c as f32, 2.0 * c as f32, 0.0), 50);
-        assert_eq!(thin(&straight, Bound::new(1e-3)), [0, 49]);
+        assert_eq!(thin(&straight, ErrorBound::new(1e-3)), [0, 49]);
         let mut kept = straight.clone();
-        kept[20].stays = true;
-        assert_eq!(thin(&kept, Bound::new(1e-3)), [0, 20, 49]);
-        assert_eq!(thin(&straight[..1], Bound::new(1e-3)), [0]);
+        kept[20].is_required = true;
+        assert_eq!(thin(&kept, ErrorBound::new(1e-3)), [0, 20, 49]);
+        assert_eq!(thin(&straight[..1], ErrorBound::new(1e-3)), [0]);
     }
 
     #[test]
@@ -105,11 +108,15 @@ mod tests {
             |c: f64| Vec3::new((5.0 * c).sin() as f32, c.sqrt() as f32, (4.0 * c).cos() as f32);
         let curved = places(curve, 400);
         let n_knots = |tolerance: f32| {
-            let bound = Bound::new(tolerance);
-            let stay = thin(&curved, bound);
-            assert!(stay.len() < 60 && stay.windows(2).all(|w| w[0] < w[1]), "{}", stay.len());
-            assert_eq!((stay[0], stay[stay.len() - 1]), (0, 399));
-            for w in stay.windows(2) {
+            let bound = ErrorBound::new(tolerance);
+            let kept_knots = thin(&curved, bound);
+            assert!(
+                kept_knots.len() < 60 && kept_knots.windows(2).all(|w| w[0] < w[1]),
+                "{}",
+                kept_knots.len()
+            );
+            assert_eq!((kept_knots[0], kept_knots[kept_knots.len() - 1]), (0, 399));
+            for w in kept_knots.windows(2) {
                 let (first, last) = (curved[w[0]], curved[w[1]]);
                 for p in &curved[w[0]..=w[1]] {
                     let t = (p.isovalue - first.isovalue) / (last.isovalue - first.isovalue);
@@ -121,7 +128,7 @@ mod tests {
                     );
                 }
             }
-            stay.len()
+            kept_knots.len()
         };
         assert!(n_knots(0.003) > n_knots(0.03));
         // The bound has a maximum, whatever the tolerance.
@@ -133,7 +140,7 @@ mod tests {
         let bow = |c: f64| (3.0 * c).sin() as f32;
         let along = places(|c| Vec3::new(bow(c), 0.0, 0.0), 100);
         let across = places(|c| Vec3::new(0.0, 0.0, bow(c)), 100);
-        let n = |places: &[Place]| thin(places, Bound::new(0.01)).len();
+        let n = |places: &[Candidate]| thin(places, ErrorBound::new(0.01)).len();
         assert!(n(&along) < n(&across));
     }
 }

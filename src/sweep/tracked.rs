@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
-use super::region::{Grid, LatticeEdge, Link, Region};
+use super::region::{LatticeEdge, Link, PaddedGrid, Region};
 use crate::mesh::{Edge, Face, HalfEdge, HalfEdgeMesh, Vertex};
 use crate::topology::exact::ExactField;
 
@@ -223,7 +223,7 @@ impl Tracked {
     fn runs_forward(
         &self,
         run: &[Vertex],
-        grid: Grid,
+        grid: PaddedGrid,
         sample: u32,
         [last, beyond]: [u8; 2],
     ) -> Option<bool> {

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::super::clusters::Cluster;
 use super::super::polyline::sides;
-use super::super::region::{Grid, LatticeEdge, Link, Region, Square};
+use super::super::region::{LatticeEdge, Link, PaddedGrid, Region, Square};
 use super::super::tracked::{Changes, Tracked, boundary};
 use super::pieces::Pieces;
 use super::refused::Refused;
@@ -22,7 +22,7 @@ const MAX_WRONG_GROUP: usize = 8;
 /// The squares that the mesh is cut along.
 pub(super) struct Cut<'a> {
     pub(super) field: &'a ExactField<'a>,
-    pub(super) grid: Grid,
+    pub(super) grid: PaddedGrid,
     pub(super) old: &'a Region,
     pub(super) new: &'a Region,
     pub(super) squares: BTreeSet<Square>,

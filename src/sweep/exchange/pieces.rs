@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::Vec3;
 
-use super::super::region::{Grid, LatticeEdge};
+use super::super::region::{LatticeEdge, PaddedGrid};
 use super::super::tracked::{Tracked, boundary, place_on, split_fans};
 use crate::disjoint_sets::DisjointSets;
 use crate::extract::extract_cell;
@@ -131,7 +131,7 @@ pub(super) fn release(
     isovalue: f64,
     pieces: &mut Pieces,
 ) {
-    let grid = Grid::of(field);
+    let grid = PaddedGrid::of(field);
     let mut made: HashMap<LatticeEdge, u32> = HashMap::new();
     let isovalue_key = field.isovalue_key(isovalue);
     for block in released {

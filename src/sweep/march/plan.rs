@@ -28,17 +28,18 @@ impl March<'_, '_> {
         let next_value = self.calendar.up_to_next_value(now, ahead(2.0 * LOOK_AHEAD_STEPS));
         soon.extend(self.calendar.flats(next_value));
         for &b in &busy {
-            let reason = state.reasons.entry(b).or_default();
-            reason.until = reason.until.max(self.step + MIN_EXACT_STEPS);
+            let entry = state.back_offs.entry(b).or_default();
+            entry.until = entry.until.max(self.step + MIN_EXACT_STEPS);
         }
         let mut region = Region::layer_exact(self.grid);
         for &b in soon.iter().filter(|b| state.region.holds(**b)) {
             region.add(b);
         }
-        for (b, _) in sorted(state.reasons.clone()).into_iter().filter(|r| r.1.until >= self.step) {
+        for (b, _) in sorted(state.back_offs.clone()).into_iter().filter(|r| r.1.until >= self.step)
+        {
             region.add(b);
         }
-        let n_reasons = region.blocks().len();
+        let n_held = region.blocks().len();
         self.calendar.grow(&mut region, now);
         let crowded = self.crowded(state, &region);
         for &b in &crowded {
@@ -46,7 +47,7 @@ impl March<'_, '_> {
         }
         self.calendar.grow_around(&mut region, now, &crowded);
         log::debug!(
-            "{from} to {to}: {} blocks busy, {n_reasons} with reasons, {} crowded, {} exact; {} faces tracked",
+            "{from} to {to}: {} blocks busy, {n_held} held exact, {} crowded, {} exact; {} faces tracked",
             busy.len(),
             crowded.len(),
             region.blocks().len(),

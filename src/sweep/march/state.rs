@@ -15,7 +15,7 @@ use crate::sweep::exact::ExactInterval;
 use crate::sweep::initial::InitialMesh;
 use crate::sweep::parameters::Parameters;
 use crate::sweep::record::Recorder;
-use crate::sweep::region::{Grid, Region};
+use crate::sweep::region::{PaddedGrid, Region};
 use crate::sweep::tracked::Tracked;
 use crate::topology::exact::ExactField;
 
@@ -27,9 +27,9 @@ pub(super) const MAX_BACK_OFF: u32 = 32;
 
 /// How long a block stays exact: until which step, and the length in steps of its last back-off.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Reason {
+pub(super) struct BackOff {
     pub(super) until: u32,
-    pub(super) held: u32,
+    pub(super) length: u32,
 }
 
 /// The state of a march in one direction.
@@ -40,7 +40,7 @@ pub(super) struct State {
     /// By block, the isovalue since which it is exact.
     pub(super) since: HashMap<u32, f64>,
     /// By block, how long it stays exact.
-    pub(super) reasons: HashMap<u32, Reason>,
+    pub(super) back_offs: HashMap<u32, BackOff>,
     pub(super) at: f64,
 }
 
@@ -63,7 +63,7 @@ impl WorkDone<'_> {
 pub(super) struct March<'s, 'a> {
     pub(super) sweep: &'s Sweep<'a>,
     pub(super) calendar: &'s Calendar<'s>,
-    pub(super) grid: Grid,
+    pub(super) grid: PaddedGrid,
     pub(super) record: Recorder,
     pub(super) exact_intervals: Vec<ExactInterval>,
     pub(super) counts: Counts,
@@ -80,7 +80,7 @@ impl<'s, 'a> March<'s, 'a> {
         start: f64,
         initial: Option<InitialMesh>,
     ) -> Result<(March<'s, 'a>, State)> {
-        let grid = Grid::of(&sweep.exact);
+        let grid = PaddedGrid::of(&sweep.exact);
         let (region, tracked) = if let Some(InitialMesh { positions, triangles }) = initial {
             // A closed mesh has no boundary vertices to bind.
             let tracked = Tracked::of(positions, triangles, |_| None);
@@ -95,7 +95,7 @@ impl<'s, 'a> March<'s, 'a> {
         let (exact_intervals, counts, step) = (Vec::new(), Counts::default(), MIN_EXACT_STEPS + 1);
         let march = March { sweep, calendar, grid, record, exact_intervals, counts, step, done };
         let since = region.blocks().iter().map(|&b| (b, start)).collect();
-        Ok((march, State { tracked, region, since, reasons: HashMap::new(), at: start }))
+        Ok((march, State { tracked, region, since, back_offs: HashMap::new(), at: start }))
     }
 
     /// A march in the other direction from the same record, with empty counts and intervals.

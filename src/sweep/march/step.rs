@@ -216,13 +216,14 @@ impl March<'_, '_> {
 
     /// Starts the back-off of a block whose tracking failed: it stays exact for some steps, twice as many if it fails again soon.
     fn back_off(&self, state: &mut State, block: u32) {
-        let reason = state.reasons.entry(block).or_default();
-        if reason.until > self.step {
+        let entry = state.back_offs.entry(block).or_default();
+        if entry.until > self.step {
             return;
         }
-        let again = reason.held > 0 && reason.until + reason.held + MIN_EXACT_STEPS >= self.step;
-        reason.held = if again { (2 * reason.held).min(MAX_BACK_OFF) } else { MIN_EXACT_STEPS + 1 };
-        reason.until = self.step + reason.held;
+        let again = entry.length > 0 && entry.until + entry.length + MIN_EXACT_STEPS >= self.step;
+        entry.length =
+            if again { (2 * entry.length).min(MAX_BACK_OFF) } else { MIN_EXACT_STEPS + 1 };
+        entry.until = self.step + entry.length;
     }
 
     /// The state for a retry after some blocks have changed.

@@ -21,7 +21,7 @@ use crate::kernels::{Advance, Kernels, Relaxation};
 use crate::mesh::{Compacted, Connectivity, Face, HalfEdgeMesh, Vertex};
 use crate::sweep::exchanged::Exchanged;
 use crate::sweep::parameters::Parameters;
-use crate::sweep::part::Part;
+use crate::sweep::part::MeshPart;
 use crate::sweep::region::Region;
 use crate::sweep::repair::repair_faults;
 use crate::sweep::tracked::Tracked;
@@ -45,7 +45,7 @@ pub(in crate::sweep) struct Improvement<'a> {
 
 /// A part of the mesh that is new, or next to new faces.
 struct Fresh {
-    part: Part,
+    part: MeshPart,
     made: Tracked,
     /// The vertices that do not move.
     held: Vec<Vertex>,
@@ -132,7 +132,7 @@ impl Fresh {
         faces: &[Face],
         is_new: &(dyn Fn(Vertex) -> bool + Sync),
     ) -> Option<Fresh> {
-        let part = Part::of(whole, faces);
+        let part = MeshPart::of(whole, faces);
         let origin = |v: u32| part.origin.get(v as usize).copied().flatten();
         let key = |v: u32| origin(v).and_then(|o| whole.key(o));
         let made = Tracked::of(part.positions.clone(), part.triangles.clone(), key);
