@@ -165,7 +165,7 @@ class Legend {
     }
 }
 
-/** The colours of the first components; those of name_color in shaders/surface.wgsl. */
+/** The colours of the first components; those of component_color in shaders/surface.wgsl. */
 const NAME_COLORS = [
     [0.58, 245], [0.74, 60], [0.66, 165], [0.64, 350], [0.87, 95], [0.8, 220], [0.58, 35], [0.48, 310],
 ].map(([lightness, hue]) => `oklch(${lightness} 0.125 ${hue})`);

@@ -4,7 +4,7 @@
 /** The radius of occlusion, as a share of half the height of the picture at the target. */
 const RADIUS = 0.14;
 
-/** The uniforms of the shader's Sight: depth, reach, size, radius, and whether the projection is parallel. */
+/** The shader's OcclusionUniforms: depth, half extent, size, radius, and whether the projection is parallel. */
 function sightOf({ depth, reach, distance, isParallel }, [width, height]) {
     return [...depth, ...reach, width, height, RADIUS * reach[1] * (isParallel ? 1 : distance), isParallel];
 }

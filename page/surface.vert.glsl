@@ -56,7 +56,7 @@ float difference(vec2 a, vec2 b) {
 }
 
 /// The unit vector of an octahedral code.
-vec3 decode(uint code) {
+vec3 decode_normal(uint code) {
     ivec2 s = ivec2(int(code << 16) >> 16, int(code) >> 16);
     vec2 e = clamp(vec2(s) / 32767.0, -1.0, 1.0);
     vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
@@ -82,7 +82,7 @@ vec3 from_oklch(float lightness, float chroma, float hue) {
     ), 0.0, 1.0);
 }
 
-vec3 name_color(uint number) {
+vec3 component_color(uint number) {
     float hues[8] = float[8](245.0, 60.0, 165.0, 350.0, 95.0, 220.0, 35.0, 310.0);
     float lightness[8] = float[8](0.58, 0.74, 0.66, 0.64, 0.87, 0.80, 0.58, 0.48);
     uint turn = number % 8u;
@@ -107,10 +107,10 @@ void main() {
     uvec4 before = texelFetch(knots, texel(low), 0);
     uvec4 after = texelFetch(knots, texel(next), 0);
     vec2 start = isovalue_of(before.r);
-    float length_of_step = difference(isovalue_of(after.r), start);
+    float interval = difference(isovalue_of(after.r), start);
     float t = 0.0;
-    if (length_of_step > 0.0) {
-        t = clamp(difference(isovalue, start) / length_of_step, 0.0, 1.0);
+    if (interval > 0.0) {
+        t = clamp(difference(isovalue, start) / interval, 0.0, 1.0);
     }
     vec3 voxel = mix(uintBitsToFloat(before.gba), uintBitsToFloat(after.gba), t);
 
@@ -118,8 +118,8 @@ void main() {
     // Depth goes from -w to w in WebGL, from 0 to w in WebGPU.
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
-    normal = normalize((eye_from_normal * vec4(decode(normal_code), 0.0)).xyz);
-    named = palette == 2 ? name_color(measures) : vec3(0.0);
+    normal = normalize((eye_from_normal * vec4(decode_normal(normal_code), 0.0)).xyz);
+    named = palette == 2 ? component_color(measures) : vec3(0.0);
     int corner = gl_VertexID % 3;
     uint code = (measures >> uint(10 * corner)) & 1023u;
     share = palette != 1 ? 0.0 : code == 0u ? -1.0 : (float(code) - 1.0) / 1022.0;

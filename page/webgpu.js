@@ -1,4 +1,4 @@
-// Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/surface.rs.
+// Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/painter.rs.
 
 const FRAME_BYTES = 272 + 16 * N_STOPS;
 /** 32-bit words of a knot and of a triangle in the shader's tables. */
