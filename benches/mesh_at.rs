@@ -8,7 +8,7 @@ use isospectrum::bricks::{
     BrickLimits, Parts, Plan, Survey, VolumeSource, compute_parts, merge, merge_to_folder,
 };
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
-use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
+use isospectrum::spectrum::{Mesh, Query, Spectrum};
 use isospectrum::volume::{Preparation, phantom};
 use isospectrum::{Backend, Choice};
 use isospectrum::{Cleaned, Noise, Prepared};
@@ -39,7 +39,7 @@ fn mesh_at(criterion: &mut Criterion) {
     for (name, spectrum) in spectra() {
         let middle = isovalue(N_STEPS / 2) + 0.1;
         let mut query = Query::new(&spectrum);
-        let mut mesh = SurfaceMesh::default();
+        let mut mesh = Mesh::default();
         query.mesh_at_into(middle, &mut mesh).expect("inside the range");
         group.throughput(Throughput::Elements(mesh.triangles.len() as u64));
         println!(
@@ -97,7 +97,7 @@ fn folder(criterion: &mut Criterion) {
     let (file, split) = in_parts(work.path()).expect("a spectrum");
     let (low, high) = file.range();
     let (middle, step) = (0.5 * (low + high), 0.001 * (high - low));
-    let mut mesh = SurfaceMesh::default();
+    let mut mesh = Mesh::default();
     let mut group = criterion.benchmark_group("folder");
     let mut query = Query::new(&file);
     query.mesh_at_into(middle, &mut mesh).expect("inside the range");

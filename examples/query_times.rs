@@ -8,7 +8,7 @@
 use std::io::{BufRead as _, Write as _, stdin, stdout};
 use std::time::Instant;
 
-use isospectrum::spectrum::{Query, SurfaceMesh};
+use isospectrum::spectrum::{Mesh, Query};
 use isospectrum::unstable::spectrum::ActiveSet;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let spectrum = isospectrum::file::read(&path)?;
     let mut list = ActiveSet::new(spectrum.triangles());
     let mut query = Query::new(&spectrum);
-    let mut mesh = SurfaceMesh::default();
+    let mut mesh = Mesh::default();
     let (low, high) = spectrum.range();
     println!("{{\"range\": [{low}, {high}], \"n_triangles\": {}}}", spectrum.triangles().len());
     for line in stdin().lock().lines() {

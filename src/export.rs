@@ -48,7 +48,7 @@ pub use world_mesh::{Border, place_in_world, without_caps};
 use crate::atomic_file::write_atomically;
 use crate::color::Per;
 use crate::error::{Error, Result};
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 use crate::volume::Placement;
 
 /// Writes a mesh of the voxel frame to `path`, in the world frame and in the format of the extension. The file is complete
@@ -59,7 +59,7 @@ use crate::volume::Placement;
 /// [`Error::Usage`] for an unknown extension; [`Error::Io`]; [`Error::Input`] if the mesh is too large for the format, or
 /// has coordinates that overflow 32-bit floats.
 pub fn write(
-    mesh: &SurfaceMesh,
+    mesh: &Mesh,
     placement: &Placement,
     border: Border,
     path: impl AsRef<Path>,
@@ -77,7 +77,7 @@ pub fn write(
 /// [`Error::Io`] with the path `-`; [`Error::Input`] if the mesh is too large for the format, or has coordinates that
 /// overflow 32-bit floats.
 pub fn write_to(
-    mesh: &SurfaceMesh,
+    mesh: &Mesh,
     placement: &Placement,
     border: Border,
     format: Format,
@@ -94,7 +94,7 @@ pub fn write_to(
 ///
 /// As [`write_to`]; [`Error::Usage`] for a format without colours, and for a number of values that does not fit the mesh.
 pub fn write_colored_to(
-    mesh: &SurfaceMesh,
+    mesh: &Mesh,
     placement: &Placement,
     colors: Colors<'_>,
     format: Format,

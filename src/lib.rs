@@ -90,7 +90,7 @@ pub use forecast::Forecast;
 pub use kernels::{Backend, Choice};
 pub use prepared::{Cleaned, Noise, Prepared};
 pub use progress::{Progress, Silent};
-pub use spectrum::{Keep, Query, Spectrum, SurfaceMesh as Mesh};
+pub use spectrum::{Keep, Mesh, Query, Spectrum};
 pub use sweep::{Counts, Parameters, compute};
 pub use topology::{dust::Dust, simplify::Simplification};
 pub use verify::{Report, verify};

@@ -45,7 +45,7 @@ pub use elements::{Collapse, Knot, Patch, Triangle};
 pub(crate) use joiner::{Joiner, Seam, VertexMismatch};
 pub use lineage::{End, Lineage, lineages};
 pub(crate) use measures::Measures;
-pub use mesh::SurfaceMesh;
+pub use mesh::Mesh;
 pub use metadata::{About, Metadata};
 pub use normals::Normals;
 pub use picked::Picked;

@@ -29,7 +29,7 @@ use crate::error::{Error, Result};
 use crate::extract::count::count;
 use crate::progress::Progress;
 use crate::random::Random;
-use crate::spectrum::{Query, Spectrum, SurfaceMesh};
+use crate::spectrum::{Mesh, Query, Spectrum};
 use crate::topology::exact::ExactField;
 use crate::volume::Volume;
 
@@ -97,7 +97,7 @@ pub fn verify(
     let mut pooled = Geometry::new();
     let mut rows = Vec::new();
     let mut query = Query::new(spectrum);
-    let mut measure_at = |isovalue: f64, at_event: bool| -> Result<SurfaceMesh> {
+    let mut measure_at = |isovalue: f64, at_event: bool| -> Result<Mesh> {
         progress.report(rows.len() as f64 / n_all, "verifying");
         if progress.cancelled() {
             return Err(Error::Interrupted);
@@ -204,7 +204,7 @@ fn measured(
     field: &ExactField<'_>,
     isovalue: f64,
     at_event: bool,
-    mesh: &SurfaceMesh,
+    mesh: &Mesh,
 ) -> (Row, Option<Geometry>) {
     let volume = field.volume();
     let expected = count(field, isovalue);

@@ -21,7 +21,7 @@ use super::srgb::{NO_VALUE, component_color};
 use crate::error::{Error, Result};
 use crate::mesh::radius_ratio;
 use crate::parse_name::named_values;
-use crate::spectrum::{Components, Spectrum, SurfaceMesh, Triangle};
+use crate::spectrum::{Components, Mesh, Spectrum, Triangle};
 
 /// What the colour of a surface shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,7 +169,7 @@ pub struct SpectrumMesh<'a> {
     /// The isovalue of the mesh.
     pub isovalue: f64,
     /// The mesh.
-    pub mesh: &'a SurfaceMesh,
+    pub mesh: &'a Mesh,
     /// The index in the spectrum of each vertex of the mesh.
     pub vertices: &'a [u32],
     /// The index in the spectrum of each triangle of the mesh.
@@ -260,7 +260,7 @@ impl Attribute {
     }
 
     /// One value per vertex: values of triangles are averaged by area over the triangles around the vertex.
-    pub(crate) fn by_vertex(&self, mesh: &SurfaceMesh) -> Vec<f32> {
+    pub(crate) fn by_vertex(&self, mesh: &Mesh) -> Vec<f32> {
         if self.per == Per::Vertex {
             return self.values.clone();
         }

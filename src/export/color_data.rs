@@ -1,7 +1,7 @@
 //! Values and colours of a mesh as the formats store them.
 
 use crate::color::{Attribute, Map, Per, to_srgb};
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 
 /// Values of a mesh and the colour map.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ pub(super) struct ColorData {
 }
 
 impl ColorData {
-    pub(super) fn new(Colors { attribute, map }: Colors<'_>, mesh: &SurfaceMesh) -> Self {
+    pub(super) fn new(Colors { attribute, map }: Colors<'_>, mesh: &Mesh) -> Self {
         let vertex_values = attribute.by_vertex(mesh);
         ColorData {
             name: attribute.identifier(),

@@ -17,7 +17,7 @@ use super::glb;
 use super::nearest::NearestPoint;
 use super::world_mesh::{Border, WorldMesh};
 use crate::error::{Error, Result};
-use crate::spectrum::{Keep, Query, Spectrum, SurfaceMesh};
+use crate::spectrum::{Keep, Mesh, Query, Spectrum};
 use crate::volume::Placement;
 
 /// Largest number of morph targets: most programs do not play more.
@@ -30,7 +30,7 @@ const STEPS: usize = 4;
 #[derive(Clone, Debug)]
 pub struct Morph {
     /// The mesh at the isovalue with most triangles, voxel frame.
-    pub mesh: SurfaceMesh,
+    pub mesh: Mesh,
     /// Index of that isovalue.
     pub base: usize,
     /// Positions and normals of its vertices at each of the other isovalues.
@@ -67,7 +67,7 @@ impl Morph {
         check_events(spectrum, isovalues)?;
         let mut query = Query::new(spectrum);
         let mut mesh_at = |c: f64| query.mesh_at(c).map(|mesh| mesh.kept(keep, open).0);
-        let mut base = (0, SurfaceMesh::default());
+        let mut base = (0, Mesh::default());
         for (i, &c) in isovalues.iter().enumerate() {
             let mesh = mesh_at(c)?;
             if mesh.triangles.len() > base.1.triangles.len() {
@@ -84,14 +84,14 @@ impl Morph {
             let mut moving = mesh.clone();
             for pair in indices.windows(2) {
                 let [from, to] = [isovalues[pair[0]], isovalues[pair[1]]];
-                let mut isosurface = SurfaceMesh::default();
+                let mut isosurface = Mesh::default();
                 for step in 1..=STEPS {
                     let t = step as f64 / STEPS as f64;
                     isosurface = mesh_at(from * (1.0 - t) + to * t)?;
                     project(&mut moving, &isosurface)?;
                 }
                 max_distance = max_distance.max(distance(&isosurface, &moving));
-                let SurfaceMesh { positions, normals, .. } = moving.clone();
+                let Mesh { positions, normals, .. } = moving.clone();
                 targets[pair[1]] = Some(MorphTarget { positions, normals });
             }
         }
@@ -101,7 +101,7 @@ impl Morph {
 }
 
 /// Largest distance from a vertex of one mesh to another mesh.
-fn distance(from: &SurfaceMesh, to: &SurfaceMesh) -> f64 {
+fn distance(from: &Mesh, to: &Mesh) -> f64 {
     let Some(nearest) = NearestPoint::new(to) else { return 0.0 };
     let points = from.positions.iter().map(|p| DVec3::from(p.map(f64::from)));
     let distances = points.map(|p| nearest.to(p, None).map_or(0.0, |q| q.distance(p)));
@@ -119,11 +119,10 @@ pub fn write_morph_to(
     placement: &Placement,
     writer: &mut dyn Write,
 ) -> Result<()> {
-    let world_mesh =
-        |mesh: &SurfaceMesh| WorldMesh::new(mesh, placement, Border::Closed, Format::Glb);
+    let world_mesh = |mesh: &Mesh| WorldMesh::new(mesh, placement, Border::Closed, Format::Glb);
     let mesh = world_mesh(&morph.mesh)?;
     let target = |MorphTarget { positions, normals }: &MorphTarget| {
-        world_mesh(&SurfaceMesh {
+        world_mesh(&Mesh {
             positions: positions.clone(),
             normals: normals.clone(),
             ..morph.mesh.clone()
@@ -156,7 +155,7 @@ fn check_events(spectrum: &Spectrum, isovalues: &[f64]) -> Result<()> {
 }
 
 /// Projects the vertices of a mesh onto the nearest points of another with similar normals, and computes new normals.
-fn project(moving: &mut SurfaceMesh, isosurface: &SurfaceMesh) -> Result<()> {
+fn project(moving: &mut Mesh, isosurface: &Mesh) -> Result<()> {
     let nearest = NearestPoint::new(isosurface)
         .ok_or_else(|| Error::internal("a surface without events has vanished"))?;
     for (position, normal) in moving.positions.iter_mut().zip(&moving.normals) {

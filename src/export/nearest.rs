@@ -5,14 +5,14 @@
 use glam::DVec3;
 
 use crate::mesh::nearest_on_triangle;
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 
 /// Largest number of cells along an axis.
 const MAX_CELLS: f64 = 128.0;
 
 /// A uniform grid over the triangles of a mesh.
 pub(super) struct NearestPoint<'a> {
-    mesh: &'a SurfaceMesh,
+    mesh: &'a Mesh,
     low: DVec3,
     /// Side of a cell.
     side: f64,
@@ -25,7 +25,7 @@ pub(super) struct NearestPoint<'a> {
 
 impl<'a> NearestPoint<'a> {
     /// Builds the grid; `None` for a mesh without triangles.
-    pub(super) fn new(mesh: &'a SurfaceMesh) -> Option<Self> {
+    pub(super) fn new(mesh: &'a Mesh) -> Option<Self> {
         let [low, high] = mesh.bounds().filter(|_| !mesh.triangles.is_empty())?;
         let (low, high) = (DVec3::from(low), DVec3::from(high));
         let longest = (high - low).max_element();
@@ -139,7 +139,7 @@ mod tests {
         let positions: Vec<[f32; 3]> =
             (0..90).map(|_| point(10.0).to_array().map(|x| x as f32)).collect();
         let triangles: Vec<[u32; 3]> = (0..30).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        let mesh = SurfaceMesh { positions, triangles, ..SurfaceMesh::default() };
+        let mesh = Mesh { positions, triangles, ..Mesh::default() };
         let nearest = NearestPoint::new(&mesh).expect("triangles");
         for _ in 0..200 {
             // Outside of the grid, too.

@@ -3,7 +3,7 @@
 use super::color_data::ColorData;
 use super::world_mesh::WorldMesh;
 use crate::color::{Attribute, Map};
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 
 /// The isovalue and the material of one of several surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub enum Arrangement {
 #[derive(Clone, Debug)]
 pub struct SceneMesh {
     /// The mesh.
-    pub mesh: SurfaceMesh,
+    pub mesh: Mesh,
     /// Its isovalue and material.
     pub style: SurfaceStyle,
     /// Values of its vertices or triangles, and their colour map.

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::weld::{Welded, weld};
 use super::world_mesh::WorldMesh;
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 
 /// Writes a mesh such that a reader that welds equal corners gets the same mesh again ([`weld`]). STL has no shared vertices
 /// and one normal per triangle, so the mesh's own normals are left out.
@@ -18,7 +18,7 @@ pub(super) fn write(world_mesh: WorldMesh, writer: &mut dyn Write) -> io::Result
     }
     let positions = world_mesh.positions_f32().collect();
     let space = world_mesh.space_comment();
-    let mesh = SurfaceMesh { positions, ..world_mesh.mesh };
+    let mesh = Mesh { positions, ..world_mesh.mesh };
     let Welded { triangles, n_degenerate, n_coincident } = weld(&mesh);
     if n_degenerate + n_coincident > 0 {
         log::warn!(

@@ -20,7 +20,7 @@
 
 use std::collections::HashSet;
 
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 
 /// Largest displacement of a vertex along an axis, units in the last place.
 const MAX_DISPLACEMENT: i32 = 3;
@@ -39,7 +39,7 @@ pub(super) struct Welded {
 }
 
 /// Welds a mesh that is a 2-manifold, with or without a border.
-pub(super) fn weld(mesh: &SurfaceMesh) -> Welded {
+pub(super) fn weld(mesh: &Mesh) -> Welded {
     let mut welder = Welder::new(mesh);
     let mut n_coincident = 0;
     if welder.is_degenerate() {
@@ -62,7 +62,7 @@ struct Welder {
 }
 
 impl Welder {
-    fn new(mesh: &SurfaceMesh) -> Self {
+    fn new(mesh: &Mesh) -> Self {
         let mut around = vec![Vec::new(); mesh.positions.len()];
         for (t, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|&v| around[v as usize].push(t));
@@ -331,7 +331,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     /// Two joined pyramids over a regular polygon.
-    fn bipyramid(n: u32) -> SurfaceMesh {
+    fn bipyramid(n: u32) -> Mesh {
         let corner = |i: u32| {
             let (s, c) = (std::f32::consts::TAU * i as f32 / n as f32).sin_cos();
             [c, s, 0.0]
@@ -345,10 +345,10 @@ mod tests {
         mesh(positions, sides.collect())
     }
 
-    fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> SurfaceMesh {
+    fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         let normals = vec![[0.0; 3]; positions.len()];
         let caps = vec![false; triangles.len()];
-        SurfaceMesh { positions, normals, triangles, caps }
+        Mesh { positions, normals, triangles, caps }
     }
 
     /// Welds as a reader does and counts: triangles, edges that do not have exactly one triangle in each direction, triangles

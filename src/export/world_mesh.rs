@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use crate::error::{Error, Result};
-use crate::spectrum::{FINEST_QUANTUM, SurfaceMesh};
+use crate::spectrum::{FINEST_QUANTUM, Mesh};
 use crate::volume::{Placement, Space, Unit};
 
 /// Whether a mesh is exported with its caps.
@@ -18,7 +18,7 @@ pub enum Border {
 /// A mesh ready to be written: triangles and normals are those of the world frame; positions stay in the voxel frame and are
 /// transformed when they are written.
 pub(super) struct WorldMesh {
-    pub(super) mesh: SurfaceMesh,
+    pub(super) mesh: Mesh,
     pub(super) placement: Placement,
     /// Whether the mesh is so far from the world's origin that 32-bit floats lose precision that a spectrum has.
     pub(super) is_far: bool,
@@ -31,7 +31,7 @@ impl WorldMesh {
     ///
     /// [`Error::Input`] if the mesh is too large for the format, or has coordinates that overflow 32-bit floats.
     pub(super) fn new(
-        mesh: &SurfaceMesh,
+        mesh: &Mesh,
         placement: &Placement,
         border: Border,
         format: Format,
@@ -99,7 +99,7 @@ impl WorldMesh {
     }
 }
 
-fn is_far(mesh: &SurfaceMesh, placement: &Placement) -> bool {
+fn is_far(mesh: &Mesh, placement: &Placement) -> bool {
     let largest = |at: &dyn Fn([f32; 3]) -> [f64; 3]| {
         let coordinates = mesh.positions.iter().flat_map(|&p| at(p));
         coordinates.fold(0.0, |largest: f64, x| largest.max(x.abs()))
@@ -114,7 +114,7 @@ fn is_far(mesh: &SurfaceMesh, placement: &Placement) -> bool {
 /// direction * (smallest spacing * p). The origin is left to be added, because 32-bit floats lose the shape of a mesh that is
 /// far from the world's origin. Areas and volumes are those of the world. Where the axes of the volume are left-handed in the
 /// world, the winding of the triangles is reversed, so that they stay counter-clockwise seen from lower values.
-pub fn place_in_world(mut mesh: SurfaceMesh, placement: &Placement) -> SurfaceMesh {
+pub fn place_in_world(mut mesh: Mesh, placement: &Placement) -> Mesh {
     for p in &mut mesh.positions {
         *p = placement.around_origin(*p).map(|x| x as f32);
     }
@@ -123,7 +123,7 @@ pub fn place_in_world(mut mesh: SurfaceMesh, placement: &Placement) -> SurfaceMe
 }
 
 /// Transforms the normals, and reverses the winding of the triangles where the axes are left-handed.
-fn orient_in_world(mesh: &mut SurfaceMesh, placement: &Placement) {
+fn orient_in_world(mesh: &mut Mesh, placement: &Placement) {
     let transform = placement.normals();
     for n in &mut mesh.normals {
         *n = transform(*n);
@@ -134,6 +134,6 @@ fn orient_in_world(mesh: &mut SurfaceMesh, placement: &Placement) {
 }
 
 /// The mesh without its caps and without the vertices that only caps use.
-pub fn without_caps(mesh: &SurfaceMesh) -> SurfaceMesh {
+pub fn without_caps(mesh: &Mesh) -> Mesh {
     mesh.with_triangles(|t| !mesh.caps[t])
 }

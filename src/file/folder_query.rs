@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::folder::SpectrumFolder;
 use super::folder_spectrum::FolderSpectrum;
 use crate::error::Result;
-use crate::spectrum::{Query, Spectrum, SurfaceMesh};
+use crate::spectrum::{Mesh, Query, Spectrum};
 
 /// Default for the most triangles in memory: about 1 GB with their trajectories and search structures.
 const MAX_TRIANGLES: u64 = 8_000_000;
@@ -42,8 +42,8 @@ impl FolderQuery {
     /// # Errors
     ///
     /// As [`Query::mesh_at_into`] and [`SpectrumFolder::read_between`].
-    pub fn mesh_at(&mut self, isovalue: f64) -> Result<SurfaceMesh> {
-        let mut mesh = SurfaceMesh::default();
+    pub fn mesh_at(&mut self, isovalue: f64) -> Result<Mesh> {
+        let mut mesh = Mesh::default();
         self.mesh_at_into(isovalue, &mut mesh)?;
         Ok(mesh)
     }
@@ -53,7 +53,7 @@ impl FolderQuery {
     /// # Errors
     ///
     /// As [`FolderQuery::mesh_at`].
-    pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
+    pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut Mesh) -> Result<()> {
         if !self.read.has(&[isovalue]) {
             // The old search structures are dropped before new ones are built.
             self.query = Query::new(self.read.empty()?);

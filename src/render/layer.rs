@@ -10,7 +10,7 @@ use super::view::View;
 use crate::color::{Attribute, Color, ColorSources, Per, ScaleEnds, SpectrumMesh};
 use crate::error::Result;
 use crate::spectrum::active_set::ActiveSet;
-use crate::spectrum::{Assembly, Keep, Picked, Spectrum, SurfaceMesh};
+use crate::spectrum::{Assembly, Keep, Mesh, Picked, Spectrum};
 
 /// An isosurface and its buffers. The tables of trajectories are shared by all layers.
 #[derive(Debug)]
@@ -18,7 +18,7 @@ pub(super) struct Layer {
     active_set: ActiveSet,
     assembly: Assembly,
     /// The mesh of the last isovalue, with caps.
-    mesh: SurfaceMesh,
+    mesh: Mesh,
     /// Bits of the isovalue of `mesh`.
     mesh_isovalue: Option<u64>,
     pub(super) frame: wgpu::Buffer,
@@ -59,7 +59,7 @@ impl Layer {
         Layer {
             active_set: ActiveSet::new(spectrum.triangles()),
             assembly: Assembly::new(spectrum),
-            mesh: SurfaceMesh::default(),
+            mesh: Mesh::default(),
             mesh_isovalue: None,
             frame: create_uniform_buffer(device, "surface.frame", size_of::<Frame>()),
             cut: create_uniform_buffer(device, "surface.cut", size_of::<Cut>()),
@@ -124,7 +124,7 @@ impl Layer {
     }
 
     /// The mesh of an isovalue, the same as [`Spectrum::mesh_at`].
-    pub(super) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> &SurfaceMesh {
+    pub(super) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> &Mesh {
         let Layer { active_set, assembly, mesh, mesh_isovalue, .. } = self;
         if mesh_isovalue.replace(isovalue.to_bits()) != Some(isovalue.to_bits()) {
             let rank = spectrum.rank_at(isovalue);
@@ -138,7 +138,7 @@ impl Layer {
 
     /// The last mesh, and the spectrum's indices of its vertices.
     #[cfg(feature = "viewer")]
-    pub(super) fn mesh_and_vertices(&self) -> (&SurfaceMesh, &[u32]) {
+    pub(super) fn mesh_and_vertices(&self) -> (&Mesh, &[u32]) {
         (&self.mesh, self.assembly.vertices())
     }
 
@@ -170,7 +170,7 @@ impl Layer {
 }
 
 /// [`ActiveTriangle::values`] of triangle `t`.
-fn encode_values(attribute: &Attribute, mesh: &SurfaceMesh, t: usize) -> u32 {
+fn encode_values(attribute: &Attribute, mesh: &Mesh, t: usize) -> u32 {
     let Attribute { per, values, scale, .. } = attribute;
     let Some(scale) = scale else { return values[t] as u32 };
     let fraction = |i: usize| scale.fraction(f64::from(values[i]));

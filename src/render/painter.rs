@@ -22,7 +22,7 @@ use super::view::{Surface, View};
 use crate::color::{Attribute, ColorSources, Map};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::spectrum::{Keep, Picked, Spectrum, SurfaceMesh};
+use crate::spectrum::{Keep, Mesh, Picked, Spectrum};
 
 /// Draws pictures of one spectrum, of one or more isovalues each; keeps its pipelines and buffers between them. Every call
 /// takes the spectrum that the painter was created with.
@@ -185,7 +185,7 @@ impl Painter {
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
-    pub(crate) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<&SurfaceMesh> {
+    pub(crate) fn mesh_at(&mut self, spectrum: &Spectrum, isovalue: f64) -> Result<&Mesh> {
         spectrum.check_isovalue(isovalue)?;
         Ok(self.layers[0].mesh_at(spectrum, isovalue))
     }
@@ -196,7 +196,7 @@ impl Painter {
         &mut self,
         spectrum: &Spectrum,
         isovalue: f64,
-    ) -> Result<(&SurfaceMesh, &[u32])> {
+    ) -> Result<(&Mesh, &[u32])> {
         self.mesh_at(spectrum, isovalue)?;
         Ok(self.layers[0].mesh_and_vertices())
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::data::Spectrum;
 use super::index_set::IndexSet;
-use super::mesh::SurfaceMesh;
+use super::mesh::Mesh;
 use super::normals;
 
 /// Vertices per task: about a millisecond, far more than starting a task takes.
@@ -48,7 +48,7 @@ impl Assembly {
         &mut self,
         triangles: impl Iterator<Item = ([u32; 3], bool)>,
         position: impl Fn(u32) -> [f32; 3] + Sync,
-        mesh: &mut SurfaceMesh,
+        mesh: &mut Mesh,
     ) {
         mesh.triangles.clear();
         mesh.caps.clear();

@@ -14,7 +14,7 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::mesh::SurfaceMesh;
+use super::mesh::Mesh;
 use super::picked::Picked;
 use crate::disjoint_sets::DisjointSets;
 use crate::mesh::nearest_on_triangle;
@@ -48,7 +48,7 @@ pub struct Components {
 
 impl Components {
     /// The components of a closed mesh in which every vertex belongs to a triangle.
-    pub fn of(mesh: &SurfaceMesh) -> Components {
+    pub fn of(mesh: &Mesh) -> Components {
         let mut sets = DisjointSets::new(mesh.positions.len());
         for &[a, b, c] in &mesh.triangles {
             sets.join(a, b);
@@ -72,7 +72,7 @@ impl Components {
     }
 
     /// The same components, measured on the mesh after a transformation, such as to the world. Their order does not change.
-    pub fn moved(&self, mesh: &SurfaceMesh) -> Components {
+    pub fn moved(&self, mesh: &Mesh) -> Components {
         let list = measured(mesh, &self.of_triangle, self.list.len());
         Components { of_triangle: self.of_triangle.clone(), list }
     }
@@ -89,13 +89,13 @@ impl Components {
     }
 
     /// By component, whether it is kept. `mesh` is the one of [`Components::of`]; points and sizes are in its frame.
-    pub fn kept(&self, mesh: &SurfaceMesh, keep: &Keep) -> Vec<bool> {
+    pub fn kept(&self, mesh: &Mesh, keep: &Keep) -> Vec<bool> {
         self.shown(mesh, keep, &Picked::default())
     }
 
     /// By component, whether it is kept and selected. Points of `picked` select among all components; the largest are counted among the
     /// remaining ones.
-    fn shown(&self, mesh: &SurfaceMesh, keep: &Keep, picked: &Picked) -> Vec<bool> {
+    fn shown(&self, mesh: &Mesh, keep: &Keep, picked: &Picked) -> Vec<bool> {
         let is_large = |c: &Component| c.volume.abs() >= keep.min_volume && c.area >= keep.min_area;
         let mut kept: Vec<bool> = self.list.iter().map(is_large).collect();
         if let Some(point) = keep.at {
@@ -120,12 +120,12 @@ impl Components {
 
     /// The component nearest to a point; none of an empty mesh.
     #[cfg(feature = "viewer")]
-    pub(crate) fn nearest_to(&self, mesh: &SurfaceMesh, point: [f64; 3]) -> Option<u32> {
+    pub(crate) fn nearest_to(&self, mesh: &Mesh, point: [f64; 3]) -> Option<u32> {
         self.nearest(mesh, &vec![true; self.list.len()], point)
     }
 
     /// The component nearest to a point, of those with `among` true.
-    fn nearest(&self, mesh: &SurfaceMesh, among: &[bool], point: [f64; 3]) -> Option<u32> {
+    fn nearest(&self, mesh: &Mesh, among: &[bool], point: [f64; 3]) -> Option<u32> {
         let point = DVec3::from_array(point);
         let corners = |triangle: &[u32; 3]| {
             triangle.map(|v| DVec3::from(mesh.positions[v as usize].map(f64::from)))
@@ -141,7 +141,7 @@ impl Components {
 }
 
 /// The measures of `n` components, given the component of each triangle.
-fn measured(mesh: &SurfaceMesh, of_triangle: &[u32], n: usize) -> Vec<Component> {
+fn measured(mesh: &Mesh, of_triangle: &[u32], n: usize) -> Vec<Component> {
     let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
     let nothing = Component {
         n_triangles: 0,
@@ -231,14 +231,14 @@ impl Keep {
     }
 }
 
-impl SurfaceMesh {
+impl Mesh {
     /// The mesh of the kept components, in the same order.
-    pub fn with_components(&self, keep: &Keep) -> SurfaceMesh {
+    pub fn with_components(&self, keep: &Keep) -> Mesh {
         self.with_shown(keep, &Picked::default())
     }
 
     /// The mesh of the components that are kept and selected, in the same order.
-    pub fn with_shown(&self, keep: &Keep, picked: &Picked) -> SurfaceMesh {
+    pub fn with_shown(&self, keep: &Keep, picked: &Picked) -> Mesh {
         match self.shown_triangles(keep, picked) {
             None => self.clone(),
             Some(shown) => self.with_triangles(|t| shown[t]),
@@ -247,7 +247,7 @@ impl SurfaceMesh {
 
     /// The mesh of the kept components, without caps if `open`, and the indices of its vertices and triangles in the original
     /// mesh.
-    pub fn kept(&self, keep: &Keep, open: bool) -> (SurfaceMesh, [Vec<u32>; 2]) {
+    pub fn kept(&self, keep: &Keep, open: bool) -> (Mesh, [Vec<u32>; 2]) {
         let is_kept = self.kept_triangles(keep);
         if is_kept.is_none() && !open {
             let all = |n: usize| (0..n as u32).collect();
@@ -273,13 +273,13 @@ impl SurfaceMesh {
     }
 
     /// The mesh of the triangles with `is_kept` true. Its vertices are in the order of their first use.
-    pub(crate) fn with_triangles(&self, is_kept: impl Fn(usize) -> bool) -> SurfaceMesh {
+    pub(crate) fn with_triangles(&self, is_kept: impl Fn(usize) -> bool) -> Mesh {
         self.part(is_kept).0
     }
 
     /// As `with_triangles`, with the indices of its vertices and triangles in the original mesh.
-    pub(crate) fn part(&self, is_kept: impl Fn(usize) -> bool) -> (SurfaceMesh, [Vec<u32>; 2]) {
-        let mut part = SurfaceMesh::default();
+    pub(crate) fn part(&self, is_kept: impl Fn(usize) -> bool) -> (Mesh, [Vec<u32>; 2]) {
+        let mut part = Mesh::default();
         let [mut vertices, mut triangles] = [Vec::new(), Vec::new()];
         let mut index = vec![u32::MAX; self.positions.len()];
         for t in (0..self.triangles.len()).filter(|&t| is_kept(t)) {
@@ -305,10 +305,10 @@ mod tests {
     use super::*;
 
     /// Tetrahedra by size and x; a negative size is a cavity.
-    fn tetrahedra(sizes: &[(f32, f32)]) -> SurfaceMesh {
+    fn tetrahedra(sizes: &[(f32, f32)]) -> Mesh {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0f32]];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-        let mut mesh = SurfaceMesh::default();
+        let mut mesh = Mesh::default();
         for &(size, x) in sizes {
             let first = mesh.positions.len() as u32;
             mesh.positions.extend(
@@ -339,7 +339,7 @@ mod tests {
         assert_eq!(found.list[1].bounds, [[20.0, 0.0, 0.0], [22.0, 2.0, 2.0]]);
         let area = 4.0 * (1.5 + 0.75f64.sqrt());
         assert!((found.list[1].area - area).abs() < 1e-12);
-        assert_eq!(Components::of(&SurfaceMesh::default()), Components::default());
+        assert_eq!(Components::of(&Mesh::default()), Components::default());
     }
 
     #[test]

@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use crate::kernels::{Backend, Choice};
     use crate::progress::Silent;
-    use crate::spectrum::SurfaceMesh;
+    use crate::spectrum::Mesh;
     use crate::sweep::{Parameters, compute};
     use crate::volume::phantom;
 
@@ -98,7 +98,7 @@ mod tests {
             let isovalue = low + (high - low) * f64::from(i) / 40.0;
             let (before, after) = (spectrum.mesh_at(isovalue), cut.mesh_at(isovalue));
             let (before, after) = (before.expect("inside"), after.expect("inside"));
-            let sorted = |mesh: &SurfaceMesh| {
+            let sorted = |mesh: &Mesh| {
                 let corners =
                     |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize].map(f32::to_bits));
                 let all = mesh.triangles.iter().zip(&mesh.caps);

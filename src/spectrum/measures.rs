@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::mesh::SurfaceMesh;
+use super::mesh::Mesh;
 use crate::disjoint_sets::DisjointSets;
 
 /// The measures of the mesh at one isovalue.
@@ -20,7 +20,7 @@ pub(crate) struct Measures {
 
 impl Measures {
     /// Measures a closed mesh in which every vertex belongs to a triangle.
-    pub(crate) fn of(mesh: &SurfaceMesh) -> Measures {
+    pub(crate) fn of(mesh: &Mesh) -> Measures {
         let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
         // The volume is a sum of tetrahedra. Their apex is a vertex of the mesh, because the origin may be far away, which costs precision.
         let apex = if mesh.positions.is_empty() { DVec3::ZERO } else { corner(0) };
@@ -52,7 +52,7 @@ mod tests {
         let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
         let far = corners.map(|c: [f32; 3]| c.map(|x| 2.0 * x + 10.0));
-        let mut mesh = SurfaceMesh {
+        let mut mesh = Mesh {
             positions: corners.into_iter().chain(far).collect(),
             normals: vec![[0.0, 0.0, 1.0]; 8],
             triangles: faces.into_iter().chain(faces.map(|f: [u32; 3]| f.map(|v| v + 4))).collect(),
@@ -66,6 +66,6 @@ mod tests {
         assert!((found.area - area).abs() < 1e-12, "{} {area}", found.area);
         mesh.caps[0] = true;
         assert!((Measures::of(&mesh).area - area + 0.5).abs() < 1e-12, "caps have no area");
-        assert_eq!(Measures::of(&SurfaceMesh::default()).components, 0);
+        assert_eq!(Measures::of(&Mesh::default()).components, 0);
     }
 }

@@ -1,6 +1,6 @@
 //! The triangle mesh at one isovalue.
 
-/// The mesh at one isovalue; at the root of the crate it is called `Mesh`.
+/// The mesh at one isovalue.
 ///
 /// ```
 /// use isospectrum::volume::phantom;
@@ -17,7 +17,7 @@
 /// # Ok::<(), isospectrum::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SurfaceMesh {
+pub struct Mesh {
     /// Positions, voxel frame (exports place them in the world).
     pub positions: Vec<[f32; 3]>,
     /// Unit normals towards lower values: area-weighted means over the triangles around each vertex, over caps only
@@ -29,7 +29,7 @@ pub struct SurfaceMesh {
     pub caps: Vec<bool>,
 }
 
-impl SurfaceMesh {
+impl Mesh {
     /// Lower and upper corner of the bounding box, voxel frame; none of an empty mesh.
     pub fn bounds(&self) -> Option<[[f64; 3]; 2]> {
         let (first, others) = self.positions.split_first()?;

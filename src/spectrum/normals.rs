@@ -57,7 +57,7 @@ impl Normals {
     }
 }
 
-/// Writes the normals of a mesh to `normals`, as [`SurfaceMesh::normals`] describes them.
+/// Writes the normals of a mesh to `normals`, as [`Mesh::normals`] describes them.
 pub(super) fn of_mesh(
     positions: &[[f32; 3]],
     triangles: &[[u32; 3]],

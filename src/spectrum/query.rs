@@ -13,7 +13,7 @@ use super::assembly::Assembly;
 use super::data::Spectrum;
 use super::elements::{Knot, Triangle};
 use super::interpolate::{between, fraction};
-use super::mesh::SurfaceMesh;
+use super::mesh::Mesh;
 use crate::error::Result;
 
 /// For at most so many isovalues, scanning all triangles is faster: a scan takes a sixtieth of the time that building the search structures takes.
@@ -92,8 +92,8 @@ impl<S: Deref<Target = Spectrum>> Query<S> {
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside the closed [`Spectrum::range`].
-    pub fn mesh_at(&mut self, isovalue: f64) -> Result<SurfaceMesh> {
-        let mut mesh = SurfaceMesh::default();
+    pub fn mesh_at(&mut self, isovalue: f64) -> Result<Mesh> {
+        let mut mesh = Mesh::default();
         self.mesh_at_into(isovalue, &mut mesh)?;
         Ok(mesh)
     }
@@ -103,11 +103,11 @@ impl<S: Deref<Target = Spectrum>> Query<S> {
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside the closed [`Spectrum::range`]; the mesh is then unchanged.
-    pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
+    pub fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut Mesh) -> Result<()> {
         let spectrum = &*self.spectrum;
         spectrum.check_isovalue(isovalue)?;
         let Some(rank) = spectrum.rank_at(isovalue) else {
-            *mesh = SurfaceMesh::default();
+            *mesh = Mesh::default();
             return Ok(());
         };
         let assembly = &mut self.assembly;
@@ -201,7 +201,7 @@ impl Spectrum {
     /// # Errors
     ///
     /// [`Error::Range`](crate::Error::Range) outside [`Spectrum::range`].
-    pub fn mesh_at(&self, isovalue: f64) -> Result<SurfaceMesh> {
+    pub fn mesh_at(&self, isovalue: f64) -> Result<Mesh> {
         Query::for_some(self, 1).mesh_at(isovalue)
     }
 }

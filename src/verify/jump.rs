@@ -14,7 +14,7 @@ use super::geometry::{Point, barycentre};
 use super::measure::{MAX_DISTANCE, is_placed};
 use super::triangle_grid::TriangleGrid;
 use crate::extract::extract;
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 use crate::topology::exact::ExactField;
 
 /// Motion of the mesh across one isovalue, voxels.
@@ -33,14 +33,14 @@ pub struct Jump {
 
 /// The mesh and the isosurface at one isovalue.
 struct Side<'a> {
-    mesh: &'a SurfaceMesh,
-    isosurface: SurfaceMesh,
+    mesh: &'a Mesh,
+    isosurface: Mesh,
 }
 
 impl<'a> Side<'a> {
-    fn of(field: &ExactField<'_>, (isovalue, mesh): (f64, &'a SurfaceMesh)) -> Self {
+    fn of(field: &ExactField<'_>, (isovalue, mesh): (f64, &'a Mesh)) -> Self {
         let exact = extract(field, isovalue);
-        let isosurface = SurfaceMesh {
+        let isosurface = Mesh {
             positions: exact.positions,
             normals: Vec::new(),
             triangles: exact.faces,
@@ -76,8 +76,8 @@ impl<'a> Side<'a> {
 /// are also added to `pooled`.
 pub(super) fn jump(
     field: &ExactField<'_>,
-    before: (f64, &SurfaceMesh),
-    after: (f64, &SurfaceMesh),
+    before: (f64, &Mesh),
+    after: (f64, &Mesh),
     pooled: &mut Distribution,
 ) -> Jump {
     let isovalue = 0.5 * (before.0 + after.0);

@@ -11,7 +11,7 @@ use super::geometry::{Point, along, area_vector, barycentre, length};
 use super::ray::{Hit, distance_near};
 use super::triangle_grid::TriangleGrid;
 use crate::mesh::radius_ratio;
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 use crate::volume::Volume;
 
 /// Largest distance that is measured, voxels.
@@ -59,7 +59,7 @@ impl Geometry {
 
 /// Whether every position is finite and inside the volume with the layer around it; no other mesh
 /// can be measured.
-pub(super) fn is_placed(volume: &Volume, mesh: &SurfaceMesh) -> bool {
+pub(super) fn is_placed(volume: &Volume, mesh: &Mesh) -> bool {
     let size = volume.voxel_size();
     mesh.positions.iter().all(|p| {
         (0..3).all(|a| {
@@ -74,7 +74,7 @@ pub(super) fn is_placed(volume: &Volume, mesh: &SurfaceMesh) -> bool {
 pub(super) fn measure(
     volume: &Volume,
     isovalue: f64,
-    mesh: &SurfaceMesh,
+    mesh: &Mesh,
     grid: &TriangleGrid<'_>,
 ) -> Geometry {
     let mut geometry = of_triangles(volume, isovalue, mesh, 1);
@@ -86,13 +86,13 @@ pub(super) fn measure(
 }
 
 /// Measures a subset of the triangles of a mesh that [`is_placed`], evenly distributed.
-pub(super) fn spot_check(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) -> Geometry {
+pub(super) fn spot_check(volume: &Volume, isovalue: f64, mesh: &Mesh) -> Geometry {
     let every = mesh.triangles.len().div_ceil(MAX_POINTS).max(1);
     of_triangles(volume, isovalue, mesh, every)
 }
 
 /// Measures one in `every` triangles of a mesh, without its vertices and the coverage of the isosurface.
-fn of_triangles(volume: &Volume, isovalue: f64, mesh: &SurfaceMesh, every: usize) -> Geometry {
+fn of_triangles(volume: &Volume, isovalue: f64, mesh: &Mesh, every: usize) -> Geometry {
     let mut geometry = Geometry::new();
     let mut measured = Vec::with_capacity(mesh.triangles.len() / every);
     let proper = mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap);
@@ -136,7 +136,7 @@ fn barycentre_distance(volume: &Volume, isovalue: f64, corners: [Point; 3]) -> H
 
 /// Adds the distances of the vertices of a mesh that are inside the volume and have a triangle that is not a cap:
 /// vertices of caps alone are on the border, wherever the isosurface is.
-fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &SurfaceMesh) {
+fn add_vertices(into: &mut Distribution, volume: &Volume, isovalue: f64, mesh: &Mesh) {
     let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
     let mut normals = vec![[0.0; 3]; positions.len()];
     let triangles = || mesh.triangles.iter().zip(&mesh.caps).filter(|(_, cap)| !**cap).map(|t| t.0);
@@ -239,7 +239,7 @@ mod tests {
         let isovalue = 1.5;
         let exact = extract(&ExactField::new(&volume).expect("a field"), isovalue);
         assert!(exact.caps.contains(&true) && exact.caps.contains(&false));
-        let mesh = SurfaceMesh {
+        let mesh = Mesh {
             positions: exact.positions,
             normals: Vec::new(),
             triangles: exact.faces,

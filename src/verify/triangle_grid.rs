@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::geometry::{Point, length, point_triangle_distance, segment_crosses_triangle};
-use crate::spectrum::SurfaceMesh;
+use crate::spectrum::Mesh;
 
 /// The triangles of one mesh, by cell.
 pub(super) struct TriangleGrid<'a> {
@@ -21,7 +21,7 @@ pub(super) struct TriangleGrid<'a> {
 
 impl<'a> TriangleGrid<'a> {
     /// Sorts the triangles of a mesh into cells about as large as its edges, one voxel at least.
-    pub(super) fn new(mesh: &'a SurfaceMesh) -> Self {
+    pub(super) fn new(mesh: &'a Mesh) -> Self {
         let positions: Vec<Point> = mesh.positions.iter().map(|p| p.map(f64::from)).collect();
         let cell_size = median_edge(&positions, &mesh.triangles).max(1.0);
         let mut entries: Vec<([i32; 3], u32)> = Vec::with_capacity(2 * mesh.triangles.len());
@@ -172,8 +172,8 @@ fn median_edge(positions: &[Point], triangles: &[[u32; 3]]) -> f64 {
 mod tests {
     use super::*;
 
-    fn mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> SurfaceMesh {
-        SurfaceMesh {
+    fn mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Mesh {
+        Mesh {
             positions: positions.to_vec(),
             normals: vec![[0.0, 0.0, 1.0]; positions.len()],
             triangles: triangles.to_vec(),

@@ -13,7 +13,7 @@ use eframe::egui;
 use crate::error::Result;
 use crate::export::place_in_world;
 use crate::file::{FolderQuery, SpectrumFolder};
-use crate::spectrum::{Measures, Query, Spectrum, SurfaceMesh};
+use crate::spectrum::{Measures, Mesh, Query, Spectrum};
 use crate::volume::Placement;
 
 /// Number of isovalues of a curve: enough for the width of a small window.
@@ -68,7 +68,7 @@ impl MeshSource {
         })
     }
 
-    fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut SurfaceMesh) -> Result<()> {
+    fn mesh_at_into(&mut self, isovalue: f64, mesh: &mut Mesh) -> Result<()> {
         match &mut self.query {
             MeshQuery::Spectrum(query) => query.mesh_at_into(isovalue, mesh),
             MeshQuery::Folder(query) => query.mesh_at_into(isovalue, mesh),
@@ -94,7 +94,7 @@ impl Curves {
         let (is_finished, window) = (curves.is_finished.clone(), window.clone());
         thread::spawn(move || {
             let (low, high) = meshes.range;
-            let mut mesh = SurfaceMesh::default();
+            let mut mesh = Mesh::default();
             for i in 0..N_ISOVALUES {
                 if stop.load(Ordering::Relaxed) {
                     return;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::error::Result;
 use crate::render::Painter;
-use crate::spectrum::{Components, Picked, Spectrum, SurfaceMesh};
+use crate::spectrum::{Components, Mesh, Picked, Spectrum};
 
 /// Number of intermediate isovalues at which a component is tracked that is not found in one step.
 const TRACKING_STEPS: u32 = 16;
@@ -32,7 +32,7 @@ struct Pick {
 
 /// The components of a mesh.
 struct MeshComponents<'a> {
-    mesh: &'a SurfaceMesh,
+    mesh: &'a Mesh,
     /// The spectrum's index of each vertex.
     vertices: &'a [u32],
     components: Components,

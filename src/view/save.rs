@@ -7,7 +7,7 @@ use super::scene::Scene;
 use crate::error::{Error, Result};
 use crate::export::{self, Border};
 use crate::render::View;
-use crate::spectrum::{Picked, Query, SurfaceMesh};
+use crate::spectrum::{Mesh, Picked, Query};
 
 /// Extensions of the files that can be saved.
 pub(super) const EXTENSIONS: [&str; 7] = ["png", "ply", "stl", "obj", "glb", "vtp", "3mf"];
@@ -89,7 +89,7 @@ fn write_mesh(path: &Path, scene: &Scene, view: &View) -> Result<usize> {
         None => &*scene.spectrum,
     };
     let mut query = Query::new(spectrum);
-    let mut mesh = SurfaceMesh::default();
+    let mut mesh = Mesh::default();
     for (i, surface) in scene.surfaces().into_iter().enumerate() {
         // Only components of the first surface are picked.
         let picked = if i == 0 { view.picked.clone() } else { Picked::default() };

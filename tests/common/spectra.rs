@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use isospectrum::spectrum::{Query, Spectrum, SurfaceMesh};
+use isospectrum::spectrum::{Mesh, Query, Spectrum};
 use isospectrum::unstable::extract::count::count;
 use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::verify::mesh_topology;
@@ -67,7 +67,7 @@ pub(crate) fn random_isovalues((low, high): (f64, f64), n: usize, seed: u64) -> 
 /// Asserts that a mesh is a closed oriented manifold with the components and the Euler characteristic of the isosurface. These
 /// are counted on the grid, which shares the samples with the sweep and knows no mesh.
 #[track_caller]
-pub(crate) fn assert_topology(field: &ExactField, isovalue: f64, mesh: &SurfaceMesh, what: &str) {
+pub(crate) fn assert_topology(field: &ExactField, isovalue: f64, mesh: &Mesh, what: &str) {
     let found = mesh_topology(mesh.positions.len(), &mesh.triangles);
     assert!(found.is_closed_manifold(), "{what} at {isovalue}: {found:?}");
     let counted = count(field, isovalue);

@@ -10,7 +10,7 @@ use isospectrum::bricks::{
     Parts, Plan, Survey, VolumeSource, compute_parts, merge, merge_to_folder,
 };
 use isospectrum::file::{FolderQuery, SpectrumFolder, from_bytes, to_bytes};
-use isospectrum::spectrum::{Components, Query, Spectrum, SurfaceMesh};
+use isospectrum::spectrum::{Components, Mesh, Query, Spectrum};
 use isospectrum::volume::{Preparation, Volume, phantom};
 use isospectrum::{Cleaned, Noise, Prepared};
 use isospectrum::{Parameters, Silent};
@@ -45,7 +45,7 @@ fn both(volume: Volume, side: usize, range: Option<(f64, f64)>) -> Both {
 }
 
 /// The triangles of a mesh by the bits of their corners, each from where its corners are the lowest, in order.
-fn triangles(mesh: &SurfaceMesh) -> Vec<([[u32; 3]; 3], bool)> {
+fn triangles(mesh: &Mesh) -> Vec<([[u32; 3]; 3], bool)> {
     let one = |(corners, &cap): (&[u32; 3], &bool)| {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize].map(f32::to_bits));
         // At the value of a sample corners may coincide: then the lowest corner alone is ambiguous.
@@ -58,7 +58,7 @@ fn triangles(mesh: &SurfaceMesh) -> Vec<([[u32; 3]; 3], bool)> {
 }
 
 /// Checks that two meshes have the same triangles, and shows no more than one that differs.
-fn assert_same(mesh: &SurfaceMesh, expected: &SurfaceMesh, what: &str) {
+fn assert_same(mesh: &Mesh, expected: &Mesh, what: &str) {
     let (mesh, expected) = (triangles(mesh), triangles(expected));
     assert_eq!(mesh.len(), expected.len(), "{what}");
     let differs = mesh.iter().zip(&expected).find(|(a, b)| a != b);

@@ -12,7 +12,7 @@ use crate::common::random::Random;
 use crate::common::spectra::{phantom_volume, swept};
 use glam::DVec3;
 use isospectrum::export::read_ply;
-use isospectrum::spectrum::{Components, End, Keep, SurfaceMesh, lineages};
+use isospectrum::spectrum::{Components, End, Keep, Mesh, lineages};
 use isospectrum::unstable::mesh::nearest_on_triangle;
 use isospectrum::unstable::topology::Topology;
 use isospectrum::unstable::topology::exact::ExactField;
@@ -32,7 +32,7 @@ fn arcs_of(
     volume: &Volume,
     topology: &Topology,
     isovalue: f64,
-    mesh: &SurfaceMesh,
+    mesh: &Mesh,
     components: &Components,
 ) -> Vec<usize> {
     let field = ExactField::new(volume).expect("a field");

@@ -8,15 +8,15 @@ use isospectrum::Error;
 use isospectrum::export::{
     self, Border, Format, parse_ply, place_in_world, without_caps, write_to,
 };
-use isospectrum::spectrum::SurfaceMesh;
+use isospectrum::spectrum::Mesh;
 use isospectrum::volume::{Placement, Space};
 
 const FORMATS: [Format; 4] = [Format::Ply, Format::Stl, Format::Obj, Format::Glb];
 
 /// A tetrahedron whose last two faces are caps; vertex 4 is used by a cap only.
-fn mesh() -> SurfaceMesh {
+fn mesh() -> Mesh {
     let third = 1.0 / 3.0;
-    SurfaceMesh {
+    Mesh {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, third], [9.0; 3]],
         normals: vec![
             [0.6, 0.0, 0.8],
@@ -30,13 +30,13 @@ fn mesh() -> SurfaceMesh {
     }
 }
 
-fn bytes(mesh: &SurfaceMesh, placement: &Placement, border: Border, format: Format) -> Vec<u8> {
+fn bytes(mesh: &Mesh, placement: &Placement, border: Border, format: Format) -> Vec<u8> {
     let mut bytes = Vec::new();
     write_to(mesh, placement, border, format, &mut bytes).expect("memory takes every byte");
     bytes
 }
 
-fn plain(mesh: &SurfaceMesh, format: Format) -> Vec<u8> {
+fn plain(mesh: &Mesh, format: Format) -> Vec<u8> {
     bytes(mesh, &Placement::default(), Border::Closed, format)
 }
 
@@ -159,7 +159,7 @@ fn glb_has_accessors_that_fit_its_buffer() {
 
 #[test]
 fn empty_meshes_are_valid_files() {
-    let empty = SurfaceMesh::default();
+    let empty = Mesh::default();
     let ply = parse_ply(&plain(&empty, Format::Ply)).expect("valid");
     assert!(ply.positions.is_empty() && ply.triangles.is_empty());
     let stl = plain(&empty, Format::Stl);

@@ -86,7 +86,7 @@ fn positions_are_rounded_to_the_quantum_and_meshes_stay_the_same_surface() {
             spectrum.range().0 + (spectrum.range().1 - spectrum.range().0) * f64::from(i) / 100.0;
         let (before, after) =
             (spectrum.mesh_at(c).expect("inside"), read.mesh_at(c).expect("inside"));
-        let corners = |mesh: &isospectrum::spectrum::SurfaceMesh| {
+        let corners = |mesh: &isospectrum::spectrum::Mesh| {
             let corner = |&v: &u32| mesh.positions[v as usize].map(f64::from);
             let mut all: Vec<[f64; 3]> = mesh.triangles.as_flattened().iter().map(corner).collect();
             all.sort_by(|a, b| a.partial_cmp(b).expect("finite"));

@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use crate::common::program::Folder;
 use isospectrum::Error;
 use isospectrum::export::{Arrangement, Format, SceneMesh, SurfaceStyle, write_scene_to};
-use isospectrum::spectrum::SurfaceMesh;
+use isospectrum::spectrum::Mesh;
 use isospectrum::volume::{Placement, Space, Unit};
 
 /// A fan of triangles around the first corner.
-fn fan(n: u32) -> SurfaceMesh {
+fn fan(n: u32) -> Mesh {
     let corner = |i: u32| [f32::from(i as u8), f32::from((i * i) as u8), 0.5];
-    SurfaceMesh {
+    Mesh {
         positions: (0..n + 2).map(corner).collect(),
         normals: vec![[0.0, 0.0, 1.0]; n as usize + 2],
         triangles: (1..=n).map(|i| [0, i, i + 1]).collect(),

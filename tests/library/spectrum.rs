@@ -5,9 +5,7 @@ use std::collections::BTreeSet;
 use crate::common::any_spectrum::any_spectrum;
 use crate::common::synthetic::{Growth, growing_sphere, isovalue, small, volume_info};
 use isospectrum::Error;
-use isospectrum::spectrum::{
-    About, Knot, Normals, Patch, Query, Spectrum, SurfaceMesh, Triangle, normal,
-};
+use isospectrum::spectrum::{About, Knot, Mesh, Normals, Patch, Query, Spectrum, Triangle, normal};
 use isospectrum::unstable::spectrum::interval_tree::IntervalTree;
 use proptest::prelude::*;
 
@@ -30,11 +28,11 @@ fn naive(spectrum: &Spectrum, isovalue: f64) -> Vec<([[f32; 3]; 3], bool)> {
     active.map(|t| (t.vertices.map(position), t.cap)).collect()
 }
 
-fn corners(mesh: &SurfaceMesh) -> Vec<[[f32; 3]; 3]> {
+fn corners(mesh: &Mesh) -> Vec<[[f32; 3]; 3]> {
     mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize])).collect()
 }
 
-fn assert_equal_up_to_rounding(mesh: &SurfaceMesh, expected: &[([[f32; 3]; 3], bool)]) {
+fn assert_equal_up_to_rounding(mesh: &Mesh, expected: &[([[f32; 3]; 3], bool)]) {
     let caps: Vec<bool> = expected.iter().map(|e| e.1).collect();
     assert_eq!(mesh.caps, caps);
     for (found, (expected, _)) in corners(mesh).iter().zip(expected) {
@@ -45,7 +43,7 @@ fn assert_equal_up_to_rounding(mesh: &SurfaceMesh, expected: &[([[f32; 3]; 3], b
 }
 
 /// The vertices are those of the living triangles by number, each once, and normals have length one.
-fn assert_compact(mesh: &SurfaceMesh, spectrum: &Spectrum, isovalue: f64) {
+fn assert_compact(mesh: &Mesh, spectrum: &Spectrum, isovalue: f64) {
     let rank = spectrum.rank_at(isovalue).expect("inside the table");
     let alive = spectrum.triangles().iter().filter(|t| t.birth <= rank && rank < t.death);
     let used: BTreeSet<u32> = alive.clone().flat_map(|t| t.vertices).collect();
@@ -73,7 +71,7 @@ proptest! {
     fn a_query_agrees_with_the_definition(spectrum in any_spectrum(), order in any::<u64>()) {
         spectrum.check().expect("the generator keeps the invariants");
         let mut query = Query::new(&spectrum);
-        let mut mesh = SurfaceMesh::default();
+        let mut mesh = Mesh::default();
         let mut probes = probes(&spectrum);
         // Upwards is the incremental way; a rotation adds a jump.
         let n = probes.len();
@@ -144,7 +142,7 @@ fn every_isovalue_of_a_growing_sphere_gives_a_sphere() {
             mesh.positions.len() as i64 - edges.len() as i64 / 2 + mesh.triangles.len() as i64;
         assert_eq!(euler, 2, "at {c}");
     }
-    assert_eq!(query.mesh_at(high).expect("the range is closed"), SurfaceMesh::default());
+    assert_eq!(query.mesh_at(high).expect("the range is closed"), Mesh::default());
 }
 
 #[test]
@@ -329,7 +327,7 @@ fn a_patch_that_breaks_an_invariant_is_an_error() {
 #[test]
 fn an_empty_spectrum_has_empty_meshes() {
     let spectrum = spectrum_of(Patch::default()).expect("valid");
-    assert_eq!(spectrum.mesh_at(5.0).expect("inside the range"), SurfaceMesh::default());
+    assert_eq!(spectrum.mesh_at(5.0).expect("inside the range"), Mesh::default());
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::export::{Border, write};
 use crate::kernels::{Backend, Choice};
 use crate::progress::Silent;
-use crate::spectrum::{Spectrum, SurfaceMesh};
+use crate::spectrum::{Mesh, Spectrum};
 use crate::sweep::{Parameters, compute};
 use crate::volume::{Placement, Volume, phantom};
 
@@ -34,7 +34,7 @@ fn sphere() -> Arc<Volume> {
 
 /// An octahedron, each triangle cut in four three times, on a sphere about the phantom's centre;
 /// seen from lower values, that is from outside, its 512 triangles are counter-clockwise.
-fn octasphere(radius: f32) -> SurfaceMesh {
+fn octasphere(radius: f32) -> Mesh {
     let unit = |p: [f32; 3]| {
         let length = p.iter().map(|x| x * x).sum::<f32>().sqrt();
         p.map(|x| x / length)
@@ -67,7 +67,7 @@ fn octasphere(radius: f32) -> SurfaceMesh {
         }
         triangles = cut;
     }
-    SurfaceMesh {
+    Mesh {
         positions: points
             .iter()
             .map(|p| std::array::from_fn(|a| CENTRE[a] + radius * p[a]))
@@ -79,7 +79,7 @@ fn octasphere(radius: f32) -> SurfaceMesh {
 }
 
 /// A mesh in a file of its own.
-fn file_of(mesh: &SurfaceMesh) -> (tempfile::TempDir, PathBuf) {
+fn file_of(mesh: &Mesh) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("initial.ply");
     write(mesh, &PLACEMENT, Border::Closed, &path).expect("written");
@@ -87,7 +87,7 @@ fn file_of(mesh: &SurfaceMesh) -> (tempfile::TempDir, PathBuf) {
 }
 
 /// The spectrum near the isovalue, started from a mesh.
-fn started_from(mesh: &SurfaceMesh, volume: &Arc<Volume>, isovalue: f64) -> Result<Spectrum> {
+fn started_from(mesh: &Mesh, volume: &Arc<Volume>, isovalue: f64) -> Result<Spectrum> {
     let (_folder, path) = file_of(mesh);
     let parameters = Parameters {
         range: Some((isovalue - 0.1, isovalue + 0.1)),
@@ -100,7 +100,7 @@ fn started_from(mesh: &SurfaceMesh, volume: &Arc<Volume>, isovalue: f64) -> Resu
 }
 
 /// The error of a mesh that should be refused; it is one line that names the file.
-fn refusal(mesh: &SurfaceMesh) -> String {
+fn refusal(mesh: &Mesh) -> String {
     match started_from(mesh, &sphere(), ISOVALUE) {
         Err(Error::Input(what)) => {
             assert!(what.contains("initial.ply: ") && !what.contains('\n'), "{what}");
@@ -125,7 +125,7 @@ fn sorted(triangles: impl IntoIterator<Item = [u32; 3]>) -> Vec<[u32; 3]> {
 }
 
 /// For each triangle of a spectrum's mesh, its vertices as those of the given mesh nearest to them.
-fn as_given(given: &SurfaceMesh, mesh: &SurfaceMesh) -> Vec<[u32; 3]> {
+fn as_given(given: &Mesh, mesh: &Mesh) -> Vec<[u32; 3]> {
     let distance = |a: [f32; 3], b: [f32; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f32>();
     let nearest = |p: [f32; 3]| {
         let n = given.positions.len();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isospectrum::Parameters;
 use isospectrum::render::{Renderer, View};
-use isospectrum::spectrum::{Spectrum, SurfaceMesh};
+use isospectrum::spectrum::{Mesh, Spectrum};
 use isospectrum::volume::{ReadOptions, read_volume};
 
 use crate::common::random::Random;
@@ -22,7 +22,7 @@ fn levels(seed: u64) -> Spectrum {
 }
 
 /// Area-weighted normals of a mesh, caps only where there is nothing else; zero where nothing has an area.
-fn area_weighted(mesh: &SurfaceMesh) -> Vec<[f64; 3]> {
+fn area_weighted(mesh: &Mesh) -> Vec<[f64; 3]> {
     let mut sums = vec![[[0.0; 3]; 2]; mesh.positions.len()];
     for (corners, &is_cap) in mesh.triangles.iter().zip(&mesh.caps) {
         let (area, _) = area_of(mesh, corners);
@@ -36,7 +36,7 @@ fn area_weighted(mesh: &SurfaceMesh) -> Vec<[f64; 3]> {
 }
 
 /// A triangle's normal as long as twice its area, and the area.
-fn area_of(mesh: &SurfaceMesh, corners: &[u32; 3]) -> ([f64; 3], f64) {
+fn area_of(mesh: &Mesh, corners: &[u32; 3]) -> ([f64; 3], f64) {
     let [p, q, r] = corners.map(|v| mesh.positions[v as usize].map(f64::from));
     let [a, b] = [q, r].map(|x| [x[0] - p[0], x[1] - p[1], x[2] - p[2]]);
     let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
