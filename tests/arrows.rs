@@ -43,7 +43,7 @@ const ORDER: &[&str] = &[
 /// Rooms whose files still use each other in circles. None may be added.
 const ROOMS_WITH_CIRCLES: &[&str] = &["cli"];
 
-/// Where a module is in the crate: `["volume", "nrrd"]`; the root is empty.
+/// The path of a module in the crate: `["volume", "nrrd"]`; the root is empty.
 type Name = Vec<String>;
 
 /// Which modules each module uses.
@@ -250,7 +250,7 @@ fn circles(graph: &Graph) -> Vec<BTreeSet<Name>> {
     found
 }
 
-/// What is wrong with the circles of a crate: each of a room that is not excused, and each excuse that is not needed.
+/// Each circle of a room that is not excused, and each excuse that is not needed.
 fn complaints(graph: &Graph, excused: &[&str]) -> Vec<String> {
     let mut found = Vec::new();
     let mut rooms = BTreeSet::new();
@@ -386,7 +386,7 @@ fn a_circle_inside_a_room_is_found() {
         circle("use super::y::Y;", "#[cfg(test)]\nmod tests { use super::super::x::X; }")
             .is_empty()
     );
-    // What a child takes of its parent makes a circle where the parent uses the child.
+    // An item of the parent that a child uses makes a circle if the parent uses the child.
     let parent = |text| complaints(&example(&[("r", text), ("r/x", "use super::Item;")]), &[]);
     assert_eq!(parent("mod x; pub use x::X;"), ["r uses r/x", "r/x uses r"]);
     assert!(parent("mod x;").is_empty());

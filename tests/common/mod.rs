@@ -1,4 +1,4 @@
-//! What several test binaries share: volumes, spectra and files made for the tests, and the program in a folder of its own.
+//! Shared by the test binaries: volumes, spectra and files made for the tests, and runs of the program.
 #![allow(dead_code, unused_imports, reason = "each binary uses its share")]
 
 pub(crate) mod any_spectrum;

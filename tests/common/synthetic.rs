@@ -11,7 +11,7 @@ use isospectrum::spectrum::{
 };
 use isospectrum::volume::{Outside, Placement};
 
-/// How much happens in a synthetic spectrum.
+/// Size and changes of a synthetic spectrum.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Growth {
     /// The first mesh is an octahedron with its triangles cut in four this often.

@@ -1,4 +1,4 @@
-//! What runs on the GPU: shaders, kernels, pictures. Needs an adapter; a software one does.
+//! Shaders, kernels and pictures on the GPU. Needs an adapter; a software adapter is enough.
 
 #[path = "../common/mod.rs"]
 mod common;

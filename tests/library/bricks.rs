@@ -85,7 +85,7 @@ fn check(name: &str, bricks: &Bricks, n: usize) -> Spectrum {
     let volume = &bricks.volume;
     let field = ExactField::new(volume).expect("a field");
     let mut at = random_isovalues(spectrum.range(), n, 30);
-    // Where samples are passed.
+    // At values of samples.
     let samples = random_isovalues(spectrum.range(), n / 4, 31);
     at.extend(samples.iter().map(|c| c.round()).filter(|_| volume.samples().is_integer()));
     assert_isosurfaces(volume, &spectrum, &at, name);

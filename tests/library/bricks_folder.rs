@@ -123,7 +123,7 @@ fn parts_are_cut_by_isovalue_and_dropped_again() {
     let n: usize = index.parts.iter().map(|part| part.chunks.len()).sum();
     assert!(n > 2 * index.parts.len(), "{n} chunks of {} parts", index.parts.len());
     let triangles = file.triangles().len();
-    // Those that live across a cut stand in two chunks.
+    // Triangles that live across a cut are stored in two chunks.
     let stored: u64 = index.parts.iter().flat_map(|part| &part.chunks).map(|c| c.triangles).sum();
     assert!(stored as usize > triangles && (stored as f64) < 1.2 * triangles as f64);
     let all = split.read().expect("all chunks");

@@ -1,6 +1,6 @@
 //! The components of an isosurface, the isovalues where they begin and end, and how the program lists and selects them.
 //!
-//! Where components end is compared with the contour tree of the volume, which shares the samples with the spectrum
+//! The ends of components are compared with the contour tree of the volume, which shares the samples with the spectrum
 //! and knows no mesh.
 
 use std::collections::BTreeSet;
@@ -84,7 +84,7 @@ fn arcs_of(
     nearest.into_iter().map(|n| n.1).collect()
 }
 
-/// Where components on arcs end, going up or down the contour tree: the rule of [`lineages`] on arcs.
+/// The ends of components on arcs, up or down the contour tree: the rule of [`lineages`] on arcs.
 fn ends_in_the_tree(
     topology: &Topology,
     isovalue: f64,
@@ -163,7 +163,7 @@ fn compare(volume: &Arc<Volume>, is_generic: bool, shares: &[f64]) -> usize {
             let expected = ends_in_the_tree(&topology, isovalue, &arcs, upward);
             for (i, (lineage, expected)) in found.iter().zip(expected).enumerate() {
                 let found = if upward { lineage.death } else { lineage.birth };
-                // What ends at the end of the range need not be known there.
+                // An end at the end of the range need not be found.
                 let is_inside = |end: &End| low < end.isovalue && end.isovalue < high;
                 let expected = expected.filter(is_inside);
                 // One that is just inside may be found at the end itself.
@@ -179,7 +179,7 @@ fn compare(volume: &Arc<Volume>, is_generic: bool, shares: &[f64]) -> usize {
                         (found.isovalue - expected.isovalue).abs() <= 1e-9 * (high - low),
                         "{told}"
                     );
-                    // Where events share an isovalue their order is not seen.
+                    // The order of events that share an isovalue is not defined.
                     assert!(!is_generic || found.joins == expected.joins, "{told}");
                     n_compared += 1;
                 }

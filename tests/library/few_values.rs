@@ -12,7 +12,7 @@ use isospectrum::unstable::topology::Topology;
 use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::Volume;
 
-/// How many volumes the topology is asked of, and how many are swept.
+/// Numbers of volumes for the topology and for sweeps.
 const N_COUNTED: u64 = 900;
 const N_SWEPT: u64 = 30;
 

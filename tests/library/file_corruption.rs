@@ -19,7 +19,7 @@ fn tiny() -> Vec<u8> {
     to_bytes(&growing_sphere(&growth)).expect("valid")
 }
 
-/// Where the sections of a valid file start.
+/// Offsets of the sections of a valid file.
 fn sections(file: &[u8]) -> Vec<usize> {
     let mut starts = vec![];
     let mut at = FILE_HEAD;

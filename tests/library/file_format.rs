@@ -10,7 +10,7 @@ use isospectrum::spectrum::{Metadata, Patch, Spectrum, quantum};
 use isospectrum::volume::{Placement, Space, Unit};
 use proptest::prelude::*;
 
-/// What a file keeps of a spectrum.
+/// The parts of a spectrum that a file preserves.
 fn kept(spectrum: &Spectrum) -> Spectrum {
     in_file_order(&spectrum.clone().quantised()).expect("valid")
 }
@@ -44,7 +44,7 @@ fn vertices_on_lattice_edges_come_back_and_are_stored_compactly() {
     assert_comes_back(&off);
     let [on, off] = [on, off].map(|s| to_bytes(&s).expect("valid").len());
     assert!(4 * on < 3 * off, "{on} bytes on the lattice, {off} beside it");
-    // Where the volume has no such samples, the vertices are as any others.
+    // Without such samples in the volume the vertices are stored as any others.
     let elsewhere = on_lattice(20, 0.0).changed(|about, _| about.volume.dims = [11, 128, 128]);
     assert_comes_back(&elsewhere.expect("valid"));
 }
@@ -146,7 +146,7 @@ fn the_golden_file_is_still_read() {
     assert_golden(&file::read(&path).expect("the file is checked in"), &written);
 }
 
-/// What was read is what once was written.
+/// The spectrum read equals the one written.
 fn assert_golden(read: &Spectrum, written: &Spectrum) {
     // Sines may differ in the last digit between systems, and by a quantum after rounding.
     let expected = kept(written);

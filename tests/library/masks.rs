@@ -50,7 +50,7 @@ fn triangles(folder: &Folder, flags: &[&str]) -> Vec<[[f64; 3]; 3]> {
     mesh.triangles.iter().map(|t| t.map(corner)).collect()
 }
 
-/// How many sides of triangles have none on the other side.
+/// The number of edges with a triangle on one side only.
 fn n_open_sides(triangles: &[[[f64; 3]; 3]]) -> usize {
     let bits = |p: [f64; 3]| p.map(f64::to_bits);
     let sides = |t: &[[f64; 3]; 3]| [0, 1, 2].map(|i| (bits(t[i]), bits(t[(i + 1) % 3])));
@@ -68,8 +68,8 @@ fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
 /// middle of that.
 const FAR: f64 = 0.125;
 
-/// How far the area may be from that of the disc in the ball: the end of a mask is one of voxels, and that of a mesh one of
-/// triangles, of up to a voxel each; half a voxel all around would be 2 * 0.5 / 5.
+/// Maximum relative error of the area, compared with the disc in the ball: a mask ends at voxels and a mesh at triangles of
+/// up to a voxel each; half a voxel all around would be 2 * 0.5 / 5.
 const ROUGH: f64 = 0.2;
 
 #[test]

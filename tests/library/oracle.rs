@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use isospectrum::volume::{ReadOptions, Space, Unit, Volume, read_volume};
 use serde::Deserialize;
 
-/// What another program read from a file.
+/// A volume as another program read it.
 #[derive(Deserialize)]
 struct Expected {
     file: String,
@@ -33,7 +33,7 @@ struct Options {
     series: Option<String>,
 }
 
-/// How far corners may be apart, of the diagonal and the distance from the origin: oracles hold matrices and origins in
+/// Maximum distance of corners, relative to the diagonal and the distance from the origin: oracles hold matrices and origins in
 /// float32 or compute in another order.
 const ROUNDING: f64 = 3e-7;
 
@@ -59,7 +59,7 @@ fn read(folder: &Path, expected: &Expected) -> Result<Volume, String> {
     read_volume(&folder.join(&expected.file), &options).map_err(|e| e.to_string())
 }
 
-/// What is wrong with a volume that was read, if anything.
+/// The first difference of a volume from what is expected.
 fn difference(volume: &Volume, expected: &Expected) -> Option<String> {
     if volume.dims() != expected.dims {
         return Some(format!("dimensions {:?}, expected {:?}", volume.dims(), expected.dims));
@@ -115,7 +115,7 @@ fn lossy_jpeg_is_unpacked_to_within_a_grey_level() {
     let expected: Vec<f64> = serde_json::from_str(&text).expect("JSON");
     let volume = read_volume(&here().join("dicom_lossy"), &ReadOptions::default()).expect("read");
     assert_eq!(volume.samples().len(), expected.len());
-    // What decoders may differ by in rounding (ITU-T T.83).
+    // The rounding that decoders are allowed (ITU-T T.83).
     for (i, wanted) in expected.into_iter().enumerate() {
         let found = volume.samples().get(i);
         assert!((found - wanted).abs() <= 1.0, "sample {i} is {found}, expected {wanted}");

@@ -51,7 +51,7 @@ fn the_last_isovalue_may_be_that_of_samples_and_of_events() {
         let volume = Arc::new(in_grey_levels(&phantom_volume(&format!("noise:10:{seed}")), 12.0));
         for last in [4.0, 6.0, 7.0, 9.0] {
             let spectrum = swept_over(&volume, (last - 2.0, last));
-            // What has just appeared there is there, what has just gone is not.
+            // Components that appear at this isovalue are present, those that vanish are not.
             assert!(check_at(&volume, &spectrum, last) > 0);
             check_at(&volume, &spectrum, last - 1.0);
             check_at(&volume, &spectrum, last.next_down());

@@ -90,7 +90,7 @@ fn a_flip_book_shows_one_mesh_at_a_time() {
         shown.push([0.5, 2.5, 4.5, 6.0].map(at));
     }
     assert_eq!(shown, [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0]]);
-    // Where nothing is played the first is seen alone.
+    // A viewer that plays no animation shows the first mesh alone.
     let scales: Vec<_> = nodes.iter().map(|node| node.get("scale").cloned()).collect();
     let nothing = Some(serde_json::json!([0.0, 0.0, 0.0]));
     assert_eq!(scales, [None, nothing.clone(), nothing]);

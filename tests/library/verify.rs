@@ -147,7 +147,7 @@ fn an_isosurface_that_the_mesh_does_not_cover_is_found() {
 
 #[test]
 fn a_vertex_that_is_nowhere_is_found() {
-    // What is no number is no spectrum; what is one may be far from the volume.
+    // NaN is refused as a spectrum; a finite position may be far from the volume.
     let nowhere =
         |y: f32| move |patch: &mut Patch| (0..2).for_each(|i| patch.knots[i].position[1] = y);
     let none = unmoving(&sphere()).changed(|_, patch| nowhere(f32::NAN)(patch));

@@ -10,8 +10,7 @@ use isospectrum::volume::{ReadOptions, is_volume_name, read_volume};
 
 use crate::{peak, turn};
 
-/// What a reader may take of memory for any of the files, which are of at most 4 KiB: they stand for up to a
-/// thousand times that where they are packed.
+/// Maximum memory of a reader, bytes. The files have at most 4 KiB and unpack to up to a thousand times that.
 const MOST_MEMORY: usize = 8 << 20;
 
 /// Options for files with several arrays, frames or channels; the first that read an undamaged file are its own.
@@ -115,7 +114,7 @@ fn damaged_volumes_are_refused_with_a_line_or_read() {
             }
             put(at, kept);
         }
-        // What may be missing: tags and checksums behind the samples, and a part of the last number of a text.
+        // Bytes that may be missing: tags and checksums behind the samples, and a part of the last number of a text.
         let has_end = ["nii", "mrc", "map"].iter().any(|e| shown.ends_with(e));
         // An earlier frame or array is there where a later one is not.
         let is_series = ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif"]

@@ -13,7 +13,7 @@ use isospectrum::export::parse_ply;
 use isospectrum::file::{from_bytes, thesis, to_bytes};
 use isospectrum::volume::{ReadOptions, read_volume};
 
-/// What any reader may take: buffers, the state of an inflater, messages.
+/// Memory that any reader may use, bytes: buffers, the state of an inflater, messages.
 const FREE: usize = 1 << 18;
 
 /// Most bytes per byte of a spectrum file that is refused for what it claims before its numbers are looked at. What is

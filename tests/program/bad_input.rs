@@ -324,7 +324,7 @@ fn a_spectrum_beyond_the_budget_that_was_set_is_refused() {
     for (flag, value) in [("--max-triangles", "10"), ("--max-memory", "1kB")] {
         let line = folder.fails(&[&compute[..], &[flag, value]].concat(), 2);
         let what = if flag == "--max-triangles" { "triangles (more" } else { "memory (more" };
-        // What is not too much is not spoken of.
+        // Only the exceeded limit is named.
         assert!(line.contains(what) && line.contains("--range"), "{line}");
         assert_eq!(line.matches("more than").count(), 1, "{line}");
     }

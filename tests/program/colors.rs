@@ -213,7 +213,7 @@ fn the_distance_needs_the_volume_and_is_small() {
     assert!(values.iter().all(|x| x.is_finite()) && most < 0.1 && most > 1e-6, "{most}");
 }
 
-/// What is promised of vertices: 99 of 100 within 2.5 times the tolerance of 0.1 voxel.
+/// The promise about vertices: 99 of 100 within 2.5 times the tolerance of 0.1 voxel.
 const NEAR: f32 = 0.25;
 
 #[test]

@@ -20,7 +20,7 @@ fn folder_with_spectrum() -> (Folder, Spectrum) {
     (folder, spectrum)
 }
 
-/// What the validator and the importer report about GLB files.
+/// The reports of the validator and the importer about GLB files.
 fn inspect(folder: &Folder, names: &[&str]) -> Vec<serde_json::Value> {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page");
     for package in ["gltf-validator", "three"] {

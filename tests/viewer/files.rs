@@ -1,4 +1,4 @@
-//! What is opened, computed and saved.
+//! Opening, computing and saving.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -8,7 +8,7 @@ use super::server::{Server, wait_for};
 use super::window::Window;
 use crate::common::program::{self, Folder};
 
-/// Where the button that closes one of several spectra is, from the top left of the window.
+/// Position of the button that closes one of several spectra, from the top left of the window.
 const CLOSE: (i32, i32) = (668, 564);
 
 #[test]

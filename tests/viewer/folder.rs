@@ -9,7 +9,7 @@ use crate::common::program::{Folder, json};
 /// The window reads this much of the range ahead, up and down.
 const AHEAD: f64 = 1.0 / 16.0;
 
-/// Where the button that computes the curves is, from the top left of the window.
+/// Position of the button that computes the curves, from the top left of the window.
 const CURVES: (i32, i32) = (820, 589);
 
 /// The colour of the curve of components.
@@ -84,7 +84,7 @@ fn of_a_folder_no_more_is_read_than_is_shown() {
     wait_for_mesh(&window, first, n_triangles(&folder, first));
     assert_rendered(&window, &folder, first);
 
-    // What is not there is a line, and the window goes on.
+    // A missing file is an error of one line, and the window stays open.
     type_isovalue(&window, at(0.8));
     window.wait_for_isovalue(|c| c == at(0.8));
     for name in &moved {

@@ -1,4 +1,4 @@
-//! What mouse and keys do to the surface, and how it is undone.
+//! Mouse and keys on the surface, and undo.
 
 use std::thread::sleep;
 
@@ -78,7 +78,7 @@ fn wheel_and_keys_step_through_isovalues() {
     window.point(500, 650);
     window.input("click 1");
     window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);
-    // What cannot be understood changes nothing.
+    // Invalid input changes nothing.
     window.type_isovalue("2");
     window.type_isovalue("p5x");
     window.wait_for_isovalue(|c| (c - 0.055).abs() < 0.03);

@@ -39,7 +39,7 @@ fn every_control_of_the_panel_works() {
 
     window.click(746, PARALLEL);
     let parallel = window.picture();
-    // What is nearer than the middle of the ball is not larger any more.
+    // Parts nearer than the middle of the ball are no longer larger.
     let share = parallel.covered() / whole.covered();
     assert!(parallel.difference(&whole) > 0.005 && share < 0.995, "{share} in parallel projection");
     window.click(746, PARALLEL);

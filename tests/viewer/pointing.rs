@@ -1,4 +1,4 @@
-//! What the pointer finds: components that are kept and hidden, distances, places; the cube.
+//! Picking with the pointer: components to keep or hide, distances, positions; the orientation cube.
 
 use super::server::{Server, wait_for};
 use super::window::Window;
@@ -62,7 +62,7 @@ fn components_are_selected_hidden_and_followed_by_the_mouse() {
     wait_for("the small one again", || (window.seen() == (0.0, small)).then_some(()));
 }
 
-/// Where the button to keep one component is, from the top of the window.
+/// Position of the button to keep one component, from the top of the window.
 const KEEP_ONE: i32 = 361;
 
 #[test]

@@ -5,10 +5,10 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// How long the window may take for anything; a software adapter on a busy machine is slow.
+/// Time limit of any reaction of the window; a software adapter on a busy machine is slow.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How long the window gets to see one event before the next: events of one frame are seen at once.
+/// Time between two events: events of one frame are seen at once.
 pub(crate) const BREATH: Duration = Duration::from_millis(400);
 
 /// A virtual X server.

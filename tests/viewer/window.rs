@@ -56,7 +56,7 @@ impl<'a> Window<'a> {
             let found = server.xdotool(&format!("search --onlyvisible --name {word}"));
             found.lines().next().map(str::to_owned)
         });
-        // What a window manager does with a new window; there is none.
+        // A window manager would do this with a new window; there is none.
         window.input(&format!("windowfocus --sync {}", window.id));
         window
     }
@@ -108,7 +108,7 @@ impl<'a> Window<'a> {
         self.input("click 1");
     }
 
-    /// What the server shows of the picture, which has that many pixels.
+    /// The picture as the server shows it, of that many pixels.
     pub(crate) fn screen(&self, width: usize, height: usize) -> Picture {
         let place = self.server.xdotool(&format!("getwindowgeometry --shell {}", self.id));
         let number = |name: &str| -> usize {
@@ -198,7 +198,7 @@ impl Picture {
         picture
     }
 
-    /// Where the surface is: the middle one of the pixels that are not white between two columns.
+    /// Position of the surface: the middle one of the pixels that are not white between two columns.
     pub(crate) fn middle_between(&self, from: usize, to: usize) -> (i32, i32) {
         let is_surface =
             |&i: &usize| (from..to).contains(&(i % self.width)) && self.pixels[i] != [255; 3];

@@ -37,7 +37,7 @@ pub(crate) fn relaxed(kernels: &mut dyn Kernels, relaxation: Relaxation) -> Adva
     kernels.advance(&advance).expect("relaxes")
 }
 
-/// How many vertices the last projection could not move.
+/// The number of vertices that the last projection could not move.
 pub(crate) fn n_failed(advanced: &Advanced) -> usize {
     advanced.status.iter().filter(|&&s| s == Status::Failed).count()
 }

@@ -10,7 +10,7 @@ fn corners() -> [[f64; 3]; 8] {
     std::array::from_fn(|i| [i & 1, i >> 1 & 1, i >> 2].map(side))
 }
 
-/// How dark the darkest pixel is next to a point of the voxel frame, 0 for the white background.
+/// Darkness of the darkest pixel next to a point of the voxel frame, 0 for the white background.
 fn ink_at(image: &Image, view: &View, p: [f64; 3]) -> i32 {
     let ([x, y], _) = project(growing_sphere(0).volume(), view, p);
     let near = [-1.0, 0.0, 1.0].map(|d| [-1.0, 0.0, 1.0].map(|e| [x + d, y + e]));
@@ -86,7 +86,7 @@ fn the_axes_point_in_the_directions_of_the_camera() {
             small(camera).with_background(Background::White).with_width(640).with_height(480);
         let with = draw(&spectrum, 0.0, &view.clone().with_axes(true));
         let side = view.height / 3;
-        // Where each colour is, at the top on the right: its middle.
+        // The middle of each colour at the top right.
         let middle = |channel: usize| {
             let (mut n, mut x_sum, mut y_sum) = (0.0, 0.0, 0.0);
             for (x, y) in

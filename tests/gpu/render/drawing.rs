@@ -7,11 +7,11 @@ use isospectrum::render::{BORDER, Background, Camera, FIELD_OF_VIEW, FILL, Image
 use isospectrum::spectrum::{About, Knot, Patch, Spectrum, Triangle, VolumeInfo};
 use isospectrum::volume::{Outside, Placement};
 
-/// How far the outline of a drawn shape may lie from that of the shape, pixels: an outline is known
+/// Maximum distance of the outline of a drawn shape from that of the shape, pixels: an outline is known
 /// to the spacing of the four samples of a pixel, which is half a pixel at worst.
 pub(crate) const OUTLINE_TOLERANCE: f64 = 0.5;
 
-/// How far the middle of a small drawn shape may lie from that of the shape, pixels. Errors of the
+/// Maximum distance of the middle of a small drawn shape from that of the shape, pixels. Errors of the
 /// outline average out over its length; a marker's outline crosses about twenty pixels, each wrong
 /// by at most 0.5, on either side: 0.5 / sqrt(20), doubled.
 pub(crate) const MIDDLE_TOLERANCE: f64 = 0.23;
@@ -159,8 +159,8 @@ pub(crate) fn coverage(image: &Image) -> (f64, [f64; 2]) {
     (area, [x_sum / area, y_sum / area])
 }
 
-/// Where a point of the voxel frame appears, pixels from the top left, and how far in front of the
-/// eye it lies, voxels: written down from the documentation of the camera, with no matrix.
+/// The position of a point of the voxel frame in the picture, pixels from the top left, and its depth in front of the
+/// eye, voxels: written down from the documentation of the camera, with no matrix.
 pub(crate) fn project(volume: &VolumeInfo, view: &View, p: [f64; 3]) -> ([f64; 2], f64) {
     let Camera { azimuth, elevation, distance, orthographic, up: _ } = view.camera;
     let (sin_a, cos_a) = azimuth.to_radians().sin_cos();

@@ -7,7 +7,7 @@ use isospectrum::volume::{Outside, Placement, Samples, Volume};
 
 use crate::common::random::Random;
 
-/// How many kinds of values there are.
+/// The number of kinds of values.
 const KINDS: u64 = 6;
 
 /// So many kinds of values and of how they lie in the volume, each with each.

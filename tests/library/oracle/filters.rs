@@ -8,7 +8,7 @@ use isospectrum::volume::{Placement, Preparation, ReadOptions, Samples, Volume, 
 
 use crate::oracle::here;
 
-/// How far results may be apart, of samples between -3 and 12: those of float64 in another order.
+/// Maximum difference of results, for samples between -3 and 12: those of float64 in another order.
 const ROUNDING: f64 = 1e-12;
 
 fn volume() -> Volume {
@@ -97,7 +97,7 @@ fn filters_keep_integers_small_and_do_not_depend_on_threads() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     let again = pool.install(|| all.apply(volume)).expect("a volume");
     assert_eq!(once.samples(), again.samples());
-    // What was recorded is done again.
+    // The recorded preparation is repeated.
     let spectrum = |told: serde_json::Value| {
         let mut about = About::new(once.info(), once.range(), 0.1);
         about.parameters = Metadata::from_json(&told.to_string()).expect("JSON");

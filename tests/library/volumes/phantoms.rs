@@ -17,7 +17,7 @@ fn volume_above(v: &Volume, isovalue: f64) -> f64 {
     values(v).iter().filter(|&&f| f > isovalue).count() as f64 * step.powi(3)
 }
 
-/// How far counting may be off: half a sample (at most sqrt(3)/2 steps) all over the surface.
+/// Maximum error of counting: half a sample (at most sqrt(3)/2 steps) all over the surface.
 fn counting_error(v: &Volume, area: f64) -> f64 {
     0.5 * 3f64.sqrt() * area * 2.0 / (v.dims()[0] - 1) as f64
 }
