@@ -66,7 +66,7 @@ fn main() -> ExitCode {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
                 eprintln!("table1: {error}");
-                ExitCode::from(error.exit_code())
+                ExitCode::FAILURE
             }
         },
         Err(path) => {

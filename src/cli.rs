@@ -1,8 +1,7 @@
-//! The command line: what can be asked for, and what every command has in common.
+//! The command line: its commands, and what all of them share.
 //!
-//! A command is a struct of its flags with a `run`, one file each. Running goes parse → validate →
-//! work: everything that can be known to be wrong from the flags alone is said before a volume is
-//! read or a file is opened. Data and reports go to stdout, messages and progress to stderr.
+//! A command is a struct of flags with a method `run`, one file each. It parses, validates, then works: a fault that the
+//! flags alone reveal is reported before any file is read. Data and reports go to stdout, messages and progress to stderr.
 
 mod analyze;
 mod backend_arguments;
@@ -17,10 +16,13 @@ mod components;
 mod compute;
 mod convert;
 mod demo;
+mod driver_warning;
 mod empty;
+pub(crate) mod exit_code;
 mod extract;
 mod film;
 mod frames;
+mod heading;
 mod html;
 mod info;
 pub(crate) mod interrupt;
@@ -30,7 +32,9 @@ mod kind;
 mod machine;
 mod mark_argument;
 mod merge;
+mod number_argument;
 mod output;
+mod parameter_arguments;
 mod parts;
 mod plan;
 mod preparation_arguments;
@@ -40,6 +44,7 @@ mod report;
 mod series;
 mod sight_arguments;
 mod simplify_arguments;
+mod size_argument;
 mod spectrum_file;
 mod surface_argument;
 mod target;
@@ -52,31 +57,52 @@ mod view;
 #[path = "cli/view_missing.rs"]
 mod view;
 mod volume_arguments;
-pub(crate) mod wayland;
 
 use std::io;
 
-use clap::{ArgAction, Parser, Subcommand};
+use clap::{ArgAction, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
-/// Precompute every isosurface of a volume as one tracked triangle mesh; extract, render and
-/// verify any isovalue at once.
+/// Precompute every isosurface of a volume as one tracked triangle mesh
+///
+/// A spectrum file holds the meshes of all isovalues of a volume. Compute it once, then extract, render, publish and verify
+/// any isovalue at once.
 #[derive(Debug, Parser)]
-#[command(name = "isospectrum", version, after_help = EXIT_CODES)]
+#[command(name = "isospectrum", version, disable_help_flag = true, disable_version_flag = true)]
+#[command(after_help = EXIT_CODES, after_long_help = LONG_EXIT_CODES)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     command: Command,
-    /// Say nothing but errors
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    /// Suppress everything but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = heading::GENERAL)]
     quiet: bool,
-    /// Say more; twice: also what the GPU libraries say
-    #[arg(short, long, global = true, action = ArgAction::Count)]
+    /// Print details; twice: also messages of the GPU libraries
+    #[arg(short, long, global = true, action = ArgAction::Count, help_heading = heading::GENERAL)]
     verbose: u8,
+    /// Print help: -h a summary, --help all options and examples
+    #[arg(id = "help", short = 'h', long = "help", global = true, action = ArgAction::Help, help_heading = heading::GENERAL)]
+    _help: Option<bool>,
+    /// Print the version
+    #[arg(id = "version", short = 'V', long = "version", action = ArgAction::Version, help_heading = heading::GENERAL)]
+    _version: Option<bool>,
 }
 
-const EXIT_CODES: &str = "\
-Exit codes: 0 all right, 1 internal error or no adapter, 2 usage, 3 a file cannot be read or \
-written, is damaged or unsupported, 4 isovalue outside the range, 5 verification failed, \
-130 interrupted (129 by a hangup, 143 by a request to terminate).";
+const EXIT_CODES: &str = "Exit codes: 0 success, 1 internal error or no GPU, 2 usage, 3 file, 4 isovalue outside the range, 5 verification failed, 130 interrupted";
+
+const LONG_EXIT_CODES: &str = "\
+Examples:
+  isospectrum compute --phantom blobs:64 -o blobs.isp
+  isospectrum extract blobs.isp -c 50% -o half.ply
+  isospectrum render blobs.isp -c 50% -o half.png
+  isospectrum verify blobs.isp --phantom blobs:64
+
+Exit codes:
+  0    success
+  1    internal error, or no GPU
+  2    wrong usage
+  3    a file cannot be read or written, is damaged or unsupported
+  4    the isovalue is outside the range
+  5    verification failed
+  130  interrupted (129 by a hangup, 143 by a request to terminate)";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -96,10 +122,26 @@ enum Command {
     Completions(completions::Completions),
 }
 
-/// Runs what the command line asks for.
+/// Returns the definition of the whole command line.
+pub(crate) fn definition() -> clap::Command {
+    // A negative number is a value, so that the check of its flag can name the range.
+    let numbers = |arg: clap::Arg| {
+        let takes_value = arg.get_action().takes_values() && !arg.is_positional();
+        if takes_value { arg.allow_negative_numbers(true) } else { arg }
+    };
+    // The help flag of the root is global: it stays last in the help of each command.
+    Cli::command().mut_subcommands(|command| command.disable_help_flag(true).mut_args(numbers))
+}
+
+/// Parses the arguments of the program.
+pub(crate) fn parse() -> Result<Cli, clap::Error> {
+    Cli::from_arg_matches(&definition().try_get_matches()?)
+}
+
+/// Runs the command.
 pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
     start_log(arguments);
-    interrupt::install();
+    interrupt::install(progress::clear);
     match &arguments.command {
         Command::Compute(command) => command.run(arguments.quiet),
         Command::Plan(command) => command.run(),
@@ -114,11 +156,11 @@ pub(crate) fn run(arguments: &Cli) -> anyhow::Result<()> {
         Command::Render(command) => command.run(arguments.quiet),
         Command::Convert(command) => command.run(),
         Command::Demo(command) => command.run(arguments.quiet),
-        Command::Completions(command) => command.run(),
+        Command::Completions(command) => command.run(&mut definition()),
     }
 }
 
-/// Messages are plain lines on stderr; those of other libraries show with `-vv` only.
+/// Starts logging: messages are plain lines on stderr; those of other libraries appear with `-vv` only.
 fn start_log(arguments: &Cli) {
     use log::LevelFilter::{Debug, Error, Info, Off, Warn};
     let (program, library, others) = match (arguments.quiet, arguments.verbose) {
@@ -133,23 +175,13 @@ fn start_log(arguments: &Cli) {
         .filter_module("isospectrum::cli", program)
         .format(|line, record| {
             use std::io::Write as _;
-            // A record is one line: a name in it may hold anything.
+            // A record is one line, whatever a name in it contains.
             writeln!(line, "{}", terminal::plain(&record.args().to_string()))
         })
         .init();
 }
 
-/// The exit code for an error: that of the library's error in its chain, or of the signal that
-/// interrupted.
-pub(crate) fn exit_code(error: &anyhow::Error) -> u8 {
-    match error.chain().find_map(|e| e.downcast_ref::<isospectrum::Error>()) {
-        Some(isospectrum::Error::Interrupted) => interrupt::exit_code(),
-        Some(error) => error.exit_code(),
-        None => 1,
-    }
-}
-
-/// Whether whoever reads our output has closed it, as `head` does: no error.
+/// True if the reader of our output has closed the pipe, as `head` does: no error.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|e| {
         let of_system = e.downcast_ref::<io::Error>();
@@ -157,7 +189,7 @@ pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     })
 }
 
-/// The error and its causes on one line for a terminal, each said once.
+/// Returns the error and its causes on one line for a terminal, each cause once.
 pub(crate) fn one_line(error: &anyhow::Error) -> String {
     let mut line = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
@@ -171,18 +203,31 @@ pub(crate) fn one_line(error: &anyhow::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        definition().debug_assert();
     }
 
     #[test]
-    fn an_error_is_one_line_that_says_each_cause_once() {
+    fn the_summary_of_each_command_fits_a_terminal() {
+        // Of 80 columns and some 45 lines, with one line for each flag.
+        let mut definition = definition().term_width(80);
+        definition.build();
+        for command in definition.get_subcommands_mut() {
+            let name = command.get_name().to_owned();
+            let help = command.render_help().to_string();
+            assert!(help.lines().count() <= 46, "{name}: {} lines\n{help}", help.lines().count());
+            let is_continued = |line: &str| line.starts_with("            ");
+            assert!(!help.lines().any(is_continued), "{name}:\n{help}");
+            assert!(help.contains("Print help"), "{name}:\n{help}");
+        }
+    }
+
+    #[test]
+    fn an_error_is_one_line_with_each_cause_once() {
         let source = io::Error::other("disk\nfull");
         let error = anyhow::Error::from(isospectrum::Error::io("a.isp", source)).context("saving");
         assert_eq!(one_line(&error), "saving: a.isp: disk full");
-        assert_eq!(exit_code(&error), 3);
     }
 }

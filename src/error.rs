@@ -15,7 +15,6 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 /// let samples = Samples::from(vec![0u8; 26]);
 /// let error = Volume::new("v", [3; 3], samples, Placement::default()).expect_err("one sample is missing");
 /// assert!(matches!(error, Error::Input(_)));
-/// assert_eq!(error.exit_code(), 3);
 /// assert!(error.to_string().starts_with("v: 26 samples, expected 3x3x3"), "{error}");
 /// ```
 #[derive(Debug, thiserror::Error)]
@@ -33,7 +32,7 @@ pub enum Error {
     #[error("{0}")]
     Input(String),
     /// An isovalue is outside the range of the spectrum.
-    #[error("isovalue {isovalue} lies outside the range {low} to {high}")]
+    #[error("{}", range_message(*isovalue, *low, *high))]
     Range {
         /// The isovalue.
         isovalue: f64,
@@ -82,19 +81,26 @@ impl Error {
             other => other,
         }
     }
+}
 
-    /// The exit code of the program for this error: 2 usage, 3 input, 4 isovalue outside the
-    /// range, 5 verification failed, 130 interrupted, 1 anything else.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Error::Usage(_) => 2,
-            Error::Io { .. } | Error::Input(_) => 3,
-            Error::Range { .. } => 4,
-            Error::Verification(_) => 5,
-            Error::Interrupted => 130,
-            Error::Gpu(_) | Error::Internal(_) => 1,
-        }
-    }
+/// Names the numbers with the fewest significant digits, five at least, that tell them apart.
+fn range_message(isovalue: f64, low: f64, high: f64) -> String {
+    let numbers = [isovalue, low, high];
+    let pairs = [(0, 1), (0, 2), (1, 2)];
+    let text = |digits: usize| numbers.map(|x| with_digits(x, digits));
+    let is_clear = |text: &[String; 3]| {
+        pairs.iter().all(|&(a, b)| numbers[a] == numbers[b] || text[a] != text[b])
+    };
+    // 17 digits tell any two numbers apart.
+    let [isovalue, low, high] = (5..17).map(text).find(is_clear).unwrap_or_else(|| text(17));
+    format!("isovalue {isovalue} is outside the range {low} to {high}")
+}
+
+/// Writes a number with so many significant digits, with an exponent where that is shorter.
+fn with_digits(x: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
+    let (plain, scientific) = (rounded.to_string(), format!("{rounded:e}"));
+    if plain.len() <= scientific.len().max(digits + 6) { plain } else { scientific }
 }
 
 #[cfg(test)]
@@ -102,9 +108,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_internal_error_exits_with_1_and_says_so() {
+    fn numbers_of_a_range_have_as_many_digits_as_tell_them_apart() {
+        let message = |isovalue, low, high| Error::Range { isovalue, low, high }.to_string();
+        assert_eq!(
+            message(1e9, 2.316_274e-16, 0.987_654_321),
+            "isovalue 1000000000 is outside the range 2.3163e-16 to 0.98765"
+        );
+        assert_eq!(message(-5.0, 0.0, 255.0), "isovalue -5 is outside the range 0 to 255");
+        assert_eq!(
+            message(1.000_000_1, 0.0, 1.0),
+            "isovalue 1.0000001 is outside the range 0 to 1"
+        );
+        assert_eq!(message(f64::NAN, 0.0, 1.0), "isovalue NaN is outside the range 0 to 1");
+    }
+
+    #[test]
+    fn an_internal_error_asks_for_a_report() {
         let error = Error::internal("two arcs are one");
-        assert_eq!(error.exit_code(), 1);
         assert_eq!(error.to_string(), "internal error, please report it: two arcs are one");
     }
 }

@@ -1,4 +1,4 @@
-//! The program `isospectrum`: parse the command line, run the command, print the error, exit.
+//! The program `isospectrum`: parses the command line, runs the command, prints the error, exits.
 //!
 //! Everything else is in [`cli`], one file per command, and in the library.
 
@@ -7,28 +7,25 @@ mod cli;
 use std::panic::catch_unwind;
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 fn main() -> ExitCode {
-    cli::wayland::settle();
     std::panic::set_hook(Box::new(|panic| {
         let panic = cli::terminal::line(&panic.to_string());
-        cli::terminal::say(&format!("internal error, please report it: {panic}"));
+        cli::terminal::print_message(&format!("internal error, please report it: {panic}"));
     }));
-    let arguments = match cli::Cli::try_parse() {
+    let arguments = match cli::parse() {
         Ok(arguments) => arguments,
-        Err(error) => return cli::usage::report(&error),
+        Err(error) => return cli::usage::report(&error, &cli::definition()),
     };
     match catch_unwind(|| cli::run(&arguments)) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) if cli::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
-            // Nobody else says something from here on.
-            std::mem::forget(cli::interrupt::last_word());
-            cli::terminal::say(&cli::one_line(&error));
-            ExitCode::from(cli::exit_code(&error))
+            // Kept to the end, so that no signal prints a second message.
+            std::mem::forget(cli::interrupt::lock_final_message());
+            cli::terminal::print_message(&cli::one_line(&error));
+            ExitCode::from(cli::exit_code::of(&error))
         }
-        // The hook has said what happened.
+        // The hook has printed the panic.
         Err(_) => ExitCode::FAILURE,
     }
 }

@@ -34,6 +34,7 @@ mod region;
 mod remesh;
 mod repair;
 mod shared;
+mod stages;
 mod thin;
 mod tracked;
 mod transport;

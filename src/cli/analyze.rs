@@ -3,9 +3,8 @@
 //! Events, critical points and regions, and the contour spectrum (Bajaj, Pascucci, Schikore 1997):
 //! components, Betti numbers, area and enclosed volume as functions of the isovalue.
 //!
-//! Events are those of the volume as it is, the same that a spectrum holds (see
-//! [`Event`]). Critical points are those of the field with its ties broken: on plateaus there are more of
-//! them, which undo each other.
+//! Events are those of the volume itself, the same as in a spectrum (see [`Event`]). Critical points are those of the field
+//! with ties between equal samples broken: a plateau has more of them, which cancel each other.
 
 mod candidates;
 mod curves;
@@ -28,6 +27,7 @@ use isospectrum::volume::{Placement, Statistics, Unit, Volume, parse_raw_name};
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
+use super::heading;
 use super::output::{self, Output};
 use super::preparation_arguments::PreparationArguments;
 use super::progress::Bar;
@@ -37,10 +37,18 @@ use super::terminal;
 use super::volume_arguments::VolumeArguments;
 use candidates::Candidate;
 use curves::Curve;
-use regions::Region;
+use regions::ConstantRegion;
 
-/// Tell the topology of every isosurface of a volume
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum analyze scan.nrrd --plot curves.svg
+  isospectrum analyze scan.nrrd --persistence 2% --simplified smooth.raw";
+
+/// Analyze the topology of every isosurface of a volume
+///
+/// Prints events, components, handles, areas and volumes along the range, and isovalues of interest.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub(super) struct Analyze {
     #[command(flatten)]
     volume: VolumeArguments,
@@ -48,20 +56,22 @@ pub(super) struct Analyze {
     preparation: PreparationArguments,
     #[command(flatten)]
     simplify: SimplifyArguments,
-    /// Write the volume with the noise taken out, as RAW of its own sample type
-    #[arg(long, value_name = "FILE.raw", requires = "noise")]
-    simplified: Option<PathBuf>,
-    /// Isovalues to look at, e.g. 10:200 or 5%:95% [default: all of the volume's]
-    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    /// Cover these isovalues, e.g. 10:200 or 5%:95% [default: all]
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, help_heading = heading::OUTPUT)]
     range: Option<IsovalueRange>,
-    /// Isovalues along the curves
-    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(2..))]
+    /// Number of isovalues along the curves
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(2..), help_heading = heading::OUTPUT)]
     samples: u16,
-    /// Draw the curves (.svg); - is stdout
-    #[arg(long, value_name = "FILE")]
+    /// Plot the curves to a file (.svg), or - for stdout
+    #[arg(long, value_name = "FILE", help_heading = heading::OUTPUT)]
     plot: Option<PathBuf>,
+    /// Write the volume without noise (.raw)
+    ///
+    /// Needs --persistence or --min-component. The sample type is that of the simplified samples.
+    #[arg(long, value_name = "FILE", requires = "noise", help_heading = heading::OUTPUT)]
+    simplified: Option<PathBuf>,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
 }
 
@@ -71,13 +81,13 @@ impl Analyze {
         let on_stdout = [&plot, &simplified].map(|o| o.as_ref().is_some_and(Output::is_stdout));
         if usize::from(self.json) + on_stdout.iter().filter(|&&is| is).count() > 1 {
             let message =
-                "--json, --plot - and --simplified - all want stdout, expected one of them";
+                "--json, --plot - and --simplified - all write to stdout, expected one of them";
             return Err(Error::Usage(message.to_owned()).into());
         }
         let (volume, _) = self.preparation.apply(self.volume.read()?)?;
         let (volume, cleaned) = self.simplify.apply(volume)?;
         if let Some(simplified) = simplified {
-            self.check_told(&volume)?;
+            self.check_simplified_name(&volume)?;
             simplified.write_bytes(&volume.samples().to_le_bytes())?;
         }
         let range = self
@@ -112,10 +122,8 @@ impl Analyze {
         }
         Ok(())
     }
-}
 
-impl Analyze {
-    /// The plot and the simplified volume, where they are asked for.
+    /// Opens the plot and the simplified volume, if requested.
     fn open_outputs(&self) -> Result<[Option<Output>; 2]> {
         let (volume, mask) = (self.volume.files(), self.preparation.files());
         let inputs: Vec<&Path> = volume.iter().chain(&mask).map(PathBuf::as_path).collect();
@@ -126,7 +134,7 @@ impl Analyze {
             && final_path(plot).ok() == final_path(simplified).ok()
         {
             let shown = plot.display();
-            let message = format!("{shown}: both --plot and --simplified, expected two files");
+            let message = format!("{shown}: is both --plot and --simplified, expected two files");
             return Err(Error::Usage(message));
         }
         if let Some(path) = &self.simplified
@@ -139,20 +147,20 @@ impl Analyze {
         Ok([plot, simplified])
     }
 
-    /// Checks that the name of the simplified volume does not say what it is not: whoever reads the
-    /// file takes its dimensions and its sample type from there.
-    fn check_told(&self, volume: &Volume) -> Result<()> {
+    /// Checks that the name of the simplified volume does not contradict its content: readers of a RAW file take the
+    /// dimensions and the sample type from the name.
+    fn check_simplified_name(&self, volume: &Volume) -> Result<()> {
         let Some(path) = &self.simplified else { return Ok(()) };
         let (dims, sample_type) = parse_raw_name(path);
         let ([nx, ny, nz], type_name) = (volume.dims(), volume.samples().type_name());
         if dims.is_none_or(|dims| dims == volume.dims())
-            && sample_type.is_none_or(|told| told == type_name)
+            && sample_type.is_none_or(|by_name| by_name == type_name)
         {
             return Ok(());
         }
         let shown = path.display();
         Err(Error::Usage(format!(
-            "{shown}: the samples are {nx}x{ny}x{nz} {type_name}, expected a name that says so, such as out_{nx}x{ny}x{nz}_{type_name}.raw"
+            "{shown}: the samples are {nx}x{ny}x{nz} {type_name}, expected such a name, e.g. out_{nx}x{ny}x{nz}_{type_name}.raw"
         )))
     }
 }
@@ -163,24 +171,24 @@ struct Analysis<'a> {
     volume: &'a str,
     dims: [usize; 3],
     range: (f64, f64),
-    /// What was done to the volume first.
+    /// The removal of noise before the analysis.
     #[serde(skip_serializing_if = "Option::is_none")]
     simplification: Option<&'a Simplification>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dust: Option<&'a Dust>,
     n_events: usize,
-    /// How many isovalues they share.
+    /// Number of different isovalues of events.
     n_event_isovalues: usize,
-    /// How many events there are of each kind.
+    /// Number of events of each kind.
     kinds: Vec<(EventKind, usize)>,
     events: Vec<Event>,
-    /// Isovalues that may be of interest, and why.
+    /// Isovalues of interest, with the reason.
     candidates: Vec<Candidate>,
     n_critical_points: usize,
     critical_points: Vec<CriticalPoint>,
-    /// What areas and volumes of the curves are in: squares and cubes of it.
+    /// Unit of length of the curves: areas are in its square, volumes in its cube.
     unit: String,
-    regions: Vec<Region>,
+    regions: Vec<ConstantRegion>,
     curves: &'a [Curve],
 }
 
@@ -248,7 +256,10 @@ impl<'a> Analysis<'a> {
             ("of these", kinds.join(", ")),
             (
                 "critical points",
-                format!("{}, those on plateaus that undo each other too", self.n_critical_points),
+                format!(
+                    "{}, including those on plateaus that cancel each other",
+                    self.n_critical_points
+                ),
             ),
             ("constant regions", self.regions.len().to_string()),
             ("candidates", self.candidates_line()),
@@ -273,7 +284,7 @@ impl<'a> Analysis<'a> {
 }
 
 impl Analysis<'_> {
-    /// Isovalues that may be of interest, for people.
+    /// Describes isovalues of interest for people.
     fn candidates_line(&self) -> String {
         let named = |c: &Candidate| match c.n_branches {
             Some(n) => format!("{} (most branches of the contour tree, {n})", number(c.isovalue)),
@@ -283,7 +294,7 @@ impl Analysis<'_> {
     }
 }
 
-/// What lengths of the world are in.
+/// Returns the unit of lengths in the world.
 fn unit_of(placement: &Placement) -> String {
     match placement.unit {
         Unit::Unknown if placement.spacing == [1.0; 3] && !placement.is_sheared() => "voxel".into(),
@@ -291,12 +302,12 @@ fn unit_of(placement: &Placement) -> String {
     }
 }
 
-/// How many events there are, for people.
+/// Describes the number of events for people.
 pub(super) fn events_line(n_events: usize, n_isovalues: usize) -> String {
     format!("{n_events} at {n_isovalues} isovalues")
 }
 
-/// How many different isovalues ascending events have.
+/// Counts the different isovalues of events in ascending order.
 pub(super) fn n_isovalues(events: &[Event]) -> usize {
     events.chunk_by(|a, b| a.isovalue == b.isovalue).count()
 }
@@ -323,7 +334,7 @@ impl CriticalPoint {
     }
 }
 
-/// The kind as people say it.
+/// Returns the name of a kind of event for people.
 fn kind_name(kind: EventKind) -> &'static str {
     match kind {
         EventKind::Emerge => "emerge",

@@ -1,53 +1,61 @@
-//! Where the vertex- and triangle-parallel stages run, as said on the command line.
+//! Flags that select GPU or CPU and the number of threads.
 
 use clap::{Args, ValueEnum};
 use isospectrum::{Backend, Choice};
 use isospectrum::{Error, Result};
 
-/// The arguments wherever something is computed.
+use super::{driver_warning, heading};
+
+/// The flags of every command that computes a spectrum.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::MACHINE)]
 pub(super) struct BackendArguments {
-    /// Where the vertex- and triangle-parallel stages run
+    /// Compute on auto, gpu or cpu
+    ///
+    /// Selects where the stages run that are parallel over vertices and triangles.
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
-    backend: Wanted,
-    /// Adapter to use, by a part of its name
-    #[arg(long, value_name = "NAME")]
+    #[arg(hide_possible_values = true)]
+    backend: BackendChoice,
+    /// GPU to use, by a part of its name
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     adapter: Option<String>,
-    /// Threads on the CPU [default: all]
+    /// Number of CPU threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Wanted {
-    /// A GPU where there is one, else the CPU
+enum BackendChoice {
+    /// The GPU if there is one, else the CPU
     Auto,
-    /// A GPU; an error where there is none
+    /// The GPU; fail if there is none
     Gpu,
     /// The CPU
     Cpu,
 }
 
 impl BackendArguments {
-    /// The adapter asked for.
+    /// Returns a part of the name of the requested adapter.
     pub(super) fn adapter(&self) -> Option<&str> {
         self.adapter.as_deref()
     }
 
     /// Opens the backend, and sets the number of threads of the whole program.
     pub(super) fn open(&self) -> Result<Backend> {
-        if self.backend == Wanted::Cpu && self.adapter.is_some() {
-            return Err(Error::Usage("--adapter has no meaning with --backend cpu".to_owned()));
+        if self.backend == BackendChoice::Cpu && self.adapter.is_some() {
+            return Err(Error::Usage(
+                "--adapter selects a GPU, which --backend cpu does not use".to_owned(),
+            ));
         }
         if let Some(n) = self.threads {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n));
             pool.build_global().map_err(|error| Error::Usage(format!("--threads {n}: {error}")))?;
         }
         let choice = match self.backend {
-            Wanted::Auto => Choice::Auto,
-            Wanted::Gpu => Choice::Gpu,
-            Wanted::Cpu => Choice::Cpu,
+            BackendChoice::Auto => Choice::Auto,
+            BackendChoice::Gpu => Choice::Gpu,
+            BackendChoice::Cpu => Choice::Cpu,
         };
-        Backend::choose(choice, self.adapter())
+        driver_warning::hidden(|| Backend::choose(choice, self.adapter()))
     }
 }

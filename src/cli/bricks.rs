@@ -1,4 +1,4 @@
-//! `compute` in bricks: the parts in a folder of their own beside the result, which goes in the end.
+//! `compute` in bricks: the parts are in a temporary folder next to the result.
 
 use isospectrum::Backend;
 use isospectrum::bricks::{BrickLimits, OpenVolume, Parts, Plan, Survey, compute_parts};
@@ -9,18 +9,18 @@ use super::progress::Bar;
 use super::report;
 use super::target::{Made, Target};
 
-/// What the program itself takes, bytes: 20 MB, and as much again for what the allocator keeps.
-const PROGRAM: f64 = 48e6;
+/// Memory of the program itself, bytes: 20 MB, and as much again that the allocator keeps.
+const PROGRAM_MEMORY: f64 = 48e6;
 
 /// A volume that is swept in bricks.
 pub(super) struct InBricks {
     pub(super) plan: Plan,
     pub(super) survey: Survey,
-    /// The memory that may be used, where it is known.
+    /// The limit of memory, if known.
     pub(super) limit: Option<Limit>,
-    /// Most triangles, where it was said.
+    /// The limit of triangles, if given.
     pub(super) triangles: Option<f64>,
-    /// Why it is in bricks, where that was not asked for.
+    /// The reason for bricks, unless they were requested.
     pub(super) why: Option<String>,
 }
 
@@ -37,21 +37,22 @@ impl InBricks {
         compute_parts(&parts, volume, backend, limits, &bar)
             .map_err(|error| work.hide_in(error, &shown))?;
         let memory = self.limit.map(|_| limits.memory);
-        target.merge(&parts, volume, (Some(work), memory), &bar)
+        target.merge(&parts, volume, Some(work), memory, &bar)
     }
 
-    /// What is left for the bricks.
+    /// Returns the limits of the bricks: the memory without the program and samples that stay in memory.
     fn limits(&self, is_folder: bool) -> Result<BrickLimits> {
         let (one_file, triangles) = (!is_folder, self.triangles);
         let Some(limit) = self.limit else {
             return Ok(BrickLimits { memory: f64::INFINITY, one_file, triangles });
         };
-        let memory = limit.bytes - PROGRAM - self.survey.volume().bytes_in_memory();
+        let memory = limit.bytes - PROGRAM_MEMORY - self.survey.volume().bytes_in_memory();
         if memory <= 0.0 {
             let name = &self.plan.recipe.volume.name;
-            let beyond =
-                limit.beyond(PROGRAM + self.survey.volume().bytes_in_memory()).unwrap_or_default();
-            return Err(Error::Usage(format!("{name}: {beyond}; bricks do not help")));
+            let beyond = limit
+                .beyond(PROGRAM_MEMORY + self.survey.volume().bytes_in_memory())
+                .unwrap_or_default();
+            return Err(Error::Usage(format!("{name}: {beyond}; too large even in bricks")));
         }
         Ok(BrickLimits { memory, one_file, triangles })
     }

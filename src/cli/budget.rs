@@ -1,4 +1,4 @@
-//! How large a spectrum may become: a warning before the work begins, or a refusal.
+//! Limits of triangles and memory: a warning or an error before the work begins.
 
 use clap::Args;
 use isospectrum::Forecast;
@@ -7,30 +7,34 @@ use isospectrum::volume::Volume;
 use isospectrum::{Error, Result};
 
 use super::machine::{self, Allowed};
-use super::report;
+use super::{heading, report};
 
-/// Triangles above which a warning is given where no flag says otherwise.
-const TRIANGLES: f64 = 20e6;
+/// Number of expected triangles that causes a warning without a flag.
+const WARN_TRIANGLES: f64 = 20e6;
 
-/// Memory above which a warning is given where no flag says otherwise.
-const MEMORY: ByteSize = ByteSize::new(16.0 * 1024.0 * 1024.0 * 1024.0);
+/// Expected memory that causes a warning without a flag.
+const WARN_MEMORY: ByteSize = ByteSize::new(16.0 * 1024.0 * 1024.0 * 1024.0);
 
-/// By which factor a forecast may be off; what is beyond that will not fit.
-const OFF_BY: f64 = 2.0;
+/// Factor by which a forecast can be too high: a volume that exceeds the memory by more will not fit.
+const FORECAST_ERROR: f64 = 2.0;
 
-/// The flags of the budget.
+/// Flags that limit triangles and memory.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::MACHINE)]
 pub(super) struct BudgetArguments {
-    /// Refuse to begin where more triangles are expected, stop where bricks have more [default: warn above 20 million]
-    #[arg(long, value_name = "N", value_parser = super::compute::positive, allow_negative_numbers = true)]
-    max_triangles: Option<f64>,
-    /// Work within this memory, e.g. 8GB: in bricks where more is expected of the whole; refuse where those do not help
-    /// [default: what the system leaves]
+    /// Memory limit, e.g. 8GB [default: all that is free]
+    ///
+    /// A volume that is expected to need more is computed in bricks, or refused if those need more too.
     #[arg(long, value_name = "SIZE")]
     max_memory: Option<ByteSize>,
+    /// Refuse to start if more triangles are expected
+    ///
+    /// A computation in bricks stops when it exceeds them. Without the flag, more than 20 million cause a warning.
+    #[arg(long, value_name = "N", value_parser = super::number_argument::positive)]
+    max_triangles: Option<f64>,
 }
 
-/// How much memory there is, and who says so.
+/// A limit of memory and its origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limit {
     pub(super) bytes: f64,
@@ -38,7 +42,7 @@ pub(super) struct Limit {
 }
 
 impl Limit {
-    /// What to say of memory that is expected and is more.
+    /// Describes expected memory that exceeds the limit; none if it does not.
     pub(super) fn beyond(self, expected: f64) -> Option<String> {
         (expected > self.bytes).then(|| {
             let [expected, left] = [expected, self.bytes].map(|x| report::bytes(x as u64));
@@ -48,7 +52,7 @@ impl Limit {
 }
 
 impl BudgetArguments {
-    /// The memory that may be used: what was asked for, or what the system leaves; none where that cannot be known.
+    /// Returns the limit of memory: that of the flag, or of the system; none if unknown.
     pub(super) fn limit(&self) -> Option<Limit> {
         match self.max_memory {
             Some(size) => Some(Limit { bytes: size.bytes(), by: "--max-memory" }),
@@ -56,18 +60,18 @@ impl BudgetArguments {
         }
     }
 
-    /// Most triangles, where it was said.
+    /// Returns the limit of triangles, if given.
     pub(super) fn max_triangles(&self) -> Option<f64> {
         self.max_triangles
     }
 
-    /// Refuses a volume that does not fit as it is, before it is looked at further.
+    /// Refuses a volume whose samples alone exceed the memory.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where no memory was given and it is beyond what there is.
+    /// [`Error::Usage`] if `--max-memory` is not given and the volume exceeds the memory of the system.
     pub(super) fn check_least(&self, volume: &Volume) -> Result<()> {
-        // A memory that was given is what the user knows of the machine.
+        // With --max-memory, the user knows the machine better.
         let allowed = machine::allowed().filter(|_| self.max_memory.is_none());
         let least = Forecast::least_memory(volume.dims());
         match allowed.and_then(|allowed| beyond_machine(least, allowed, 1.0)) {
@@ -79,17 +83,18 @@ impl BudgetArguments {
         }
     }
 
-    /// Warns where a volume as a whole is beyond the budget, or beyond what the machine has.
+    /// Warns if a whole volume exceeds the limits, or the memory of the system.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where it is beyond a budget that was given as a flag, or where no memory was
-    /// given and it is clearly beyond what there is.
+    /// [`Error::Usage`] if it exceeds a limit given as a flag, or, without `--max-memory`, clearly exceeds the memory of the
+    /// system.
     pub(super) fn check(&self, name: &str, forecast: &Forecast) -> Result<()> {
-        // A memory that was given is what the user knows of the machine.
+        // With --max-memory, the user knows the machine better.
         let allowed = machine::allowed().filter(|_| self.max_memory.is_none());
         let advice = advice(forecast);
-        let refused = allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, OFF_BY));
+        let refused =
+            allowed.and_then(|allowed| beyond_machine(forecast.memory, allowed, FORECAST_ERROR));
         if let Some(refused) = refused {
             return Err(Error::Usage(format!("{name}: {refused}; {advice}")));
         }
@@ -106,25 +111,25 @@ impl BudgetArguments {
         Ok(())
     }
 
-    /// What of a forecast is beyond the limits that count, by whether they are given as flags.
+    /// Describes which limits a forecast exceeds. `counts` selects limits by whether they are given as flags.
     fn beyond(&self, forecast: &Forecast, counts: impl Fn(bool) -> bool) -> Option<String> {
         let mut parts = Vec::new();
-        let most = self.max_triangles.unwrap_or(TRIANGLES);
-        if forecast.triangles > most && counts(self.max_triangles.is_some()) {
-            let [expected, most] = [forecast.triangles, most].map(rounded);
-            parts.push(format!("about {expected} triangles (more than {most})"));
+        let limit = self.max_triangles.unwrap_or(WARN_TRIANGLES);
+        if forecast.triangles > limit && counts(self.max_triangles.is_some()) {
+            let [expected, limit] = [forecast.triangles, limit].map(rounded);
+            parts.push(format!("about {expected} triangles (more than {limit})"));
         }
-        let most = self.max_memory.unwrap_or(MEMORY).bytes();
-        if forecast.memory > most && counts(self.max_memory.is_some()) {
-            let [expected, most] = [forecast.memory, most].map(|x| report::bytes(x as u64));
-            parts.push(format!("about {expected} of memory (more than {most})"));
+        let limit = self.max_memory.unwrap_or(WARN_MEMORY).bytes();
+        if forecast.memory > limit && counts(self.max_memory.is_some()) {
+            let [expected, limit] = [forecast.memory, limit].map(|x| report::bytes(x as u64));
+            parts.push(format!("about {expected} of memory (more than {limit})"));
         }
         let events = forecast.events;
         (!parts.is_empty()).then(|| format!("{} expected for {events} events", parts.join(" and ")))
     }
 }
 
-/// What to say of memory that is more than `times` what the machine allows.
+/// Describes expected memory that exceeds `times` the memory of the system; none if it does not.
 fn beyond_machine(expected: f64, allowed: Allowed, times: f64) -> Option<String> {
     (expected > times * allowed.bytes).then(|| {
         let [expected, left] = [expected, allowed.bytes].map(|x| report::bytes(x as u64));
@@ -141,7 +146,7 @@ fn advice(forecast: &Forecast) -> &'static str {
     }
 }
 
-/// Two significant digits: more would claim what nobody knows.
+/// Rounds to two significant digits, the precision of a forecast.
 fn rounded(x: f64) -> String {
     let unit = 10f64.powf((x.max(1.0).log10().floor() - 1.0).max(0.0));
     format!("{}", (x / unit).round() * unit)
@@ -152,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_is_too_much_is_told() {
+    fn only_exceeded_limits_are_described() {
         let budget = |max_triangles, max_memory: Option<f64>| BudgetArguments {
             max_triangles,
             max_memory: max_memory.map(ByteSize::new),
@@ -173,12 +178,12 @@ mod tests {
         assert_eq!(given(budget(None, Some(4.0 * 1024f64.powi(3)))).as_deref(), Some(memory));
         assert_eq!(all(budget(Some(1e9), Some(1e12))), None);
         let allowed = Allowed { bytes: 1e9, by: "the limit" };
-        assert!(beyond_machine(1.5e9, allowed, 1.0).is_some_and(|said| said.contains("the limit")));
-        assert_eq!(beyond_machine(1.5e9, allowed, OFF_BY), None);
+        assert!(beyond_machine(1.5e9, allowed, 1.0).is_some_and(|text| text.contains("the limit")));
+        assert_eq!(beyond_machine(1.5e9, allowed, FORECAST_ERROR), None);
     }
 
     #[test]
-    fn two_digits_are_told() {
+    fn forecasts_have_two_digits() {
         assert_eq!(rounded(123_456_789.0), "120000000");
         assert_eq!(rounded(7.0), "7");
     }

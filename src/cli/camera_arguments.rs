@@ -1,25 +1,34 @@
-//! `--camera`, `--up` and `--orthographic`: from where a surface is seen.
+//! `--camera`, `--up` and `--orthographic`: the view point.
 
 use clap::Args;
 use isospectrum::render::{Axis, Camera};
 
+use super::heading;
+
+/// The flags of every command that shows a surface.
 #[derive(Args, Clone, Copy, Debug)]
+#[command(next_help_heading = heading::CAMERA)]
 pub(super) struct CameraArguments {
-    /// Where it is seen from, at first where one can move: azimuth and elevation in degrees, and the distance (1 just shows
-    /// what is to fit)
-    #[arg(long, value_name = "AZ,EL[,DIST]", allow_hyphen_values = true)]
+    /// View point: azimuth, elevation, distance, e.g. 30,20
+    ///
+    /// Angles in degrees. At distance 1, the default, the surface just fits. In a page or a window this is the first view.
+    #[arg(long, value_name = "AZ,EL[,D]", allow_hyphen_values = true)]
     camera: Option<Camera>,
-    /// The axis of the volume that points up: x, y, z, -x, -y or -z; the azimuth turns about it, from the next axis (of x
-    /// that is y, of z it is x). Without it the z axis of the world points up
+    /// Axis of the volume that points up, e.g. y or -z
+    ///
+    /// One of x, y, z, -x, -y, -z. The azimuth turns about it, from the next axis: from y for x, from x for z. By default
+    /// the z axis of the world points up.
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     up: Option<Axis>,
-    /// Parallel projection: sizes do not depend on depth, and the scale bar holds all over the picture
+    /// Use a parallel projection
+    ///
+    /// Sizes do not depend on depth, and the scale bar holds all over the picture.
     #[arg(long)]
     orthographic: bool,
 }
 
 impl CameraArguments {
-    /// The camera that they tell.
+    /// Returns the camera.
     pub(super) fn camera(self) -> Camera {
         Camera { up: self.up, orthographic: self.orthographic, ..self.camera.unwrap_or_default() }
     }

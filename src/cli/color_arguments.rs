@@ -9,51 +9,61 @@ use isospectrum::color_sources;
 use isospectrum::spectrum::Spectrum;
 use isospectrum::volume::{ReadOptions, Volume, files_of, read_volume};
 
+use super::heading;
+
 /// What colours show, and how.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = heading::COLORS)]
 pub(super) struct ColorArguments {
-    /// What the colours show: none, quality, lifetime, curvature, distance to the isosurface (with --volume), component or
-    /// normal
-    #[arg(long, value_name = "WHAT", default_value = "none")]
+    /// Colour by curvature, component, quality, ...
+    ///
+    /// One of none, quality, lifetime, curvature, distance (to the isosurface, needs --volume), component, normal.
+    #[arg(long, value_name = "QUANTITY", default_value = "none", hide_default_value = true)]
     pub(super) color: Color,
-    /// Colour by another volume, e.g. a density by its potential; it lies in the same world, or has as many samples
+    /// Colour by another volume
+    ///
+    /// For example a density by its potential. The volume covers the same part of the world, or has the same dimensions.
     #[arg(long, value_name = "VOLUME", conflicts_with = "color")]
     pub(super) color_by: Option<PathBuf>,
-    /// Colour map: viridis, cividis, magma, inferno, plasma, or vik with a neutral middle; else one that suits
+    /// Colour map, e.g. viridis, magma, vik
+    ///
+    /// One of viridis, cividis, magma, inferno, plasma, or vik, which has a neutral middle. The default suits the quantity.
     #[arg(long, value_name = "MAP")]
     pub(super) color_map: Option<Map>,
-    /// Numbers of the first and the last colour, each a number or a percentile of those that are shown: 0:5, p5:p95, 0:
+    /// Values of the first and last colour, e.g. 0:5
+    ///
+    /// Each is a number or a percentile of the visible values: 0:5, p5:p95, 0:
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     color_range: Option<ScaleEnds>,
-    /// Number of the middle colour
-    #[arg(long, value_name = "C", allow_hyphen_values = true)]
+    /// Value of the middle colour
+    #[arg(long, value_name = "C", allow_hyphen_values = true, hide_short_help = true)]
     color_center: Option<f64>,
 }
 
 impl ColorArguments {
-    /// What is shown.
+    /// Returns the quantity that colours show.
     pub(super) fn shown(&self) -> Color {
         if self.color_by.is_some() { Color::Field } else { self.color }
     }
 
-    /// What is told of the ends of the scale.
+    /// Returns the ends of the scale, as far as they are given.
     pub(super) fn ends(&self) -> ScaleEnds {
         let ends = self.color_range.unwrap_or_default();
         ScaleEnds { center: self.color_center.or(ends.center), ..ends }
     }
 
-    /// Every file that a command reads: the spectrum, its volume where it is told, and what colours show.
+    /// Returns every file that the command reads: the spectrum, its volume if given, and the volume of `--color-by`.
     pub(super) fn inputs(&self, spectrum: &Path, volume: Option<&PathBuf>) -> Vec<PathBuf> {
         let volumes = volume.into_iter().chain(&self.color_by);
         let files = volumes.flat_map(|path| files_of(path));
         std::iter::once(spectrum.to_owned()).chain(files).collect()
     }
 
-    /// What the colours are had from; the distance from the volume of the spectrum.
+    /// Returns the sources of the colours. `volume`, that of the spectrum, is needed for the distance.
     ///
     /// # Errors
     ///
-    /// What reading a volume meets, and [`Error::Input`] for one that lies elsewhere.
+    /// Those of reading a volume; [`Error::Input`] for a volume that covers another part of the world.
     pub(super) fn sources(
         &self,
         spectrum: &Spectrum,
@@ -71,11 +81,11 @@ impl ColorArguments {
     }
 }
 
-/// The volume of a spectrum, as it was for the sweep.
+/// Reads the volume of a spectrum and prepares it as for the sweep.
 ///
 /// # Errors
 ///
-/// What reading it meets, and [`Error::Input`] for one of other dimensions.
+/// Those of reading a volume; [`Error::Input`] for a volume of other dimensions.
 pub(super) fn volume_of(path: &Path, spectrum: &Spectrum) -> Result<Volume> {
     color_sources::swept_volume(read_volume(path, &ReadOptions::default())?, spectrum)
 }

@@ -1,21 +1,26 @@
-//! `completions`: what a shell needs to complete our command lines.
+//! `completions`: completion scripts for shells.
 
-use clap::{Args, CommandFactory as _};
+use clap::Args;
 use clap_complete::Shell;
 
-use super::{Cli, output};
+use super::output;
 
-/// Print the completion script of a shell
+/// Print the completion script for a shell
 #[derive(Args, Debug)]
+#[command(next_help_heading = super::heading::INPUT)]
+#[command(
+    after_long_help = "Examples:\n  isospectrum completions bash > ~/.local/share/bash-completion/completions/isospectrum"
+)]
 pub(super) struct Completions {
-    /// The shell
+    /// Shell
     shell: Shell,
 }
 
 impl Completions {
-    pub(super) fn run(&self) -> anyhow::Result<()> {
+    /// Prints the script for the whole command line, `command`.
+    pub(super) fn run(&self, command: &mut clap::Command) -> anyhow::Result<()> {
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::command(), "isospectrum", &mut script);
+        clap_complete::generate(self.shell, command, "isospectrum", &mut script);
         Ok(output::print(&String::from_utf8_lossy(&script))?)
     }
 }

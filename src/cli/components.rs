@@ -1,4 +1,4 @@
-//! `components`: the components of the isosurface at one isovalue, as a table.
+//! `components`: a table of the components of the isosurface at one isovalue.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -13,33 +13,45 @@ use super::isovalue::{self, Isovalue};
 use super::keep_arguments::KeepArguments;
 use super::report::{self, number, number_or_dash};
 use super::spectrum_file::Opened;
-use super::{empty, output};
+use super::{empty, heading, output};
 
-/// Tell the components of the isosurface at one isovalue
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum components scan.isp -c 1200
+  isospectrum components scan.isp -c 50% --min-volume 10 --csv > components.csv";
+
+/// List the components of the isosurface at one isovalue
 ///
-/// Volume, area and box are in the unit of the volume's spacing. A component is born, going to higher isovalues, where it
-/// appears or splits off a larger one; it dies where it vanishes or merges with a larger one.
+/// Volume, area and box are in the unit of the spacing. As the isovalue rises, a component is born where it appears or
+/// splits off a larger one, and dies where it vanishes or merges with a larger one.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Components {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
-    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them
+    /// Isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    ///
+    /// A number, a percentage of the range (50%), a percentile of the samples (p99), standard deviations above their mean
+    /// (2.5sigma), or the value that the highest 1 % of them exceed (top:1%).
     #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Isovalue,
     #[command(flatten)]
     keep: KeepArguments,
-    /// Leave out where components are born and die, for which all isovalues are looked at: of a folder (.ispt) no more is
-    /// read then than the isosurface takes
-    #[arg(long)]
+    /// Leave out births and deaths
+    ///
+    /// They need all isovalues. Without them, only the parts of a folder (.ispt) that contain the isovalue are read.
+    #[arg(long, help_heading = heading::OUTPUT)]
     no_lineage: bool,
-    /// Rows of the table for people; --json and --csv tell all
-    #[arg(long, value_name = "N", default_value_t = 20)]
+    /// Number of rows of the table
+    ///
+    /// --json and --csv print all components.
+    #[arg(long, value_name = "N", default_value_t = 20, help_heading = heading::OUTPUT)]
     rows: usize,
     /// Print JSON
-    #[arg(long, conflicts_with = "csv")]
+    #[arg(long, conflicts_with = "csv", help_heading = heading::OUTPUT)]
     json: bool,
-    /// Print comma-separated values, one component a line
-    #[arg(long)]
+    /// Print comma-separated values, one component per line
+    #[arg(long, help_heading = heading::OUTPUT)]
     csv: bool,
 }
 
@@ -47,42 +59,42 @@ pub(super) struct Components {
 #[derive(Serialize)]
 struct Report {
     isovalue: f64,
-    /// Of lengths, as the volume tells it; none where it does not.
+    /// Unit of lengths; none if the volume does not specify one.
     unit: Option<String>,
     n_components: usize,
     components: Vec<Row>,
 }
 
-/// One component of it.
+/// One component of the report.
 #[derive(Serialize)]
 struct Row {
-    /// From 1, the largest, among all of the isosurface.
+    /// From 1, the largest, counted over all components of the isosurface.
     number: usize,
-    /// Whether it encloses lower values.
+    /// True if it encloses lower values.
     is_cavity: bool,
-    /// Enclosed, caps included; cubes of the unit of the spacing.
+    /// Enclosed volume, caps included; cubes of the unit of the spacing.
     volume: f64,
     /// Without caps, squares of the unit of the spacing.
     area: f64,
     euler: i64,
     n_triangles: usize,
-    /// Unless it is left out.
+    /// None with `--no-lineage`.
     #[serde(flatten)]
     ends: Option<Ends>,
-    /// Least and largest corner of the box around it, world.
+    /// Lowest and highest corner of its bounding box, world.
     bounds: [[f64; 3]; 2],
 }
 
-/// Where a component is born and dies.
+/// Birth and death of a component.
 #[derive(Serialize)]
 struct Ends {
-    /// Where it appears; none if it is there at the low end of the range.
+    /// Isovalue of its birth; none if it exists at the low end of the range.
     birth: Option<f64>,
-    /// The larger component that it splits off there; none if it just appears.
+    /// The larger component that it splits off; none if it appears.
     splits_from: Option<usize>,
-    /// Where it ends; none if it is there at the high end of the range.
+    /// Isovalue of its death; none if it exists at the high end of the range.
     death: Option<f64>,
-    /// The larger component that it merges with there; none if it just vanishes.
+    /// The larger component that it merges with; none if it vanishes.
     merges_into: Option<usize>,
 }
 
@@ -100,7 +112,7 @@ impl Ends {
 }
 
 impl Row {
-    /// `component` is measured around the origin of the world.
+    /// `component` is measured relative to `origin`, the world position of the first sample.
     fn new(i: usize, component: &Component, ends: Option<Ends>, origin: [f64; 3]) -> Row {
         Row {
             number: i + 1,
@@ -118,7 +130,7 @@ impl Row {
 impl Components {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let opened = Opened::open(&self.spectrum)?;
-        let isovalue = isovalue::in_spectrum(self.isovalue, opened.told())?;
+        let isovalue = isovalue::in_spectrum(self.isovalue, opened.header())?;
         let spectrum =
             if self.no_lineage { opened.around(&[isovalue])? } else { opened.whole()? };
         let mesh = spectrum.mesh_at(isovalue)?;
@@ -182,7 +194,7 @@ impl Components {
             let area: f64 = rest.iter().map(|row| row.area).sum();
             let _ = writeln!(
                 text,
-                "and {} smaller ones with a volume of {} and an area of {} together (--rows, --csv)",
+                "{} smaller components not shown: total volume {}, total area {} (--rows, --csv)",
                 rest.len(),
                 number(volume),
                 number(area)
@@ -214,7 +226,7 @@ fn cells(row: &Row) -> [String; 8] {
     ]
 }
 
-/// Columns that line up, two spaces between them.
+/// Returns the rows with aligned columns, two spaces apart.
 fn aligned(rows: &[Vec<String>]) -> String {
     let n = rows.first().map_or(0, Vec::len);
     let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);
@@ -226,17 +238,17 @@ fn aligned(rows: &[Vec<String>]) -> String {
     rows.iter().map(line).collect()
 }
 
-/// One line for each component, numbers in full; what there is not is empty.
+/// Returns one line per component, with numbers in full precision; a missing value is empty.
 fn csv(rows: &[Row]) -> String {
     let mut text = String::from(
         "number,is_cavity,volume,area,euler,n_triangles,birth,splits_from,death,merges_into,\
          min_x,min_y,min_z,max_x,max_y,max_z\n",
     );
     for row in rows {
-        let told = row.ends.as_ref();
-        let ends = [told.and_then(|e| e.birth), told.and_then(|e| e.death)]
+        let lineage = row.ends.as_ref();
+        let ends = [lineage.and_then(|e| e.birth), lineage.and_then(|e| e.death)]
             .map(|c| c.map_or_else(String::new, |c| c.to_string()));
-        let others = [told.and_then(|e| e.splits_from), told.and_then(|e| e.merges_into)]
+        let others = [lineage.and_then(|e| e.splits_from), lineage.and_then(|e| e.merges_into)]
             .map(|number| number.map_or_else(String::new, |number| number.to_string()));
         let bounds: Vec<String> = row.bounds.iter().flatten().map(f64::to_string).collect();
         let _ = writeln!(

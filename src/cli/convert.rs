@@ -1,18 +1,21 @@
-//! `convert`: between our file and the layout of the thesis (its section 4.4).
+//! `convert`: between our format and the file layout of the thesis (its section 4.4).
 
 use std::path::PathBuf;
 
 use clap::Args;
 
 use super::output::Output;
-use super::{report, spectrum_file};
+use super::{heading, report, spectrum_file};
 
-/// Convert between our file (.isp) and the layout of the thesis (.thesis)
+/// Convert between .isp and the file layout of the thesis
 #[derive(Args, Debug)]
+#[command(after_long_help = "Examples:\n  isospectrum convert scan.isp scan.thesis")]
 pub(super) struct Convert {
-    /// Spectrum to read; its content tells the format
+    /// Spectrum to read (.isp, .thesis)
+    #[arg(help_heading = heading::INPUT)]
     from: PathBuf,
-    /// Spectrum to write; its extension tells the format: .isp or .thesis
+    /// Spectrum to write; the extension (.isp, .thesis) selects the format
+    #[arg(help_heading = heading::OUTPUT)]
     to: PathBuf,
 }
 

@@ -1,4 +1,4 @@
-//! `demo`: the main job on a built-in volume, to see in a minute what the program does.
+//! `demo`: a spectrum, pictures and a mesh of a built-in volume, within a minute.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -17,33 +17,34 @@ use super::isovalue::{Isovalue, in_spectrum};
 use super::output::Output;
 use super::progress::Bar;
 use super::render::Pictures;
-use super::{report, spectrum_file};
+use super::{heading, report, spectrum_file};
 
-/// Isovalues of the pictures, per cent of the range. Of the blobs: apart, just merged, nearly a ball.
+/// Isovalues of the pictures, per cent of the range. The blobs are separate, just merged, and almost a ball.
 const PERCENTS: [f64; 3] = [60.0, 40.0, 10.0];
 
 /// Isovalue of the mesh, per cent of the range.
 const MESH_PERCENT: f64 = 10.0;
 
-/// Run the main job on a built-in volume: spectrum, pictures, mesh, summary
+/// Compute a built-in volume: spectrum, pictures and a mesh
 #[derive(Args, Debug)]
+#[command(after_long_help = "Examples:\n  isospectrum demo --phantom hydrogen:64 -o hydrogen")]
 pub(super) struct Demo {
-    /// Folder to write to; made if it does not exist
-    #[arg(short, long, value_name = "DIR", default_value = "isospectrum-demo")]
-    output: PathBuf,
-    /// The built-in volume
-    #[arg(long, value_name = "NAME[:SIZE]", default_value = "blobs:64")]
+    /// Built-in volume to compute
+    #[arg(long, value_name = "NAME[:SIZE]", default_value = "blobs:64", help_heading = heading::INPUT)]
     phantom: String,
+    /// Folder to write to, made if it does not exist
+    #[arg(short, long, value_name = "DIR", default_value = "isospectrum-demo", help_heading = heading::OUTPUT)]
+    output: PathBuf,
+    /// Print the report as JSON
+    #[arg(long, help_heading = heading::OUTPUT)]
+    json: bool,
     #[command(flatten)]
     backend: BackendArguments,
-    /// Print the summary as JSON
-    #[arg(long)]
-    json: bool,
 }
 
 /// The `demo` report.
 #[derive(Serialize)]
-struct Summary<'a> {
+struct DemoReport<'a> {
     files: Vec<PathBuf>,
     seconds: f64,
     #[serde(flatten)]
@@ -87,18 +88,18 @@ impl Demo {
         files.extend(self.write_pictures(&spectrum, path)?);
 
         let facts = Facts::of(&spectrum, n_bytes);
-        report::tell(&facts.table());
+        report::log_lines(&facts.table());
         for file in &files {
             log::info!("wrote {}", file.display());
         }
-        log::info!("done: every isosurface in {seconds:.1} s");
+        log::info!("done: computed every isosurface in {seconds:.1} s");
         if self.json {
-            report::print_json("demo", &Summary { files, seconds, facts })?;
+            report::print_json("demo", &DemoReport { files, seconds, facts })?;
         }
         Ok(())
     }
 
-    /// Pictures, where there is an adapter to render them.
+    /// Renders the pictures if there is a GPU.
     fn write_pictures(
         &self,
         spectrum: &Spectrum,
@@ -107,7 +108,7 @@ impl Demo {
         let mut pictures = match Pictures::open(spectrum, self.backend.adapter()) {
             Ok(pictures) => pictures,
             Err(Error::Gpu(why)) => {
-                log::info!("no pictures are rendered: {why}");
+                log::info!("no pictures: {why}");
                 return Ok(Vec::new());
             }
             Err(error) => return Err(error),

@@ -1,42 +1,43 @@
-//! What to say where there is no surface: an empty file alone is a riddle.
+//! Warnings about empty surfaces, with the reason.
 
 use isospectrum::spectrum::{Keep, Spectrum};
 
 use super::report;
 
-/// Warns where the mesh at an isovalue, or what is left of it without its caps, has no triangle.
+/// Warns if the mesh at an isovalue has no triangle; if `open`, caps do not count.
 pub(super) fn warn(spectrum: &Spectrum, isovalue: f64, open: bool) {
     if is_empty(spectrum, isovalue, open) {
-        log::warn!("{}", why(isovalue, spectrum.range(), open));
+        log::warn!("{}", message(isovalue, spectrum.range(), open));
     }
 }
 
-/// Warns where no component is kept.
+/// Warns if no component is kept.
 pub(super) fn warn_of_components(n_triangles: usize, keep: &Keep) {
     if n_triangles == 0 && !keep.is_all() {
-        log::warn!("no component is kept: `isospectrum components` tells how large they are");
+        log::warn!("no component is kept; `isospectrum components` lists their sizes");
     }
 }
 
-/// Whether there is nothing to see at an isovalue.
+/// True if the mesh at an isovalue has no triangle; if `open`, caps do not count.
 pub(super) fn is_empty(spectrum: &Spectrum, isovalue: f64, open: bool) -> bool {
     spectrum.rank_at(isovalue).is_none_or(|rank| {
-        let lives = |&(birth, death): &(u32, u32)| birth <= rank && rank < death;
+        let is_alive = |&(birth, death): &(u32, u32)| birth <= rank && rank < death;
         let shown = spectrum.triangles().iter().filter(|t| !(open && t.cap));
-        !shown.map(|t| (t.birth, t.death)).any(|life| lives(&life))
+        !shown.map(|t| (t.birth, t.death)).any(|lifetime| is_alive(&lifetime))
     })
 }
 
-fn why(isovalue: f64, (low, high): (f64, f64), open: bool) -> String {
-    let place = if isovalue == low || isovalue == high {
-        "it is an end of the range, where the surface has not appeared yet or is gone"
+/// Explains why the surface at an isovalue is empty.
+fn message(isovalue: f64, (low, high): (f64, f64), open: bool) -> String {
+    let reason = if isovalue == low || isovalue == high {
+        "the isovalue is at an end of the range"
     } else if open {
-        "without the caps nothing of the surface is inside the volume"
+        "--open leaves out all of its triangles"
     } else {
-        "no sample is on one side of it"
+        "all samples are on one side of the isovalue"
     };
     let [isovalue, low, high] = [isovalue, low, high].map(report::number);
     format!(
-        "the surface at isovalue {isovalue} is empty: {place}; the range is {low} to {high}, try 50%"
+        "the surface at isovalue {isovalue} is empty: {reason}; the range is {low} to {high}, try 50%"
     )
 }

@@ -1,4 +1,4 @@
-//! `extract`: the mesh at one isovalue, as a file of another program's format.
+//! `extract`: the mesh at one isovalue or several, in a format of other programs.
 
 use std::path::{Path, PathBuf};
 
@@ -15,55 +15,72 @@ use serde::Serialize;
 
 use super::border_arguments::BorderArguments;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::frames::{Pattern, Sweep};
+use super::frames::{Pattern, SweepArgument};
 use super::keep_arguments::KeepArguments;
 use super::output::Output;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{empty, report, spectrum_file};
+use super::{empty, heading, report, spectrum_file};
 
-/// Write the mesh at one isovalue
+const EXAMPLES: &str = "\
+Examples:
+  Write the mesh at half of the range, or that which encloses the highest 1 % of the samples:
+    isospectrum extract scan.isp -c 50% -o half.ply
+    isospectrum extract scan.isp -c top:1% -o dense.stl
+  Write bone and skin to one scene, coloured and half transparent:
+    isospectrum extract scan.isp -c 1200=bone -c -200=skin@0.3 -o head.glb
+  Write 40 meshes along the range, for ParaView:
+    isospectrum extract scan.isp --sweep 10%:90%:40 -o scan.pvd";
+
+/// Write the mesh at one isovalue or several
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Extract {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
-    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them;
-    /// again for several meshes. C=COLOR@OPACITY, as render takes it, tells how each looks in a .glb or .usda of several
+    /// Isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    ///
+    /// A number, a percentage of the range (50%), a percentile of the samples (p99), standard deviations above their mean
+    /// (2.5sigma), or the value that the highest 1 % of them exceed (top:1%). Give it again for several meshes. In a scene
+    /// (.glb, .usda) of several, C=COLOR@OPACITY sets how each looks: 1200=bone@0.5.
     #[arg(
         short = 'c',
         long,
-        value_name = "C[=COLOR][@OPACITY]",
+        value_name = "C",
         allow_hyphen_values = true,
         required_unless_present = "sweep"
     )]
     isovalue: Vec<SurfaceArgument>,
-    /// N isovalues from A to B, both included, e.g. 10%:90%:40; a .glb or .usda holds all of them and plays them in
-    /// twelve seconds
+    /// N isovalues from A to B, e.g. 10%:90%:40
+    ///
+    /// Both ends are included. A .glb or .usda contains all meshes and plays them in twelve seconds.
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
-    sweep: Option<Sweep>,
-    /// With --sweep over a range without events: one mesh that follows the isosurface, its shapes at the N isovalues as morph
-    /// targets of a .glb (at most 33)
-    #[arg(long, conflicts_with_all = ["color", "color_by", "format", "json"])]
-    morph: bool,
-    /// Mesh to write: .ply, .stl, .obj, .glb, .vtp, .3mf or .usda; - is stdout; of several isovalues a pattern such as
-    /// mesh-%d.ply, numbered from 0, a .glb or .usda of all of them, or a .pvd, which lists .vtp beside it with the isovalue
-    /// as their time
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Format, where the name does not tell: ply, stl, obj, glb, vtp, 3mf or usda
-    #[arg(long, value_name = "FORMAT")]
-    format: Option<String>,
+    sweep: Option<SweepArgument>,
+    /// Volume of the spectrum, for --color distance
+    #[arg(long, value_name = "VOLUME", hide_short_help = true)]
+    volume: Option<PathBuf>,
     #[command(flatten)]
     border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
     #[command(flatten)]
     color: ColorArguments,
-    /// The volume of the spectrum, for --color distance
-    #[arg(long, value_name = "VOLUME")]
-    volume: Option<PathBuf>,
-    /// Print what was written as JSON
-    #[arg(long)]
+    /// Mesh to write: .ply, .stl, .obj, .glb, ..., or - for stdout
+    ///
+    /// One of .ply, .stl, .obj, .glb, .vtp, .3mf, .usda. For several isovalues: a pattern such as mesh-%d.ply, numbered from
+    /// 0; one .glb or .usda with all of them; or a .pvd, which lists .vtp files next to it with the isovalue as their time.
+    #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    output: PathBuf,
+    /// Format, if the name of the output has no extension: ply, stl, ...
+    #[arg(long, value_name = "FORMAT", help_heading = heading::OUTPUT, hide_short_help = true)]
+    format: Option<String>,
+    /// Write one mesh that follows the isosurface (.glb)
+    ///
+    /// Needs --sweep over a range without events. The shapes at the N isovalues, at most 33, become morph targets.
+    #[arg(long, conflicts_with_all = ["color", "color_by", "format", "json"], help_heading = heading::OUTPUT)]
+    morph: bool,
+    /// Print the report as JSON
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
 }
 
@@ -73,27 +90,27 @@ struct Extracted {
     isovalue: f64,
     n_vertices: usize,
     n_triangles: usize,
-    /// Of its own file; none where several are in one.
+    /// Size of its own file; none if several share a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<u64>,
 }
 
-/// The same of several isovalues.
+/// The `extract` report of several isovalues.
 #[derive(Serialize)]
 struct Several {
     meshes: Vec<Extracted>,
-    /// Of the file that holds all of them.
+    /// Size of the file that contains all of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     bytes: Option<u64>,
 }
 
-/// How long a sweep in one file takes, seconds; as the page and the window play it.
+/// Duration of a sweep in one file, seconds; the same as in the page and the window.
 const SWEEP_SECONDS: f64 = 12.0;
 
-/// What is further from an isosurface than this is warned of, voxels.
-const FAR: f64 = 0.5;
+/// Distance of a morph target from its isosurface above which a warning is printed, voxels: half a voxel is visible.
+const MAX_MORPH_DISTANCE: f64 = 0.5;
 
-/// The list of a series of meshes as ParaView and PyVista read it: files beside it, with isovalues as their time.
+/// Returns the list of a series of meshes (.pvd) as ParaView and PyVista read it: files next to it, with isovalues as times.
 fn pvd(files: &[String], isovalues: &[f64]) -> String {
     let escaped = |text: &str| {
         let name = Path::new(text).file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -126,7 +143,7 @@ impl Extract {
         };
         let pattern = PathBuf::from(pattern);
         let is_several = n_isovalues > 1 || self.sweep.is_some();
-        // A name without a place for a number is one file.
+        // A name without a placeholder for a number is one file.
         let is_scene =
             is_several && format.supports_scenes() && !pattern.display().to_string().contains('%');
         let outputs = match is_several && !is_scene || series {
@@ -134,10 +151,13 @@ impl Extract {
             true => Pattern::of_any(&pattern)?.open(n_isovalues as u32, &inputs)?,
         };
         if self.json && outputs.iter().any(Output::is_stdout) {
-            return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
+            return Err(Error::Usage(
+                "--json and -o - both write to stdout, expected one of them".to_owned(),
+            )
+            .into());
         }
         let opened = Opened::open(&self.spectrum)?;
-        let surfaces = self.surfaces(opened.told())?;
+        let surfaces = self.surfaces(opened.header())?;
         let isovalues: Vec<f64> = surfaces.iter().map(|surface| surface.isovalue).collect();
         let spectrum = opened.around(&isovalues)?;
         let files = outputs.iter().map(Output::name).collect::<Vec<_>>();
@@ -172,19 +192,19 @@ impl Extract {
         Ok(())
     }
 
-    /// The isosurfaces that are asked for.
+    /// Returns the requested isosurfaces.
     fn surfaces(&self, spectrum: &Spectrum) -> isospectrum::Result<Vec<Surface>> {
         if let Some(sweep) = self.sweep {
             return Ok(sweep.in_spectrum(spectrum)?.into_iter().map(Surface::from).collect());
         }
-        let surface = |written: &SurfaceArgument| {
-            let surface = written.in_spectrum(spectrum)?;
+        let surface = |argument: &SurfaceArgument| {
+            let surface = argument.in_spectrum(spectrum)?;
             spectrum.check_isovalue(surface.isovalue).map(|()| surface)
         };
         self.isovalue.iter().map(surface).collect()
     }
 
-    /// The mesh of an isovalue as far as it is kept, and what its colours show.
+    /// Returns the kept components of the mesh at an isovalue, with their colours.
     fn frame(
         &self,
         query: &mut Query<&Spectrum>,
@@ -240,7 +260,7 @@ impl Extract {
         Ok(Extracted { isovalue: style.isovalue, n_vertices, n_triangles, bytes: Some(bytes) })
     }
 
-    /// Writes the meshes of several isovalues into one file; what they are, and its bytes.
+    /// Writes the meshes of several isovalues to one file. Returns the reports and the size of the file.
     fn write_scene(
         &self,
         query: &mut Query<&Spectrum>,
@@ -275,24 +295,24 @@ impl Extract {
             .write(|file| write_scene_to(frames, arrangement, placement, format, file))
             .map_err(|e| e.of_file(&self.spectrum))?;
         let n_triangles: usize = written.iter().map(|mesh| mesh.n_triangles).sum();
-        let (n, bytes_told) = (written.len(), report::bytes(bytes));
-        log::info!("{path}: {n} meshes of {n_triangles} triangles together, {bytes_told}");
+        let (n, size) = (written.len(), report::bytes(bytes));
+        log::info!("{path}: {n} meshes, {n_triangles} triangles in total, {size}");
         Ok((written, Some(bytes)))
     }
 
-    /// Writes one mesh that follows the isosurface.
+    /// Writes one mesh with morph targets that follows the isosurface.
     fn write_morph(&self) -> anyhow::Result<()> {
         if Format::of_path(&self.output).ok() != Some(Format::Glb) {
             let shown = self.output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .glb")).into());
         }
         if self.sweep.is_none() {
-            return Err(Error::Usage("--morph, expected --sweep with it".to_owned()).into());
+            return Err(Error::Usage("--morph needs --sweep".to_owned()).into());
         }
         let output = Output::open(&self.output, &[&self.spectrum])?;
         let opened = Opened::open(&self.spectrum)?;
         let isovalues: Vec<f64> =
-            self.surfaces(opened.told())?.iter().map(|surface| surface.isovalue).collect();
+            self.surfaces(opened.header())?.iter().map(|surface| surface.isovalue).collect();
         let spectrum = opened.around(&isovalues)?;
         let keep = self.keep.of(&spectrum);
         let morph = Morph::of(&spectrum, &isovalues, &keep, self.border.is_open(&spectrum))?;
@@ -302,15 +322,15 @@ impl Extract {
             .write(|file| write_morph_to(&morph, SWEEP_SECONDS, placement, file))
             .map_err(|e| e.of_file(&self.spectrum))?;
         log::info!(
-            "{path}: {} triangles and {} morph targets, {}; isosurfaces lie at most {} voxels beside it",
+            "{path}: {} triangles, {} morph targets, {}; largest distance from the isosurface {} voxels",
             morph.mesh.triangles.len(),
             morph.targets.len(),
             report::bytes(bytes),
             report::number(morph.max_distance)
         );
-        if morph.max_distance > FAR {
+        if morph.max_distance > MAX_MORPH_DISTANCE {
             log::warn!(
-                "{path}: what grows out between its vertices is not in it; a shorter range is followed better"
+                "{path}: the morph targets miss parts of the isosurface that grow between vertices; use a shorter range"
             );
         }
         Ok(())
@@ -323,23 +343,21 @@ impl Extract {
                 self.check_name(format, name)?;
                 Ok(format)
             }
-            // Other programs read PLY from a pipe.
+            // PLY is the format that most programs read from a pipe.
             None if self.output == Path::new("-") => Ok(Format::Ply),
             None => Format::of_path(&self.output),
         }
     }
-}
 
-impl Extract {
-    /// A name that tells another format would lie about what is in the file.
+    /// Checks that the extension does not contradict `--format`.
     fn check_name(&self, format: Format, name: &str) -> isospectrum::Result<()> {
-        let told = Format::of_path(&self.output).ok();
-        if told.is_none_or(|told| told == format)
+        let by_name = Format::of_path(&self.output).ok();
+        if by_name.is_none_or(|by_name| by_name == format)
             && spectrum_file::Format::of_name(&self.output).is_err()
         {
             return Ok(());
         }
         let shown = self.output.display();
-        Err(Error::Usage(format!("{shown}: its name tells another format than --format {name}")))
+        Err(Error::Usage(format!("{shown}: the extension contradicts --format {name}")))
     }
 }

@@ -1,4 +1,4 @@
-//! `--sweep A:B:N` and the names of its pictures, `frames/%04d.png`.
+//! `--sweep A:B:N` and the names of its files, `frames/%04d.png`.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -11,28 +11,29 @@ use isospectrum::{Error, Result};
 use super::isovalue::Isovalue;
 use super::output::Output;
 
-/// Most frames of one sweep, and of one turntable.
-pub(super) const MOST: u32 = 100_000;
+/// Maximum number of frames of a sweep or a turntable: an hour of film.
+pub(super) const MAX_FRAMES: u32 = 100_000;
 
-/// `A:B:N`: N isovalues from A to B, both included, evenly spaced; B may be the lower one.
+/// `A:B:N`: N evenly spaced isovalues from A to B, both included; A can be above B.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sweep {
+pub(super) struct SweepArgument {
     from: Isovalue,
     to: Isovalue,
     n: u32,
 }
 
-impl Sweep {
-    /// How many frames there are.
+impl SweepArgument {
+    /// Returns the number of frames.
     pub(super) fn n_frames(&self) -> u32 {
         self.n
     }
 
-    /// The isovalues in a spectrum's range.
+    /// Returns the isovalues for a spectrum.
     ///
     /// # Errors
     ///
-    /// [`Error::Range`] where an end lies outside, [`Error::Usage`] where the samples are needed and not known.
+    /// [`Error::Range`] if an end is outside the range, [`Error::Usage`] if an end needs statistics of the samples that are
+    /// unknown.
     pub(super) fn in_spectrum(&self, spectrum: &Spectrum) -> Result<Vec<f64>> {
         self.resolve(spectrum.range(), spectrum.statistics().as_ref())
     }
@@ -46,7 +47,7 @@ impl Sweep {
             }
         }
         let last = f64::from(self.n - 1);
-        // Weighted, so that both ends are met exactly.
+        // A weighted mean meets both ends exactly.
         let at = |i: u32| {
             let t = f64::from(i) / last;
             (from * (1.0 - t) + to * t).clamp(from.min(to), from.max(to))
@@ -55,23 +56,23 @@ impl Sweep {
     }
 }
 
-impl FromStr for Sweep {
+impl FromStr for SweepArgument {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
-        let expected = || format!("'{text}', expected FROM:TO:N such as 10%:90%:120");
+        let expected = || "expected FROM:TO:N such as 10%:90%:120".to_owned();
         let parts = isospectrum::settings::split_at_colons(text);
         let [from, to, n] = parts[..] else { return Err(expected()) };
         let n = n.trim().parse().map_err(|_| expected())?;
-        if !(2..=MOST).contains(&n) {
-            return Err(format!("'{text}', expected from 2 to {MOST} frames"));
+        if !(2..=MAX_FRAMES).contains(&n) {
+            return Err(format!("expected from 2 to {MAX_FRAMES} frames"));
         }
         let parse = |end: &str| end.parse().map_err(|error: Error| error.to_string());
-        Ok(Sweep { from: parse(from)?, to: parse(to)?, n })
+        Ok(SweepArgument { from: parse(from)?, to: parse(to)?, n })
     }
 }
 
-/// A file name with the number of the frame in it, as `printf` writes it: `%d` or `%04d`.
+/// A file name with a placeholder for the number of the frame as in `printf`: `%d` or `%04d`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Pattern {
     before: String,
@@ -80,12 +81,11 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    /// The pattern that a path of pictures is.
+    /// Parses the path of numbered pictures.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where it has not exactly one number, in the file's name, or the name does
-    /// not end in .png.
+    /// [`Error::Usage`] unless the file name has exactly one placeholder and ends in .png.
     pub(super) fn of(path: &Path) -> Result<Self> {
         if path.to_str().is_some()
             && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
@@ -98,18 +98,18 @@ impl Pattern {
         Self::of_any(path)
     }
 
-    /// The pattern that a path of files of any kind is.
+    /// Parses the path of numbered files of any format.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where it has not exactly one number, in the file's name.
+    /// [`Error::Usage`] unless the file name has exactly one placeholder.
     pub(super) fn of_any(path: &Path) -> Result<Self> {
         let shown = path.display();
         let wrong = |expected: &str| Err(Error::Usage(format!("{shown}: expected {expected}")));
         let Some(text) = path.to_str() else { return wrong("a name in UTF-8") };
         let mut parts = text.split('%');
         let (Some(before), Some(number), None) = (parts.next(), parts.next(), parts.next()) else {
-            return wrong("one place for the number of the file, such as frames/%04d.png");
+            return wrong("one placeholder for the number of the file, such as frames/%04d.png");
         };
         let Some((width, after)) = number.split_once('d') else {
             return wrong("%d or %04d for the number of the frame");
@@ -122,23 +122,23 @@ impl Pattern {
             return wrong("%d or %04d for the number of the frame");
         };
         if after.contains('/') {
-            return wrong("the number of the frame in the file's name, not in a folder's");
+            return wrong("the number of the frame in the name of the file, not of a folder");
         }
         Ok(Pattern { before: before.to_owned(), width, after: after.to_owned() })
     }
 
-    /// The path of a frame; the first is 0.
+    /// Returns the path of a frame; the first is 0.
     pub(super) fn path(&self, frame: u32) -> PathBuf {
         PathBuf::from(format!("{}{frame:0width$}{}", self.before, self.after, width = self.width))
     }
 
-    /// Checks that every frame can be written, before any is rendered, and that none is one of the
-    /// inputs. Makes the folder where it is not there.
+    /// Checks that every frame can be written and replaces no input, before any is rendered. Makes the folder if it does not
+    /// exist.
     pub(super) fn open(&self, n_frames: u32, inputs: &[&Path]) -> Result<Vec<Output>> {
         let first = self.path(0);
         let folder = parent_folder(&first);
         std::fs::create_dir_all(folder).map_err(|source| Error::io(folder, source))?;
-        // All lie in one folder, so the first tells of it; the others may still be in the way.
+        // All files are in one folder, so the first is enough to check it; existing files are checked one by one.
         let first = Output::open(&first, inputs)?;
         let others = (1..n_frames).map(|frame| {
             let path = self.path(frame);
@@ -154,12 +154,13 @@ mod tests {
 
     #[test]
     fn a_sweep_meets_both_ends_in_either_direction() {
-        let values = |text: &str| text.parse::<Sweep>().map(|s| s.resolve((0.0, 10.0), None).ok());
+        let values =
+            |text: &str| text.parse::<SweepArgument>().map(|s| s.resolve((0.0, 10.0), None).ok());
         assert_eq!(values("1:3:3"), Ok(Some(vec![1.0, 2.0, 3.0])));
         assert_eq!(values("100%:0%:2"), Ok(Some(vec![10.0, 0.0])));
         assert_eq!(values("1:11:3"), Ok(None));
         for wrong in ["", "1:2", "1:2:1", "1:2:x", "1:2:3:4", "a:2:3", "1:2:100001"] {
-            assert!(wrong.parse::<Sweep>().is_err(), "{wrong}");
+            assert!(wrong.parse::<SweepArgument>().is_err(), "{wrong}");
         }
     }
 

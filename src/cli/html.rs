@@ -1,4 +1,4 @@
-//! `html`: a spectrum as one web page that anyone can open.
+//! `html`: a spectrum as one web page.
 
 use std::path::{Path, PathBuf};
 
@@ -17,90 +17,110 @@ use isospectrum::{Error, Result};
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::compute::{not_negative, positive};
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
-use super::output::Output;
+use super::number_argument::{not_negative, positive};
+use super::output::{Output, check_parent};
 use super::progress::Bar;
 use super::sight_arguments::SightArguments;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{empty, report};
+use super::{driver_warning, empty, heading, report};
 
-/// Pages of more bytes than this are warned of: they load slowly and are hard to send.
-const LARGE: usize = 25_000_000;
+/// Size of a page in bytes above which a warning is printed: it loads slowly, and mail servers refuse it.
+const LARGE_PAGE: usize = 25_000_000;
+
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum html scan.isp -o scan.html
+  Offer two named isovalues, with a title and a caption:
+    isospectrum html head.isp --mark 1200=bone,-200=skin --title Head --caption 'CT, 1 mm' -o head.html
+  Publish a large spectrum on a server, which sends only what is viewed:
+    isospectrum html large.ispt --split site";
 
 /// Write a spectrum as one web page with a slider for the isovalue
 ///
-/// The page is a single file without a server, it asks the network for nothing and does not hold
-/// the volume.
+/// The page is a single file. It needs no server, requests nothing from the network, and does not contain the volume.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Html {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
-    /// Page to write (.html); - is stdout
-    #[arg(short, long, value_name = "FILE", required_unless_present = "split")]
-    output: Option<PathBuf>,
-    /// Write a small page and files of isovalues into this folder, for any static server: no more is fetched than is looked at
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "color_by"])]
-    split: Option<PathBuf>,
-    /// Isovalue it opens at: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of
-    /// them; else 50%, or the nearest with more than a trace to see. Again for others that stay in sight, each as render
-    /// takes it, e.g. 1200=bone or -200=skin@0.3; the first one's colour and opacity are those of the slider's
-    #[arg(short = 'c', long, value_name = "C[=COLOR][@OPACITY]", allow_hyphen_values = true)]
+    /// First isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    ///
+    /// A number, a percentage of the range (50%), a percentile of the samples (p99), standard deviations above their mean
+    /// (2.5sigma), or the value that the highest 1 % of them exceed (top:1%). The default is 50%, or the nearest with a
+    /// visible surface. Give the flag again for more surfaces that stay visible, with colour and opacity: -200=skin@0.3.
+    /// Colour and opacity of the first apply to the surface of the slider.
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Vec<SurfaceArgument>,
-    /// Isovalues to offer by name, e.g. 120=bone,40=skin,top:1%; each written as --isovalue
-    #[arg(long, value_name = "C[=NAME],...", value_delimiter = ',', allow_hyphen_values = true)]
-    mark: Vec<Mark>,
-    /// Heading of the page; else the name of the volume
-    #[arg(long, value_name = "TEXT")]
-    title: Option<String>,
-    /// What is to be seen, below the picture
-    #[arg(long, value_name = "TEXT")]
-    caption: Option<String>,
-    /// Whose work it is, at the bottom
-    #[arg(long, value_name = "TEXT")]
-    credit: Option<String>,
-    /// Publish these isovalues only; each a number or a percentage of the range
+    /// Publish only these isovalues, e.g. 10:200 or 5%:95%
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     range: Option<IsovalueRange>,
-    /// Leave out knots within this distance of the trajectory that remains, voxels
-    #[arg(long, value_name = "VOXELS", default_value_t = 0.0, value_parser = not_negative)]
-    tolerance: f64,
-    /// Round positions to whole multiples of this across the surface, and of four times this along it, voxels
-    #[arg(long, value_name = "VOXELS", default_value_t = DEFAULT_STEP, value_parser = positive)]
-    step: f64,
-    #[command(flatten)]
-    border: BorderArguments,
-    #[command(flatten)]
-    camera: CameraArguments,
-    #[command(flatten)]
-    color: ColorArguments,
-    /// Draw the box of the volume, the axes of the world and a scale bar
-    #[arg(long)]
-    axes: bool,
-    /// Darken hollows at first, by what is seen around each point: shows form where noise hides it
-    #[arg(long)]
-    occlusion: bool,
-    /// Where the main light is at first, as seen by who looks: upper-left, eye (no shadow), left, right, above or below
-    #[arg(long, value_name = "WHERE", default_value = "upper-left")]
-    light: Light,
-    /// Draw the edges of the triangles at first
-    #[arg(long)]
-    wireframe: bool,
-    /// What lies behind the surface at first: white, light or dark; else what the reader's page is like
-    #[arg(long, value_name = "WHAT")]
+    /// Volume of the spectrum, for its histogram
+    ///
+    /// The page contains histogram and percentiles, but no samples.
+    #[arg(long, value_name = "VOLUME")]
+    volume: Option<PathBuf>,
+    /// Offer isovalues by name, e.g. 120=bone,40=skin
+    ///
+    /// Each isovalue has any form that --isovalue takes.
+    #[arg(long, value_name = "C[=NAME],...", value_delimiter = ',', allow_hyphen_values = true, help_heading = heading::PAGE)]
+    mark: Vec<Mark>,
+    /// Heading [default: the name of the volume]
+    #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
+    title: Option<String>,
+    /// Text below the picture
+    #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
+    caption: Option<String>,
+    /// Author, at the bottom
+    #[arg(long, value_name = "TEXT", help_heading = heading::PAGE)]
+    credit: Option<String>,
+    /// Background: white, light or dark [default: that of the browser]
+    #[arg(long, value_name = "COLOR", hide_short_help = true, help_heading = heading::PAGE)]
     background: Option<Background>,
+    /// Light: upper-left, eye, left, right, above or below
+    ///
+    /// Direction of the main light at first, relative to the viewer. `eye` casts no shadow.
+    #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, hide_short_help = true, help_heading = heading::PAGE)]
+    light: Light,
+    /// Darken hollows at first
+    ///
+    /// Ambient occlusion in screen space. It shows form where noise hides it.
+    #[arg(long, help_heading = heading::PAGE)]
+    occlusion: bool,
+    /// Draw the edges of the triangles at first
+    #[arg(long, help_heading = heading::PAGE)]
+    wireframe: bool,
+    /// Draw the box of the volume, axes and a scale bar
+    #[arg(long, help_heading = heading::PAGE)]
+    axes: bool,
     #[command(flatten)]
     sight: SightArguments,
     #[command(flatten)]
+    border: BorderArguments,
+    #[command(flatten)]
     keep: KeepArguments,
-    /// The volume itself (.nrrd, .npy, or .raw with dimensions and type in its name): its histogram
-    /// and percentiles go into the page, its samples do not
-    #[arg(long, value_name = "VOLUME")]
-    volume: Option<PathBuf>,
-    /// Adapter for the still picture, by a part of its name
-    #[arg(long, value_name = "NAME")]
+    #[command(flatten)]
+    color: ColorArguments,
+    #[command(flatten)]
+    camera: CameraArguments,
+    /// Page to write (.html), or - for stdout
+    #[arg(short, long, value_name = "FILE", required_unless_present = "split", help_heading = heading::OUTPUT)]
+    output: Option<PathBuf>,
+    /// Write a small page and data files to a folder
+    ///
+    /// For any static server. The browser requests only the isovalues that are viewed.
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "color_by"], help_heading = heading::OUTPUT)]
+    split: Option<PathBuf>,
+    /// Remove knots within this distance of the trajectory, voxels
+    #[arg(long, value_name = "VOXELS", default_value_t = 0.0, value_parser = not_negative, hide_short_help = true, help_heading = heading::OUTPUT)]
+    tolerance: f64,
+    /// Round positions to multiples of this, voxels; along the surface to four times this
+    #[arg(long, value_name = "VOXELS", default_value_t = DEFAULT_STEP, value_parser = positive, hide_short_help = true, help_heading = heading::OUTPUT)]
+    step: f64,
+    /// GPU for the still picture, by a part of its name
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::MACHINE)]
     adapter: Option<String>,
 }
 
@@ -112,15 +132,15 @@ impl Html {
         log::info!("packing {n_triangles} triangles and {n_knots} knots into a page");
         let volume = self.volume_of(&spectrum)?;
         let statistics = volume.as_ref().map(Statistics::of).or_else(|| spectrum.statistics());
-        let (told, look) = self.look(&spectrum, statistics.as_ref())?;
+        let (first, look) = self.look(&spectrum, statistics.as_ref())?;
         let marks = resolved(&self.mark, &spectrum, statistics.as_ref())?;
         let samples = volume.as_ref().map(Histogram::of);
         let sources = self.color.sources(&spectrum, None)?;
-        let isovalue = told.map_or_else(|| spectrum.shown_first(), |surface| surface.isovalue);
+        let isovalue = first.map_or_else(|| spectrum.shown_first(), |surface| surface.isovalue);
         empty::warn(&spectrum, isovalue, self.border.is_open(&spectrum));
         let bar = Bar::new(quiet);
         bar.report(0.1, "drawing the still picture");
-        let shown = told.unwrap_or_else(|| isovalue.into());
+        let shown = first.unwrap_or_else(|| isovalue.into());
         let still = self.still(&spectrum, shown, &look, &sources)?;
         let page = Page::new(self.title.as_deref().unwrap_or(&spectrum.volume().name), isovalue)
             .with_caption(self.caption.as_deref())
@@ -141,32 +161,33 @@ impl Html {
             .with_still(still.as_ref());
         bar.report(0.3, "packing and measuring");
         let (name, sizes, n_files) = match target {
-            Target::File(output) => {
+            PageTarget::File(output) => {
                 let (text, sizes) = page::html(&spectrum, &page)?;
                 let name = output.name().into();
                 output.write_bytes(text.as_bytes())?;
                 (name, sizes, 0)
             }
-            Target::Folder(path) => {
+            PageTarget::Folder(path) => {
                 let split = page::split(&spectrum, &page)?;
                 write_folder(&split.files, &path)?;
                 (path, split.sizes, split.files.len() - 1)
             }
         };
         drop(bar);
-        tell(&name, &spectrum, sizes, n_files);
+        report_sizes(&name, &spectrum, sizes, n_files);
         Ok(())
     }
 
-    /// Where the page goes, which could be written to.
-    fn target(&self) -> Result<Target> {
+    /// Opens the output.
+    fn target(&self) -> Result<PageTarget> {
         let inputs = self.color.inputs(&self.spectrum, self.volume.as_ref());
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         if let Some(path) = &self.split {
             Output::check_apart(path, &inputs)?;
-            // As in the end; gone again at once.
+            // Checks that the folder can be written; its temporary folder is removed at once.
+            check_parent(path)?;
             TemporaryFolder::next_to_folder(path, is_split)?;
-            return Ok(Target::Folder(path.clone()));
+            return Ok(PageTarget::Folder(path.clone()));
         }
         let output = self.output.as_deref().unwrap_or(Path::new("-"));
         let extension = output.extension().and_then(|e| e.to_str()).unwrap_or("");
@@ -175,10 +196,10 @@ impl Html {
             let shown = output.display();
             return Err(Error::Usage(format!("{shown}: expected a name that ends in .html")));
         }
-        Output::open(output, &inputs).map(Target::File)
+        Output::open(output, &inputs).map(PageTarget::File)
     }
 
-    /// The first isosurface, if it is told, and how it looks beside which others.
+    /// Returns the first isosurface, if given, and the look with all others.
     fn look(
         &self,
         spectrum: &Spectrum,
@@ -206,14 +227,14 @@ impl Html {
         Ok((first, look))
     }
 
-    /// What of a spectrum goes into the page.
+    /// Returns the part of a spectrum that the page contains.
     fn published(&self, spectrum: Opened) -> Result<Spectrum> {
-        let told = spectrum.told();
-        let (of_whole, samples) = (told.range(), told.statistics());
+        let header = spectrum.header();
+        let (of_whole, samples) = (header.range(), header.statistics());
         let spectrum = match self.range {
             Some(range) => {
                 let (low, high) = range.resolve(of_whole, samples.as_ref())?;
-                [low, high].into_iter().try_for_each(|c| told.check_isovalue(c))?;
+                [low, high].into_iter().try_for_each(|c| header.check_isovalue(c))?;
                 page::with_range(&spectrum.around(&[low, high])?, (low, high))?
             }
             None => spectrum.around(&[of_whole.0, of_whole.1])?,
@@ -225,12 +246,12 @@ impl Html {
         })
     }
 
-    /// The volume, if it is given.
+    /// Reads the volume, if given.
     fn volume_of(&self, spectrum: &Spectrum) -> Result<Option<Volume>> {
         self.volume.as_ref().map(|path| volume_of(path, spectrum)).transpose()
     }
 
-    /// The picture for those who can see no other, if there is an adapter to draw it.
+    /// Renders the still picture for browsers without WebGPU and WebGL, if there is a GPU.
     fn still(
         &self,
         spectrum: &Spectrum,
@@ -238,14 +259,15 @@ impl Html {
         look: &Look,
         sources: &ColorSources,
     ) -> Result<Option<Image>> {
-        let gpu = match Gpu::new(self.adapter.as_deref()) {
+        let gpu = match driver_warning::hidden(|| Gpu::new(self.adapter.as_deref())) {
             Ok(gpu) => gpu,
             Err(Error::Gpu(why)) => {
-                log::info!("the page has no still picture: {why}");
+                log::info!("no still picture: {why}");
                 return Ok(None);
             }
             Err(error) => return Err(error),
         };
+        // The page can be light or dark, so the background is transparent.
         let mut view = View::default()
             .with_width(640)
             .with_height(480)
@@ -273,21 +295,21 @@ impl Html {
     }
 }
 
-/// Where a page goes.
-enum Target {
+/// The destination of a page.
+enum PageTarget {
     File(Output),
-    /// With files of isovalues beside it.
+    /// With data files next to it.
     Folder(PathBuf),
 }
 
-/// Whether a folder has nothing but what `--split` writes: such a one may be replaced.
+/// True if a folder contains only files that `--split` writes, so that it can be replaced.
 fn is_split(path: &Path) -> bool {
     let Ok(found) = std::fs::read_dir(path) else { return false };
     let is_own = |name: std::ffi::OsString| name.to_str().is_some_and(page::is_split_name);
     found.into_iter().all(|entry| entry.is_ok_and(|entry| is_own(entry.file_name())))
 }
 
-/// Writes a page and its files where there is nothing, or another page with its files.
+/// Writes a page and its data files to a new folder, or replaces those of another page.
 fn write_folder(files: &[(String, Vec<u8>)], path: &Path) -> Result<()> {
     let work = TemporaryFolder::next_to_folder(path, is_split)?;
     let made = work.path().join("made");
@@ -298,11 +320,13 @@ fn write_folder(files: &[(String, Vec<u8>)], path: &Path) -> Result<()> {
     work.move_folder("made", path)
 }
 
-fn tell(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) {
+/// Reports the sizes of a page and its parts.
+fn report_sizes(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) {
     let per = |n: usize| sizes.data as f64 / n.max(1) as f64;
-    let beside = if n_files > 0 { format!(" in {n_files} files beside it") } else { String::new() };
+    let in_files =
+        if n_files > 0 { format!(" in {n_files} files next to it") } else { String::new() };
     log::info!(
-        "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {}{beside} ({:.2} bytes per triangle, {:.2} per knot)",
+        "{}: {}, of which script {}, still picture {}, first isovalues {}, spectrum {}{in_files} ({:.2} bytes per triangle, {:.2} per knot)",
         name.display(),
         report::bytes(sizes.page as u64),
         report::bytes(sizes.script as u64),
@@ -312,10 +336,10 @@ fn tell(name: &Path, spectrum: &Spectrum, sizes: Sizes, n_files: usize) {
         per(spectrum.triangles().len()),
         per(spectrum.knots().len()),
     );
-    if sizes.page > LARGE {
+    if sizes.page > LARGE_PAGE {
         log::warn!(
-            "the page is large ({}): it loads slowly and is hard to send; \
-             --range, --tolerance and --step make it smaller, --split has files fetched as they are wanted",
+            "the page is large ({}) and loads slowly; --range, --tolerance and --step make it smaller, \
+             --split loads parts on demand",
             report::bytes(sizes.page as u64)
         );
     }

@@ -1,4 +1,4 @@
-//! `info`: what a spectrum file holds.
+//! `info`: what a spectrum file contains.
 
 use std::path::PathBuf;
 
@@ -12,15 +12,18 @@ use isospectrum::volume::{Placement, Preparation, Space, Unit};
 use serde::{Deserialize as _, Serialize};
 
 use super::analyze::{events_line, n_isovalues};
-use super::{output, preparation_arguments, report, simplify_arguments, spectrum_file, terminal};
+use super::{
+    heading, output, preparation_arguments, report, simplify_arguments, spectrum_file, terminal,
+};
 
-/// Tell what a spectrum file holds
+/// Show what a spectrum file contains
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = "Examples:\n  isospectrum info scan.isp")]
 pub(super) struct Info {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
 }
 
@@ -32,7 +35,7 @@ impl Info {
             Facts::of_folder(&folder)
         } else {
             file = spectrum_file::read_summary(&self.spectrum)?;
-            Facts::told(&file.spectrum, &file.size, file.bytes)
+            Facts::of_size(&file.spectrum, &file.size, file.bytes)
         };
         if self.json {
             report::print_json("info", &facts)?;
@@ -52,23 +55,23 @@ pub(super) struct Facts<'a> {
     n_vertices: usize,
     n_triangles: usize,
     n_knots: usize,
-    /// Not known of a folder of parts, none of which is read.
+    /// Unknown for a folder of parts, as no part is read.
     n_isovalues: Option<usize>,
     n_collapses: usize,
     bytes: u64,
-    /// Not known of a folder of parts.
+    /// Unknown for a folder of parts.
     gpu_memory: Option<Memory>,
-    /// Of a folder, how many parts it has, those without triangles too.
+    /// Number of parts of a folder, empty ones included.
     #[serde(skip_serializing_if = "Option::is_none")]
     n_parts: Option<usize>,
-    /// How often the sweep met trouble, and what it did then.
+    /// Steps and repairs of the sweep.
     counts: Option<serde_json::Value>,
     n_events: usize,
-    /// How many isovalues they share.
+    /// Number of different isovalues of events.
     n_event_isovalues: usize,
-    /// Share of the isosurface's area whose triangles are tracked, mean over the range; the rest is the exact extraction.
+    /// Share of the area of the isosurface whose triangles are tracked, mean over the range; the rest is extracted exactly.
     tracked_area_share: Option<f64>,
-    /// [isovalue, share] each
+    /// Pairs of isovalue and share.
     tracked_area_shares: Option<serde_json::Value>,
     /// The isovalues of all events, ascending.
     events: Vec<f64>,
@@ -82,16 +85,16 @@ pub(super) struct Facts<'a> {
 }
 
 impl<'a> Facts<'a> {
-    /// What there is to say of a spectrum that takes `n_bytes` in its file.
+    /// Describes a spectrum whose file has `n_bytes`.
     pub(super) fn of(spectrum: &'a Spectrum, n_bytes: u64) -> Self {
-        Facts::told(spectrum, &Size::of(spectrum), n_bytes)
+        Facts::of_size(spectrum, &Size::of(spectrum), n_bytes)
     }
 
-    /// What there is to say of a spectrum, which need have no triangles, that is of a size and takes `n_bytes` in its file.
-    fn told(spectrum: &'a Spectrum, size: &Size, n_bytes: u64) -> Self {
+    /// Describes a spectrum of which only the first sections need be read; `size` counts its triangles.
+    fn of_size(spectrum: &'a Spectrum, size: &Size, n_bytes: u64) -> Self {
         let backend = spectrum.parameters().text("/backend");
-        // Names that have no type are handed on as they stand.
-        let told = serde_json::json!(spectrum.parameters());
+        // Entries without a type are copied as they are.
+        let parameters = serde_json::json!(spectrum.parameters());
         let events: Vec<f64> = spectrum.events().iter().map(|event| event.isovalue).collect();
         Facts {
             volume: spectrum.volume(),
@@ -105,21 +108,23 @@ impl<'a> Facts<'a> {
             bytes: n_bytes,
             gpu_memory: Some(Memory::of_size(size)),
             n_parts: None,
-            counts: told.get("counts").cloned(),
+            counts: parameters.get("counts").cloned(),
             n_events: events.len(),
             n_event_isovalues: n_isovalues(spectrum.events()),
-            tracked_area_share: told.get(TRACKED_AREA_SHARE).and_then(serde_json::Value::as_f64),
-            tracked_area_shares: told.get(TRACKED_AREA_SHARES).cloned(),
+            tracked_area_share: parameters
+                .get(TRACKED_AREA_SHARE)
+                .and_then(serde_json::Value::as_f64),
+            tracked_area_shares: parameters.get(TRACKED_AREA_SHARES).cloned(),
             events,
             backend: backend.map(|name| if name == "cpu" { "cpu" } else { "gpu" }),
             adapter: backend.filter(|&name| name != "cpu"),
             parameters: spectrum.parameters(),
             preparation: spectrum.preparation().ok(),
-            dust: told.get("dust").and_then(|done| Dust::deserialize(done).ok()),
+            dust: parameters.get("dust").and_then(|done| Dust::deserialize(done).ok()),
         }
     }
 
-    /// What there is to say of a folder of parts, none of which is read.
+    /// Describes a folder of parts without reading any part.
     pub(super) fn of_folder(folder: &'a SpectrumFolder) -> Self {
         let [n_vertices, n_knots, n_triangles] = folder.index().size.map(|n| n as usize);
         Facts {
@@ -133,7 +138,7 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// The same for people.
+    /// Returns the table for people.
     pub(super) fn table(&self) -> String {
         let VolumeInfo { name, dims: [nx, ny, nz], sample_type, range, placement, .. } =
             self.volume;
@@ -159,10 +164,10 @@ impl<'a> Facts<'a> {
         if let Some(done) = &self.preparation
             && !done.is_none()
         {
-            rows.insert(1, ("prepared", preparation_arguments::sentence(done)));
+            rows.insert(1, ("prepared", preparation_arguments::describe(done)));
         }
         if let Some(done) = &self.dust {
-            rows.insert(rows.len().min(2), ("dust", simplify_arguments::dust_sentence(done)));
+            rows.insert(rows.len().min(2), ("dust", simplify_arguments::describe_dust(done)));
         }
         if let Some(n) = self.n_parts {
             rows.push(("parts", n.to_string()));
@@ -174,12 +179,12 @@ impl<'a> Facts<'a> {
         report::table(&rows)
     }
 
-    /// The tolerance, voxels.
+    /// Returns the tolerance, voxels.
     pub(super) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// How much of the isosurface is a mesh that moves.
+    /// Describes how much of the isosurface is tracked.
     pub(super) fn tracked_line(&self) -> String {
         self.tracked_area_share.map_or_else(
             || "-".to_owned(),
@@ -187,7 +192,7 @@ impl<'a> Facts<'a> {
         )
     }
 
-    /// What there is to say once a spectrum has been computed, besides what was measured.
+    /// Returns the rows of the report after a computation, without the measured quality.
     pub(super) fn summary(&self) -> Vec<(&'static str, String)> {
         vec![
             ("tracked", self.tracked_line()),
@@ -198,12 +203,12 @@ impl<'a> Facts<'a> {
     }
 }
 
-/// The unit of a placement, where it is known.
+/// Returns the unit of a placement with a space before it, or nothing if it is unknown.
 fn unit_after(placement: &Placement) -> String {
     if placement.unit == Unit::Unknown { String::new() } else { format!(" {}", placement.unit) }
 }
 
-/// Where the volume lies in the world, and what its axes are like there.
+/// Describes the position of the volume in the world and the shape of its axes.
 fn world_line(placement: &Placement) -> String {
     let [x, y, z] = placement.origin.map(report::number);
     let mut line = format!("origin {x}, {y}, {z}{}", unit_after(placement));
@@ -216,16 +221,17 @@ fn world_line(placement: &Placement) -> String {
     if placement.is_sheared() {
         let (low, high) = placement.stretch();
         let [low, high] = [low, high].map(report::number);
-        line += &format!(", sheared: a voxel of tolerance is {low} to {high} voxels there");
+        line +=
+            &format!(", sheared: a tolerance of one voxel is {low} to {high} voxels in the world");
     }
     line
 }
 
-/// Trajectories, and the list of living triangles where it is longest.
+/// Describes the memory for trajectories and for the longest list of triangles at an isovalue.
 fn memory_line(memory: &Memory) -> String {
     let Memory { trajectories, triangles, most_triangles, .. } = *memory;
     format!(
-        "{}: {} of trajectories, {} for at most {most_triangles} triangles at an isovalue",
+        "{}: trajectories {}, and {} for at most {most_triangles} triangles at an isovalue",
         report::bytes(trajectories + triangles),
         report::bytes(trajectories),
         report::bytes(triangles)

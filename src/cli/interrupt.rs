@@ -1,9 +1,9 @@
-//! Ctrl-C, and the signals that ask a program to end: the first asks the work to stop, so that no part
-//! of a file stays behind; the second ends the program at once.
+//! Ctrl-C and the other signals that terminate a program: the first cancels the work, so that no incomplete file stays behind;
+//! the second ends the program at once.
 //!
-//! Work that looks whether it was asked stops by itself. Not all does: the topology of a large volume, a spectrum that is
-//! read or packed into a page, a window. What has not stopped after [`GRACE`] is not waited for: as soon as no file is
-//! there in part, the program ends under it.
+//! Work that checks for cancellation stops by itself. Some does not: the topology of a large volume, a spectrum that is read
+//! or packed into a page, a window. If it has not stopped after [`GRACE`], the program exits as soon as no file is
+//! incomplete.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -14,60 +14,60 @@ use isospectrum::file::block_writes;
 use signal_hook::consts::signal::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use super::{progress, terminal};
+use super::terminal;
 
-/// How long the work may take to stop by itself.
+/// Time for the work to stop by itself.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// How often it is looked whether a signal came.
-const LOOK: Duration = Duration::from_millis(50);
+/// Interval at which signals are checked.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The number of the signal that came, or 0.
-static CAME: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
+/// The number of the received signal, or 0.
+static RECEIVED: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
 
-/// Starts listening.
-pub(super) fn install() {
-    let came = CAME.get_or_init(Arc::default);
+/// Installs the handlers. `clear` removes the progress bar before the program exits during its work.
+pub(super) fn install(clear: fn()) {
+    let received = RECEIVED.get_or_init(Arc::default);
     let again = Arc::new(AtomicBool::new(false));
     for signal in signals() {
         let listen = || -> std::io::Result<()> {
-            // In this order: the first signal finds the flag still down.
+            // Handlers run in this order, so the first signal does not shut down.
             flag::register_conditional_shutdown(signal, code_of(signal), again.clone())?;
             flag::register(signal, again.clone())?;
-            flag::register_usize(signal, came.clone(), signal as usize)?;
+            flag::register_usize(signal, received.clone(), signal as usize)?;
             Ok(())
         };
         if let Err(error) = listen() {
-            log::debug!("signal {signal} will end the program at once: {error}");
+            log::debug!("signal {signal} ends the program at once: {error}");
         }
     }
     let watch = std::thread::Builder::new().name("signals".to_owned());
-    if let Err(error) = watch.spawn(end_when_asked) {
-        log::debug!("a signal is heeded by the work alone: {error}");
+    if let Err(error) = watch.spawn(move || exit_after_signal(clear)) {
+        log::debug!("a signal ends only work that checks for it: {error}");
     }
 }
 
-/// Waits for a signal and ends the program if that does not do so itself.
-fn end_when_asked() {
+/// Waits for a signal and exits if the work does not stop by itself.
+fn exit_after_signal(clear: fn()) {
     while !requested() {
-        std::thread::sleep(LOOK);
+        std::thread::sleep(POLL_INTERVAL);
     }
     std::thread::sleep(GRACE);
-    let _no_unfinished_file = block_writes();
-    let _last_word = last_word();
-    progress::clear();
-    terminal::say(&Error::Interrupted.to_string());
-    // The work goes on, so nothing of what it uses may be taken down.
+    let _no_incomplete_file = block_writes();
+    let _final_message = lock_final_message();
+    clear();
+    terminal::print_message(&Error::Interrupted.to_string());
+    // The work still runs in other threads, so nothing it uses is dropped.
     signal_hook::low_level::exit(i32::from(exit_code()));
 }
 
-/// For whoever ends the program, until it has ended: one of two says why.
-pub(crate) fn last_word() -> MutexGuard<'static, ()> {
-    static LAST_WORD: Mutex<()> = Mutex::new(());
-    LAST_WORD.lock().unwrap_or_else(PoisonError::into_inner)
+/// Locks the final message: of the main thread and the signal thread, only the first prints the reason of the exit.
+pub(crate) fn lock_final_message() -> MutexGuard<'static, ()> {
+    static FINAL_MESSAGE: Mutex<()> = Mutex::new(());
+    FINAL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What is listened to.
+/// Returns the signals to handle.
 fn signals() -> Vec<i32> {
     let mut signals = vec![SIGINT, SIGTERM];
     #[cfg(unix)]
@@ -77,8 +77,7 @@ fn signals() -> Vec<i32> {
     signals
 }
 
-/// Whether whoever started us wants a signal ignored, as `nohup` does with the hangup; where that
-/// cannot be known it is left alone.
+/// True if the parent process ignores a signal, as `nohup` does with the hangup, or if that is unknown.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -87,18 +86,18 @@ fn is_ignored(signal: i32) -> bool {
     mask.is_none_or(|mask| mask & (1 << (signal - 1)) != 0)
 }
 
-/// Whether one of the signals came.
+/// True if a signal was received.
 pub(super) fn requested() -> bool {
-    CAME.get().is_some_and(|came| came.load(Ordering::Relaxed) != 0)
+    RECEIVED.get().is_some_and(|signal| signal.load(Ordering::Relaxed) != 0)
 }
 
-/// The exit code of a program that a signal stopped: 130 for Ctrl-C.
+/// Returns the exit code for the received signal: 130 for Ctrl-C.
 pub(super) fn exit_code() -> u8 {
-    let came = CAME.get().map_or(0, |came| came.load(Ordering::Relaxed));
-    code_of(if came == 0 { SIGINT } else { came as i32 }) as u8
+    let received = RECEIVED.get().map_or(0, |signal| signal.load(Ordering::Relaxed));
+    code_of(if received == 0 { SIGINT } else { received as i32 }) as u8
 }
 
-/// As shells count: 128 and the signal.
+/// Returns 128 plus the signal, as shells do.
 fn code_of(signal: i32) -> i32 {
     128 + signal
 }

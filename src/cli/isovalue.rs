@@ -1,14 +1,15 @@
-//! Isovalues on the command line, resolved in a spectrum.
+//! Isovalues on the command line, resolved for a spectrum.
 
+use isospectrum::Result;
 use isospectrum::spectrum::Spectrum;
 
 pub(super) use isospectrum::volume::Isovalue;
 
-/// The isovalue as a number, in the range of a spectrum.
+/// Resolves an isovalue for a spectrum.
 ///
 /// # Errors
 ///
-/// Usage, if it needs the statistics of the samples and the spectrum has none.
-pub(super) fn in_spectrum(written: Isovalue, spectrum: &Spectrum) -> isospectrum::Result<f64> {
-    written.resolve(spectrum.range(), spectrum.statistics().as_ref())
+/// [`Error::Usage`](isospectrum::Error::Usage) if it needs statistics of the samples that the spectrum does not have.
+pub(super) fn in_spectrum(isovalue: Isovalue, spectrum: &Spectrum) -> Result<f64> {
+    isovalue.resolve(spectrum.range(), spectrum.statistics().as_ref())
 }

@@ -1,39 +1,49 @@
-//! `--keep`, `--min-volume`, `--min-area`, `--at`: which components are kept, in the unit and the frame of the world.
+//! `--keep`, `--min-volume`, `--min-area`, `--at`: which components are kept, in units and coordinates of the world.
 
 use std::str::FromStr;
 
 use clap::Args;
 use isospectrum::spectrum::{Keep, Spectrum};
 
-use super::compute::not_negative;
+use super::heading;
+use super::number_argument::not_negative;
 
-/// Which components of the isosurface are kept, at each isovalue by itself; without any of these all are
+/// Which components of the isosurface are kept, separately at each isovalue; all without any of these flags.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = heading::COMPONENTS)]
 pub(super) struct KeepArguments {
-    /// Keep this many components, the largest by enclosed volume; `largest` is 1
+    /// Keep the N components of largest enclosed volume
+    ///
+    /// `largest` means 1.
     #[arg(long, value_name = "N|largest")]
     keep: Option<Largest>,
-    /// Leave out components that enclose less volume than this, cubes of the unit of the spacing
-    #[arg(long, value_name = "VOLUME", value_parser = not_negative, allow_negative_numbers = true)]
+    /// Leave out components of less enclosed volume
+    ///
+    /// In cubes of the unit of the spacing.
+    #[arg(long, value_name = "VOLUME", value_parser = not_negative)]
     min_volume: Option<f64>,
-    /// Leave out components of less area than this, squares of the unit of the spacing
-    #[arg(long, value_name = "AREA", value_parser = not_negative, allow_negative_numbers = true)]
+    /// Leave out components of less area
+    ///
+    /// In squares of the unit of the spacing.
+    #[arg(long, value_name = "AREA", value_parser = not_negative)]
     min_area: Option<f64>,
-    /// Keep the component alone whose surface is nearest to this point of the world, of those that are large enough
+    /// Keep the component nearest to a point of the world
+    ///
+    /// Only components that the other flags keep are considered.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     at: Option<Point>,
 }
 
 impl KeepArguments {
-    /// What is kept of a spectrum's meshes, which are in the voxel frame.
+    /// Returns the choice of components in the voxel frame, in which the meshes of a spectrum are.
     pub(super) fn of(&self, spectrum: &Spectrum) -> Keep {
-        let told = Keep {
+        let keep = Keep {
             largest: self.keep.map(|keep| keep.0),
             min_volume: self.min_volume.unwrap_or(0.0),
             min_area: self.min_area.unwrap_or(0.0),
             at: self.at.map(|point| point.0),
         };
-        told.in_voxels(&spectrum.volume().placement)
+        keep.in_voxels(&spectrum.volume().placement)
     }
 }
 
@@ -47,7 +57,7 @@ impl FromStr for Largest {
     fn from_str(text: &str) -> Result<Self, String> {
         let number = if text == "largest" { Some(1) } else { text.parse().ok() };
         let number = number.filter(|&n| n > 0).map(Largest);
-        number.ok_or_else(|| format!("'{text}', expected largest or a number of components"))
+        number.ok_or_else(|| "expected `largest` or a number of components".to_owned())
     }
 }
 
@@ -63,7 +73,7 @@ impl FromStr for Point {
             .map(|part| part.trim().parse().ok().filter(|x: &f64| x.is_finite()))
             .collect();
         let point = numbers.and_then(|numbers| numbers.try_into().ok()).map(Point);
-        point.ok_or_else(|| format!("'{text}', expected three numbers x,y,z"))
+        point.ok_or_else(|| "expected three numbers x,y,z".to_owned())
     }
 }
 
@@ -72,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_and_points_are_read() {
+    fn components_are_given_by_number_or_point() {
         assert_eq!("largest".parse(), Ok(Largest(1)));
         assert_eq!("12".parse(), Ok(Largest(12)));
         assert_eq!("1, -2.5,3e1".parse(), Ok(Point([1.0, -2.5, 30.0])));

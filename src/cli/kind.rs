@@ -1,4 +1,4 @@
-//! What kind of file a user has named, to say which one is in the place of another.
+//! The kind of an input file, for errors about swapped files.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -8,7 +8,7 @@ use isospectrum::file::MAGIC;
 use isospectrum::volume::is_volume_name;
 use isospectrum::{Error, Result};
 
-/// A kind of file that some command reads.
+/// A kind of input file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Spectrum,
@@ -26,7 +26,7 @@ impl Kind {
     }
 }
 
-/// The kind of a regular file by its first bytes, or else by its name.
+/// Returns the kind of a regular file by its first bytes, else by its name.
 pub(super) fn of(path: &Path) -> Option<Kind> {
     if !std::fs::metadata(path).ok()?.is_file() {
         return None;
@@ -43,15 +43,15 @@ pub(super) fn of(path: &Path) -> Option<Kind> {
     }
 }
 
-/// Checks that a file is not of another kind than the wanted one.
+/// Checks that a file is not of another kind than the expected one.
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] that says what it is and what was expected.
-pub(super) fn check(path: &Path, wanted: Kind) -> Result<()> {
-    let Some(found) = of(path).filter(|&found| found != wanted) else { return Ok(()) };
-    let expected = match wanted {
-        Kind::Spectrum if found == Kind::Volume => "a spectrum (.isp), which compute makes of it",
+/// [`Error::Usage`] that names both kinds.
+pub(super) fn check(path: &Path, expected: Kind) -> Result<()> {
+    let Some(found) = of(path).filter(|&found| found != expected) else { return Ok(()) };
+    let expected = match expected {
+        Kind::Spectrum if found == Kind::Volume => "a spectrum (.isp), see `isospectrum compute`",
         Kind::Spectrum => "a spectrum (.isp)",
         Kind::Volume => "a volume (.nrrd, .nii, .mha, .vti, .mrc, .cube, .npy, .raw, ...)",
         Kind::Mesh => "a mesh",

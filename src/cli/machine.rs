@@ -1,19 +1,19 @@
-//! How much memory the system lets the program have, where that can be read: Linux.
+//! The memory that the system grants the program, as far as it can be read: on Linux.
 //!
-//! A program that asks for more is ended without a word, by the allocator or by the kernel, perhaps
-//! after hours. So what is expected is held against this before the work begins.
+//! A program that needs more is killed by the allocator or the kernel, possibly after hours. So the forecast is compared with
+//! this limit before the work begins.
 
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// A limit and who sets it.
+/// A limit of memory and its origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Allowed {
     pub(super) bytes: f64,
     pub(super) by: &'static str,
 }
 
-/// The lowest of the limits that there are.
+/// Returns the lowest limit; none if none can be read.
 pub(super) fn allowed() -> Option<Allowed> {
     let read = |path: &str| read_to_string(path).unwrap_or_default();
     let (limits, status) = (read("/proc/self/limits"), read("/proc/self/status"));
@@ -32,19 +32,19 @@ pub(super) fn allowed() -> Option<Allowed> {
     of_process.chain(of_group).chain(free).min_by(|a, b| a.bytes.total_cmp(&b.bytes))
 }
 
-/// A row of `/proc/self/limits`; none where it is unlimited.
+/// Parses a row of `/proc/self/limits`; none if unlimited.
 fn soft_limit(limits: &str, name: &str) -> Option<f64> {
     let row = limits.lines().find_map(|line| line.strip_prefix(name))?;
     row.split_whitespace().next()?.parse().ok()
 }
 
-/// A row such as `MemAvailable:  123 kB`, in bytes.
+/// Parses a row such as `MemAvailable:  123 kB` to bytes.
 fn kib(rows: &str, name: &str) -> Option<f64> {
     let row = rows.lines().find_map(|line| line.strip_prefix(name))?;
     row.split_whitespace().next()?.parse::<f64>().ok().map(|kib| 1024.0 * kib)
 }
 
-/// The lowest limit of the control group and those it lies in, of either version.
+/// Returns the lowest limit of the control group and its ancestors, of either version.
 fn group_limit(groups: &str, root: &Path) -> Option<f64> {
     let limits = groups.lines().flat_map(|line| {
         let mut parts = line.splitn(3, ':').skip(1);
@@ -57,7 +57,7 @@ fn group_limit(groups: &str, root: &Path) -> Option<f64> {
             _ => return Vec::new(),
         };
         let path = Path::new(path.trim_start_matches('/'));
-        // `ancestors` ends with the empty path: the root itself.
+        // The last of `ancestors` is the empty path: the root.
         let limit = |part: &Path| read_to_string(folder.join(part).join(file)).ok();
         path.ancestors().filter_map(limit).filter_map(|text| text.trim().parse().ok()).collect()
     });
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_are_read_as_linux_writes_them() {
+    fn limits_are_parsed_from_the_files_of_linux() {
         let limits = "Limit                     Soft Limit           Hard Limit           Units\n\
             Max data size             unlimited            unlimited            bytes\n\
             Max address space         2048000              unlimited            bytes\n";
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_has_the_lowest_limit_on_its_way() {
+    fn a_group_has_the_lowest_limit_of_its_ancestors() {
         let root = tempfile::tempdir().expect("a folder");
         let write = |path: &str, text: &str| {
             let path = root.path().join(path);

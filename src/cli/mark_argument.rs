@@ -1,4 +1,4 @@
-//! `120=bone`: an isovalue with a name, which is offered to who looks.
+//! `120=bone`: an isovalue with a name, which a page or window offers.
 
 use std::str::FromStr;
 
@@ -8,7 +8,7 @@ use isospectrum::{Error, Result};
 
 use super::isovalue::Isovalue;
 
-/// An isovalue and what it shows.
+/// An isovalue and its name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Mark {
     isovalue: Isovalue,
@@ -24,11 +24,11 @@ impl FromStr for Mark {
     }
 }
 
-/// The isovalues of marks in a spectrum, by what is known of the samples, and their names.
+/// Returns the isovalue and the name of each mark in a spectrum.
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] where the samples are needed and not known, [`Error::Range`] outside the spectrum's range.
+/// [`Error::Usage`] if an isovalue needs statistics of the samples that are unknown, [`Error::Range`] outside the range.
 pub(super) fn resolved(
     marks: &[Mark],
     spectrum: &Spectrum,
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mark_is_named_or_its_own_name() {
+    fn a_mark_without_name_is_named_by_its_isovalue() {
         let read = |text: &str| text.parse::<Mark>().map(|mark| (mark.isovalue, mark.name)).ok();
         assert_eq!(read("120=bone"), Some((Isovalue::Absolute(120.0), "bone".into())));
         assert_eq!(read("-4= water "), Some((Isovalue::Absolute(-4.0), "water".into())));

@@ -1,4 +1,4 @@
-//! `merge`: the spectrum of a volume from the parts of its plan.
+//! `merge`: joins the parts of a plan to the spectrum of its volume.
 
 use std::path::{Path, PathBuf};
 
@@ -8,22 +8,25 @@ use isospectrum::bricks::Parts;
 
 use super::plan::{self, folder_of_parts};
 use super::progress::Bar;
-use super::report;
 use super::target::Target;
+use super::{heading, report};
 
 /// Merge the parts of a plan to the spectrum of its volume
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = "Examples:\n  isospectrum merge large.json -o large.isp")]
 pub(super) struct Merge {
-    /// Plan that the parts are of
+    /// Plan of the parts (.json)
     plan: PathBuf,
-    /// Spectrum to write (.isp), or a folder of its parts (.ispt), of which no more is read than is asked for; - is stdout
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Folder with the parts [default: beside the plan]
+    /// Folder of the parts [default: next to the plan]
     #[arg(long, value_name = "DIR")]
     parts: Option<PathBuf>,
-    /// Print what `info` would tell as JSON
-    #[arg(long)]
+    /// Spectrum to write: .isp, .ispt, or - for stdout
+    ///
+    /// A file (.isp), or a folder of parts (.ispt), of which other commands read only the parts that they need.
+    #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    output: PathBuf,
+    /// Print the report of `info` as JSON
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
 }
 
@@ -37,15 +40,18 @@ impl Merge {
         inputs.extend([self.plan.as_path()].into_iter().chain(plan.source.path()));
         let target = Target::open(&self.output, &inputs)?;
         if self.json && target.is_stdout() {
-            return Err(Error::Usage("--json and -o - both want stdout".to_owned()).into());
+            return Err(Error::Usage(
+                "--json and -o - both write to stdout, expected one of them".to_owned(),
+            )
+            .into());
         }
         parts.check_complete().map_err(|e| e.of_file(&self.plan))?;
-        let made = target.merge(&parts, &plan.open()?, (None, None), &Bar::new(quiet))?;
+        let made = target.merge(&parts, &plan.open()?, None, None, &Bar::new(quiet))?;
         let facts = made.facts();
         if self.json {
             report::print_json("merge", &facts)?;
         } else if !quiet {
-            report::tell(&report::table(&facts.summary()));
+            report::log_lines(&report::table(&facts.summary()));
         }
         Ok(())
     }

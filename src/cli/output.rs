@@ -1,9 +1,8 @@
-//! Where results go: a file that appears only when it is complete, or stdout.
+//! Outputs of commands: a file that appears only when it is complete, or stdout.
 //!
-//! A file is written beside its target and renamed at the end ([`write_atomically`]), so an error, a
-//! full disk or Ctrl-C leaves what was there before. Whether that can be done is found out before
-//! the work begins: a folder that does not exist is no news after an hour of computing. An output is
-//! never a file that the command reads: a slip of the hand must not cost the volume.
+//! A file is written under a temporary name next to its destination and renamed at the end ([`write_atomically`]), so an error, a
+//! full disk or Ctrl-C leaves the previous file unchanged. This is checked before the work begins: nobody wants to learn of
+//! a missing folder after an hour. An output never replaces an input of the command: a typing mistake must not destroy data.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +12,7 @@ use isospectrum::{Error, Result};
 
 use super::interrupt;
 
-/// A destination that could be written to when it was opened.
+/// A destination that was writable when it was opened.
 #[derive(Debug)]
 pub(super) enum Output {
     Stdout,
@@ -21,8 +20,7 @@ pub(super) enum Output {
 }
 
 impl Output {
-    /// Checks that `path` can be written to and is none of the command's inputs; `-` is stdout. What
-    /// is there stays as it is.
+    /// Checks that `path` can be written and is no input of the command; `-` is stdout. An existing file stays unchanged.
     pub(super) fn open(path: &Path, inputs: &[&Path]) -> Result<Self> {
         if path == Path::new("-") {
             return Ok(Output::Stdout);
@@ -30,36 +28,35 @@ impl Output {
         let fail = |source| Error::io(path, source);
         match std::fs::metadata(path) {
             Ok(kind) if kind.is_dir() => return Err(fail(io::ErrorKind::IsADirectory.into())),
-            // A pipe or a device tells when it is written to.
+            // A pipe or a device reports errors when it is written.
             Ok(kind) if !kind.is_file() => return Ok(Output::File(path.to_owned())),
             _ => {}
         }
         Self::check_apart(path, inputs)?;
+        check_parent(path)?;
         let place = final_path(path).map_err(fail)?;
         tempfile::tempfile_in(parent_folder(&place)).map_err(fail)?;
         Ok(Output::File(path.to_owned()))
     }
 
-    /// Checks that a file is none of the command's inputs.
+    /// Checks that a file is no input of the command.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] that names both.
+    /// [`Error::Usage`] with both names.
     pub(super) fn check_apart(path: &Path, inputs: &[&Path]) -> Result<()> {
         let Some(found) = inputs.iter().find(|input| is_same_file(path, input)) else {
             return Ok(());
         };
         let (shown, input) = (path.display(), found.display());
         Err(Error::Usage(if path == *found {
-            format!("{shown}: is read and would be replaced, expected another name for the output")
+            format!("{shown}: is both input and output, expected another output")
         } else {
-            format!(
-                "{shown}: is the same file as {input}, which is read, expected another file for the output"
-            )
+            format!("{shown}: is the same file as the input {input}, expected another output")
         }))
     }
 
-    /// The name to show.
+    /// Returns the name for messages.
     pub(super) fn name(&self) -> String {
         match self {
             Output::File(path) => path.display().to_string(),
@@ -67,16 +64,16 @@ impl Output {
         }
     }
 
-    /// Whether this is stdout, so that no report can go there.
+    /// True for stdout, where no report can be printed then.
     pub(super) fn is_stdout(&self) -> bool {
         matches!(self, Output::Stdout)
     }
 
-    /// Writes everything and puts the file in its place; how many bytes it has.
+    /// Writes the content and renames the file to its destination. Returns the size in bytes.
     pub(super) fn write(self, fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<u64> {
         let mut n_bytes = 0;
         let mut failure = None;
-        // The library's errors travel past the writer's, which know no path.
+        // An error of the library is kept outside, as the result of a writer is an io::Error.
         let content = |target: &mut dyn Write| {
             let mut counted = Counted { target, n_bytes: 0 };
             let result = fill(&mut counted).and_then(|()| counted.flush().map_err(no_path));
@@ -104,13 +101,30 @@ impl Output {
         }
     }
 
-    /// As [`Output::write`], of bytes that are there already.
+    /// Writes bytes, as [`Output::write`].
     pub(super) fn write_bytes(self, bytes: &[u8]) -> Result<u64> {
         self.write(|target| target.write_all(bytes).map_err(no_path))
     }
 }
 
-/// Whether two names lead to one regular file, through links of either kind.
+/// Checks that the folder of a destination exists.
+///
+/// # Errors
+///
+/// [`Error::Io`] with the folder.
+pub(super) fn check_parent(path: &Path) -> Result<()> {
+    // The destination of a link can be in another folder.
+    let place = final_path(path).map_err(|source| Error::io(path, source))?;
+    let folder = parent_folder(&place);
+    if folder.exists() {
+        return Ok(());
+    }
+    let message =
+        format!("the folder {} does not exist, expected an existing one", folder.display());
+    Err(Error::io(path, io::Error::new(io::ErrorKind::NotFound, message)))
+}
+
+/// True if two paths are the same regular file, through hard or symbolic links.
 fn is_same_file(a: &Path, b: &Path) -> bool {
     let (Ok(of_a), Ok(of_b)) = (std::fs::metadata(a), std::fs::metadata(b)) else { return false };
     if !of_a.is_file() || !of_b.is_file() {
@@ -128,12 +142,12 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     }
 }
 
-/// An error of a writer, whose path [`Output::write`] fills in.
+/// Returns an error of a writer; [`Output::write`] adds the path.
 pub(super) fn no_path(source: io::Error) -> Error {
     Error::io("", source)
 }
 
-/// Counts what is written, and stops writing at Ctrl-C.
+/// Counts bytes, and stops writing after a signal.
 struct Counted<'a> {
     target: &'a mut dyn Write,
     n_bytes: u64,
@@ -186,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn opening_leaves_nothing_and_changes_nothing() {
+    fn opening_creates_no_file_and_changes_none() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.isp");
         Output::open(&path, &[]).expect("opens");
@@ -197,9 +211,9 @@ mod tests {
     }
 
     #[test]
-    fn an_error_names_the_file_that_could_not_be_written() {
+    fn an_error_names_the_file_and_the_missing_folder() {
         let path = Path::new("no such folder/a.isp");
-        let error = Output::open(path, &[]).expect_err("cannot be written");
-        assert!(error.to_string().starts_with("no such folder/a.isp: "), "{error}");
+        let error = Output::open(path, &[]).expect_err("cannot be written").to_string();
+        assert!(error.starts_with("no such folder/a.isp: the folder no such folder"), "{error}");
     }
 }

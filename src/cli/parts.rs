@@ -1,4 +1,4 @@
-//! `compute --plan`: the parts of a plan, each left alone if it is there already.
+//! `compute --plan`: computes the missing parts of a plan.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -12,22 +12,27 @@ use serde::Serialize;
 use super::output::Output;
 use super::plan::{self, folder_of_parts};
 use super::progress::Bar;
-use super::report;
+use super::{heading, report};
 
-/// Which parts are computed.
+/// Flags that select parts of a plan.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT)]
 pub(super) struct PartArguments {
-    /// Compute parts of this plan in place of a volume; -o is the folder for them [default: beside the plan]
+    /// Compute parts of this plan, see `plan --help`
+    ///
+    /// Replaces the volume and the parameters. -o is the folder of the parts, by default next to the plan.
     #[arg(long, value_name = "PLAN.json", conflicts_with_all = ["VolumeArguments", "PreparationArguments", "noise", "ParameterArguments", "BudgetArguments"])]
     pub(super) plan: Option<PathBuf>,
-    /// The parts, from the first to the last, e.g. 0:63, or one; those that are there already are left [default: all]
-    #[arg(long, value_name = "FIRST:LAST", requires = "plan")]
+    /// Compute these parts of the plan, the last included, e.g. 0:63, or one part [default: all]
+    ///
+    /// Parts that exist already are not computed again.
+    #[arg(long, value_name = "FIRST:LAST", requires = "plan", hide_short_help = true)]
     parts: Option<Numbers>,
 }
 
 /// The `compute` report of parts.
 #[derive(Serialize)]
-struct Made {
+struct PartsReport {
     made: Vec<usize>,
     were_there: Vec<usize>,
 }
@@ -39,14 +44,15 @@ impl PartArguments {
         path: &Path,
         folder: Option<&Path>,
         backend: &Backend,
-        (quiet, json): (bool, bool),
+        quiet: bool,
+        json: bool,
     ) -> anyhow::Result<()> {
         let plan = plan::read(path)?;
         let n = plan.recipe.bricks.len();
         let Numbers { first, last } = self.parts.unwrap_or(Numbers { first: 0, last: n - 1 });
         if last >= n {
             return Err(Error::Usage(format!(
-                "{}: part {last}, expected 0 to {}",
+                "{}: has no part {last}, expected 0 to {}",
                 path.display(),
                 n - 1
             ))
@@ -55,17 +61,17 @@ impl PartArguments {
         let folder = folder.map_or_else(|| folder_of_parts(path), Path::to_owned);
         std::fs::create_dir_all(&folder).map_err(|source| Error::io(&folder, source))?;
         let parts = Parts::new(&plan, &folder);
-        let mut report = Made { made: Vec::new(), were_there: Vec::new() };
+        let mut report = PartsReport { made: Vec::new(), were_there: Vec::new() };
         let mut opened = None;
         for number in first..=last {
             let file = parts.file(number);
             if is_there(&parts, number) {
-                log::info!("{}: is there", file.display());
+                log::info!("{}: exists already", file.display());
                 report.were_there.push(number);
                 continue;
             }
             let output = Output::open(&file, &[path])?;
-            // Only where there is something to do.
+            // The volume is opened only if a part is missing.
             let volume = match opened.take() {
                 Some(volume) => volume,
                 None => plan.open()?,
@@ -83,10 +89,10 @@ impl PartArguments {
     }
 }
 
-/// Whether a part is there and whole; says what is there in its place.
+/// True if a part exists and is complete; warns if its file is something else.
 fn is_there(parts: &Parts, number: usize) -> bool {
     parts.is_complete(number).unwrap_or_else(|error| {
-        log::warn!("{}: {error}; made anew", parts.file(number).display());
+        log::warn!("{}: {error}; computed again", parts.file(number).display());
         false
     })
 }
@@ -107,7 +113,7 @@ impl FromStr for Numbers {
         let parts = numbers.map(|(first, last)| Numbers { first, last });
         parts
             .filter(|p| p.first <= p.last)
-            .ok_or_else(|| format!("'{text}', expected the first and the last part such as 0:63"))
+            .ok_or_else(|| "expected the first and the last part such as 0:63".to_owned())
     }
 }
 
@@ -116,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_are_from_the_first_to_the_last() {
+    fn a_range_of_parts_includes_the_last() {
         assert_eq!("0:63".parse(), Ok(Numbers { first: 0, last: 63 }));
         assert_eq!("7".parse(), Ok(Numbers { first: 7, last: 7 }));
         for wrong in ["", ":", "3:2", "-1:2", "0:1:2", "a"] {

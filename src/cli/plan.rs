@@ -1,36 +1,47 @@
-//! `plan`: cuts a computation into parts that need nothing of each other.
+//! `plan`: divides a computation into independent parts.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isospectrum::bricks::{self, Plan as Bricks, Survey, VolumeSource};
+use isospectrum::bricks::{self, Plan as BrickPlan, Survey, VolumeSource};
 use isospectrum::{Error, Result};
 use isospectrum::{Noise, Prepared};
 
-use super::compute::ParameterArguments;
+use super::heading;
 use super::output::Output;
+use super::parameter_arguments::ParameterArguments;
 use super::preparation_arguments::PreparationArguments;
 use super::simplify_arguments::SimplifyArguments;
 use super::terminal;
 use super::volume_arguments::VolumeArguments;
 
-/// Plan a computation in bricks: `compute --plan` makes parts, anywhere and in any order, `merge` the spectrum of them
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum plan large.nrrd -o large.json
+  isospectrum compute --plan large.json --parts 0:31    # on one machine
+  isospectrum compute --plan large.json --parts 32:63   # on another
+  isospectrum merge large.json -o large.isp";
+
+/// Plan a computation in bricks, for several machines
+///
+/// `compute --plan` computes the parts, on any machine and in any order; `merge` joins them to the spectrum.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub(super) struct Plan {
     #[command(flatten)]
     volume: VolumeArguments,
-    /// Plan to write (.json); - is stdout
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Cells along the side of a brick
-    #[arg(long, value_name = "N", default_value_t = bricks::SIDE)]
-    brick: usize,
     #[command(flatten)]
     preparation: PreparationArguments,
     #[command(flatten)]
     simplify: SimplifyArguments,
     #[command(flatten)]
     parameters: ParameterArguments,
+    /// Plan to write (.json), or - for stdout
+    #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    output: PathBuf,
+    /// Number of cells along the side of a brick
+    #[arg(long, value_name = "N", default_value_t = bricks::SIDE, help_heading = heading::MACHINE)]
+    brick: usize,
 }
 
 impl Plan {
@@ -43,16 +54,15 @@ impl Plan {
         let (survey, noise) = survey(&source, &self.volume, &self.preparation, &self.simplify)?;
         let parameters =
             self.parameters.settings().resolve(survey.info().range, survey.samples())?;
-        let plan = Bricks::new(source, &survey, noise, &parameters, self.brick)?;
+        let plan = BrickPlan::new(source, &survey, noise, &parameters, self.brick)?;
         let last = plan.recipe.bricks.len() - 1;
         output.write_bytes(&plan.to_bytes()?)?;
-        log::info!("{}: parts 0:{last}, plan {}", self.output.display(), plan.hash());
+        log::info!("{}: parts 0:{last}, hash {}", self.output.display(), plan.hash());
         Ok(())
     }
 }
 
-/// What is known of a volume: from slabs of its file where nothing is done to it and its file is of plain samples, else from the
-/// whole, after all that is done to it.
+/// Surveys a volume: slab by slab if its file allows it and no preparation is requested, else the prepared volume as a whole.
 pub(super) fn survey(
     source: &VolumeSource,
     volume: &VolumeArguments,
@@ -72,9 +82,9 @@ pub(super) fn survey(
 }
 
 /// Reads a plan.
-pub(super) fn read(path: &Path) -> Result<Bricks> {
-    Bricks::from_bytes(&isospectrum::unstable::input::read(path)?).map_err(|error| match error {
-        // What a parser says of a file may hold what the file holds.
+pub(super) fn read(path: &Path) -> Result<BrickPlan> {
+    BrickPlan::from_bytes(&isospectrum::unstable::input::read(path)?).map_err(|error| match error {
+        // The message of a parser can contain text of the file.
         Error::Input(what) => {
             Error::input(format!("{}: {}", path.display(), terminal::plain(&what)))
         }
@@ -82,7 +92,7 @@ pub(super) fn read(path: &Path) -> Result<Bricks> {
     })
 }
 
-/// The folder for the parts of a plan, where no other is named: beside the plan.
+/// Returns the default folder for the parts of a plan, next to the plan.
 pub(super) fn folder_of_parts(plan: &Path) -> PathBuf {
     plan.with_extension("parts")
 }

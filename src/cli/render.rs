@@ -1,7 +1,6 @@
 //! `render`: a picture of the mesh at one isovalue, or many along a sweep, without a window.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 
@@ -15,90 +14,116 @@ use isospectrum::Progress as _;
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::{ColorArguments, volume_of};
-use super::frames::{MOST, Sweep};
+use super::frames::{MAX_FRAMES, SweepArgument};
 use super::keep_arguments::KeepArguments;
 use super::output::{Output, no_path};
 use super::progress::Bar;
 use super::series::Series;
 use super::sight_arguments::SightArguments;
+use super::size_argument::PictureSize;
 use super::spectrum_file::Opened;
 use super::surface_argument::SurfaceArgument;
-use super::{empty, report};
+use super::{driver_warning, empty, heading, report};
 
-/// Render the mesh at one isovalue to a picture, or a sweep over isovalues or a turntable to many
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum render scan.isp -c 50% -o half.png
+  Show bone through skin, seen from the left:
+    isospectrum render head.isp -c 1200=bone -c -200=skin@0.3 --camera -90,10 -o head.png
+  Make a film over the isovalues, and one around the surface:
+    isospectrum render scan.isp --sweep 10%:90%:120 --label {isovalue} -o sweep.mp4
+    isospectrum render scan.isp -c 50% --turntable 90 -o around/%03d.png";
+
+/// Render the mesh at one isovalue to a picture, or many to a film
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Render {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
-    /// Isovalue: a number, 50% of the range, p99 of the samples, 2.5sigma above their mean, or top:1% of them; with a
-    /// colour (a name or #rrggbb) and an opacity if wanted; again for several in one picture: -c 120=bone -c 40=skin@0.3
+    /// Isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    ///
+    /// A number, a percentage of the range (50%), a percentile of the samples (p99), standard deviations above their mean
+    /// (2.5sigma), or the value that the highest 1 % of them exceed (top:1%). A colour (a name or
+    /// #rrggbb) and an opacity can follow. Give the flag again for several surfaces: -c 120=bone -c 40=skin@0.3.
     #[arg(
         short = 'c',
         long,
-        value_name = "C[=COLOR][@OPACITY]",
+        value_name = "C",
         allow_hyphen_values = true,
         required_unless_present = "sweep"
     )]
     isovalue: Vec<SurfaceArgument>,
-    /// Isovalues of a film: N pictures from A to B, e.g. 10%:90%:120; -o takes a pattern such as
-    /// frames/%04d.png, numbered from 0, or a film (.mp4, .webm), which ffmpeg makes
+    /// N pictures at isovalues A to B, e.g. 10%:90%:120
+    ///
+    /// -o takes a pattern such as frames/%04d.png, numbered from 0, or a film (.mp4, .webm), which needs ffmpeg.
     #[arg(long, value_name = "A:B:N", allow_hyphen_values = true, conflicts_with = "isovalue")]
-    sweep: Option<Sweep>,
-    /// N pictures all around the axis that points up, all in one size; -o as for --sweep
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(MOST)), conflicts_with = "sweep")]
-    turntable: Option<u32>,
-    /// Pictures per second of a film; 30 where it is not told
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=240))]
-    fps: Option<u32>,
-    /// Picture to write (.png); - is stdout. Of several pictures a pattern or a film
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Width and height, pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x768")]
-    size: Size,
-    #[command(flatten)]
-    camera: CameraArguments,
-    /// What fills the picture: the surface (those of all pictures of a sweep), or the volume, so that pictures of
-    /// several isovalues show all in one size
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface)]
-    fit: Fit,
-    /// What lies behind the surface: white, light, dark or transparent
-    #[arg(long, value_name = "WHAT", default_value = "white")]
-    background: Background,
+    sweep: Option<SweepArgument>,
+    /// Volume of the spectrum, for --color distance
+    #[arg(long, value_name = "VOLUME", hide_short_help = true)]
+    volume: Option<PathBuf>,
     #[command(flatten)]
     sight: SightArguments,
-    /// Darken hollows, by what is seen around each point: shows form where noise hides it
-    #[arg(long)]
-    occlusion: bool,
-    /// Where the main light is, as seen by who looks: upper-left, eye (no shadow), left, right, above or below
-    #[arg(long, value_name = "WHERE", default_value = "upper-left")]
-    light: Light,
-    /// Draw the edges of the triangles
-    #[arg(long)]
-    wireframe: bool,
-    #[command(flatten)]
-    color: ColorArguments,
-    /// The volume of the spectrum, for --color distance
-    #[arg(long, value_name = "VOLUME")]
-    volume: Option<PathBuf>,
-    /// Leave out the legend of the colours
-    #[arg(long)]
-    no_legend: bool,
-    /// Draw the box of the volume, the axes of the world and a scale bar
-    #[arg(long)]
-    axes: bool,
-    /// A bar that tells how long things are, in the unit of the volume
-    #[arg(long)]
-    scale_bar: bool,
-    /// Words at the top of the picture; {isovalue} stands for the isovalue
-    #[arg(long, value_name = "TEXT")]
-    label: Option<String>,
     #[command(flatten)]
     border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
-    /// Adapter to use, by a part of its name
-    #[arg(long, value_name = "NAME")]
+    #[command(flatten)]
+    color: ColorArguments,
+    /// Leave out the legend of the colours
+    #[arg(long, hide_short_help = true, help_heading = heading::COLORS)]
+    no_legend: bool,
+    #[command(flatten)]
+    camera: CameraArguments,
+    /// N pictures from all around the vertical axis
+    ///
+    /// All have the same scale. -o is as for --sweep.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_FRAMES)), conflicts_with = "sweep", help_heading = heading::CAMERA)]
+    turntable: Option<u32>,
+    /// Fit the picture to the surface or the volume
+    ///
+    /// With `surface`, that of all pictures of a sweep. With `volume`, pictures of different isovalues have the same scale.
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface, hide_possible_values = true, help_heading = heading::CAMERA)]
+    fit: Fit,
+    /// Light: upper-left, eye, left, right, above or below
+    ///
+    /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
+    #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, help_heading = heading::PICTURE)]
+    light: Light,
+    /// Darken hollows
+    ///
+    /// Ambient occlusion in screen space. It shows form where noise hides it.
+    #[arg(long, help_heading = heading::PICTURE)]
+    occlusion: bool,
+    /// Draw the edges of the triangles
+    #[arg(long, help_heading = heading::PICTURE)]
+    wireframe: bool,
+    /// Draw the box of the volume, axes and a scale bar
+    #[arg(long, help_heading = heading::PICTURE)]
+    axes: bool,
+    /// Draw a scale bar in the unit of the volume
+    #[arg(long, hide_short_help = true, help_heading = heading::PICTURE)]
+    scale_bar: bool,
+    /// Text at the top, e.g. "c = {isovalue}"
+    ///
+    /// {isovalue} is replaced by the isovalue.
+    #[arg(long, value_name = "TEXT", help_heading = heading::PICTURE)]
+    label: Option<String>,
+    /// Background: white, light, dark or transparent
+    #[arg(long, value_name = "COLOR", default_value = "white", hide_default_value = true, help_heading = heading::PICTURE)]
+    background: Background,
+    /// Width and height, pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x768", help_heading = heading::OUTPUT)]
+    size: PictureSize,
+    /// Pictures per second of a film [default: 30]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=240), help_heading = heading::OUTPUT)]
+    fps: Option<u32>,
+    /// Picture to write (.png), or - for stdout
+    ///
+    /// For several pictures a pattern such as frames/%04d.png, or a film (.mp4, .webm).
+    #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
+    output: PathBuf,
+    /// GPU to use, by a part of its name
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::MACHINE)]
     adapter: Option<String>,
 }
 
@@ -113,7 +138,7 @@ impl Render {
 
     fn run_one(&self) -> anyhow::Result<()> {
         if self.fps.is_some() {
-            return Err(Error::Usage("--fps, expected with --sweep or --turntable".into()).into());
+            return Err(Error::Usage("--fps needs --sweep or --turntable".into()).into());
         }
         let is_png = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
         if !is_png && self.output != Path::new("-") {
@@ -124,7 +149,7 @@ impl Render {
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
         let output = Output::open(&self.output, &inputs)?;
         let spectrum = Opened::open(&self.spectrum)?;
-        let isovalues = self.isovalues(spectrum.told())?;
+        let isovalues = self.isovalues(spectrum.header())?;
         let spectrum = spectrum.around(&isovalues)?;
         let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
@@ -132,7 +157,7 @@ impl Render {
         view.label = self.label(&isovalues);
         pictures.write(&surfaces, &view, output)?;
         empty::warn_of_components(pictures.0.n_triangles(), &view.keep);
-        let Size { width, height } = self.size;
+        let PictureSize { width, height } = self.size;
         let shown: Vec<String> = isovalues.into_iter().map(report::number).collect();
         let shown = shown.join(", ");
         log::info!("{}: {width}x{height} pixels, isovalue {shown}", self.output.display());
@@ -140,10 +165,10 @@ impl Render {
     }
 
     /// Renders every picture of a sweep.
-    fn run_sweep(&self, sweep: Sweep, quiet: bool) -> anyhow::Result<()> {
+    fn run_sweep(&self, sweep: SweepArgument, quiet: bool) -> anyhow::Result<()> {
         let series = self.series()?;
         let spectrum = Opened::open(&self.spectrum)?;
-        let isovalues = sweep.in_spectrum(spectrum.told())?;
+        let isovalues = sweep.in_spectrum(spectrum.header())?;
         let spectrum = spectrum.around(&isovalues)?;
         let mut pictures = self.pictures(&spectrum)?;
         let view = self.fit.of(self.view(&spectrum), &mut pictures, &isovalues)?;
@@ -158,11 +183,11 @@ impl Render {
         Ok(())
     }
 
-    /// Renders a picture from every side.
+    /// Renders the pictures of a turntable.
     fn run_turntable(&self, n: u32, quiet: bool) -> anyhow::Result<()> {
         let series = self.series()?;
         let spectrum = Opened::open(&self.spectrum)?;
-        let isovalues = self.isovalues(spectrum.told())?;
+        let isovalues = self.isovalues(spectrum.header())?;
         let spectrum = spectrum.around(&isovalues)?;
         let (surfaces, isovalues) = self.surfaces(&spectrum)?;
         let mut pictures = self.pictures(&spectrum)?;
@@ -178,7 +203,7 @@ impl Render {
         Ok(())
     }
 
-    /// Renders pictures one after the other. Each of several files appears when it is complete, a film as a whole.
+    /// Renders a series of pictures. Each file appears when it is complete.
     fn write_series(
         &self,
         pictures: &mut Pictures<'_>,
@@ -200,26 +225,26 @@ impl Render {
         }
         written.finish(self.background)?;
         drop(bar);
-        let Size { width, height } = self.size;
+        let PictureSize { width, height } = self.size;
         log::info!("{}: {n} pictures of {width}x{height} pixels", series.names(n));
         Ok(())
     }
 
-    /// Where pictures one after the other go.
+    /// Returns the destination of a series of pictures.
     fn series(&self) -> Result<Series> {
         Series::of(&self.output, self.fps, self.size, self.background)
     }
 
-    /// The isovalues that are asked for, all in the range.
-    fn isovalues(&self, told: &Spectrum) -> Result<Vec<f64>> {
+    /// Returns the requested isovalues; checks that they are in the range.
+    fn isovalues(&self, spectrum: &Spectrum) -> Result<Vec<f64>> {
         let isovalue = |c: &SurfaceArgument| {
-            let isovalue = c.in_spectrum(told)?.isovalue;
-            told.check_isovalue(isovalue).map(|()| isovalue)
+            let isovalue = c.in_spectrum(spectrum)?.isovalue;
+            spectrum.check_isovalue(isovalue).map(|()| isovalue)
         };
         self.isovalue.iter().map(isovalue).collect()
     }
 
-    /// The isosurfaces that are asked for, and their isovalues; warns of those that are empty.
+    /// Returns the requested isosurfaces and their isovalues; warns about empty ones.
     fn surfaces(&self, spectrum: &Spectrum) -> Result<(Vec<Surface>, Vec<f64>)> {
         let surfaces: Vec<Surface> =
             self.isovalue.iter().map(|c| c.in_spectrum(spectrum)).collect::<Result<_>>()?;
@@ -231,13 +256,13 @@ impl Render {
         Ok((surfaces, isovalues))
     }
 
-    /// The words at the top of a picture of isovalues.
+    /// Returns the text at the top of a picture.
     fn label(&self, isovalues: &[f64]) -> Option<String> {
         let shown: Vec<String> = isovalues.iter().map(|&c| report::number(c)).collect();
         self.label.as_ref().map(|label| label.replace("{isovalue}", &shown.join(", ")))
     }
 
-    /// What draws the pictures of a spectrum.
+    /// Opens the renderer of a spectrum with the sources of its colours.
     fn pictures<'a>(&self, spectrum: &'a Spectrum) -> Result<Pictures<'a>> {
         let volume = self.volume.as_ref().map(|path| volume_of(path, spectrum)).transpose()?;
         let sources = self.color.sources(spectrum, volume)?;
@@ -247,7 +272,7 @@ impl Render {
     }
 
     fn view(&self, spectrum: &Spectrum) -> View {
-        let Size { width, height } = self.size;
+        let PictureSize { width, height } = self.size;
         View::default()
             .with_width(width)
             .with_height(height)
@@ -269,17 +294,17 @@ impl Render {
     }
 }
 
-/// What fills a picture.
+/// What the picture is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Fit {
-    /// The isosurfaces that are shown.
+    /// The visible isosurfaces.
     Surface,
     /// The whole volume.
     Volume,
 }
 
 impl Fit {
-    /// The view that fits pictures of `isovalues`.
+    /// Returns the view for pictures of `isovalues`.
     fn of(self, view: View, pictures: &mut Pictures<'_>, isovalues: &[f64]) -> Result<View> {
         match self {
             Fit::Surface => pictures.fitted(view, isovalues),
@@ -294,11 +319,11 @@ pub(super) struct Pictures<'a>(Renderer<'a>);
 impl<'a> Pictures<'a> {
     /// Opens the adapter whose name contains `adapter`, or the fastest.
     pub(super) fn open(spectrum: &'a Spectrum, adapter: Option<&str>) -> Result<Self> {
-        let gpu = Gpu::new(adapter)?;
+        let gpu = driver_warning::hidden(|| Gpu::new(adapter))?;
         Ok(Pictures(Renderer::new(&gpu, spectrum)?))
     }
 
-    /// A view that fits the isosurfaces of `isovalues`, where there are any to see.
+    /// Returns the view fitted to the isosurfaces at `isovalues`; unchanged if they are empty.
     pub(super) fn fitted(&mut self, mut view: View, isovalues: &[f64]) -> Result<View> {
         if let Some(bounds) = self.0.bounds(isovalues, &view.keep)? {
             view.fit(self.0.volume(), bounds);
@@ -316,37 +341,5 @@ impl<'a> Pictures<'a> {
         let image = self.0.draw_all(surfaces, view)?;
         output.write(|file| image.encode_png(file).map_err(no_path))?;
         Ok(())
-    }
-}
-
-/// `1024x768`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Size {
-    pub(super) width: u32,
-    pub(super) height: u32,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let side = |digits: &str| digits.parse().ok().filter(|n| (1..=16384).contains(n));
-        let sides = text.split_once(['x', 'X']);
-        sides
-            .and_then(|(w, h)| Some(Size { width: side(w)?, height: side(h)? }))
-            .ok_or_else(|| format!("'{text}', expected e.g. 1024x768, each from 1 to 16384"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_size_has_a_width_and_a_height() {
-        assert_eq!("640x480".parse(), Ok(Size { width: 640, height: 480 }));
-        for wrong in ["", "640", "0x480", "640x480x3", "-1x2", "99999x1"] {
-            assert!(wrong.parse::<Size>().is_err(), "{wrong}");
-        }
     }
 }

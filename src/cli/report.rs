@@ -1,11 +1,11 @@
-//! Reports on stdout: a table for people, or JSON that programs can rely on.
+//! Reports on stdout: a table for people, or JSON in a stable form for programs.
 
 use isospectrum::{Error, Result};
 use serde::Serialize;
 
 use super::{output, terminal};
 
-/// Raised when a field of a JSON report changes its meaning or goes away; new fields do not count.
+/// Version of the JSON reports; raised when a field is removed or changes its meaning, not for new fields.
 const VERSION: u32 = 2;
 
 #[derive(Serialize)]
@@ -21,7 +21,7 @@ pub(super) fn print_json(name: &str, body: &impl Serialize) -> Result<()> {
     let versioned = Versioned { report: name, version: VERSION, body };
     let text = serde_json::to_string_pretty(&versioned)
         .map_err(|error| Error::input(format!("the {name} report has no JSON form: {error}")))?;
-    // JSON's own escapes leave out DEL and the second set of control characters.
+    // JSON does not escape DEL and the control characters from U+0080.
     let is_bare = |c: char| c.is_control() && c != '\n';
     let escaped = |c: char| format!("\\u{:04x}", u32::from(c));
     output::print(&text.chars().fold(String::with_capacity(text.len()), |mut safe, c| {
@@ -34,52 +34,55 @@ pub(super) fn print_json(name: &str, body: &impl Serialize) -> Result<()> {
     }))
 }
 
-/// Tells a text of several lines on stderr: a message is one line.
-pub(super) fn tell(text: &str) {
+/// Logs a text line by line, as a message is one line.
+pub(super) fn log_lines(text: &str) {
     text.lines().for_each(|line| log::info!("{line}"));
 }
 
-/// Rows of a table: names left, values right of them, as [`terminal::value`] makes them.
+/// Returns a table with names on the left and values, safe for a terminal, on the right.
 pub(super) fn table(rows: &[(&str, String)]) -> String {
     let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
     let row = |name: &str, value: &str| format!("{name:width$}  {}\n", terminal::value(value));
     rows.iter().map(|(name, value)| row(name, value)).collect()
 }
 
-/// A number with as many digits as tell something.
+/// Formats a number with five significant digits, never fewer than its integer part; very small or large ones with exponent.
 pub(super) fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
-    // Five significant digits, never fewer than the whole part has.
-    let digits = (4 - x.abs().log10().floor() as i32).clamp(0, 12) as usize;
-    let text = format!("{x:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
+    let exponent = x.abs().log10().floor() as i32;
+    if !(-6..15).contains(&exponent) {
+        let text = format!("{x:.4e}");
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", without_zeros(digits));
     }
+    without_zeros(&format!("{x:.*}", (4 - exponent).clamp(0, 12) as usize)).to_owned()
 }
 
-/// A share as a percentage.
+/// Removes zeros at the end of a decimal fraction.
+fn without_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+/// Formats a fraction as a percentage.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", number(100.0 * share))
 }
 
-/// As [`number`], or a dash.
+/// Formats a number, or a dash for none.
 pub(super) fn number_or_dash(x: Option<f64>) -> String {
     x.map_or_else(|| "-".to_owned(), number)
 }
 
-/// Counts that are not 0, by name: `arcs 45, steps 69`.
+/// Lists counts that are not 0 by name, for people: `arcs 45, steps 69`.
 pub(super) fn counts(counts: &serde_json::Value) -> String {
-    let Some(counts) = counts.as_object() else { return "-".to_owned() };
-    let counted = counts.iter().filter(|(_, value)| **value != 0);
-    let parts: Vec<String> = counted.map(|(name, value)| format!("{name} {value}")).collect();
-    if parts.is_empty() { "-".to_owned() } else { parts.join(", ") }
+    let counts = counts.as_object().into_iter().flatten().filter(|(_, value)| **value != 0);
+    let counts: Vec<String> = counts.map(|(name, value)| format!("{name} {value}")).collect();
+    if counts.is_empty() { "-".to_owned() } else { counts.join(", ") }
 }
 
-/// Bytes in units people read.
+/// Formats a number of bytes with a unit.
 pub(super) fn bytes(n: u64) -> String {
     indicatif::HumanBytes(n).to_string()
 }
@@ -98,15 +101,18 @@ mod tests {
             (1.0 / 3.0, "0.33333"),
             (123_456.7, "123457"),
             (0.000_123_456, "0.00012346"),
+            (2.316_274_613e-16, "2.3163e-16"),
+            (-1e-7, "-1e-7"),
+            (1e18, "1e18"),
         ] {
             assert_eq!(number(x), text);
         }
     }
 
     #[test]
-    fn counts_above_zero_are_listed_by_name() {
-        let found = serde_json::json!({ "steps": 3, "refused": 0, "arcs": 1 });
-        assert_eq!(counts(&found), "arcs 1, steps 3");
+    fn counts_are_listed_by_name() {
+        let value = serde_json::json!({ "steps": 3, "arcs": 45, "refused": 0 });
+        assert_eq!(counts(&value), "arcs 45, steps 3");
         assert_eq!(counts(&serde_json::Value::Null), "-");
     }
 

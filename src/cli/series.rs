@@ -1,19 +1,19 @@
-//! Where pictures one after the other go: to numbered files, or into a film.
+//! The destination of a series of pictures: numbered files, or a film.
 
 use std::path::Path;
 
 use isospectrum::render::{Background, Image};
 use isospectrum::{Error, Result};
 
-use super::film::{Film, Reel};
+use super::film::{Film, FilmWriter};
 use super::frames::Pattern;
 use super::output::{Output, no_path};
-use super::render::Size;
+use super::size_argument::PictureSize;
 
-/// Pictures per second where nobody says.
-const RATE: u32 = 30;
+/// Default number of pictures per second.
+const DEFAULT_FPS: u32 = 30;
 
-/// What a path says of pictures one after the other.
+/// The destination of a series of pictures.
 #[derive(Clone, Debug)]
 pub(super) enum Series {
     Files(Pattern),
@@ -21,38 +21,36 @@ pub(super) enum Series {
 }
 
 impl Series {
-    /// The series that a path is; `rate` is that of a film, where it is told.
+    /// Returns the destination for a path; `fps` is given for a film only.
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] where it is neither a pattern nor a film, or a film that cannot be made.
+    /// [`Error::Usage`] if the path is neither a pattern nor a film, or a film that cannot be made.
     pub(super) fn of(
         path: &Path,
-        rate: Option<u32>,
-        size: Size,
+        fps: Option<u32>,
+        size: PictureSize,
         background: Background,
     ) -> Result<Self> {
-        if let Some(film) = Film::of(path, rate.unwrap_or(RATE)) {
+        if let Some(film) = Film::of(path, fps.unwrap_or(DEFAULT_FPS)) {
             film.check(size, background)?;
             return Ok(Series::Film(film));
         }
         let pattern = Pattern::of(path)?;
-        match rate {
+        match fps {
             None => Ok(Series::Files(pattern)),
             Some(_) => {
                 let shown = path.display();
-                Err(Error::Usage(format!(
-                    "{shown}: files have no --fps, expected a film (.mp4, .webm)"
-                )))
+                Err(Error::Usage(format!("{shown}: --fps needs a film (.mp4, .webm)")))
             }
         }
     }
 
-    /// Checks that all can be written, before any is rendered, and that none is one of the inputs.
+    /// Checks that all files can be written and replace no input, before any picture is rendered.
     ///
     /// # Errors
     ///
-    /// [`Error::Io`] where one cannot, [`Error::Usage`] where one is an input.
+    /// [`Error::Io`] if one cannot be written, [`Error::Usage`] if one is an input.
     pub(super) fn open(&self, n: u32, inputs: &[&Path]) -> Result<OpenSeries> {
         Ok(match self {
             Series::Files(pattern) => OpenSeries::Files(pattern.open(n, inputs)?.into_iter()),
@@ -60,7 +58,7 @@ impl Series {
         })
     }
 
-    /// The names of `n` pictures, to be told.
+    /// Describes the names of `n` pictures for a message.
     pub(super) fn names(&self, n: u32) -> String {
         match self {
             Series::Files(pattern) => {
@@ -72,15 +70,15 @@ impl Series {
     }
 }
 
-/// A series that is being written.
+/// A series whose pictures are written one by one.
 #[derive(Debug)]
 pub(super) enum OpenSeries {
     Files(std::vec::IntoIter<Output>),
-    Film(Reel),
+    Film(FilmWriter),
 }
 
 impl OpenSeries {
-    /// Writes the next picture, of no more than there were to be.
+    /// Writes the next picture.
     pub(super) fn add(&mut self, image: &Image) -> Result<()> {
         match self {
             OpenSeries::Files(files) => {
@@ -88,15 +86,15 @@ impl OpenSeries {
                 output.write(|file| image.encode_png(file).map_err(no_path))?;
                 Ok(())
             }
-            OpenSeries::Film(reel) => reel.add(image),
+            OpenSeries::Film(film) => film.add(image),
         }
     }
 
-    /// Completes what is complete only as a whole.
+    /// Encodes the film, if it is one.
     pub(super) fn finish(self, background: Background) -> Result<()> {
         match self {
             OpenSeries::Files(_) => Ok(()),
-            OpenSeries::Film(reel) => reel.finish(background == Background::Transparent),
+            OpenSeries::Film(film) => film.finish(background == Background::Transparent),
         }
     }
 }

@@ -1,18 +1,22 @@
-//! What of a surface is seen: the same flags wherever one looks at it.
+//! `--clip` and `--opacity`: which part of a surface is visible.
 
 use clap::Args;
 
 use super::clip_argument::ClipArgument;
-use super::compute::share;
+use super::heading;
+use super::number_argument::fraction;
 
-/// What of a surface is seen; in a page and a window at first.
+/// The flags of every command that shows a surface; in a page or a window, the first state.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::SURFACE)]
 pub(super) struct SightArguments {
-    /// Cut along a plane across an axis of the volume, at a share of its length or a length from the first sample, and cover
-    /// the cut: x:50%, z:12.5, or -x:50% for the other side
-    #[arg(long, value_name = "[-]AXIS:PLACE", allow_hyphen_values = true)]
+    /// Cut the surface along a plane, e.g. x:50%
+    ///
+    /// [-]AXIS:POSITION. The position is a percentage of the length of the volume, or a length from the first sample (z:12.5).
+    /// What is beyond it is left out, with - (-x:50%) what is before it. The cut is closed.
+    #[arg(long, value_name = "PLANE", allow_hyphen_values = true)]
     pub(super) clip: Option<ClipArgument>,
-    /// How much of what lies behind the surface hides, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
+    /// Opacity of the surface, 0 to 1
+    #[arg(long, value_name = "OPACITY", default_value_t = 1.0, value_parser = fraction, hide_default_value = true)]
     pub(super) opacity: f64,
 }

@@ -1,4 +1,4 @@
-//! How noise is taken out of a volume before anything else, as said on the command line.
+//! Flags that remove noise from a volume.
 
 use clap::Args;
 use isospectrum::Cleaned;
@@ -8,56 +8,59 @@ use isospectrum::unstable::topology::dust::Dust;
 use isospectrum::unstable::topology::simplify::{Census, Simplification};
 use isospectrum::volume::Volume;
 
+use super::heading;
 use super::report::number;
 
-/// The arguments wherever noise can be taken out of a volume.
+/// The flags of every command that can remove noise from a volume.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::REGION)]
 #[group(id = "noise", multiple = true)]
 pub(super) struct SimplifyArguments {
-    /// Take noise out first: no minimum or maximum is left that is closer than P in value to the saddle that ends
-    /// it; samples change by up to about 2 P; a value, or a percentage of the volume's range such as 5%
-    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    /// Remove minima and maxima of a persistence below P
+    ///
+    /// The persistence of a minimum or maximum is the difference in value to the saddle at which its component ends. P is
+    /// a value, or a percentage of the range of the volume such as 5%. Samples change by up to about 2 P.
+    #[arg(long, value_name = "P")]
     persistence: Option<Persistence>,
-    /// Leave dust out: parts, and cavities, that never have V voxels before they meet a larger one (before --persistence)
+    /// Remove components and cavities below V voxels
+    ///
+    /// Removes those that stay below V voxels until they meet a larger one. Runs before --persistence.
     #[arg(long, value_name = "V", value_parser = clap::value_parser!(u32).range(1..))]
     min_component: Option<u32>,
 }
 
 impl SimplifyArguments {
-    /// The settings that the flags give.
+    /// Returns the settings.
     pub(super) fn settings(&self) -> NoiseSettings {
         NoiseSettings { persistence: self.persistence, min_component: self.min_component }
     }
 
-    /// Removes noise from a volume; returns what was removed.
+    /// Returns the volume without noise and the record of the changes.
     pub(super) fn apply(&self, volume: Volume) -> Result<(Volume, Cleaned)> {
         let (volume, cleaned) = self.settings().resolve(&volume).take_out(volume)?;
         if let Some(done) = &cleaned.dust {
-            log::info!("dust: {}", dust_sentence(done));
+            log::info!("dust: {}", describe_dust(done));
         }
         if let Some(done) = &cleaned.simplification {
-            log::info!("{}", sentence(done));
+            log::info!("{}", describe(done));
         }
         Ok((volume, cleaned))
     }
 }
 
-/// What was left out as dust, for people.
-pub(super) fn dust_sentence(done: &Dust) -> String {
+/// Describes the removed dust for people.
+pub(super) fn describe_dust(done: &Dust) -> String {
     let Dust { voxels, parts, cavities, samples, largest_change, left, .. } = done;
     let change = number(*largest_change);
-    let left = if *left > 0 {
-        format!("; {left} are as small after --persistence")
-    } else {
-        String::new()
-    };
+    let left =
+        if *left > 0 { format!("; --persistence left {left} of that size") } else { String::new() };
     format!(
-        "{parts} parts and {cavities} cavities below {voxels} voxels left out: {samples} samples changed, by up to {change}{left}"
+        "removed {parts} components and {cavities} cavities below {voxels} voxels: changed {samples} samples by up to {change}{left}"
     )
 }
 
-/// What was done, for people.
-fn sentence(done: &Simplification) -> String {
+/// Describes a simplification for people.
+fn describe(done: &Simplification) -> String {
     let Simplification { before, after, .. } = done;
     let pair = |of: fn(&Census) -> usize| format!("{} -> {}", of(before), of(after));
     format!(

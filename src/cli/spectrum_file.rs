@@ -1,4 +1,4 @@
-//! Spectrum files of both formats: ours, and the layout of the thesis.
+//! Spectrum files of both formats: ours and the layout of the thesis.
 
 use std::path::Path;
 
@@ -16,12 +16,12 @@ use super::report;
 pub(super) enum Format {
     /// Ours: `.isp`.
     Isp,
-    /// The layout of the thesis, section 4.4: `.thesis`.
+    /// The file layout of the thesis, section 4.4: `.thesis`.
     Thesis,
 }
 
 impl Format {
-    /// The format that a file's extension means.
+    /// Returns the format for the extension of a file.
     pub(super) fn of_name(path: &Path) -> Result<Self> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("isp") => Ok(Format::Isp),
@@ -34,7 +34,7 @@ impl Format {
     }
 }
 
-/// A spectrum of which no more is read than is needed: a file as a whole, of a folder the parts that are asked for.
+/// A spectrum that is read as far as needed: a file as a whole, a folder only in the requested parts.
 pub(super) enum Opened {
     Whole(Box<Spectrum>),
     Folder(Box<SpectrumFolder>),
@@ -49,15 +49,15 @@ impl Opened {
         Ok(Opened::Whole(Box::new(read(path)?.0)))
     }
 
-    /// All that is known of the whole; of a folder without triangles.
-    pub(super) fn told(&self) -> &Spectrum {
+    /// Returns the spectrum with its range, events and parameters; without triangles if it is a folder.
+    pub(super) fn header(&self) -> &Spectrum {
         match self {
             Opened::Whole(spectrum) => spectrum,
             Opened::Folder(folder) => folder.whole(),
         }
     }
 
-    /// The whole spectrum; of a folder all of it is read.
+    /// Returns the whole spectrum; reads all parts of a folder.
     pub(super) fn whole(self) -> Result<Spectrum> {
         match self {
             Opened::Whole(spectrum) => Ok(*spectrum),
@@ -65,7 +65,7 @@ impl Opened {
         }
     }
 
-    /// The spectrum with all triangles that live at isovalues, or between them.
+    /// Returns the spectrum with all triangles that are alive at the isovalues or between them.
     pub(super) fn around(self, isovalues: &[f64]) -> Result<Spectrum> {
         let folder = match self {
             Opened::Whole(spectrum) => return Ok(*spectrum),
@@ -78,12 +78,12 @@ impl Opened {
             .fold((0, 0), |(n, bytes), (_, chunk)| (n + 1, bytes + chunk.bytes));
         let (name, of) = (folder.path().display(), report::bytes(folder.n_bytes()));
         log::debug!("{name}: {n} chunks, {} of {of}", report::bytes(n_bytes));
-        // No other isovalue will be asked for, and what is said of the range is meant of the whole.
+        // The range stays that of the whole spectrum, so that percentages keep their meaning.
         folder.read_around(isovalues)
     }
 }
 
-/// Reads a spectrum of either format, or of all parts of a folder; also how many bytes it has.
+/// Reads a spectrum of either format, or all parts of a folder. Returns its size in bytes as well.
 pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
     if file::is_folder(path) {
         let folder = SpectrumFolder::open(path)?;
@@ -97,12 +97,12 @@ pub(super) fn read(path: &Path) -> Result<(Spectrum, u64)> {
     Ok((spectrum, bytes.len() as u64))
 }
 
-/// Whether a file has the name of one in the layout of the thesis.
+/// True if the extension is that of the layout of the thesis.
 fn is_named_thesis(path: &Path) -> bool {
     matches!(Format::of_name(path), Ok(Format::Thesis))
 }
 
-/// What a file of either format tells of itself, of which no more is read than that takes.
+/// Reads the summary of a file of either format, without its triangles if the format allows it.
 pub(super) fn read_summary(path: &Path) -> Result<Summary> {
     kind::check(path, Kind::Spectrum)?;
     if is_named_thesis(path) {
@@ -111,14 +111,13 @@ pub(super) fn read_summary(path: &Path) -> Result<Summary> {
     Summary::read(path)
 }
 
-/// Writes a spectrum in our format, which is not needed any more as it was; gives it back in the order of the file, with how many bytes
-/// that took.
+/// Writes a spectrum in our format. Returns it in the order of the file, and the size of the file in bytes.
 pub(super) fn write_whole(spectrum: Spectrum, output: Output) -> Result<(Spectrum, u64)> {
     let Written { bytes, spectrum, .. } = file::into_bytes(spectrum)?;
     Ok((spectrum, output.write_bytes(&bytes)?))
 }
 
-/// Writes a spectrum in a format; how many bytes that took.
+/// Writes a spectrum in a format. Returns the size in bytes.
 pub(super) fn write_as(spectrum: &Spectrum, format: Format, output: Output) -> Result<u64> {
     output.write_bytes(&match format {
         Format::Isp => file::to_bytes(spectrum)?,

@@ -1,4 +1,4 @@
-//! `40=skin@0.3`: an isovalue with the colour and the opacity of its surface.
+//! `40=skin@0.3`: an isovalue with the colour and opacity of its surface.
 
 use std::str::FromStr;
 
@@ -9,7 +9,7 @@ use isospectrum::{Error, Result};
 
 use super::isovalue::Isovalue;
 
-/// Colours by name, as they are seen (sRGB).
+/// Colours by name (sRGB).
 const NAMED: [(&str, u32); 12] = [
     ("blue", 0x85a9cd),
     ("orange", 0xd9a46c),
@@ -34,16 +34,16 @@ pub(super) struct SurfaceArgument {
 }
 
 impl SurfaceArgument {
-    /// The surface that is meant in a spectrum.
+    /// Resolves the surface for a spectrum.
     ///
     /// # Errors
     ///
-    /// Usage, where its isovalue needs the samples and the spectrum tells nothing of them.
+    /// [`Error::Usage`] if the isovalue needs statistics of the samples that the spectrum does not have.
     pub(super) fn in_spectrum(self, spectrum: &Spectrum) -> Result<Surface> {
         self.resolve(spectrum.range(), spectrum.statistics().as_ref())
     }
 
-    /// The same in a range, by what is known of the samples.
+    /// Resolves the surface for a range, with statistics of the samples if known.
     ///
     /// # Errors
     ///
@@ -90,7 +90,7 @@ fn color_of(text: &str) -> Result<u32> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6);
     digits.and_then(|d| u32::from_str_radix(d, 16).ok()).ok_or_else(|| {
         let names = NAMED.map(|(name, _)| name).join(", ");
-        Error::Usage(format!("color '{text}', expected #rrggbb or one of {names}"))
+        Error::Usage(format!("colour '{text}', expected #rrggbb or one of {names}"))
     })
 }
 

@@ -1,4 +1,4 @@
-//! Where a spectrum goes: a file, or a folder of parts.
+//! The destination of a spectrum: a file, or a folder of parts.
 
 use std::path::{Path, PathBuf};
 
@@ -9,30 +9,31 @@ use isospectrum::file::{SpectrumFolder, TemporaryFolder, is_folder};
 use isospectrum::spectrum::Spectrum;
 
 use super::info::Facts;
-use super::output::Output;
+use super::output::{Output, check_parent};
 use super::spectrum_file;
 
-/// A destination that could be written to when it was opened.
+/// A destination that was writable when it was opened.
 pub(super) enum Target {
     File(Output),
     Folder(PathBuf),
 }
 
-/// A spectrum that was written.
+/// A written spectrum.
 pub(super) enum Made {
-    /// To a file of so many bytes.
+    /// With the size of the file in bytes.
     File(Box<Spectrum>, u64),
     Folder(Box<SpectrumFolder>),
 }
 
 impl Target {
-    /// Checks that `path` can be written to and is none of the command's inputs: a folder by its name, `.ispt`, else a file.
+    /// Checks that `path` can be written and is no input of the command. The extension `.ispt` selects a folder.
     pub(super) fn open(path: &Path, inputs: &[&Path]) -> Result<Target> {
         if !is_folder_name(path) {
             return Output::open(path, inputs).map(Target::File);
         }
         Output::check_apart(path, inputs)?;
-        // As in the end; gone again at once.
+        check_parent(path)?;
+        // Checks that the folder can be written; its temporary folder is removed at once.
         TemporaryFolder::next_to_folder(path, is_folder)?;
         Ok(Target::Folder(path.to_owned()))
     }
@@ -41,7 +42,7 @@ impl Target {
         matches!(self, Target::File(output) if output.is_stdout())
     }
 
-    /// What was asked for, to show.
+    /// Returns the name of the destination for messages.
     pub(super) fn name(&self) -> PathBuf {
         match self {
             Target::File(output) => output.name().into(),
@@ -53,7 +54,7 @@ impl Target {
         matches!(self, Target::Folder(_))
     }
 
-    /// A folder to work in, on the disk that the result goes to where that is a regular file or a folder.
+    /// Makes a work folder, on the disk of the destination if that is a regular file or a folder.
     pub(super) fn work_folder(&self) -> Result<TemporaryFolder> {
         match self {
             Target::Folder(path) => TemporaryFolder::next_to_folder(path, is_folder),
@@ -62,19 +63,20 @@ impl Target {
         }
     }
 
-    /// Joins parts and writes what they become; the folder to work in goes, where there was one. A folder of
-    /// parts is written within `memory`, bytes, where that is limited.
+    /// Merges parts and writes the spectrum. Removes the work folder, if given. `memory` limits the memory for writing a folder,
+    /// in bytes.
     pub(super) fn merge(
         self,
         parts: &Parts,
         volume: &OpenVolume,
-        (work, memory): (Option<TemporaryFolder>, Option<f64>),
+        work: Option<TemporaryFolder>,
+        memory: Option<f64>,
         progress: &dyn Progress,
     ) -> Result<Made> {
         match self {
             Target::File(output) => {
                 let spectrum = merge(parts, volume, progress)?;
-                // Nothing is written beside a file while it is there.
+                // Removed before the file is written, so that the disk holds the spectrum once.
                 drop(work);
                 let (spectrum, n_bytes) = spectrum_file::write_whole(spectrum, output)?;
                 Ok(Made::File(Box::new(spectrum), n_bytes))
@@ -96,12 +98,12 @@ impl Made {
     }
 }
 
-/// Whether a name is that of a folder of the parts of a spectrum.
+/// True if the extension is that of a folder of parts.
 pub(super) fn is_folder_name(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "ispt")
 }
 
-/// Whether a file is put in the place of what is there, not written to.
+/// True if the destination is replaced by a new file, not opened for writing as a pipe or a device.
 fn is_replaced(path: &Path) -> bool {
     std::fs::metadata(path).map_or(true, |found| found.is_file())
 }

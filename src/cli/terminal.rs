@@ -1,22 +1,23 @@
-//! Text on its way to a terminal: file names, fields of headers and names in spectra are whatever
-//! somebody wrote there, escape sequences that move the cursor or rename the window included.
+//! Makes text safe for a terminal: file names, fields of headers and names in spectra can contain anything, including escape
+//! sequences that move the cursor or rename the window.
 //!
-//! Every message, error and table passes through [`plain`]; what is data (meshes, pictures, JSON, which
-//! has its own escapes) does not.
+//! Every message, error and table passes through [`plain`]. Data (meshes, pictures, JSON, which has its own escapes) does not.
 
 use std::io::Write as _;
 
-/// Characters of a name out of a file, of a word in a message, and of a value in a table; longer ones
-/// lose their middle.
-const LONGEST_NAME: usize = 80;
-const LONGEST_WORD: usize = 160;
-const LONGEST_VALUE: usize = 500;
+/// Maximum number of characters of a name in a file; longer ones lose their middle.
+const MAX_NAME: usize = 80;
 
-/// Characters of a message; a path has 4,096 at most, but in a message of two both ends tell enough.
-const LONGEST_LINE: usize = 1500;
+/// Maximum number of characters of a word in a message.
+const MAX_WORD: usize = 160;
 
-/// The text with every control character in its escaped form, and those that turn the direction of
-/// writing around: one line that a terminal only shows.
+/// Maximum number of characters of a value in a table.
+const MAX_VALUE: usize = 500;
+
+/// Maximum number of characters of a message: both ends of a long one are enough to understand it.
+const MAX_LINE: usize = 1500;
+
+/// Escapes control characters and those that change the direction of writing: returns one line of visible text.
 pub(super) fn plain(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -34,38 +35,37 @@ fn is_harmless(c: char) -> bool {
     !c.is_control() && !is_format
 }
 
-/// A value of a table: plain, and not longer than a reader wants.
+/// Makes a value of a table safe, and shortens it.
 pub(super) fn value(text: &str) -> String {
-    plain(&shortened(text, LONGEST_VALUE))
+    plain(&shortened(text, MAX_VALUE))
 }
 
-/// A name that a file gives to something.
+/// Makes a name from a file safe, and shortens it.
 pub(super) fn name(text: &str) -> String {
-    plain(&shortened(text, LONGEST_NAME))
+    plain(&shortened(text, MAX_NAME))
 }
 
-/// A message on one line: plain, with words that nobody reads to their end shortened.
+/// Makes a message safe and one line, and shortens long words.
 pub(crate) fn line(text: &str) -> String {
     let words: Vec<String> =
-        text.split_whitespace().map(|word| shortened(word, LONGEST_WORD)).collect();
-    plain(&shortened(&words.join(" "), LONGEST_LINE))
+        text.split_whitespace().map(|word| shortened(word, MAX_WORD)).collect();
+    plain(&shortened(&words.join(" "), MAX_LINE))
 }
 
-/// The text, or its beginning and its end: a path ends with the name, a message with what was
-/// expected.
-fn shortened(text: &str, longest: usize) -> String {
+/// Removes the middle of a long text: a path ends with its name, a message with what was expected.
+fn shortened(text: &str, max: usize) -> String {
     let n = text.chars().count();
-    if n <= longest {
+    if n <= max {
         return text.to_owned();
     }
-    let end = longest / 3;
-    let head: String = text.chars().take(longest - 1 - end).collect();
+    let end = max / 3;
+    let head: String = text.chars().take(max - 1 - end).collect();
     let tail: String = text.chars().skip(n - end).collect();
     format!("{head}…{tail}")
 }
 
-/// Prints a message on stderr. Where that cannot be done there is nobody to tell.
-pub(crate) fn say(text: &str) {
+/// Prints a message on stderr; a failure cannot be reported anywhere.
+pub(crate) fn print_message(text: &str) {
     let _ = writeln!(std::io::stderr(), "isospectrum: {text}");
 }
 
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_that_a_terminal_obeys_is_left() {
+    fn control_characters_are_escaped() {
         let text = "a\u{1b}]0;b\u{7}\n\r\u{9b}2J\u{202e}\u{7f}é漢";
         let safe = plain(text);
         assert_eq!(safe, "a\\u{1b}]0;b\\u{7}\\n\\r\\u{9b}2J\\u{202e}\\u{7f}é漢");
@@ -84,16 +84,16 @@ mod tests {
     #[test]
     fn long_words_and_long_messages_keep_both_ends() {
         let long = format!("begin{}end", "x".repeat(900_000));
-        let said = line(&format!("type '{long}', expected uint8"));
+        let message = line(&format!("type '{long}', expected uint8"));
         assert!(
-            said.starts_with("type 'beginx") && said.ends_with("xend', expected uint8"),
-            "{said}"
+            message.starts_with("type 'beginx") && message.ends_with("xend', expected uint8"),
+            "{message}"
         );
-        assert!(said.chars().count() < 250, "{said}");
+        assert!(message.chars().count() < 250, "{message}");
         let words = line(&format!("a.nrrd: {}: expected three", "word ".repeat(100_000)));
         assert!(words.starts_with("a.nrrd: word") && words.ends_with("expected three"));
-        assert_eq!(words.chars().count(), LONGEST_LINE);
-        assert_eq!(value(&long).chars().count(), LONGEST_VALUE);
+        assert_eq!(words.chars().count(), MAX_LINE);
+        assert_eq!(value(&long).chars().count(), MAX_VALUE);
         assert_eq!(line("a\n  b"), "a b");
     }
 }

@@ -1,4 +1,4 @@
-//! `verify`: a spectrum against its volume; exit code 5 if it fails.
+//! `verify`: measures a spectrum against its volume; exit code 5 if a promise or limit is broken.
 
 use std::path::PathBuf;
 
@@ -7,46 +7,60 @@ use isospectrum::Error;
 use isospectrum::Prepared;
 use isospectrum::verify::{Limits, Promise, Report, Sampling, Summary, verify};
 
-use super::compute::{not_negative, share};
 use super::kind::{self, Kind};
+use super::number_argument::{fraction, not_negative};
 use super::progress::Bar;
 use super::report::{number, number_or_dash, percent, table};
 use super::volume_arguments::VolumeArguments;
-use super::{output, report, spectrum_file};
+use super::{heading, output, report, spectrum_file};
 
-/// Verify a spectrum against its volume, at isovalues that nobody chose beforehand
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum verify scan.isp scan.nrrd
+  isospectrum verify blobs.isp --phantom blobs:64 --n 100 --min-radius-ratio 0.7";
+
+/// Verify a spectrum against its volume at random isovalues
+///
+/// Exits with code 5 if a promise or a limit is broken.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct Verify {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
     #[command(flatten)]
     volume: VolumeArguments,
-    /// Random isovalues to look at
-    #[arg(long, value_name = "N", default_value_t = Sampling::default().n_random)]
+    /// Number of random isovalues to check
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().n_random, help_heading = heading::CHECKS)]
     n: usize,
-    /// Events to look at, just before and just after, and as many isovalues where triangles change
-    #[arg(long, value_name = "N", default_value_t = Sampling::default().n_events)]
+    /// Number of events to check, just before and after
+    ///
+    /// As many isovalues at which triangles change are checked, too.
+    #[arg(long, value_name = "N", default_value_t = Sampling::default().n_events, help_heading = heading::CHECKS)]
     events: usize,
     /// Seed of the random choice
-    #[arg(long, value_name = "SEED", default_value_t = Sampling::default().seed)]
+    #[arg(long, value_name = "SEED", default_value_t = Sampling::default().seed, help_heading = heading::CHECKS)]
     seed: u64,
-    /// Limit: isovalues with wrong topology
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    /// Limit: number of isovalues with wrong topology
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = heading::CHECKS)]
     max_wrong: usize,
-    /// Limit: 99th percentile of the barycentres' distances, voxels [default: as promised]
-    #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
+    /// Limit: distance of barycentres, voxels [default: as promised]
+    ///
+    /// The 99th percentile of the distances of barycentres to the isosurface.
+    #[arg(long, value_name = "H", value_parser = not_negative, help_heading = heading::CHECKS)]
     max_deviation: Option<f64>,
-    /// Limit: share of triangles that cross others [default: as promised]
-    #[arg(long, value_name = "SHARE", value_parser = share, allow_negative_numbers = true)]
+    /// Limit: fraction of intersecting triangles [default: as promised]
+    #[arg(long, value_name = "SHARE", value_parser = fraction, help_heading = heading::CHECKS)]
     max_intersecting: Option<f64>,
-    /// Limit: 99th percentile of jumps away from events, voxels [default: as promised]
-    #[arg(long, value_name = "H", value_parser = not_negative, allow_negative_numbers = true)]
+    /// Limit: jumps away from events, voxels [default: as promised]
+    ///
+    /// The 99th percentile.
+    #[arg(long, value_name = "H", value_parser = not_negative, help_heading = heading::CHECKS)]
     max_jump: Option<f64>,
-    /// Limit: mean radius ratio [default: none is promised]
-    #[arg(long, value_name = "RATIO", value_parser = share, allow_negative_numbers = true)]
+    /// Limit: mean radius ratio [default: no limit]
+    #[arg(long, value_name = "RATIO", value_parser = fraction, help_heading = heading::CHECKS)]
     min_radius_ratio: Option<f64>,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = heading::OUTPUT)]
     json: bool,
 }
 
@@ -67,7 +81,7 @@ impl Verify {
         if self.json {
             report::print_json("verify", &found)?;
         } else {
-            output::print(&text(&found))?;
+            output::print(&table_of(&found))?;
         }
         if found.passed {
             return Ok(());
@@ -79,10 +93,8 @@ impl Verify {
         ))
         .into())
     }
-}
 
-impl Verify {
-    /// The two files are easily swapped: the command says what is verified first, and against what.
+    /// Checks that spectrum and volume are not swapped.
     fn check_order(&self) -> isospectrum::Result<()> {
         let Some(second) = self.volume.path() else { return Ok(()) };
         let first = &self.spectrum;
@@ -91,12 +103,12 @@ impl Verify {
         }
         let (first, second) = (first.display(), second.display());
         Err(Error::Usage(format!(
-            "{first} is a volume and {second} a spectrum, expected them the other way round: verify {second} {first}"
+            "{first} is a volume and {second} a spectrum, expected the spectrum first: verify {second} {first}"
         )))
     }
 }
 
-fn text(found: &Report) -> String {
+fn table_of(found: &Report) -> String {
     let t = &found.totals;
     let distance = |s: &Summary| {
         let parts = [s.mean, s.p99, s.max].map(number_or_dash);
@@ -144,7 +156,7 @@ fn text(found: &Report) -> String {
     text
 }
 
-/// Found, limit, and whether that is kept.
+/// Describes the measured value, the limit and whether it is kept.
 fn verdict(promise: &Promise) -> String {
     let unit = if promise.unit.is_empty() { String::new() } else { format!(" {}", promise.unit) };
     let kept = match promise.kept {

@@ -1,121 +1,143 @@
-//! `view`: the window.
+//! `view`: a window.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isospectrum::Parameters;
 use isospectrum::file::{SpectrumFolder, is_folder};
-use isospectrum::render::{Background, Light, View as Look};
+use isospectrum::render::{Background, Light, View as RenderView};
 use isospectrum::spectrum::{Keep, Spectrum};
 use isospectrum::view::{Content, Opening, run};
-use isospectrum::volume::{Placement, ReadOptions, Statistics, phantom, read_volume};
+use isospectrum::volume::{Placement, ReadOptions, Statistics, Volume, phantom, read_volume};
+use isospectrum::{Error, Result};
 
 use super::border_arguments::BorderArguments;
 use super::camera_arguments::CameraArguments;
 use super::color_arguments::ColorArguments;
-use super::compute::positive;
+use super::heading;
 use super::keep_arguments::KeepArguments;
 use super::mark_argument::{Mark, resolved};
-use super::render::Size;
+use super::number_argument::positive;
 use super::sight_arguments::SightArguments;
+use super::size_argument::PictureSize;
 use super::spectrum_file::{self, Format};
 use super::surface_argument::SurfaceArgument;
 
-/// Open a window on a spectrum, or on a volume whose spectrum it computes
+const EXAMPLES: &str = "\
+Examples:
+  isospectrum view scan.isp -c 1200
+  isospectrum view scan.nrrd --error 0.2
+  isospectrum view --phantom hydrogen:64";
+
+/// Open a window on a spectrum or a volume
+///
+/// The window computes the spectrum of a volume. Other files can be dropped on it.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct View {
-    /// Spectrum (.isp, or a folder .ispt) or volume (.nrrd, .npy, .raw); others can be dropped on the window
+    /// Spectrum (.isp, .ispt) or volume (.nrrd, .npy, .raw, ...)
     file: Option<PathBuf>,
-    /// A built-in volume in place of a file, e.g. hydrogen:64
+    /// Use a built-in volume, e.g. hydrogen:64
     #[arg(long, value_name = "NAME[:SIZE]", conflicts_with = "file")]
     phantom: Option<String>,
-    /// The spectrum's volume: shows the histogram of its samples, and p99 can be typed
+    /// Volume of the spectrum, for its histogram and percentiles
     #[arg(long, value_name = "FILE", requires = "file")]
     volume: Option<PathBuf>,
-    /// First isovalue of a spectrum; else 50%, or the nearest with more than a trace to see. Given again, others stay beside it; each
-    /// may have a colour and an opacity, such as 1200=bone@0.5
-    #[arg(short = 'c', long, value_name = "C[=COLOR][@OPACITY]", allow_hyphen_values = true)]
+    /// First isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    ///
+    /// The default is 50%, or the nearest with a visible surface. Give the flag again for more surfaces that stay visible,
+    /// with colour and opacity: 1200=bone@0.5.
+    #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Vec<SurfaceArgument>,
-    /// Isovalues of a spectrum that are offered, each with a name; without any some are suggested
-    #[arg(long, value_name = "C[=NAME],...", value_delimiter = ',', allow_hyphen_values = true)]
+    /// Offer isovalues by name, e.g. 120=bone,40=skin [default: suggestions]
+    #[arg(
+        long,
+        value_name = "C[=NAME],...",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     mark: Vec<Mark>,
-    /// Width and height of the window, points
-    #[arg(long, value_name = "WxH", default_value = "1280x800")]
-    size: Size,
     #[command(flatten)]
-    camera: CameraArguments,
-    /// Draw the edges of the triangles
-    #[arg(long)]
-    wireframe: bool,
-    /// Darken hollows, by what is seen around each point: shows form where noise hides it
-    #[arg(long)]
-    occlusion: bool,
-    /// Where the main light is, as seen by who looks: upper-left, eye (no shadow), left, right, above or below
-    #[arg(long, value_name = "WHERE", default_value = "upper-left")]
-    light: Light,
-    /// Draw the box of the volume, the axes of the world and a scale bar
-    #[arg(long)]
-    axes: bool,
-    #[command(flatten)]
-    color: ColorArguments,
+    sight: SightArguments,
     #[command(flatten)]
     border: BorderArguments,
     #[command(flatten)]
     keep: KeepArguments,
-    /// What lies behind the surface: white, light or dark
-    #[arg(long, value_name = "WHAT", default_value = "white")]
-    background: Background,
     #[command(flatten)]
-    sight: SightArguments,
-    /// Tolerance of spectra that are computed, voxels
-    #[arg(long, value_name = "H", value_parser = positive, allow_negative_numbers = true)]
-    error: Option<f64>,
-    /// Distance between sampling isovalues of spectra that are computed
-    #[arg(long, value_name = "STEP", value_parser = positive, allow_negative_numbers = true)]
+    color: ColorArguments,
+    #[command(flatten)]
+    camera: CameraArguments,
+    /// Light: upper-left, eye, left, right, above or below
+    ///
+    /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
+    #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, help_heading = heading::PICTURE)]
+    light: Light,
+    /// Darken hollows
+    ///
+    /// Ambient occlusion in screen space. It shows form where noise hides it.
+    #[arg(long, help_heading = heading::PICTURE)]
+    occlusion: bool,
+    /// Draw the edges of the triangles
+    #[arg(long, help_heading = heading::PICTURE)]
+    wireframe: bool,
+    /// Draw the box of the volume, axes and a scale bar
+    #[arg(long, help_heading = heading::PICTURE)]
+    axes: bool,
+    /// Background: white, light or dark
+    #[arg(long, value_name = "COLOR", default_value = "white", hide_default_value = true, help_heading = heading::PICTURE)]
+    background: Background,
+    /// Tolerance of computed spectra, voxels
+    #[arg(long, value_name = "H", value_parser = positive, default_value_t = Parameters::default().error, help_heading = heading::TRACKING)]
+    error: f64,
+    /// Distance between sampling isovalues of computed spectra
+    #[arg(long, value_name = "STEP", value_parser = positive, hide_short_help = true, help_heading = heading::TRACKING)]
     step: Option<f64>,
+    /// Width and height of the window, points
+    #[arg(long, value_name = "WxH", default_value = "1280x800", help_heading = heading::WINDOW)]
+    size: PictureSize,
     /// Folder for pictures and meshes
-    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    #[arg(long, value_name = "FOLDER", default_value = ".", help_heading = heading::OUTPUT)]
     folder: PathBuf,
-    /// Adapter to use, by a part of its name
-    #[arg(long, value_name = "NAME")]
+    /// GPU to use, by a part of its name
+    #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::MACHINE)]
     adapter: Option<String>,
 }
 
 impl View {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        let defaults = Parameters::default();
         let volume = self.volume.as_deref().map(read).transpose()?;
         let content = self.content()?;
         if self.background == Background::Transparent {
-            let told = "background 'transparent', expected white, light or dark";
-            return Err(isospectrum::Error::Usage(told.into()).into());
+            let message = "background 'transparent', expected white, light or dark";
+            return Err(Error::Usage(message.into()).into());
         }
-        let told = told(&content);
-        let (surfaces, marks) = match told {
+        let header = header(&content);
+        let (surfaces, marks) = match header {
             Some(spectrum) => {
                 let own = volume.as_ref().map(Statistics::of);
                 let samples = own.or_else(|| spectrum.statistics());
                 let resolve = |c: &SurfaceArgument| c.resolve(spectrum.range(), samples.as_ref());
-                let surfaces = self.isovalue.iter().map(resolve).collect::<Result<Vec<_>, _>>()?;
+                let surfaces = self.isovalue.iter().map(resolve).collect::<Result<Vec<_>>>()?;
                 (surfaces, resolved(&self.mark, spectrum, samples.as_ref())?)
             }
             None => Default::default(),
         };
-        let clip = self.sight.clip.map(|clip| match (&content, told) {
+        let clip = self.sight.clip.map(|clip| match (&content, header) {
             (Content::Volume(volume), _) => clip.of_grid(volume.dims(), volume.placement()),
             (_, Some(spectrum)) => clip.of(spectrum.volume()),
             (_, None) => clip.of_grid([2; 3], &Placement::default()),
         });
         let opacity = surfaces.first().and_then(|first| first.opacity);
-        let open = told.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
-        let keep = told.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
+        let open = header.map_or(self.border.open(), |spectrum| self.border.is_open(spectrum));
+        let keep = header.map_or(Keep::default(), |spectrum| self.keep.of(spectrum));
         run(Opening {
             content,
             volume,
             field: self.color.color_by.as_deref().map(read).transpose()?,
             surfaces,
             marks,
-            view: Look {
+            view: RenderView {
                 width: self.size.width,
                 height: self.size.height,
                 camera: self.camera.camera(),
@@ -132,18 +154,17 @@ impl View {
                 background: self.background,
                 clip,
                 opacity: opacity.unwrap_or(self.sight.opacity as f32),
-                ..Look::default()
+                ..RenderView::default()
             },
-            parameters: defaults
-                .with_error(self.error.unwrap_or(defaults.error))
-                .with_step(self.step),
+            parameters: Parameters::default().with_error(self.error).with_step(self.step),
             adapter: self.adapter.clone(),
             folder: self.folder.clone(),
         })?;
         Ok(())
     }
 
-    fn content(&self) -> isospectrum::Result<Content> {
+    /// Opens the file or the built-in volume.
+    fn content(&self) -> Result<Content> {
         let Some(path) = &self.file else {
             let volume = self.phantom.as_deref().map(phantom).transpose()?;
             return Ok(volume.map_or(Content::Nothing, |volume| Content::Volume(volume.into())));
@@ -160,8 +181,8 @@ impl View {
     }
 }
 
-/// All that is known of the whole of the spectrum, if there is one.
-fn told(content: &Content) -> Option<&Spectrum> {
+/// Returns the spectrum, of a folder without triangles, if there is one.
+fn header(content: &Content) -> Option<&Spectrum> {
     match content {
         Content::Spectrum(_, spectrum) => Some(spectrum),
         Content::Folder(_, folder) => Some(folder.whole()),
@@ -169,6 +190,6 @@ fn told(content: &Content) -> Option<&Spectrum> {
     }
 }
 
-fn read(path: &Path) -> isospectrum::Result<isospectrum::volume::Volume> {
+fn read(path: &Path) -> Result<Volume> {
     read_volume(path, &ReadOptions::default())
 }

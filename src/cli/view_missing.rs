@@ -1,4 +1,4 @@
-//! `view` where the program was built without the window.
+//! `view` in a program built without the feature `viewer`.
 
 use clap::Args;
 use isospectrum::Error;
@@ -6,15 +6,14 @@ use isospectrum::Error;
 /// Open a window on a spectrum (not in this build)
 #[derive(Args, Debug)]
 pub(super) struct View {
-    /// Whatever the window would take
+    /// Arguments of the window
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     _arguments: Vec<std::ffi::OsString>,
 }
 
 impl View {
     pub(super) fn run(&self) -> anyhow::Result<()> {
-        let how =
-            "this build has no window, expected one made with: cargo install --features viewer";
-        Err(Error::Usage(how.to_owned()).into())
+        let message = "this build has no window, expected a build with --features viewer";
+        Err(Error::Usage(message.to_owned()).into())
     }
 }

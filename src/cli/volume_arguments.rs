@@ -1,5 +1,4 @@
-//! How a volume is named on the command line: a file with what its name does not tell, or a
-//! built-in phantom.
+//! Flags that name a volume: a file, with what its name does not say, or a built-in phantom.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -9,51 +8,57 @@ use isospectrum::bricks::VolumeSource;
 use isospectrum::volume::{Outside, ReadOptions, Volume, files_of, phantom, read_volume};
 use isospectrum::{Error, Result};
 
+use super::heading;
 use super::kind::{self, Kind};
 
-/// The arguments wherever a volume is taken.
+/// The flags of every command that reads a volume.
 #[derive(Args, Debug)]
+#[command(next_help_heading = heading::INPUT)]
 pub(super) struct VolumeArguments {
-    /// Volume: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, .dcm, a folder of DICOM files
-    /// or of numbered .tif or .png slices, or .raw with dimensions and type in its name (name_128x128x128_uint8.raw), in flags, or in a header
-    /// beside it
+    /// Volume file, or folder of DICOM files or slices
+    ///
+    /// Formats: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, .dcm; a folder of DICOM files, or of
+    /// numbered .tif or .png slices; .raw with dimensions and sample type in its name (name_128x128x128_uint8.raw), in
+    /// flags, or in a header next to it.
     #[arg(required_unless_present = "phantom", conflicts_with = "phantom")]
     volume: Option<PathBuf>,
-    /// A built-in volume in place of a file, e.g. hydrogen:64
+    /// Use a built-in volume, e.g. hydrogen:64
     #[arg(long, value_name = "NAME[:SIZE]", conflicts_with_all = ["dims", "sample_type", "endian", "frame", "channel", "array", "series", "spacing", "origin", "nan_as"])]
     phantom: Option<String>,
-    /// Samples along x, y, z of a RAW file
+    /// Number of samples along x, y, z of a RAW file
     #[arg(long, value_name = "NXxNYxNZ")]
     dims: Option<Dims>,
-    /// Sample type of a RAW file: uint8, int16, float32, ...
+    /// Sample type of a RAW file, e.g. uint8, int16
+    ///
+    /// One of uint8, int8, uint16, int16, uint32, int32, float32, float64.
     #[arg(long = "type", value_name = "TYPE")]
     sample_type: Option<String>,
     /// Byte order of a RAW file
-    #[arg(long, value_name = "ORDER")]
+    #[arg(long, value_name = "ORDER", hide_short_help = true)]
     endian: Option<Endian>,
-    /// Volume in time, from 0, where the file holds several
-    #[arg(long, value_name = "N")]
+    /// Read time step N, from 0, of a file with several
+    #[arg(long, value_name = "N", hide_short_help = true)]
     frame: Option<usize>,
-    /// Number of each sample, from 0, where there are several (colours, vectors, orbitals)
-    #[arg(long, value_name = "N")]
+    /// Read number N, from 0, of each sample (colours, vectors, orbitals)
+    #[arg(long, value_name = "N", hide_short_help = true)]
     channel: Option<usize>,
-    /// Array of a VTK file, by its name
-    #[arg(long, value_name = "NAME")]
+    /// Read the array of this name from a VTK file
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     array: Option<String>,
-    /// Series of a folder of DICOM files, by its number, from 0, or its identifier
-    #[arg(long, value_name = "N|UID")]
+    /// Read this series of a folder of DICOM files: its number, from 0, or its identifier
+    #[arg(long, value_name = "N|UID", hide_short_help = true)]
     series: Option<String>,
     /// Distance between samples along x, y, z
     #[arg(long, value_name = "X,Y,Z")]
     spacing: Option<Triple>,
     /// World position of the first sample
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, hide_short_help = true)]
     origin: Option<Triple>,
-    /// Value in place of samples that are not finite
-    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    /// Replace samples that are not finite by this value
+    #[arg(long, value_name = "VALUE", hide_short_help = true)]
     nan_as: Option<f64>,
-    /// Side of the isosurface that surrounds the volume; surfaces close around the other
-    #[arg(long, value_name = "SIDE", default_value = "low")]
+    /// Side of the isosurface that surrounds the volume; surfaces close around the other side
+    #[arg(long, value_name = "SIDE", default_value = "low", hide_short_help = true)]
     outside: Side,
 }
 
@@ -70,11 +75,11 @@ enum Side {
 }
 
 impl VolumeArguments {
-    /// Checks that what is named is a volume.
+    /// Checks that the named file is a volume.
     pub(super) fn check_kind(&self) -> Result<()> {
-        // Whoever gives the layout of the samples means the bytes as they are.
-        let is_told = self.dims.is_some() && self.sample_type.is_some();
-        let path = self.volume.as_ref().filter(|_| !is_told);
+        // With the layout in flags, any file is a RAW file.
+        let has_layout = self.dims.is_some() && self.sample_type.is_some();
+        let path = self.volume.as_ref().filter(|_| !has_layout);
         path.map_or(Ok(()), |path| kind::check(path, Kind::Volume))
     }
 
@@ -98,7 +103,7 @@ impl VolumeArguments {
         Ok(volume.with_outside(self.outside()))
     }
 
-    /// How to read the volume again from anywhere on this machine.
+    /// Returns how to read the volume again, independent of the current folder.
     pub(super) fn source(&self) -> Result<VolumeSource> {
         let outside = self.outside();
         match (&self.volume, &self.phantom) {
@@ -119,12 +124,12 @@ impl VolumeArguments {
         }
     }
 
-    /// The volume where it is a file.
+    /// Returns the path of the volume if it is a file.
     pub(super) fn path(&self) -> Option<&Path> {
         self.volume.as_deref()
     }
 
-    /// The files that are read: none of them may be written to.
+    /// Returns the files that are read, which no output may replace.
     pub(super) fn files(&self) -> Vec<PathBuf> {
         self.volume.as_deref().map_or_else(Vec::new, files_of)
     }
@@ -146,7 +151,7 @@ impl VolumeArguments {
 }
 
 fn no_volume() -> Error {
-    Error::Usage("no volume, expected one".to_owned())
+    Error::Usage("no volume, expected a file or --phantom".to_owned())
 }
 
 /// `128x128x64`.
@@ -159,7 +164,7 @@ impl FromStr for Dims {
     fn from_str(text: &str) -> Result<Self, String> {
         let numbers: Result<Vec<usize>, _> = text.split(['x', 'X']).map(str::parse).collect();
         let dims = numbers.ok().and_then(|numbers| <[usize; 3]>::try_from(numbers).ok());
-        dims.map(Dims).ok_or_else(|| format!("'{text}', expected three numbers such as 128x128x64"))
+        dims.map(Dims).ok_or_else(|| "expected three numbers such as 128x128x64".to_owned())
     }
 }
 
@@ -176,7 +181,7 @@ impl FromStr for Triple {
         triple
             .filter(|triple| triple.iter().all(|x| x.is_finite()))
             .map(Triple)
-            .ok_or_else(|| format!("'{text}', expected three numbers such as 0.5,0.5,2"))
+            .ok_or_else(|| "expected three numbers such as 0.5,0.5,2".to_owned())
     }
 }
 

@@ -59,7 +59,7 @@ impl FromStr for Length {
         };
         let value = digits.trim().parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0);
         let value = value.ok_or_else(|| {
-            Error::Usage(format!("'{text}', expected a number such as 1.5 or 2mm"))
+            Error::Usage(format!("'{text}', expected a number of at least 0 such as 1.5 or 2mm"))
         })?;
         Ok(Length { value, unit })
     }

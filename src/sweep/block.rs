@@ -46,7 +46,6 @@ pub fn compute_block(
     let parameters = &parameters.within(volume.range())?;
     parameters.check_for_blocks()?;
     let field = Arc::new(Field::new(volume.clone()));
-    progress.report(0.0, "topology");
     let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
     let (swept, counts) = swept(&sweep, None)?;
     let mut spectrum = finished(&sweep, swept.patch, &counts)?;

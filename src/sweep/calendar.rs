@@ -235,7 +235,7 @@ impl<'a> Calendar<'a> {
 }
 
 /// The samples of the volume itself, in their order.
-fn inner_samples<'f>(field: &'f ExactField) -> impl ParallelIterator<Item = u32> + 'f {
+pub(super) fn inner_samples<'f>(field: &'f ExactField) -> impl ParallelIterator<Item = u32> + 'f {
     let [nx, ny, nz] = field.dims().map(|n| n as u32);
     let [_, sy, sz] = field.strides();
     let rows = (1..nz - 1).into_par_iter();

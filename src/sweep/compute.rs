@@ -48,7 +48,6 @@ pub fn compute(
     let range = parameters.range.unwrap_or(volume.range());
     let field = Arc::new(Field::new(volume.clone()));
     let given = initial::read(parameters, range, &field)?;
-    progress.report(0.0, "topology");
     let sweep = Sweep::new(volume, field, parameters, backend, progress)?;
     let initial = given.map(|given| initial::placed(&sweep, given)).transpose()?;
     let (swept, mut counts) = swept(&sweep, initial)?;
@@ -72,8 +71,11 @@ pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swep
     intervals.extend(own.map(|cell| ExactInterval { cell, low, high }));
     let joined = join_intervals(intervals);
     let n_tracked = record.lives.len();
+    let stage = sweep.stages.finishing(sweep.progress);
+    stage.report(0.0);
     let mut inner = add_exact_triangles(&mut record, &sweep.exact, &sweep.topology, &joined);
     log::info!("{n_tracked} tracked triangles, {} of exact cells", record.lives.len() - n_tracked);
+    stage.report(0.5);
     split_chords(&mut record.lives, &mut inner, &sweep.exact, sweep.range);
     // An initial mesh is shown unchanged at its isovalue.
     let kept = sweep.parameters.start.filter(|_| is_given);

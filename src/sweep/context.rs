@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::parameters::Parameters;
+use super::stages::Stages;
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::kernels::Backend;
@@ -20,6 +21,7 @@ pub(super) struct Sweep<'a> {
     pub(super) backend: &'a Backend,
     pub(super) parameters: &'a Parameters,
     pub(super) progress: &'a dyn Progress,
+    pub(super) stages: Stages,
     /// The isovalues swept: the requested range, extended as in [`swept_end`].
     pub(super) range: (f64, f64),
 }
@@ -34,10 +36,12 @@ impl<'a> Sweep<'a> {
         progress: &'a dyn Progress,
     ) -> Result<Self> {
         let exact = ExactField::new(volume)?;
-        let topology = Topology::compute(&exact)?;
         let (low, high) = parameters.range.unwrap_or(volume.range());
         let range = (low, swept_end(&exact, high));
-        Ok(Sweep { exact, topology, field, backend, parameters, progress, range })
+        let stages = Stages::of(&exact, range);
+        let stage = stages.topology(progress);
+        let topology = Topology::compute_with_progress(&exact, &|done| stage.report(done))?;
+        Ok(Sweep { exact, topology, field, backend, parameters, progress, stages, range })
     }
 }
 

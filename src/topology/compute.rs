@@ -53,9 +53,22 @@ impl Topology {
     /// [`Error::Input`] if the volume is too large for the node numbers (2^31 samples);
     /// [`Error::Internal`] if the events contradict each other.
     pub fn compute(field: &ExactField<'_>) -> Result<Self> {
+        Self::compute_with_progress(field, &|_| {})
+    }
+
+    /// As [`Topology::compute`]; `report` receives the fraction that is done.
+    ///
+    /// # Errors
+    ///
+    /// As [`Topology::compute`].
+    pub fn compute_with_progress(field: &ExactField<'_>, report: &dyn Fn(f64)) -> Result<Self> {
+        report(0.0);
         let CriticalPoints { points, falling, rising } = CriticalPoints::find(field)?;
+        report(0.5);
         let join = MergeTree::sweep(Direction::Up, &points, falling)?;
+        report(0.65);
         let split = MergeTree::sweep(Direction::Down, &points, rising)?;
+        report(0.8);
         let outside = field.volume().outside();
         let tree = ArcTree::of(points, &join, &split, outside, field.isovalue_keys())?;
         Ok(Topology {

@@ -37,7 +37,6 @@ fn a_device_lost_in_the_middle_of_a_sweep_is_an_error_of_one_line() {
     let swept = compute(&volume, &Parameters::default(), &backend, &thief);
     let Err(error) = swept else { panic!("a spectrum without a device") };
     assert!(matches!(error, Error::Gpu(_)), "{error}");
-    assert_eq!(error.exit_code(), 1);
     assert!(!error.to_string().contains('\n'), "{error}");
     assert!(thief.asked.into_inner() > TAKES_AT);
 

@@ -156,7 +156,7 @@ fn dust_is_removed_reported_and_removed_again_by_verify() {
     let dusty = "dusty_16x16x16_uint8.raw";
     let compute = ["compute", dusty, "-o", "d.isp", "--backend", "cpu", "--error", "0.3"];
     let printed = folder.run(&[&compute[..], &["--min-component", "8"]].concat());
-    let expected = "3 parts and 0 cavities below 8 voxels left out: 3 samples changed";
+    let expected = "removed 3 components and 0 cavities below 8 voxels: changed 3 samples";
     assert!(stderr(&printed).contains(expected), "{}", stderr(&printed));
     let told = folder.run(&["info", "d.isp"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();

@@ -97,7 +97,9 @@ fn flags_that_make_no_sense_are_usage_errors() {
     for (wrong, word) in [
         (&["--error", "0"][..], "--error"),
         (&["--error", "nan"], "--error"),
-        (&["--step", "-1"], "--step"),
+        (&["--step", "-1"], "a number above 0"),
+        (&["--smooth", "-1"], "a number of at least 0"),
+        (&["--median", "-1"], "-1 is not in 1..=64"),
         (&["--step", "1", "--samples", "5"], "--samples"),
         (&["--samples", "1"], "--samples"),
         (&["--min-quality", "1.5"], "--min-quality"),
@@ -163,9 +165,9 @@ fn an_adapter_that_is_not_there_is_an_error_of_one_line() {
 fn a_missing_folder_is_an_error_before_the_work() {
     let folder = Folder::with_spectrum();
     let large = ["compute", "--phantom", "hydrogen:256", "-o", "no/s.isp"];
-    contains(&folder.fails(&large, 3), &["no/s.isp"]);
+    contains(&folder.fails(&large, 3), &["no/s.isp", "the folder no does not exist"]);
     let extract = ["extract", "s.isp", "-c", "50%", "-o", "no/m.ply"];
-    contains(&folder.fails(&extract, 3), &["no/m.ply"]);
+    contains(&folder.fails(&extract, 3), &["no/m.ply", "the folder no does not exist"]);
     let here = ["extract", "s.isp", "-c", "50%", "-o", ".", "--format", "ply"];
     contains(&folder.fails(&here, 3), &["."]);
 }

@@ -16,4 +16,5 @@ mod isovalues;
 mod messages;
 mod outputs;
 mod readers;
+mod snapshots;
 mod world;

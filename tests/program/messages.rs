@@ -191,7 +191,7 @@ fn a_page_says_what_it_packs() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn no_remaining_time_is_shown_before_it_can_be_estimated() {
+fn progress_is_shown_on_a_terminal() {
     let folder = Folder::new();
     // `script` gives a terminal.
     let compute =
@@ -203,5 +203,4 @@ fn no_remaining_time_is_shown_before_it_can_be_estimated() {
         .expect("script runs");
     let seen = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success() && seen.contains(" % "), "{seen}");
-    assert!(!seen.contains("left)"), "{seen}");
 }

@@ -68,7 +68,7 @@ fn preparation_is_recorded_and_repeated_by_verify() {
     assert_eq!(placement["origin"], serde_json::json!([2.5, 0.5, 1.5]));
     assert_eq!(placement["spacing"], serde_json::json!([2.0, 2.0, 2.0]));
     let table = String::from_utf8(folder.run(&["info", "s.isp"]).stdout).expect("text");
-    assert!(table.contains("samples 2:31, 0:32, 1:32; median of 1"), "{table}");
+    assert!(table.contains("samples 2:31, 0:32, 1:32; median within 1"), "{table}");
     let report =
         json(&folder.run(&[&["verify", "s.isp", "--n", "6", "--json"], &volume[..]].concat()));
     assert_eq!(report["passed"], true, "{report}");

@@ -98,7 +98,7 @@ fn files_that_cannot_be_shown_are_errors_of_one_line() {
         (Some(&server.display), &["damaged.isp"], 3, "damaged.isp: "),
         (Some(&server.display), &["nothing.isp"], 3, "nothing.isp: "),
         (Some(&server.display), &["volume_2x2x2_uint8.raw"], 3, "volume_2x2x2_uint8.raw: "),
-        (Some(&server.display), &["s.isp", "-c", "7"], 4, "isovalue 7 lies outside"),
+        (Some(&server.display), &["s.isp", "-c", "7"], 4, "isovalue 7 is outside"),
         (None, &["s.isp"], 1, "no window: "),
     ];
     for (display, arguments, code, words) in cases {

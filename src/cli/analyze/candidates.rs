@@ -1,38 +1,38 @@
-//! Isovalues that may be of interest, and why.
+//! Isovalues of interest, with the reason.
 //!
 //! # Theory
 //!
-//! Otsu (1979) parts the samples. The contour tree knows nothing of how many samples there are: each branch of it is a part
-//! that lives between an extremum and the saddle at which it meets an older part, and a long branch is a thing, a short
-//! one noise (Carr, Snoeyink, van de Panne, "Simplifying flexible isosurfaces using local geometric measures", 2004).
-//! Where most long branches are alive at once, most things are seen apart from each other.
+//! Otsu (1979) separates the samples into two classes by their histogram. The contour tree adds topology: each of its
+//! branches is a component between an extremum and the saddle at which it meets an older one. A long branch is an object, a
+//! short one noise (Carr, Snoeyink, van de Panne, "Simplifying flexible isosurfaces using local geometric measures", 2004).
+//! At the isovalue with the most long branches, the most objects are separate.
 
 use isospectrum::unstable::topology::Topology;
 use isospectrum::volume::{Histogram, Volume};
 use serde::Serialize;
 
-/// Branches shorter than this share of the range are noise.
-const LEAST_SHARE: f64 = 0.05;
+/// Length of a branch, as a fraction of the range, below which it counts as noise.
+const MIN_BRANCH_LENGTH: f64 = 0.05;
 
-/// An isovalue that may be of interest.
+/// An isovalue of interest.
 #[derive(Serialize)]
 pub(super) struct Candidate {
     pub(super) isovalue: f64,
-    /// `otsu`: parts the samples into two groups with the largest variance between them. `persistence`: the middle of
-    /// the isovalues at which most branches of the contour tree are alive that are at least 5 % of the range long.
+    /// `otsu`: separates the samples into two classes with the largest variance between them. `persistence`: the middle of
+    /// the interval with the most branches of the contour tree that are at least 5 % of the range long.
     pub(super) by: &'static str,
-    /// How many such branches.
+    /// Number of such branches.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) n_branches: Option<usize>,
 }
 
-/// The candidates of a volume.
+/// Returns the candidates of a volume.
 pub(super) fn of(volume: &Volume, topology: &Topology) -> Vec<Candidate> {
     let otsu = Candidate { isovalue: Histogram::of(volume).otsu(), by: "otsu", n_branches: None };
     let (low, high) = volume.range();
-    let least = LEAST_SHARE * (high - low);
+    let min_length = MIN_BRANCH_LENGTH * (high - low);
     let pairs = topology.extremum_pairs();
-    let long = pairs.iter().filter(|pair| pair.persistence >= least).map(|pair| {
+    let long = pairs.iter().filter(|pair| pair.persistence >= min_length).map(|pair| {
         let ends = [pair.extremum, pair.saddle].map(|e| topology.events[e as usize].isovalue);
         (ends[0].min(ends[1]), ends[0].max(ends[1]))
     });
@@ -44,7 +44,8 @@ pub(super) fn of(volume: &Volume, topology: &Topology) -> Vec<Candidate> {
     std::iter::once(otsu).chain(by_persistence).collect()
 }
 
-/// The middle of the longest stretch that most intervals cover, and how many do; the lowest of equally long ones.
+/// Returns the middle of the longest stretch that the largest number of intervals cover, and this number; of equally long
+/// stretches the lowest.
 fn most_covered(intervals: &[(f64, f64)]) -> Option<(f64, usize)> {
     let mut ends: Vec<(f64, bool)> =
         intervals.iter().flat_map(|&(from, to)| [(from, true), (to, false)]).collect();

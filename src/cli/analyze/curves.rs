@@ -1,4 +1,4 @@
-//! The contour spectrum: what an isosurface is like, as a function of its isovalue.
+//! The contour spectrum: properties of the isosurface as functions of the isovalue.
 
 use isospectrum::Progress;
 use isospectrum::unstable::extract::extract;
@@ -18,9 +18,9 @@ pub(super) struct Curve {
     pub(super) handles: i64,
     /// Euler characteristic.
     pub(super) euler: i64,
-    /// Area without what closes the isosurface at the border and beyond a mask, squares of the report's unit.
+    /// Area without the caps at the border and beyond a mask, squares of the unit of the report.
     pub(super) area: f64,
-    /// Volume inside the isosurface, closed by its caps, cubes of the report's unit.
+    /// Volume enclosed by the isosurface and its caps, cubes of the unit of the report.
     pub(super) enclosed_volume: f64,
 }
 
@@ -85,8 +85,7 @@ fn area([a, b, c]: [Point; 3]) -> f64 {
     0.5 * dot(n, n).sqrt()
 }
 
-/// Of the tetrahedron between a triangle and the origin; over a closed mesh the sum is what it
-/// encloses.
+/// Returns the volume of the tetrahedron between a triangle and the origin; the sum over a closed mesh is the enclosed volume.
 fn signed_volume([a, b, c]: [Point; 3]) -> f64 {
     dot(a, cross(b, c)) / 6.0
 }
@@ -96,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tetrahedron_has_its_area_and_volume_wherever_it_lies() {
+    fn area_and_volume_of_a_tetrahedron_do_not_depend_on_its_position() {
         let at = |x: f64, y: f64, z: f64| [x + 5.0, y - 3.0, z + 2.0];
         let p = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.0, 1.0)];
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|f| f.map(|v: usize| p[v]));

@@ -1,4 +1,4 @@
-//! The curves as a picture: one panel each over a common axis of isovalues, SVG without a library.
+//! The curves as SVG: one panel each over a common axis of isovalues.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ const RIGHT: f64 = 20.0;
 const TOP: f64 = 40.0;
 const GAP: f64 = 24.0;
 
-/// What a panel shows: its title and the value of a point.
+/// Title of a panel and its value at an isovalue.
 type Panel = (&'static str, fn(&Curve) -> f64);
 
 const PANELS: [Panel; 4] = [
@@ -22,7 +22,7 @@ const PANELS: [Panel; 4] = [
     ("enclosed volume", |c| c.enclosed_volume),
 ];
 
-/// The picture of the curves of a volume.
+/// Returns the plot of the curves of a volume as SVG.
 pub(super) fn svg(name: &str, curves: &[Curve]) -> String {
     let height = TOP + PANELS.len() as f64 * (PANEL + GAP) + GAP;
     let mut svg = format!(

@@ -1,31 +1,30 @@
-//! Critical regions: where a whole region of the volume has one value, the isosurface does not move
-//! through it but jumps across it.
+//! Constant regions: where all samples of a region have one value, the isosurface jumps across it.
 
 use isospectrum::volume::Volume;
 use serde::Serialize;
 
 /// A connected set of equal samples that fills at least one cell.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Region {
+pub(super) struct ConstantRegion {
     /// The value.
     pub(super) isovalue: f64,
     /// Samples in it.
     pub(super) n_samples: usize,
-    /// Cells that are constant.
+    /// Constant cells in it.
     pub(super) n_cells: usize,
     /// The region's first sample (x fastest).
     pub(super) first_sample: [usize; 3],
 }
 
-/// All regions with a value in `range`, the largest first; equally large ones by first sample.
-pub(super) fn find(volume: &Volume, range: (f64, f64)) -> Vec<Region> {
+/// Returns all regions with a value in `range`, by descending size, then by first sample.
+pub(super) fn find(volume: &Volume, range: (f64, f64)) -> Vec<ConstantRegion> {
     let dims = volume.dims();
     let [nx, ny, nz] = dims;
     let stride = [1, nx, nx * ny];
     let samples = volume.samples();
     let mut root: Vec<u32> = match u32::try_from(samples.len()) {
         Ok(n) => (0..n).collect(),
-        // Beyond 2^32 samples the topology is not computed either.
+        // The topology has the same limit of 2^32 samples.
         Err(_) => return Vec::new(),
     };
     for_each_sample(dims, |i, place| {
@@ -50,9 +49,9 @@ pub(super) fn find(volume: &Volume, range: (f64, f64)) -> Vec<Region> {
             n_cells[at] += 1;
         }
     });
-    let mut regions: Vec<Region> = (0..samples.len())
+    let mut regions: Vec<ConstantRegion> = (0..samples.len())
         .filter(|&i| n_cells[i] > 0 && (range.0..=range.1).contains(&samples.get(i)))
-        .map(|i| Region {
+        .map(|i| ConstantRegion {
             isovalue: samples.get(i),
             n_samples: n_samples[i] as usize,
             n_cells: n_cells[i] as usize,
@@ -75,7 +74,7 @@ fn for_each_sample([nx, ny, nz]: [usize; 3], mut visit: impl FnMut(usize, [usize
     }
 }
 
-/// The first sample of the set of `i`, halving the path to it.
+/// Returns the first sample of the set of `i`; halves the path to it.
 fn find_root(root: &mut [u32], mut i: usize) -> usize {
     while root[i] as usize != i {
         root[i] = root[root[i] as usize];
@@ -104,7 +103,8 @@ mod tests {
         samples[40..44].fill(9);
         let volume = Volume::new("v", [4; 3], Samples::U8(samples), Placement::default());
         let volume = volume.expect("a valid volume");
-        let expected = Region { isovalue: 7.0, n_samples: 8, n_cells: 1, first_sample: [0, 0, 0] };
+        let expected =
+            ConstantRegion { isovalue: 7.0, n_samples: 8, n_cells: 1, first_sample: [0, 0, 0] };
         assert_eq!(find(&volume, (0.0, 255.0)), [expected]);
         assert_eq!(find(&volume, (8.0, 255.0)), []);
     }

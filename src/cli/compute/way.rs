@@ -1,15 +1,33 @@
-//! Whether `compute` takes a volume as a whole or in bricks.
+//! The choice between a computation of the whole volume and one in bricks.
 
 use isospectrum::Forecast;
 use isospectrum::Parameters;
+use isospectrum::Progress as _;
 use isospectrum::bricks::{Plan, SIDE, Strategy, Survey, VolumeSource, is_divisible};
 use isospectrum::{Noise, Prepared};
 
-use super::Compute;
 use crate::cli::bricks::InBricks;
-use crate::cli::budget::Limit;
+use crate::cli::budget::{BudgetArguments, Limit};
+use crate::cli::parameter_arguments::ParameterArguments;
 use crate::cli::plan;
-use crate::cli::target::is_folder_name;
+use crate::cli::preparation_arguments::PreparationArguments;
+use crate::cli::progress::Bar;
+use crate::cli::simplify_arguments::SimplifyArguments;
+use crate::cli::volume_arguments::VolumeArguments;
+
+/// The flags of `compute` on which the choice depends.
+pub(super) struct Request<'a> {
+    pub(super) volume: &'a VolumeArguments,
+    pub(super) preparation: &'a PreparationArguments,
+    pub(super) simplify: &'a SimplifyArguments,
+    pub(super) parameters: &'a ParameterArguments,
+    pub(super) budget: &'a BudgetArguments,
+    /// Cells along the side of a brick, if given.
+    pub(super) brick: Option<usize>,
+    /// True if the output is a folder of parts.
+    pub(super) is_folder: bool,
+    pub(super) quiet: bool,
+}
 
 /// How a spectrum is computed.
 pub(super) enum Way {
@@ -17,19 +35,18 @@ pub(super) enum Way {
     Bricks(Box<InBricks>),
 }
 
-/// A volume that is swept as a whole.
+/// A volume to sweep as a whole.
 pub(super) struct Whole {
     pub(super) prepared: Prepared,
     pub(super) parameters: Parameters,
     pub(super) forecast: Forecast,
 }
 
-impl Compute {
-    /// As a whole, or in bricks: where that is asked for, or more memory is expected than there may be used.
+impl Request<'_> {
+    /// Chooses bricks if they are requested, or if the whole volume is expected to exceed the memory.
     pub(super) fn way(&self) -> anyhow::Result<Way> {
         let limit = self.budget.limit();
-        let is_folder = self.output.as_deref().is_some_and(is_folder_name);
-        if self.brick.is_some() || is_folder {
+        if self.brick.is_some() || self.is_folder {
             return Ok(Way::Bricks(Box::new(self.in_bricks(limit, None)?)));
         }
         let source = self.volume.source()?;
@@ -45,7 +62,7 @@ impl Compute {
         self.read_as_a_whole(&source, limit)
     }
 
-    /// After all is known of the whole.
+    /// Chooses after the whole volume is read and prepared.
     fn read_as_a_whole(&self, source: &VolumeSource, limit: Option<Limit>) -> anyhow::Result<Way> {
         let volume = self.volume.read()?;
         let (volume, preparation) = self.preparation.apply(volume)?;
@@ -57,7 +74,10 @@ impl Compute {
         if !is_divisible(volume.dims(), &parameters) {
             self.budget.check_least(volume)?;
         }
+        let bar = Bar::new(self.quiet);
+        bar.report(0.0, "estimating the size");
         let strategy = Strategy::choose(&prepared, &parameters, limit.map(|limit| limit.bytes))?;
+        drop(bar);
         let expected_memory = match strategy {
             Strategy::Whole(forecast) => {
                 self.budget.check(volume.name(), &forecast)?;
@@ -73,15 +93,14 @@ impl Compute {
         Ok(Way::Bricks(Box::new(bricks)))
     }
 
-    /// Whether nothing is done to the volume before the sweep.
+    /// True if the volume is not prepared before the sweep.
     fn is_plain(&self) -> bool {
         self.preparation.is_none() && self.simplify.settings().is_none()
     }
 
     fn in_bricks(&self, limit: Option<Limit>, why: Option<String>) -> anyhow::Result<InBricks> {
         let source = self.volume.source()?;
-        let (survey, noise) =
-            plan::survey(&source, &self.volume, &self.preparation, &self.simplify)?;
+        let (survey, noise) = plan::survey(&source, self.volume, self.preparation, self.simplify)?;
         let parameters =
             self.parameters.settings().resolve(survey.info().range, survey.samples())?;
         self.planned((source, survey, noise), &parameters, limit, why)

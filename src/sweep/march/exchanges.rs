@@ -331,7 +331,7 @@ mod tests {
         let field = Arc::new(Field::new(volume.clone()));
         let sweep = Sweep::new(&volume, field, &parameters, &backend, &Silent).expect("a sweep");
         let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
-        let done = WorkDone { share: Mutex::new(0.0), progress: &Silent };
+        let done = WorkDone { share: Mutex::new(0.0), stage: sweep.stages.tracking(&Silent) };
         let (low, high) = sweep.range;
         let [start, end] = [0.4, 0.7].map(|share| low + share * (high - low));
         let begun = March::new(&sweep, &calendar, &done, start, None).expect("begun");

@@ -25,7 +25,7 @@ pub(in crate::sweep) struct Marched {
 pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<Marched> {
     let calendar = Calendar::new(&sweep.exact, &sweep.topology, sweep.range);
     let start = sweep.parameters.start.unwrap_or_else(|| start(sweep, &calendar));
-    let done = WorkDone { share: Mutex::new(0.0), progress: sweep.progress };
+    let done = WorkDone { share: Mutex::new(0.0), stage: sweep.stages.tracking(sweep.progress) };
     let mut kernels = sweep.backend.kernels(&sweep.field)?;
     let (low, high) = sweep.range;
     let (mut up, mut state) = March::new(sweep, &calendar, &done, start, initial)?;
@@ -46,7 +46,7 @@ pub(in crate::sweep) fn march(sweep: &Sweep, initial: Option<InitialMesh>) -> Re
     record.join(down.record, n_common);
     exact_intervals.extend(down.exact_intervals);
     counts.add(&down.counts);
-    sweep.progress.report(1.0, "tracking");
+    done.stage.report(1.0);
     Ok(Marched { record, exact_intervals, counts })
 }
 

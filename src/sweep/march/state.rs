@@ -7,7 +7,6 @@ use glam::Vec3;
 
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::progress::Progress;
 use crate::sweep::calendar::{Calendar, Passage};
 use crate::sweep::context::Sweep;
 use crate::sweep::counts::Counts;
@@ -16,6 +15,7 @@ use crate::sweep::initial::InitialMesh;
 use crate::sweep::parameters::Parameters;
 use crate::sweep::record::Recorder;
 use crate::sweep::region::{PaddedGrid, Region};
+use crate::sweep::stages::Stage;
 use crate::sweep::tracked::Tracked;
 use crate::topology::exact::ExactField;
 
@@ -47,7 +47,7 @@ pub(super) struct State {
 /// Progress of both directions.
 pub(super) struct WorkDone<'s> {
     pub(super) share: Mutex<f64>,
-    pub(super) progress: &'s dyn Progress,
+    pub(super) stage: Stage<'s>,
 }
 
 impl WorkDone<'_> {
@@ -55,7 +55,7 @@ impl WorkDone<'_> {
     pub(super) fn add(&self, share: f64) {
         let mut done = self.share.lock().unwrap_or_else(PoisonError::into_inner);
         *done += share;
-        self.progress.report(done.min(1.0), "tracking");
+        self.stage.report(*done);
     }
 }
 
