@@ -9,20 +9,20 @@ use isospectrum::{Backend, Choice};
 use isospectrum::{Parameters, Progress, Silent, compute};
 
 /// The number of calls of `cancelled` before the device is lost: after remeshing, at the first steps.
-const TAKES_AT: usize = 6;
+const LOST_AT: usize = 6;
 
 /// Loses the device at the n-th call of `cancelled`.
-struct Thief<'a> {
+struct LosesDevice<'a> {
     backend: &'a Backend,
-    asked: AtomicUsize,
-    takes_at: usize,
+    calls: AtomicUsize,
+    lost_at: usize,
 }
 
-impl Progress for Thief<'_> {
+impl Progress for LosesDevice<'_> {
     fn report(&self, _done: f64, _message: &str) {}
 
     fn cancelled(&self) -> bool {
-        if self.asked.fetch_add(1, Ordering::Relaxed) == self.takes_at {
+        if self.calls.fetch_add(1, Ordering::Relaxed) == self.lost_at {
             self.backend.gpu().expect("a GPU").lose();
         }
         false
@@ -33,12 +33,13 @@ impl Progress for Thief<'_> {
 fn a_device_lost_in_the_middle_of_a_sweep_is_an_error_of_one_line() {
     let volume = Arc::new(phantom("sphere:32").expect("a phantom"));
     let backend = Backend::choose(Choice::Gpu, None).expect("an adapter");
-    let thief = Thief { backend: &backend, asked: AtomicUsize::new(0), takes_at: TAKES_AT };
-    let swept = compute(&volume, &Parameters::default(), &backend, &thief);
+    let loses_device =
+        LosesDevice { backend: &backend, calls: AtomicUsize::new(0), lost_at: LOST_AT };
+    let swept = compute(&volume, &Parameters::default(), &backend, &loses_device);
     let Err(error) = swept else { panic!("a spectrum without a device") };
     assert!(matches!(error, Error::Gpu(_)), "{error}");
     assert!(!error.to_string().contains('\n'), "{error}");
-    assert!(thief.asked.into_inner() > TAKES_AT);
+    assert!(loses_device.calls.into_inner() > LOST_AT);
 
     // Later sweeps with it neither hang nor panic.
     let swept = compute(&volume, &Parameters::default(), &backend, &Silent);

@@ -45,7 +45,7 @@ fn verified(volume: &Arc<Volume>, range: (f64, f64), start: f64) -> (Report, f64
 }
 
 /// Nothing of the isosurface is farther from the mesh than this, voxels.
-const FARTHEST: f64 = 0.5;
+const MAX_DISTANCE: f64 = 0.5;
 
 #[test]
 fn the_mesh_goes_into_dents_that_open_in_caps() {
@@ -55,7 +55,7 @@ fn the_mesh_goes_into_dents_that_open_in_caps() {
         let (report, share) = verified(&dented(outside), range, start);
         assert_eq!(report.totals.topology_right, report.totals.isovalues);
         let missing = report.totals.surface_deviation.max.expect("an isosurface");
-        assert!(missing < FARTHEST, "{missing} voxels from the mesh");
+        assert!(missing < MAX_DISTANCE, "{missing} voxels from the mesh");
         // It is tracked through them, not left to the exact extraction.
         assert!(share > 0.5, "{share} of the area is tracked");
     }

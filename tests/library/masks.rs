@@ -66,11 +66,11 @@ fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
 
 /// A triangle counts or does not over a piece of its life in which its middle goes a quarter of a voxel, by where it is in the
 /// middle of that.
-const FAR: f64 = 0.125;
+const MAX_OFFSET: f64 = 0.125;
 
 /// Maximum relative error of the area, compared with the disc in the ball: a mask ends at voxels and a mesh at triangles of
 /// up to a voxel each; half a voxel all around would be 2 * 0.5 / 5.
-const ROUGH: f64 = 0.2;
+const MAX_AREA_ERROR: f64 = 0.2;
 
 #[test]
 fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
@@ -78,7 +78,7 @@ fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
     let open = triangles(&folder, &[]);
     for t in &open {
         let middle = [0, 1, 2].map(|a| (t[0][a] + t[1][a] + t[2][a]) / 3.0);
-        let near = [-FAR, 0.0, FAR].map(|d| [d, 0.0, 0.0]);
+        let near = [-MAX_OFFSET, 0.0, MAX_OFFSET].map(|d| [d, 0.0, 0.0]);
         let turned = |d: [f64; 3]| (0..3).map(move |n| [0, 1, 2].map(|a| d[(a + n) % 3]));
         let mut near = near.into_iter().flat_map(turned);
         let is_near = |d: [f64; 3]| is_inside([0, 1, 2].map(|a| (middle[a] + d[a]).round()));
@@ -89,7 +89,7 @@ fn a_surface_ends_where_the_mask_does_and_no_wall_stands_there() {
     }
     let found: f64 = open.iter().map(|&t| area(t)).sum();
     let disc = std::f64::consts::PI * RADIUS * RADIUS;
-    assert!((found / disc - 1.0).abs() < ROUGH, "area {found}, of a disc {disc}");
+    assert!((found / disc - 1.0).abs() < MAX_AREA_ERROR, "area {found}, of a disc {disc}");
     assert!(n_open_sides(&open) > 0);
     assert_eq!(open.len(), triangles(&folder, &["--open"]).len());
     let closed = triangles(&folder, &["--closed"]);
@@ -122,7 +122,7 @@ fn analyze_counts_areas_inside_the_mask() {
     let without = json(&folder.run(&[&["analyze", slope][..], &range].concat()));
     let area = |found: &serde_json::Value| found["curves"][1]["area"].as_f64().expect("an area");
     let disc = std::f64::consts::PI * RADIUS * RADIUS;
-    assert!((area(&with) / disc - 1.0).abs() < ROUGH, "{}", area(&with));
+    assert!((area(&with) / disc - 1.0).abs() < MAX_AREA_ERROR, "{}", area(&with));
     assert!(area(&without) > 2.0 * disc, "{}", area(&without));
 }
 

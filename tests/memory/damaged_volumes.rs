@@ -11,7 +11,7 @@ use isospectrum::volume::{ReadOptions, is_volume_name, read_volume};
 use crate::{peak, turn};
 
 /// Maximum memory of a reader, bytes. The files have at most 4 KiB and unpack to up to a thousand times that.
-const MOST_MEMORY: usize = 8 << 20;
+const MAX_MEMORY: usize = 8 << 20;
 
 /// Options for files with several arrays, frames or channels; the first that read an undamaged file are its own.
 fn all_options() -> [ReadOptions; 5] {
@@ -40,7 +40,7 @@ fn read(path: &Path, options: &[ReadOptions], what: &dyn Fn() -> String) -> bool
         Err(error) => panic!("{}: {error:?}", what()),
     };
     let (read, peak) = peak(|| options.iter().any(attempt));
-    assert!(peak < MOST_MEMORY, "{}: {peak} bytes of memory", what());
+    assert!(peak < MAX_MEMORY, "{}: {peak} bytes of memory", what());
     read
 }
 

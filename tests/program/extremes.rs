@@ -9,7 +9,7 @@ use isospectrum::file;
 use isospectrum::volume::{ReadOptions, read_volume};
 
 /// A program that has not ended by then does not end; what is run here takes seconds.
-const PATIENCE: Duration = Duration::from_secs(300);
+const TIME_LIMIT: Duration = Duration::from_secs(300);
 
 /// Runs the program and expects it to end with an exit code. Returns the text on stderr.
 fn ends(folder: &Folder, arguments: &[&str], code: i32) -> String {
@@ -23,7 +23,7 @@ fn ends(folder: &Folder, arguments: &[&str], code: i32) -> String {
         if let Some(status) = child.try_wait().expect("a child") {
             break status;
         }
-        if begin.elapsed() > PATIENCE {
+        if begin.elapsed() > TIME_LIMIT {
             child.kill().expect("killed");
             panic!("{arguments:?} does not end");
         }

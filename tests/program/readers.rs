@@ -96,7 +96,7 @@ fn quiet_range(spectrum: &Spectrum) -> (f64, f64) {
 #[test]
 fn a_morphing_mesh_is_the_isosurface_at_each_of_its_isovalues() {
     // Chords of a mesh of half a voxel's triangles over a ring of a few voxels.
-    const FARTHEST: f64 = 0.3;
+    const MAX_DISTANCE: f64 = 0.3;
     let (folder, spectrum) = folder_with_spectrum();
     let (low, high) = quiet_range(&spectrum);
     let sweep = format!("{low}:{high}:5");
@@ -113,7 +113,7 @@ fn a_morphing_mesh_is_the_isosurface_at_each_of_its_isovalues() {
         for (name, wanted) in ["low", "high"].iter().zip(wanted) {
             let corner = corner(&frames[frame], name);
             let apart = (0..3).map(|i| (corner[i] - wanted[i]).abs()).fold(0.0, f64::max);
-            assert!(apart < FARTHEST, "{share} {name}: {corner:?}, expected {wanted:?}");
+            assert!(apart < MAX_DISTANCE, "{share} {name}: {corner:?}, expected {wanted:?}");
         }
     }
     // The ring gets thinner.

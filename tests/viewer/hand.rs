@@ -2,7 +2,7 @@
 
 use std::thread::sleep;
 
-use super::server::{BREATH, Server};
+use super::server::{EVENT_INTERVAL, Server};
 use super::window::Window;
 use crate::common::program::Folder;
 
@@ -70,9 +70,9 @@ fn wheel_and_keys_step_through_isovalues() {
     window.input("key space");
     let played = window.wait_for_isovalue(|c| (c - down).abs() > 0.01);
     window.input("key space");
-    sleep(BREATH);
+    sleep(EVENT_INTERVAL);
     let (stopped, _) = window.seen();
-    sleep(3 * BREATH);
+    sleep(3 * EVENT_INTERVAL);
     assert_eq!(window.seen().0, stopped, "Space stops what it started at {played}");
     // In the middle of the slider lies the middle of the range.
     window.point(500, 650);
@@ -92,10 +92,10 @@ fn views_are_undone_and_done_again() {
     window.point(400, 250);
     let first = window.picture();
     window.drag(1, (300, 200), (420, 260));
-    sleep(3 * BREATH);
+    sleep(3 * EVENT_INTERVAL);
     let second = window.picture();
     window.drag(1, (300, 200), (340, 300));
-    sleep(3 * BREATH);
+    sleep(3 * EVENT_INTERVAL);
     let third = window.picture();
     assert!(first.difference(&second) > 0.01 && second.difference(&third) > 0.01);
     for (keys, wanted) in [

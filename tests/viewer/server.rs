@@ -6,10 +6,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Time limit of any reaction of the window; a software adapter on a busy machine is slow.
-const PATIENCE: Duration = Duration::from_secs(120);
+const TIME_LIMIT: Duration = Duration::from_secs(120);
 
 /// Time between two events: events of one frame are seen at once.
-pub(crate) const BREATH: Duration = Duration::from_millis(400);
+pub(crate) const EVENT_INTERVAL: Duration = Duration::from_millis(400);
 
 /// A virtual X server.
 pub(crate) struct Server {
@@ -76,7 +76,7 @@ pub(crate) fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T 
         if let Some(found) = look() {
             return found;
         }
-        assert!(started.elapsed() < PATIENCE, "waited in vain for {what}");
+        assert!(started.elapsed() < TIME_LIMIT, "no {what} within the time limit");
         sleep(Duration::from_millis(50));
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command};
 use std::thread::sleep;
 
-use super::server::{BREATH, Server, wait_for};
+use super::server::{EVENT_INTERVAL, Server, wait_for};
 use crate::common::program::{self, Folder};
 
 /// Channels of a pixel may differ by this much between two ways to the same picture: rounding once.
@@ -86,12 +86,12 @@ impl<'a> Window<'a> {
     /// Moves the pointer, from the top left of the window.
     pub(crate) fn point(&self, x: i32, y: i32) {
         self.server.xdotool(&format!("mousemove --window {} {x} {y}", self.id));
-        sleep(BREATH);
+        sleep(EVENT_INTERVAL);
     }
 
     pub(crate) fn input(&self, arguments: &str) {
         self.server.xdotool(arguments);
-        sleep(BREATH);
+        sleep(EVENT_INTERVAL);
     }
 
     pub(crate) fn drag(&self, button: u32, from: (i32, i32), to: (i32, i32)) {

@@ -7,11 +7,11 @@ use isospectrum::volume::Placement;
 use crate::render::drawing::*;
 
 /// Least difference of a channel that counts as another colour; drivers round to a step or two.
-const FAR: u8 = 8;
+const MIN_DIFFERENCE: u8 = 8;
 
 /// The largest share of pixels of another colour between a picture and one of the turned object: outlines, which single
 /// precision may shift across one of the four samples of a pixel.
-const MOST_FAR: f64 = 0.002;
+const MAX_DIFFERENT_SHARE: f64 = 0.002;
 
 /// Balls here and there in a volume that is longer than wide, turned by degrees about an axis of it through its middle
 /// (0 to 2; counter-clockwise where the axis comes towards the eye).
@@ -35,10 +35,11 @@ fn balls(axis: usize, degrees: f64) -> Spectrum {
     spectrum
 }
 
-fn share_of_far(a: &Image, b: &Image) -> f64 {
+fn different_share(a: &Image, b: &Image) -> f64 {
     let pixels = a.pixels.chunks_exact(4).zip(b.pixels.chunks_exact(4));
-    let is_far = |(p, q): &(&[u8], &[u8])| p.iter().zip(*q).any(|(x, y)| x.abs_diff(*y) > FAR);
-    pixels.filter(is_far).count() as f64 / f64::from(a.width * a.height)
+    let is_different =
+        |(p, q): &(&[u8], &[u8])| p.iter().zip(*q).any(|(x, y)| x.abs_diff(*y) > MIN_DIFFERENCE);
+    pixels.filter(is_different).count() as f64 / f64::from(a.width * a.height)
 }
 
 #[test]
@@ -71,10 +72,10 @@ fn each_picture_of_a_turntable_is_the_first_one_of_the_turned_object() {
                     format!("{up:?}, orthographic {}, picture {k}", view.camera.orthographic);
                 let picture = &pictures[k as usize];
                 let turned = renderer.draw(0.5, view).expect("a picture");
-                let off = share_of_far(picture, &turned);
-                assert!(off < MOST_FAR, "{what}: {off} of its pixels differ");
-                let off = share_of_far(picture, &pictures[0]);
-                assert!(off > 20.0 * MOST_FAR, "{what} is the first one: {off}");
+                let off = different_share(picture, &turned);
+                assert!(off < MAX_DIFFERENT_SHARE, "{what}: {off} of its pixels differ");
+                let off = different_share(picture, &pictures[0]);
+                assert!(off > 20.0 * MAX_DIFFERENT_SHARE, "{what} is the first one: {off}");
             }
         }
     }
