@@ -59,7 +59,7 @@ function drawingOrder(layers) {
     });
 }
 
-/** The bytes of the shader's Frame. */
+/** The bytes of the shader's SurfaceUniforms. */
 function frameOf(spectrum, { query, front, backside, palette, stops }, look, projection) {
     const frame = new ArrayBuffer(FRAME_BYTES);
     const numbers = new Float32Array(frame);

@@ -2,7 +2,7 @@
 // One vertex invocation per corner of an active triangle. Host side: src/render/shader_types.rs, src/render/painter.rs.
 
 /// Uniforms of a surface. Eye frame: origin at the eye, z to the viewer.
-struct Frame {
+struct SurfaceUniforms {
     /// From the voxel frame to clip coordinates.
     clip_from_voxel: mat4x4<f32>,
     /// From the voxel frame to the eye frame.
@@ -55,7 +55,7 @@ struct ActiveTriangle {
     normals: array<u32, 3>,
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(0) var<uniform> frame: SurfaceUniforms;
 /// The isovalue of each rank, scaled to [0, 1] over the range, as the sum of two numbers: together 48 bits, to distinguish
 /// close knots.
 @group(0) @binding(1) var<storage, read> isovalues: array<vec2<f32>>;

@@ -137,7 +137,7 @@ pub fn write_scene_to(
         let colors = colors
             .map(|(attribute, map)| ColorData::new(Colors { attribute: &attribute, map }, &mesh));
         let mesh = WorldMesh::new(&mesh, placement, Border::Closed, format)?;
-        frames.push(scene::Frame { mesh, colors, style });
+        frames.push(scene::WorldSceneMesh { mesh, colors, style });
     }
     let written = match format {
         Format::Glb => glb::write_scene(&frames, arrangement, writer),

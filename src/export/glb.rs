@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use super::color_data::ColorData;
-use super::scene::{Arrangement, Frame, SurfaceStyle};
+use super::scene::{Arrangement, SurfaceStyle, WorldSceneMesh};
 use super::world_mesh::WorldMesh;
 use crate::volume::{Placement, Space, Unit};
 
@@ -50,13 +50,13 @@ pub(super) fn write(
 
 /// Writes several meshes, visible together or one after the other.
 pub(super) fn write_scene(
-    frames: &[Frame],
+    frames: &[WorldSceneMesh],
     arrangement: Arrangement,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     let mut file = File::default();
     let mut channels = Vec::new();
-    for (i, Frame { mesh, colors, style }) in frames.iter().enumerate() {
+    for (i, WorldSceneMesh { mesh, colors, style }) in frames.iter().enumerate() {
         let material = match arrangement {
             Arrangement::Together => Some(material(style, colors.is_some())),
             Arrangement::Sweep { .. } => None,

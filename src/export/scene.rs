@@ -40,7 +40,7 @@ pub struct SceneMesh {
 }
 
 /// A [`SceneMesh`] in the world frame, ready to be written.
-pub(super) struct Frame {
+pub(super) struct WorldSceneMesh {
     pub(super) mesh: WorldMesh,
     pub(super) colors: Option<ColorData>,
     pub(super) style: SurfaceStyle,

@@ -9,7 +9,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 
 use super::color_data::ColorData;
-use super::scene::{Arrangement, Frame, SurfaceStyle};
+use super::scene::{Arrangement, SurfaceStyle, WorldSceneMesh};
 use super::world_mesh::WorldMesh;
 use crate::volume::{Placement, Unit};
 
@@ -29,12 +29,12 @@ pub(super) fn write(
 
 /// Writes several meshes, visible together or one after the other.
 pub(super) fn write_scene<'a>(
-    frames: &'a [Frame],
+    frames: &'a [WorldSceneMesh],
     arrangement: Arrangement,
     writer: &mut dyn Write,
 ) -> io::Result<()> {
     let Some(first) = frames.first() else { return Ok(()) };
-    let sample = |Frame { mesh, colors, style }: &'a Frame| Sample {
+    let sample = |WorldSceneMesh { mesh, colors, style }: &'a WorldSceneMesh| Sample {
         mesh,
         colors: colors.as_ref(),
         style: Some(*style),

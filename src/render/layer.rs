@@ -4,7 +4,7 @@ use glam::{DMat4, Vec3};
 use rayon::prelude::*;
 
 use super::pipeline::create_uniform_buffer;
-use super::shader_types::{ActiveTriangle, Cut, Frame, encode_fractions, encode_normal};
+use super::shader_types::{ActiveTriangle, Cut, SurfaceUniforms, encode_fractions, encode_normal};
 use super::storage_buffer::StorageBuffer;
 use super::view::View;
 use crate::color::{Attribute, Color, ColorSources, Per, ScaleEnds, SpectrumMesh};
@@ -61,7 +61,7 @@ impl Layer {
             assembly: Assembly::new(spectrum),
             mesh: Mesh::default(),
             mesh_isovalue: None,
-            frame: create_uniform_buffer(device, "surface.frame", size_of::<Frame>()),
+            frame: create_uniform_buffer(device, "surface.frame", size_of::<SurfaceUniforms>()),
             cut: create_uniform_buffer(device, "surface.cut", size_of::<Cut>()),
             triangle_buffer: StorageBuffer::new(device, "surface.triangles"),
             list: TriangleList::default(),

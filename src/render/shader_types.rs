@@ -11,7 +11,7 @@ use crate::color::N_STOPS;
 /// Uniforms of a surface; fields as in the shader.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct Frame {
+pub(super) struct SurfaceUniforms {
     pub(super) clip_from_voxel: [[f32; 4]; 4],
     pub(super) eye_from_voxel: [[f32; 4]; 4],
     pub(super) eye_from_normal: [[f32; 4]; 4],
@@ -186,8 +186,8 @@ mod tests {
         }
         let module = parse(CUT);
         assert_eq!(
-            fields(&module, "Frame"),
-            layout!(Frame: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
+            fields(&module, "SurfaceUniforms"),
+            layout!(SurfaceUniforms: clip_from_voxel eye_from_voxel eye_from_normal front back wire isovalue
                 rank palette wire_width mirrored parallel lamp map)
         );
         assert_eq!(fields(&module, "Knot"), layout!(Knot: rank x y z));

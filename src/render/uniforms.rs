@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::projection::Projection;
-use super::shader_types::{Cut, Frame, Palette};
+use super::shader_types::{Cut, Palette, SurfaceUniforms};
 use super::tables;
 use super::target::Target;
 use super::view::{Surface, View};
@@ -21,7 +21,7 @@ pub(super) struct Picture<'a> {
 /// The parameters of drawing one layer.
 pub(super) struct LayerDraw {
     pub(super) layer: usize,
-    pub(super) frame: Frame,
+    pub(super) frame: SurfaceUniforms,
     pub(super) opacity: f32,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn frame(
     view: &View,
     projection: &Projection,
     map: Map,
-) -> Frame {
+) -> SurfaceUniforms {
     let [front, back] = match color {
         Some([r, g, b]) => {
             let [back_r, back_g, back_b] = [r, g, b].map(|c| BACK_SIDE_BRIGHTNESS * c);
@@ -66,7 +66,7 @@ pub(super) fn frame(
     } else {
         [0.008, 0.008, 0.010, 0.72]
     };
-    Frame {
+    SurfaceUniforms {
         clip_from_voxel: projection.clip_from_voxel.as_mat4().to_cols_array_2d(),
         eye_from_voxel: projection.eye_from_voxel.as_mat4().to_cols_array_2d(),
         eye_from_normal: glam::Mat4::from_mat3(projection.eye_from_normal.as_mat3())
