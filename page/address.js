@@ -62,7 +62,7 @@ function parseExtras(text, { low, high }) {
     });
 }
 
-/** Writes the state into the address, without what is as at first. */
+/** Writes the state into the address; values equal to those of the author are left out. */
 function writeAddress(viewer) {
     const { azimuth, elevation, distance, target } = viewer.view;
     const rounded = [azimuth, elevation, distance, ...target].map((x) => Number(x.toPrecision(6)));

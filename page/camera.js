@@ -98,7 +98,7 @@ function projectionOf(volume, view, width, height) {
     const far = distance + radius;
     // In parallel projection the surface behind the eye is visible, too.
     const near = isParallel ? distance - radius : Math.max(distance - radius, 1e-3 * far);
-    const reach = [tanX, tanY].map((tan) => (isParallel ? distance * tan : tan));
+    const halfExtent = [tanX, tanY].map((tan) => (isParallel ? distance * tan : tan));
     const depth = [isParallel ? 1 / (near - far) : far / (near - far), (isParallel ? near : near * far) / (near - far)];
 
     const eye = middle.map((x, i) => x + view.target[i]);
@@ -108,8 +108,8 @@ function projectionOf(volume, view, width, height) {
     eyeFromVoxel.push(...axes.map((axis) => -dot(axis, eye)), 1);
     eyeFromVoxel[14] -= distance;
     const clipFromEye = [
-        1 / reach[0], 0, 0, 0,
-        0, 1 / reach[1], 0, 0,
+        1 / halfExtent[0], 0, 0, 0,
+        0, 1 / halfExtent[1], 0, 0,
         0, 0, depth[0], isParallel ? 0 : -1,
         0, 0, depth[1], isParallel ? 1 : 0,
     ];
@@ -129,11 +129,11 @@ function projectionOf(volume, view, width, height) {
         distance,
         isParallel,
         /**
-         * Depth is (depth[0] z + depth[1]) / -z, without the division in parallel projection. `reach` is half the width and
+         * Depth is (depth[0] z + depth[1]) / -z, without the division in parallel projection. `halfExtent` is half the width and
          * half the height of the picture at a distance of 1, at any distance in parallel projection.
          */
         depth,
-        reach,
+        halfExtent,
     };
 }
 

@@ -1,7 +1,7 @@
 // Colours of the surface: quantities, scales, maps and the legend; the twin of src/color/*.rs.
 
 /** Palettes of the shaders: one colour, a colour map, a colour per component. */
-const [PLAIN, MAP, NAMES] = [0, 1, 2];
+const [PLAIN, MAP, COMPONENTS] = [0, 1, 2];
 /** The number of colours of a map. */
 const N_STOPS = 33;
 /** The quantities that colours can show, and their names. */
@@ -103,7 +103,7 @@ function textOfEnds(low, high) {
     return (low ?? high ?? null) === null ? null : `${low ?? ""}:${high ?? ""}`;
 }
 
-/** Ends of the scale of the numbers of a surface, with what the reader wants of them. */
+/** The ends of the scale of a quantity, from its values and from the ends that the reader has set. */
 function scaleOf({ low, high, values, perVertex }, wanted, { triangles, spectrum }) {
     const at = (end, usual) => {
         if (typeof end !== "string") return end ?? usual;
@@ -157,8 +157,8 @@ class Legend {
         const { ends, map } = shown;
         const texts = ends ? scaleTexts(ends) : ["1", "2, 3, …", ""];
         this.ends.forEach((end, i) => setText(end, texts[i]));
-        const colors = cssColorsOf(map) ?? NAME_COLORS.flatMap((color, i) =>
-            [0, 1].map((end) => `${color} ${(100 * (i + end)) / NAME_COLORS.length}%`));
+        const colors = cssColorsOf(map) ?? COMPONENT_COLORS.flatMap((color, i) =>
+            [0, 1].map((end) => `${color} ${(100 * (i + end)) / COMPONENT_COLORS.length}%`));
         const background = `linear-gradient(90deg, ${colors.join(", ")})`;
         if (this.background !== background) this.bar.style.background = background;
         this.background = background;
@@ -166,7 +166,7 @@ class Legend {
 }
 
 /** The colours of the first components; those of component_color in shaders/surface.wgsl. */
-const NAME_COLORS = [
+const COMPONENT_COLORS = [
     [0.58, 245], [0.74, 60], [0.66, 165], [0.64, 350], [0.87, 95], [0.8, 220], [0.58, 35], [0.48, 310],
 ].map(([lightness, hue]) => `oklch(${lightness} 0.125 ${hue})`);
 
@@ -175,7 +175,7 @@ function drawLegend(context, { name, ends, map }, isDark) {
     const { height, width } = context.canvas;
     const letters = Math.max(0.026 * height, 12);
     const [x, y, length, thick] = [letters, 2.2 * letters, 0.32 * width, 0.6 * letters];
-    const colors = cssColorsOf(map) ?? NAME_COLORS;
+    const colors = cssColorsOf(map) ?? COMPONENT_COLORS;
     const gradient = context.createLinearGradient(x, 0, x + length, 0);
     colors.forEach((color, i) => {
         if (map) gradient.addColorStop(i / (colors.length - 1), color);

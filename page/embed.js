@@ -66,7 +66,7 @@ function followMessages(viewer) {
         setIsovalue: ({ isovalue }) => {
             checkedNumber(isovalue);
             if (!(viewer.low <= isovalue && isovalue <= viewer.high)) {
-                throw new Error(`isovalue ${isovalue} lies outside ${viewer.low} to ${viewer.high}`);
+                throw new Error(`isovalue ${isovalue} is outside ${viewer.low} to ${viewer.high}`);
             }
             viewer.setIsovalue(isovalue);
             return viewer.state();

@@ -8,14 +8,14 @@ precision highp sampler2D;
 /// Depth is (depth.x * z + depth.y) / -z, z of the eye frame; without the division in parallel projection.
 uniform vec2 depth;
 /// Half the width and half the height of the picture at a distance of 1; at any distance in parallel projection.
-uniform vec2 reach;
+uniform vec2 half_extent;
 /// Width and height of the picture, pixels.
 uniform vec2 size;
 /// The radius of occlusion, voxels.
 uniform float radius;
 uniform bool parallel;
 uniform sampler2D depths;
-uniform sampler2D seen;
+uniform sampler2D visibility;
 
 out vec4 color;
 
@@ -41,11 +41,11 @@ float depth_at(ivec2 pixel) {
     return texelFetch(depths, clamp_to_picture(pixel), 0).r;
 }
 
-#ifdef SEEN
+#ifdef VISIBILITY
 vec3 point_at(ivec2 pixel) {
     float z = z_of(depth_at(pixel));
-    vec2 place = 2.0 * (vec2(clamp_to_picture(pixel)) + 0.5) / size - 1.0;
-    return vec3(place * reach * (parallel ? 1.0 : -z), z);
+    vec2 screen = 2.0 * (vec2(clamp_to_picture(pixel)) + 0.5) / size - 1.0;
+    return vec3(screen * half_extent * (parallel ? 1.0 : -z), z);
 }
 
 vec3 tangent(vec3 before, vec3 here, vec3 after) {
@@ -60,15 +60,15 @@ void main() {
     vec3 right = tangent(point_at(pixel - ivec2(1, 0)), here, point_at(pixel + ivec2(1, 0)));
     vec3 up = tangent(point_at(pixel - ivec2(0, 1)), here, point_at(pixel + ivec2(0, 1)));
     vec3 normal = normalize(cross(right, up));
-    float per_voxel = 0.5 * size.y / (reach.y * (parallel ? 1.0 : -here.z));
+    float per_voxel = 0.5 * size.y / (half_extent.y * (parallel ? 1.0 : -here.z));
     float pixels = radius * per_voxel;
     if (depth_at(pixel) >= 1.0 || pixels < MIN_PIXELS) {
         color = vec4(1.0);
         return;
     }
     // The same noise as on WebGPU, whose rows go downwards.
-    vec2 place = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y);
-    float rotation = 2.0 * PI * fract(52.9829189 * fract(dot(place, vec2(0.06711056, 0.00583715))));
+    vec2 screen = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y);
+    float rotation = 2.0 * PI * fract(52.9829189 * fract(dot(screen, vec2(0.06711056, 0.00583715))));
     float squared_radius = radius * radius;
     float hidden = 0.0;
     for (int i = 0; i < N_NEIGHBOURS; i++) {
@@ -96,7 +96,7 @@ void main() {
             ivec2 at = clamp_to_picture(pixel + ivec2(x, y));
             float off = abs(z_of(depth_at(at)) - z) / (MAX_DEPTH_DIFFERENCE * radius);
             float weight = clamp(1.0 - off, 0.0, 1.0) + 1e-4;
-            sum += weight * texelFetch(seen, at, 0).r;
+            sum += weight * texelFetch(visibility, at, 0).r;
             weights += weight;
         }
     }

@@ -4,9 +4,9 @@
 /** The radius of occlusion, as a share of half the height of the picture at the target. */
 const RADIUS = 0.14;
 
-/** The shader's OcclusionUniforms: depth, half extent, size, radius, and whether the projection is parallel. */
-function sightOf({ depth, reach, distance, isParallel }, [width, height]) {
-    return [...depth, ...reach, width, height, RADIUS * reach[1] * (isParallel ? 1 : distance), isParallel];
+/** The OcclusionUniforms of the shader: depth, half extent, size, radius, and whether the projection is parallel. */
+function occlusionUniforms({ depth, halfExtent, distance, isParallel }, [width, height]) {
+    return [...depth, ...halfExtent, width, height, RADIUS * halfExtent[1] * (isParallel ? 1 : distance), isParallel];
 }
 
 class WebGpuOcclusion {
@@ -24,19 +24,19 @@ class WebGpuOcclusion {
         };
         const occlusion = new WebGpuOcclusion();
         occlusion.device = device;
-        occlusion.seen = await pipeline("visibility_fragment", { format: "r8unorm" }, 1);
+        occlusion.visibility = await pipeline("visibility_fragment", { format: "r8unorm" }, 1);
         occlusion.darken = await pipeline("darken_fragment", { format, blend: multiply }, 4);
-        occlusion.sight = device.createBuffer({ size: 32, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+        occlusion.uniforms = device.createBuffer({ size: 32, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
         return occlusion;
     }
 
     /** Records the occlusion of a picture from its samples and their depth. */
     encode(encoder, { samples, depth, picture }, projection) {
-        const { device, sight } = this;
+        const { device, uniforms } = this;
         const size = [picture.width, picture.height];
-        const numbers = new Float32Array(sightOf(projection, size));
+        const numbers = new Float32Array(occlusionUniforms(projection, size));
         new Uint32Array(numbers.buffer)[7] = projection.isParallel ? 1 : 0;
-        device.queue.writeBuffer(sight, 0, numbers);
+        device.queue.writeBuffer(uniforms, 0, numbers);
         if (this.texture?.width !== size[0] || this.texture?.height !== size[1]) {
             this.texture?.destroy();
             const usage = GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING;
@@ -44,14 +44,14 @@ class WebGpuOcclusion {
         }
         const textures = [depth.createView({ aspect: "depth-only" }), this.texture.createView()];
         const pass = (pipeline, n, target) => {
-            const entries = [{ buffer: sight }, ...textures.slice(0, n)].map((resource, binding) => ({ binding, resource }));
+            const entries = [{ buffer: uniforms }, ...textures.slice(0, n)].map((resource, binding) => ({ binding, resource }));
             const drawn = encoder.beginRenderPass({ colorAttachments: [{ storeOp: "store", ...target }] });
             drawn.setPipeline(pipeline);
             drawn.setBindGroup(0, device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }));
             drawn.draw(3);
             drawn.end();
         };
-        pass(this.seen, 1, { view: textures[1], loadOp: "clear" });
+        pass(this.visibility, 1, { view: textures[1], loadOp: "clear" });
         pass(this.darken, 2, { view: samples.createView(), resolveTarget: picture.createView(), loadOp: "load" });
     }
 }
@@ -66,7 +66,7 @@ class WebGl2Occlusion {
     constructor(renderer) {
         const text = byId("occlusion-glsl").textContent.trimStart();
         this.renderer = renderer;
-        this.seen = renderer.linked(BEHIND_VERTEX, text.replace("\n", "\n#define SEEN\n"));
+        this.visibility = renderer.linked(BEHIND_VERTEX, text.replace("\n", "\n#define VISIBILITY\n"));
         this.darken = renderer.linked(BEHIND_VERTEX, text);
         this.target = renderer.gl.createFramebuffer();
     }
@@ -87,7 +87,7 @@ class WebGl2Occlusion {
         }
         gl.bindVertexArray(null);
         gl.disable(gl.DEPTH_TEST);
-        this.pass(this.seen, [depth], projection, size);
+        this.pass(this.visibility, [depth], projection, size);
         // Only over samples of surfaces, whose depth is less.
         gl.bindFramebuffer(gl.FRAMEBUFFER, samples);
         gl.enable(gl.DEPTH_TEST);
@@ -105,14 +105,14 @@ class WebGl2Occlusion {
         const { gl } = this.renderer;
         const at = (name) => gl.getUniformLocation(program, name);
         gl.useProgram(program);
-        const sight = sightOf(projection, size);
-        ["depth", "reach", "size"].forEach((name, i) => gl.uniform2f(at(name), sight[2 * i], sight[2 * i + 1]));
-        gl.uniform1f(at("radius"), sight[6]);
-        gl.uniform1i(at("parallel"), sight[7] ? 1 : 0);
+        const uniforms = occlusionUniforms(projection, size);
+        ["depth", "half_extent", "size"].forEach((name, i) => gl.uniform2f(at(name), uniforms[2 * i], uniforms[2 * i + 1]));
+        gl.uniform1f(at("radius"), uniforms[6]);
+        gl.uniform1i(at("parallel"), uniforms[7] ? 1 : 0);
         textures.forEach((texture, unit) => {
             gl.activeTexture(gl.TEXTURE0 + unit);
             gl.bindTexture(gl.TEXTURE_2D, texture);
-            gl.uniform1i(at(["depths", "seen"][unit]), unit);
+            gl.uniform1i(at(["depths", "visibility"][unit]), unit);
         });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }

@@ -24,8 +24,8 @@ uniform vec4 plane;
 uniform float opacity;
 #ifdef CAP
 uniform vec2 depth;
-uniform vec2 reach;
-in vec2 place;
+uniform vec2 half_extent;
+in vec2 screen;
 #endif
 
 #ifndef CAP
@@ -33,7 +33,7 @@ in vec3 position;
 in vec3 normal;
 in vec3 barycentric;
 flat in vec3 named;
-in float share;
+in float fraction;
 #endif
 
 out vec4 color;
@@ -64,11 +64,11 @@ vec3 light(vec3 albedo, vec3 n, vec3 towards_eye) {
 
 #ifdef CAP
 void main() {
-    vec3 aside = vec3(place * reach, 0.0);
-    vec3 start = parallel ? aside : vec3(0.0);
-    vec3 way = vec3(parallel ? vec2(0.0) : aside.xy, -1.0);
-    float away = -(dot(plane.xyz, start) + plane.w) / dot(plane.xyz, way);
-    vec3 lit = light(mix(front, vec3(0.75), 0.35), -normalize(plane.xyz), normalize(-way));
+    vec3 offset = vec3(screen * half_extent, 0.0);
+    vec3 start = parallel ? offset : vec3(0.0);
+    vec3 direction = vec3(parallel ? vec2(0.0) : offset.xy, -1.0);
+    float away = -(dot(plane.xyz, start) + plane.w) / dot(plane.xyz, direction);
+    vec3 lit = light(mix(front, vec3(0.75), 0.35), -normalize(plane.xyz), normalize(-direction));
     color = vec4(opacity * lit, opacity);
     gl_FragDepth = saturate((depth.y - depth.x * away) / (parallel ? 1.0 : away));
 }
@@ -89,10 +89,10 @@ float wire_coverage(vec3 altitudes) {
 }
 
 vec3 map_color() {
-    float x = clamp(share, 0.0, 1.0) * 32.0;
+    float x = clamp(fraction, 0.0, 1.0) * 32.0;
     int before = min(int(x), 31);
     vec3 between = mix(map[before].rgb, map[before + 1].rgb, x - float(before));
-    return share < -0.5 ? vec3(0.30) : between;
+    return fraction < -0.5 ? vec3(0.30) : between;
 }
 
 void main() {

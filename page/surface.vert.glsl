@@ -21,7 +21,7 @@ uniform usampler2D knots;
 layout(location = 0) in uint vertex;
 layout(location = 1) in uint normal_code;
 /// The colour code of the triangle: shares of the map, or the number of the component.
-layout(location = 2) in uint measures;
+layout(location = 2) in uint values;
 /// 0 one colour, 1 a map, 2 a colour per component.
 uniform int palette;
 
@@ -32,7 +32,7 @@ out vec3 barycentric;
 /// Linear colour of the component.
 flat out vec3 named;
 /// Share of the map; negative without a value.
-out float share;
+out float fraction;
 
 ivec2 texel(uint index) {
     return ivec2(int(index & 2047u), int(index >> 11));
@@ -119,9 +119,9 @@ void main() {
     gl_Position.z = 2.0 * gl_Position.z - gl_Position.w;
     position = (eye_from_voxel * vec4(voxel, 1.0)).xyz;
     normal = normalize((eye_from_normal * vec4(decode_normal(normal_code), 0.0)).xyz);
-    named = palette == 2 ? component_color(measures) : vec3(0.0);
+    named = palette == 2 ? component_color(values) : vec3(0.0);
     int corner = gl_VertexID % 3;
-    uint code = (measures >> uint(10 * corner)) & 1023u;
-    share = palette != 1 ? 0.0 : code == 0u ? -1.0 : (float(code) - 1.0) / 1022.0;
+    uint code = (values >> uint(10 * corner)) & 1023u;
+    fraction = palette != 1 ? 0.0 : code == 0u ? -1.0 : (float(code) - 1.0) / 1022.0;
     barycentric = vec3(float(corner == 0), float(corner == 1), float(corner == 2));
 }

@@ -208,7 +208,7 @@ class Viewer extends Scene {
         const [light, dark] = front ? sides(front) : [PLAIN_FRONT, PLAIN_BACK];
         const layers = [{
             query: this.query, front: light, backside: dark, opacity: this.opacity,
-            palette: color === "none" ? PLAIN : color === "component" ? NAMES : MAP,
+            palette: color === "none" ? PLAIN : color === "component" ? COMPONENTS : MAP,
             stops: this.shown?.map && stopsOf(this.shown.map),
         }];
         for (const { query, front: own, opacity } of this.isWhole ? this.extras : []) {

@@ -11,10 +11,10 @@ void main() {
 }`;
 
 const CAP_VERTEX = `#version 300 es
-out vec2 place;
+out vec2 screen;
 void main() {
-    place = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;
-    gl_Position = vec4(place, 0.0, 1.0);
+    screen = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;
+    gl_Position = vec4(screen, 0.0, 1.0);
 }`;
 
 const COPY_FRAGMENT = `#version 300 es
@@ -250,7 +250,7 @@ class WebGl2Renderer {
         this.setCut(this.cap, layer, look);
         gl.uniform3fv(this.uniform(this.cap, "front"), layer.front.slice(0, 3));
         gl.uniform2fv(this.uniform(this.cap, "depth"), projection.depth);
-        gl.uniform2fv(this.uniform(this.cap, "reach"), projection.reach);
+        gl.uniform2fv(this.uniform(this.cap, "half_extent"), projection.halfExtent);
         gl.uniform1i(this.uniform(this.cap, "parallel"), projection.isParallel ? 1 : 0);
         gl.uniform1i(this.uniform(this.cap, "lamp"), look.lamp);
         gl.drawArrays(gl.TRIANGLES, 0, 3);

@@ -47,7 +47,7 @@ const CUT_BYTES = 48;
 /** The numbers of the shader's Cut. */
 function cutOf({ opacity }, { plane }, projection) {
     return new Float32Array([
-        ...(plane ?? [0, 0, 0, 1]), opacity, 0, ...projection.depth, ...projection.reach, 0, 0,
+        ...(plane ?? [0, 0, 0, 1]), opacity, 0, ...projection.depth, ...projection.halfExtent, 0, 0,
     ]);
 }
 
