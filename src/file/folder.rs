@@ -3,9 +3,9 @@
 //! # Layout
 //!
 //! `index.json` ([`Index`]); `whole.isp`, a spectrum file without triangles, with the events and the description of the
-//! whole. A part, which is a brick, is divided into chunks by isovalue: each has the triangles that are alive somewhere in its interval, with their whole lifetimes,
-//! so a triangle may be in several. A chunk has a spectrum file, `000000-000.isp`, and the keys of the vertices that it shares with other chunks,
-//! `000000-000.seam` (`folder_index`).
+//! whole. A part, which is a brick, is divided into chunks by isovalue: each has the triangles that are alive somewhere in
+//! its interval, with their whole lifetimes, so a triangle may be in several. A chunk has a spectrum file,
+//! `000000-000.isp`, and the keys of the vertices that it shares with other chunks, `000000-000.seam` (`folder_index`).
 //!
 //! # Invariants
 //!
@@ -17,8 +17,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::folder_index::{
-    ChunkName, INDEX, Index, IndexedChunk, IndexedPart, PART, WHOLE, chunk_name, read_seam,
-    seam_name,
+    ChunkName, INDEX, Index, IndexedChunk, PART, WHOLE, chunk_name, read_seam, seam_name,
 };
 use super::spectrum_file::{from_bytes, read};
 use crate::error::{Error, Result};
@@ -74,12 +73,6 @@ impl SpectrumFolder {
     /// The description of the whole: a spectrum without triangles.
     pub fn whole(&self) -> &Spectrum {
         &self.whole
-    }
-
-    /// The numbers of the parts that have triangles between two isovalues, both included.
-    pub fn parts_between(&self, between: (f64, f64)) -> impl Iterator<Item = usize> + '_ {
-        let lives = move |p: &IndexedPart| p.chunks.iter().any(|c| c.meets(between));
-        self.index.parts.iter().enumerate().filter(move |(_, p)| lives(p)).map(|(i, _)| i)
     }
 
     /// The chunks whose intervals contain isovalues between two, both included: part, number of the chunk in the part, and entry, ascending.

@@ -1,8 +1,8 @@
 //! Section `TRIA`: triangles and lifetimes.
 //!
-//! The lifetime of a triangle is within the trajectories of its vertices; the reader refuses others. [`super::connectivity`] codes vertices and births,
-//! and most deaths. The other deaths are explicit: a rank interval from the birth ([`super::rank_intervals`]), or the same rank
-//! as the last explicit death.
+//! The lifetime of a triangle is within the trajectories of its vertices; the reader refuses others.
+//! [`super::connectivity`] codes vertices and births, and most deaths. The other deaths are explicit: a rank interval from
+//! the birth ([`super::rank_intervals`]), or the same rank as the last explicit death.
 
 use rayon::prelude::*;
 

@@ -6,7 +6,8 @@ use super::metadata::About;
 use crate::error::{Error, Result};
 
 impl Spectrum {
-    /// A spectrum of a patch, whose table of isovalues need not be minimal or sorted. Isovalues that no knot, lifetime or collapse refers to are removed, and events are sorted by isovalue.
+    /// A spectrum of a patch, whose table of isovalues need not be minimal or sorted. Isovalues that no knot, lifetime or
+    /// collapse refers to are removed, and events are sorted by isovalue.
     ///
     /// # Errors
     ///

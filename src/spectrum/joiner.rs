@@ -2,8 +2,8 @@
 //!
 //! # Invariants
 //!
-//! The result depends only on the patches and their order. Until `finish`, ranks refer to the concatenated tables of all patches, so no table has to be known
-//! in advance.
+//! The result depends only on the patches and their order. Until `finish`, ranks refer to the concatenated tables of all
+//! patches, so no table has to be known in advance.
 
 use std::collections::HashMap;
 

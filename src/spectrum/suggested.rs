@@ -11,9 +11,9 @@ const MIN_AREA_SHARE: f64 = 0.1;
 const MIN_INTERVAL: f64 = 0.02;
 
 impl Spectrum {
-    /// Suggested isovalues with their names: those that enclose 1 and 10 per cent of the samples (1 per cent is the rule of thumb for densities), and the middle of
-    /// the longest interval without events, in which the topology is unchanged, among those with a large enough
-    /// surface. `areas` are (isovalue, area), ascending.
+    /// Suggested isovalues with their names: those that enclose 1 and 10 per cent of the samples (1 per cent is the rule of
+    /// thumb for densities), and the middle of the longest interval without events, in which the topology is unchanged,
+    /// among those with a large enough surface. `areas` are (isovalue, area), ascending.
     pub(crate) fn suggested(
         &self,
         areas: &[(f64, f64)],
