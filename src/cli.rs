@@ -75,10 +75,10 @@ pub(crate) struct Cli {
     /// Suppress everything but errors
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = heading::GENERAL)]
     quiet: bool,
-    /// Print details; twice: also messages of the GPU libraries
+    /// Print details; -vv: also GPU messages
     #[arg(short, long, global = true, action = ArgAction::Count, help_heading = heading::GENERAL)]
     verbose: u8,
-    /// Print help: -h a summary, --help all options and examples
+    /// Print help; --help shows all and examples
     #[arg(id = "help", short = 'h', long = "help", global = true, action = ArgAction::Help, help_heading = heading::GENERAL)]
     _help: Option<bool>,
     /// Print the version

@@ -56,10 +56,10 @@ pub(super) struct Analyze {
     preparation: PreparationArguments,
     #[command(flatten)]
     simplify: SimplifyArguments,
-    /// Cover these isovalues, e.g. 10:200 or 5%:95% [default: all]
+    /// Isovalues to cover, e.g. 10:200 or 5%:95%
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, help_heading = heading::OUTPUT)]
     range: Option<IsovalueRange>,
-    /// Number of isovalues along the curves
+    /// Isovalues along the curves
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(2..), help_heading = heading::OUTPUT)]
     samples: u16,
     /// Plot the curves to a file (.svg), or - for stdout

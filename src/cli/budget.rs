@@ -22,7 +22,7 @@ const FORECAST_ERROR: f64 = 2.0;
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::MACHINE)]
 pub(super) struct BudgetArguments {
-    /// Memory limit, e.g. 8GB [default: all that is free]
+    /// Memory limit, e.g. 8GB [default: all free]
     ///
     /// A volume that is expected to need more is computed in bricks, or refused if those need more too.
     #[arg(long, value_name = "SIZE")]

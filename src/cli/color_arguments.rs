@@ -33,7 +33,7 @@ pub(super) struct ColorArguments {
     /// Values of the first and last colour, e.g. 0:5
     ///
     /// Each is a number or a percentile of the visible values: 0:5, p5:p95, 0:
-    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, hide_short_help = true)]
     color_range: Option<ScaleEnds>,
     /// Value of the middle colour
     #[arg(long, value_name = "C", allow_hyphen_values = true, hide_short_help = true)]

@@ -50,7 +50,7 @@ pub(super) struct Components {
     /// Print JSON
     #[arg(long, conflicts_with = "csv", help_heading = heading::OUTPUT)]
     json: bool,
-    /// Print comma-separated values, one component per line
+    /// Print comma-separated values
     #[arg(long, help_heading = heading::OUTPUT)]
     csv: bool,
 }

@@ -14,7 +14,9 @@ pub(super) struct Convert {
     /// Spectrum to read (.isp, .thesis)
     #[arg(help_heading = heading::INPUT)]
     from: PathBuf,
-    /// Spectrum to write; the extension (.isp, .thesis) selects the format
+    /// Spectrum to write (.isp, .thesis)
+    ///
+    /// The extension selects the format.
     #[arg(help_heading = heading::OUTPUT)]
     to: PathBuf,
 }

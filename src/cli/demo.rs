@@ -32,7 +32,9 @@ pub(super) struct Demo {
     /// Built-in volume to compute
     #[arg(long, value_name = "NAME[:SIZE]", default_value = "blobs:64", help_heading = heading::INPUT)]
     phantom: String,
-    /// Folder to write to, made if it does not exist
+    /// Folder to write to
+    ///
+    /// It is made if it does not exist.
     #[arg(short, long, value_name = "DIR", default_value = "isospectrum-demo", help_heading = heading::OUTPUT)]
     output: PathBuf,
     /// Print the report as JSON

@@ -65,18 +65,18 @@ pub(super) struct Extract {
     keep: KeepArguments,
     #[command(flatten)]
     color: ColorArguments,
-    /// Mesh to write: .ply, .stl, .obj, .glb, ..., or - for stdout
+    /// Mesh to write (.ply, .stl, .glb, ...)
     ///
-    /// One of .ply, .stl, .obj, .glb, .vtp, .3mf, .usda. For several isovalues: a pattern such as mesh-%d.ply, numbered from
+    /// One of .ply, .stl, .obj, .glb, .vtp, .3mf, .usda, or - for stdout. For several isovalues: a pattern such as mesh-%d.ply, numbered from
     /// 0; one .glb or .usda with all of them; or a .pvd, which lists .vtp files next to it with the isovalue as their time.
     #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
     output: PathBuf,
     /// Format, if the name of the output has no extension: ply, stl, ...
     #[arg(long, value_name = "FORMAT", help_heading = heading::OUTPUT, hide_short_help = true)]
     format: Option<String>,
-    /// Write one mesh that follows the isosurface (.glb)
+    /// Write one mesh with morph targets (.glb)
     ///
-    /// Needs --sweep over a range without events. The shapes at the N isovalues, at most 33, become morph targets.
+    /// The mesh follows the isosurface. Needs --sweep over a range without events. The shapes at the N isovalues, at most 33, become morph targets.
     #[arg(long, conflicts_with_all = ["color", "color_by", "format", "json"], help_heading = heading::OUTPUT)]
     morph: bool,
     /// Print the report as JSON

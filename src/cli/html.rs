@@ -46,7 +46,7 @@ Examples:
 pub(super) struct Html {
     /// Spectrum (.isp, or a folder .ispt)
     spectrum: PathBuf,
-    /// First isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    /// First isovalue: 120, 50%, p99, top:1%, ...
     ///
     /// A number, a percentage of the range (50%), a percentile of the samples (p99), standard deviations above their mean
     /// (2.5sigma), or the value that the highest 1 % of them exceed (top:1%). The default is 50%, or the nearest with a
@@ -54,7 +54,7 @@ pub(super) struct Html {
     /// Colour and opacity of the first apply to the surface of the slider.
     #[arg(short = 'c', long, value_name = "C", allow_hyphen_values = true)]
     isovalue: Vec<SurfaceArgument>,
-    /// Publish only these isovalues, e.g. 10:200 or 5%:95%
+    /// Publish only these isovalues, e.g. 5%:95%
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true)]
     range: Option<IsovalueRange>,
     /// Volume of the spectrum, for its histogram
@@ -79,8 +79,9 @@ pub(super) struct Html {
     /// Background: white, light or dark [default: that of the browser]
     #[arg(long, value_name = "COLOR", hide_short_help = true, help_heading = heading::PAGE)]
     background: Option<Background>,
-    /// Light: upper-left, eye, left, right, above or below
+    /// Light from upper-left, eye, left, ...
     ///
+    /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light at first, relative to the viewer. `eye` casts no shadow.
     #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, hide_short_help = true, help_heading = heading::PAGE)]
     light: Light,

@@ -25,12 +25,12 @@ pub(super) struct KeepArguments {
     /// Leave out components of less area
     ///
     /// In squares of the unit of the spacing.
-    #[arg(long, value_name = "AREA", value_parser = not_negative)]
+    #[arg(long, value_name = "AREA", value_parser = not_negative, hide_short_help = true)]
     min_area: Option<f64>,
-    /// Keep the component nearest to a point of the world
+    /// Keep the component nearest to this point
     ///
-    /// Only components that the other flags keep are considered.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    /// World coordinates. Only components that the other flags keep are considered.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, hide_short_help = true)]
     at: Option<Point>,
 }
 

@@ -13,14 +13,14 @@ use super::number_argument::{fraction, not_negative, positive};
 /// The parameters of the sweep, grouped by its stages as in the thesis.
 #[derive(Args, Debug)]
 pub(super) struct ParameterArguments {
-    /// Cover these isovalues, e.g. 10:200 or 5%:95% [default: all]
+    /// Isovalues to cover, e.g. 10:200 or 5%:95%
     ///
-    /// A range that exceeds that of the volume is cut to it.
+    /// The default is the range of the volume. A range that exceeds it is cut to it.
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, help_heading = heading::TRACKING)]
     range: Option<IsovalueRange>,
-    /// Tolerance: distance of triangles to the isosurface
+    /// Tolerance of the mesh, voxels
     ///
-    /// In voxels. What is promised for it is in the README.
+    /// The distance of triangles to the isosurface. What is promised for it is in the README.
     #[arg(long, value_name = "H", value_parser = positive, default_value_t = Parameters::default().error, help_heading = heading::TRACKING)]
     error: f64,
     /// Number of sampling isovalues over the range
@@ -40,7 +40,9 @@ pub(super) struct ParameterArguments {
     /// Refine: longest edge, voxels
     #[arg(long, value_name = "LENGTH", value_parser = positive, default_value_t = Parameters::default().max_edge, help_heading = heading::QUALITY)]
     max_edge: f64,
-    /// Simplify: remove triangles below this radius ratio
+    /// Simplify below this radius ratio
+    ///
+    /// Triangles of a lower radius ratio are removed.
     #[arg(long, value_name = "RATIO", value_parser = fraction, default_value_t = Parameters::default().min_quality, help_heading = heading::QUALITY)]
     min_quality: f64,
     /// Simplify: remove triangles below this area, divided by the smallest dimension

@@ -39,7 +39,7 @@ pub(super) struct Plan {
     /// Plan to write (.json), or - for stdout
     #[arg(short, long, value_name = "FILE", help_heading = heading::OUTPUT)]
     output: PathBuf,
-    /// Number of cells along the side of a brick
+    /// Cells along the side of a brick
     #[arg(long, value_name = "N", default_value_t = bricks::SIDE, help_heading = heading::MACHINE)]
     brick: usize,
 }

@@ -79,13 +79,14 @@ pub(super) struct Render {
     /// All have the same scale. -o is as for --sweep.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_FRAMES)), conflicts_with = "sweep", help_heading = heading::CAMERA)]
     turntable: Option<u32>,
-    /// Fit the picture to the surface or the volume
+    /// Fit to the surface or the volume
     ///
     /// With `surface`, that of all pictures of a sweep. With `volume`, pictures of different isovalues have the same scale.
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface, hide_possible_values = true, help_heading = heading::CAMERA)]
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = Fit::Surface, hide_possible_values = true, hide_short_help = true, help_heading = heading::CAMERA)]
     fit: Fit,
-    /// Light: upper-left, eye, left, right, above or below
+    /// Light from upper-left, eye, left, ...
     ///
+    /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
     #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, help_heading = heading::PICTURE)]
     light: Light,

@@ -29,34 +29,38 @@ pub(super) struct Verify {
     spectrum: PathBuf,
     #[command(flatten)]
     volume: VolumeArguments,
-    /// Number of random isovalues to check
+    /// Random isovalues to check
     #[arg(long, value_name = "N", default_value_t = Sampling::default().n_random, help_heading = heading::CHECKS)]
     n: usize,
-    /// Number of events to check, just before and after
+    /// Events to check
     ///
-    /// As many isovalues at which triangles change are checked, too.
+    /// Just before and just after. As many isovalues at which triangles change are checked, too.
     #[arg(long, value_name = "N", default_value_t = Sampling::default().n_events, help_heading = heading::CHECKS)]
     events: usize,
-    /// Seed of the random choice
+    /// Random seed
     #[arg(long, value_name = "SEED", default_value_t = Sampling::default().seed, help_heading = heading::CHECKS)]
     seed: u64,
-    /// Limit: number of isovalues with wrong topology
+    /// Limit: wrong isovalues
+    ///
+    /// The number of isovalues with wrong topology.
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = heading::CHECKS)]
     max_wrong: usize,
-    /// Limit: distance of barycentres, voxels [default: as promised]
+    /// Limit: distance of barycentres, voxels
     ///
-    /// The 99th percentile of the distances of barycentres to the isosurface.
+    /// The 99th percentile of the distances of barycentres to the isosurface. The default is the promise.
     #[arg(long, value_name = "H", value_parser = not_negative, help_heading = heading::CHECKS)]
     max_deviation: Option<f64>,
-    /// Limit: fraction of intersecting triangles [default: as promised]
+    /// Limit: intersecting triangles
+    ///
+    /// The fraction of triangles that cross others. The default is the promise.
     #[arg(long, value_name = "SHARE", value_parser = fraction, help_heading = heading::CHECKS)]
     max_intersecting: Option<f64>,
-    /// Limit: jumps away from events, voxels [default: as promised]
+    /// Limit: jumps away from events, voxels
     ///
-    /// The 99th percentile.
+    /// The 99th percentile. The default is the promise.
     #[arg(long, value_name = "H", value_parser = not_negative, help_heading = heading::CHECKS)]
     max_jump: Option<f64>,
-    /// Limit: mean radius ratio [default: no limit]
+    /// Limit: mean radius ratio
     #[arg(long, value_name = "RATIO", value_parser = fraction, help_heading = heading::CHECKS)]
     min_radius_ratio: Option<f64>,
     /// Print JSON

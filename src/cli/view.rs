@@ -35,15 +35,15 @@ Examples:
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT, after_long_help = EXAMPLES)]
 pub(super) struct View {
-    /// Spectrum (.isp, .ispt) or volume (.nrrd, .npy, .raw, ...)
+    /// Spectrum (.isp, .ispt) or volume
     file: Option<PathBuf>,
     /// Use a built-in volume, e.g. hydrogen:64
     #[arg(long, value_name = "NAME[:SIZE]", conflicts_with = "file")]
     phantom: Option<String>,
-    /// Volume of the spectrum, for its histogram and percentiles
+    /// Volume of the spectrum, for its histogram
     #[arg(long, value_name = "FILE", requires = "file")]
     volume: Option<PathBuf>,
-    /// First isovalue: 120, 50%, p99, 2.5sigma or top:1%
+    /// First isovalue: 120, 50%, p99, top:1%, ...
     ///
     /// The default is 50%, or the nearest with a visible surface. Give the flag again for more surfaces that stay visible,
     /// with colour and opacity: 1200=bone@0.5.
@@ -68,8 +68,9 @@ pub(super) struct View {
     color: ColorArguments,
     #[command(flatten)]
     camera: CameraArguments,
-    /// Light: upper-left, eye, left, right, above or below
+    /// Light from upper-left, eye, left, ...
     ///
+    /// One of upper-left, eye, left, right, above, below.
     /// Direction of the main light, relative to the viewer. `eye` casts no shadow.
     #[arg(long, value_name = "FROM", default_value = "upper-left", hide_default_value = true, help_heading = heading::PICTURE)]
     light: Light,
@@ -88,12 +89,12 @@ pub(super) struct View {
     #[arg(long, value_name = "COLOR", default_value = "white", hide_default_value = true, help_heading = heading::PICTURE)]
     background: Background,
     /// Tolerance of computed spectra, voxels
-    #[arg(long, value_name = "H", value_parser = positive, default_value_t = Parameters::default().error, help_heading = heading::TRACKING)]
+    #[arg(long, value_name = "H", value_parser = positive, default_value_t = Parameters::default().error, hide_short_help = true, help_heading = heading::TRACKING)]
     error: f64,
     /// Distance between sampling isovalues of computed spectra
     #[arg(long, value_name = "STEP", value_parser = positive, hide_short_help = true, help_heading = heading::TRACKING)]
     step: Option<f64>,
-    /// Width and height of the window, points
+    /// Width and height, points
     #[arg(long, value_name = "WxH", default_value = "1280x800", help_heading = heading::WINDOW)]
     size: PictureSize,
     /// Folder for pictures and meshes

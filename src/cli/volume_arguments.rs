@@ -15,7 +15,7 @@ use super::kind::{self, Kind};
 #[derive(Args, Debug)]
 #[command(next_help_heading = heading::INPUT)]
 pub(super) struct VolumeArguments {
-    /// Volume file, or folder of DICOM files or slices
+    /// Volume file, or folder of DICOM or slices
     ///
     /// Formats: .nrrd, .nii, .mha, .mhd, .vti, .vtk, .tif, .mrc, .map, .cube, .npy, .dcm; a folder of DICOM files, or of
     /// numbered .tif or .png slices; .raw with dimensions and sample type in its name (name_128x128x128_uint8.raw), in
