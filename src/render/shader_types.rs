@@ -168,8 +168,8 @@ mod tests {
             (SHADER, none),
             (CUT, none),
             (EDGES, none),
-            (&shader_text(1), occlusion),
-            (&shader_text(4), occlusion),
+            (shader_text(1).as_str(), occlusion),
+            (shader_text(4).as_str(), occlusion),
         ] {
             naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
                 .validate(&parse(text))
