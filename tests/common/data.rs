@@ -22,13 +22,3 @@ pub(crate) fn file(name: &str) -> PathBuf {
     assert!(path.is_file(), "no {}: set ISOSPECTRUM_DATA", path.display());
     path
 }
-
-/// One file of the folder, for tests of which it is only a part.
-pub(crate) fn find(name: &str) -> Option<PathBuf> {
-    let path = place().join(name);
-    if !path.is_file() {
-        eprintln!("NOT RUN: the part that needs {}", path.display());
-        return None;
-    }
-    Some(path)
-}
