@@ -95,7 +95,7 @@ function residualsOf(section, { firstKnot, isLattice }) {
 }
 
 /**
- * Reads n steps from a rank to a later one, coded by the stations that they pass (src/file/stations.rs). Returns a function that
+ * Reads n steps from a rank to a later one, coded by the stations that they pass (src/file/rank_intervals.rs). Returns a function that
  * gives the rank after the next step from a rank.
  */
 function rankStepsOf(columns, n) {
