@@ -130,7 +130,7 @@ fn bad_requests_are_errors_of_one_line() {
         (&["html", "s.isp", "-o", "p.html", "--range", "-5:9000"], 4, "outside the range"),
         (&["html", "s.isp", "-o", "p.html", "--range", "60%:40%"], 2, "lower isovalue first"),
         (&["html", "s.isp", "-o", "p.html", "--isovalue", "9000"], 4, "outside the range"),
-        (&["html", "s.isp", "-o", "p.html", "--step", "1e-9"], 2, "expected more"),
+        (&["html", "s.isp", "-o", "p.html", "--step", "1e-9"], 2, "step of"),
         (&["html", "s.isp", "-o", "p.html", "--background", "transparent"], 2, "transparent"),
         (&["html", "s.isp", "-o", "p.html", "--split", "folder"], 2, "--split"),
         (
