@@ -17,10 +17,7 @@ const OTHER_NAMES: [(&[&str], &[&str]); 22] = [
     ),
     (&["isovalues", "levels", "values", "isorange", "from", "to"], &["sweep", "range"]),
     (&["min-isovalue", "max-isovalue", "min", "max"], &["range"]),
-    (
-        &["out", "output-file", "outfile", "output-dir", "dir", "save", "write"],
-        &["output", "folder"],
-    ),
+    (&["out", "output-file", "outfile", "output-dir", "dir", "save", "write"], &["output"]),
     (&["gpu", "cpu", "device", "cuda", "vulkan"], &["backend", "adapter"]),
     (&["jobs", "num-threads", "nthreads", "n-threads", "cores", "workers"], &["threads"]),
     (&["memory", "mem", "ram", "memory-limit", "max-mem"], &["max-memory"]),

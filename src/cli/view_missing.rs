@@ -7,7 +7,7 @@ use isospectrum::Error;
 #[derive(Args, Debug)]
 pub(super) struct View {
     /// Arguments of the window
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    #[arg(value_name = "ARGUMENTS", trailing_var_arg = true, allow_hyphen_values = true)]
     _arguments: Vec<std::ffi::OsString>,
 }
 
