@@ -172,7 +172,7 @@ impl Extract {
         if is_scene {
             let output = outputs.into_iter().next().ok_or_else(|| Error::internal("no output"))?;
             (written, bytes) =
-                self.write_scene(&mut query, (&spectrum, &sources), &surfaces, format, output)?;
+                self.write_scene(&mut query, &spectrum, &sources, &surfaces, format, output)?;
         } else {
             for (surface, output) in surfaces.iter().zip(outputs) {
                 let frame = self.frame(&mut query, &spectrum, &sources, surface)?;
@@ -264,7 +264,8 @@ impl Extract {
     fn write_scene(
         &self,
         query: &mut Query<&Spectrum>,
-        (spectrum, sources): (&Spectrum, &ColorSources),
+        spectrum: &Spectrum,
+        sources: &ColorSources,
         surfaces: &[Surface],
         format: Format,
         output: Output,

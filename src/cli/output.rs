@@ -1,8 +1,8 @@
 //! Outputs of commands: a file that appears only when it is complete, or stdout.
 //!
 //! A file is written under a temporary name next to its destination and renamed at the end ([`write_atomically`]), so an error, a
-//! full disk or Ctrl-C leaves the previous file unchanged. This is checked before the work begins: nobody wants to learn of
-//! a missing folder after an hour. An output never replaces an input of the command: a typing mistake must not destroy data.
+//! full disk or Ctrl-C leaves the previous file unchanged. This is checked before the work begins, so that
+//! a missing folder is not found after an hour of computing. An output never replaces an input of the command: a typing mistake must not destroy data.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};

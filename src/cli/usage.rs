@@ -66,7 +66,7 @@ pub(crate) fn report(error: &clap::Error, definition: &clap::Command) -> ExitCod
     }
 }
 
-/// Returns the first paragraph of clap's text, which says what is wrong; tips and usage follow it.
+/// Returns the first paragraph of clap's text, the error; tips and usage follow it.
 fn first_sentence(text: &str) -> String {
     let paragraph = text.split("\n\n").next().unwrap_or_default();
     let words: Vec<&str> = paragraph.split_whitespace().collect();

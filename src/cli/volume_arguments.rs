@@ -1,4 +1,4 @@
-//! Flags that name a volume: a file, with what its name does not say, or a built-in phantom.
+//! Flags that name a volume: a file, with properties that its name does not contain, or a built-in phantom.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;

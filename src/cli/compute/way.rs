@@ -89,7 +89,7 @@ impl Request<'_> {
         // Samples that can be read again need not stay in memory.
         let of_file = if self.is_plain() { Survey::of_file(source)? } else { None };
         let survey = of_file.unwrap_or_else(|| Survey::of(prepared));
-        let bricks = self.planned((source.clone(), survey, noise), &parameters, limit, why)?;
+        let bricks = self.planned(source.clone(), survey, noise, &parameters, limit, why)?;
         Ok(Way::Bricks(Box::new(bricks)))
     }
 
@@ -103,12 +103,14 @@ impl Request<'_> {
         let (survey, noise) = plan::survey(&source, self.volume, self.preparation, self.simplify)?;
         let parameters =
             self.parameters.settings().resolve(survey.info().range, survey.samples())?;
-        self.planned((source, survey, noise), &parameters, limit, why)
+        self.planned(source, survey, noise, &parameters, limit, why)
     }
 
     fn planned(
         &self,
-        (source, survey, noise): (VolumeSource, Survey, Noise),
+        source: VolumeSource,
+        survey: Survey,
+        noise: Noise,
         parameters: &Parameters,
         limit: Option<Limit>,
         why: Option<String>,
