@@ -76,6 +76,9 @@ fn kernels(c: &mut Criterion) {
         group.bench_function(id("relax"), |b| {
             b.iter(|| kernels.advance(&Advance { relaxation, ..projection(&[]) }).expect("runs"));
         });
+        group.bench_function(id("deviation"), |b| {
+            b.iter(|| kernels.deviation(-40.0, 1.0).expect("runs"));
+        });
         group.finish();
     }
 }

@@ -9,12 +9,14 @@
 //! | `normals.wgsl` | [`normals`] | area-weighted normals |
 //! | `project.wgsl` | [`project`] | all vertices onto an isosurface |
 //! | `relax.wgsl` | [`relax`] | one iteration of tangential relaxation |
+//! | `deviation.wgsl` | [`deviation`] | distances of barycentres from an isosurface |
 //! | `reduce.wgsl` | the maximum in [`cpu`] | the largest force |
 //!
 //! [`Backend`] chooses the device.
 
 pub mod backend;
 pub mod cpu;
+pub mod deviation;
 pub mod gpu;
 mod interface;
 pub mod normals;

@@ -41,9 +41,15 @@ pub const RELAX: Shader = Shader {
     parts: &[DISPATCH, MESH, GRID, RAY, STEP, include_str!("../../shaders/relax.wgsl")],
 };
 
+/// Distances of barycentres from the isosurface.
+pub const DEVIATION: Shader = Shader {
+    name: "deviation",
+    parts: &[DISPATCH, MESH, GRID, RAY, include_str!("../../shaders/deviation.wgsl")],
+};
+
 /// The largest force.
 pub const REDUCE: Shader =
     Shader { name: "reduce", parts: &[DISPATCH, include_str!("../../shaders/reduce.wgsl")] };
 
 /// All kernels.
-pub const ALL: [Shader; 4] = [NORMALS, PROJECT, RELAX, REDUCE];
+pub const ALL: [Shader; 5] = [NORMALS, PROJECT, RELAX, DEVIATION, REDUCE];

@@ -6,7 +6,7 @@
 //! are equal for any number of threads.
 
 use super::interface::{Advance, Advanced, Kernels, RELAX_CHECK_EVERY, Relaxation, check_shape};
-use super::{normals, project, relax};
+use super::{deviation, normals, project, relax};
 use crate::error::Result;
 use crate::field::{Field, Status, step};
 use crate::mesh::Connectivity;
@@ -123,9 +123,14 @@ impl Kernels for CpuKernels {
             status: self.status.clone(),
         })
     }
+
+    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
+        let isovalue = self.field.isovalue(isovalue);
+        Ok(deviation::deviation(&self.field, &self.connectivity, &self.positions, isovalue, reach))
+    }
 }
 
 /// Applies `f` to every element and its index, on threads where there are many.
-fn for_each<T: Send>(elements: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+pub(super) fn for_each<T: Send>(elements: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     elements.par_iter_mut().enumerate().with_min_len(MIN_TASK_VERTICES).for_each(|(i, e)| f(i, e));
 }

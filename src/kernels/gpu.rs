@@ -25,6 +25,7 @@ pub struct Pipelines {
     normals: Kernel,
     project: Kernel,
     relax: Kernel,
+    deviation: Kernel,
     reduce: Kernel,
 }
 
@@ -39,6 +40,7 @@ impl Pipelines {
             normals: Kernel::new(&gpu, shader::NORMALS)?,
             project: Kernel::new(&gpu, shader::PROJECT)?,
             relax: Kernel::new(&gpu, shader::RELAX)?,
+            deviation: Kernel::new(&gpu, shader::DEVIATION)?,
             reduce: Kernel::new(&gpu, shader::REDUCE)?,
             gpu,
         })
@@ -110,6 +112,7 @@ pub struct GpuKernels {
     field: Arc<DeviceField>,
     parameters: Buffer<Parameters>,
     outcome: Buffer<Outcome>,
+    faces: Growable<[u32; 3]>,
     ring_offsets: Growable<u32>,
     ring: Growable<u32>,
     held: Growable<u8>,
@@ -118,11 +121,13 @@ pub struct GpuKernels {
     normals: Growable<[f32; 3]>,
     forces: Growable<f32>,
     status: Growable<u32>,
+    distances: Growable<f32>,
     /// Bound once per mesh; `None` before the first and for an empty one.
     bound: Option<BoundBuffers>,
     /// Which of the two position buffers is valid.
     current: usize,
     n_vertices: usize,
+    n_faces: usize,
     work: DeviceWork,
 }
 
@@ -135,6 +140,7 @@ struct BoundBuffers {
     normals: [Bindings; 2],
     project: [Bindings; 2],
     relax: [Bindings; 2],
+    deviation: [Bindings; 2],
     reduce: Bindings,
 }
 
@@ -149,6 +155,7 @@ impl GpuKernels {
         Ok(GpuKernels {
             parameters: Buffer::uniform(gpu, "parameters")?,
             outcome: Buffer::storage(gpu, "outcome", 1)?,
+            faces: Growable::new(gpu, "faces")?,
             ring_offsets: Growable::new(gpu, "ring offsets")?,
             ring: Growable::new(gpu, "ring")?,
             held: Growable::new(gpu, "held")?,
@@ -157,9 +164,11 @@ impl GpuKernels {
             normals: Growable::new(gpu, "normals")?,
             forces: Growable::new(gpu, "forces")?,
             status: Growable::new(gpu, "status")?,
+            distances: Growable::new(gpu, "distances")?,
             bound: None,
             current: 0,
             n_vertices: 0,
+            n_faces: 0,
             work: DeviceWork::default(),
             pipelines,
             field,
@@ -167,11 +176,12 @@ impl GpuKernels {
     }
 
     fn bind(&self) -> BoundBuffers {
-        let Pipelines { gpu, normals, project, relax, reduce } = &*self.pipelines;
+        let Pipelines { gpu, normals, project, relax, deviation, reduce } = &*self.pipelines;
         let DeviceField { grid, samples, .. } = &*self.field;
         let parameters = &self.parameters;
         let [ring_offsets, ring] =
             [&self.ring_offsets, &self.ring].map(|b| b.buffer() as &dyn Bind);
+        let [faces, distances] = [self.faces.buffer() as &dyn Bind, self.distances.buffer()];
         let (held, vertex_normals) = (self.held.buffer(), self.normals.buffer());
         let ends = self.ends.buffer();
         let (forces, status) = (self.forces.buffer(), self.status.buffer());
@@ -205,6 +215,9 @@ impl GpuKernels {
                         forces,
                     ],
                 )
+            }),
+            deviation: both(&|positions, _| {
+                deviation.bind(gpu, &[grid, samples, parameters, faces, positions, distances])
             }),
             reduce: reduce.bind(gpu, &[forces, &self.outcome]),
         }
@@ -312,6 +325,7 @@ impl Kernels for GpuKernels {
         check_shape(connectivity, positions.len());
         let gpu = &*self.pipelines.gpu;
         let n = positions.len();
+        self.faces.set(gpu, &connectivity.faces)?;
         self.ring_offsets.set(gpu, &connectivity.ring_offsets)?;
         self.ring.set(gpu, &connectivity.ring)?;
         self.held.set(gpu, &connectivity.held)?;
@@ -321,8 +335,10 @@ impl Kernels for GpuKernels {
         self.normals.resize(gpu, n)?;
         self.forces.resize(gpu, n)?;
         self.status.set(gpu, &vec![Status::Reached as u32; n])?;
+        self.distances.resize(gpu, connectivity.faces.len())?;
         self.current = 0;
         self.n_vertices = n;
+        self.n_faces = connectivity.faces.len();
         self.bound = (n > 0).then(|| self.bind());
         self.pipelines.gpu.check()
     }
@@ -358,6 +374,20 @@ impl Kernels for GpuKernels {
             self.relax_in_rounds(threshold, max_iterations)?;
         }
         self.read_back(encoder)
+    }
+
+    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
+        if self.bound.is_none() {
+            return Ok(Vec::new());
+        }
+        self.set_parameters(isovalue, reach, 0.0, 0.0);
+        let Pipelines { gpu, deviation, .. } = &*self.pipelines;
+        let mut encoder = gpu.encoder("deviation");
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        deviation.dispatch(&mut pass, &self.bound().deviation[self.current], self.n_faces);
+        drop(pass);
+        let [distances] = self.read(encoder, |k| [k.distances.buffer()])?;
+        Ok(distances.into_iter().map(f32::from_bits).collect())
     }
 
     fn device_work(&self) -> DeviceWork {

@@ -69,6 +69,10 @@ pub trait Kernels {
     /// [`RELAX_CHECK_EVERY`] iterations, and the single read back.
     fn advance(&mut self, advance: &Advance) -> Result<Advanced>;
 
+    /// The distance of every face's barycentre from the isosurface along the face's normal, to the nearer side, voxels;
+    /// `reach` where there is none within `reach`. Length: faces. Source: thesis section 3.7.
+    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>>;
+
     /// The work that a GPU was given so far; zero on the CPU.
     fn device_work(&self) -> DeviceWork {
         DeviceWork::default()

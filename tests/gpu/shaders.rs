@@ -115,7 +115,7 @@ fn bindings_are_used_and_numbered_without_holes_and_few() {
 
 #[test]
 fn structs_have_the_same_layout_on_host_and_device() {
-    for shader in [shader::PROJECT, shader::RELAX] {
+    for shader in [shader::PROJECT, shader::RELAX, shader::DEVIATION] {
         let module = parse(shader);
         assert_layout!(&module, Grid { inverse_cell_size, outside, dims, sample_type });
         assert_layout!(

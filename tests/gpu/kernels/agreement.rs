@@ -119,6 +119,18 @@ fn projected_pair() -> [Box<dyn Kernels + Send>; 2] {
 }
 
 #[test]
+fn deviation_agrees() {
+    let (volume, mesh) = ball();
+    let [mut a, mut b] = pair(&volume, &mesh);
+    let [a, b] = [&mut a, &mut b].map(|k| k.deviation(-9.1, 1.0).expect("deviation"));
+    assert_eq!(a.len(), mesh.connectivity.faces.len());
+    assert!(a.iter().any(|&d| d > 0.05), "the mesh is not on this isosurface");
+    for (x, y) in a.iter().zip(&b) {
+        assert!((x - y).abs() < POSITION_TOLERANCE, "{x} and {y}");
+    }
+}
+
+#[test]
 fn relaxation_agrees() {
     let [p, q] = projected_pair().map(|mut k| relaxed(&mut *k, RELAXATION).positions);
     let difference = largest_difference(&p, &q);
