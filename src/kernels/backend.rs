@@ -151,6 +151,10 @@ impl Kernels for BySize {
         self.active().advance(advance)
     }
 
+    fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
+        self.active().deviation(isovalue, reach)
+    }
+
     fn device_work(&self) -> DeviceWork {
         self.gpu.device_work()
     }

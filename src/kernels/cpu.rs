@@ -126,11 +126,16 @@ impl Kernels for CpuKernels {
 
     fn deviation(&mut self, isovalue: f64, reach: f32) -> Result<Vec<f32>> {
         let isovalue = self.field.isovalue(isovalue);
-        Ok(deviation::deviation(&self.field, &self.connectivity, &self.positions, isovalue, reach))
+        let (field, connectivity, positions) = (&*self.field, &self.connectivity, &self.positions);
+        let mut distances = vec![0.0; connectivity.faces.len()];
+        for_each(&mut distances, |f, distance| {
+            *distance = deviation::deviation(field, connectivity, positions, f, isovalue, reach);
+        });
+        Ok(distances)
     }
 }
 
 /// Applies `f` to every element and its index, on threads where there are many.
-pub(super) fn for_each<T: Send>(elements: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+fn for_each<T: Send>(elements: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     elements.par_iter_mut().enumerate().with_min_len(MIN_TASK_VERTICES).for_each(|(i, e)| f(i, e));
 }
