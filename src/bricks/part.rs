@@ -67,7 +67,7 @@ impl Part {
     /// # Errors
     ///
     /// [`Error::Internal`] if it cannot be encoded.
-    pub(super) fn to_bytes(
+    pub fn to_bytes(
         plan: &Plan,
         number: usize,
         backend: &str,

@@ -195,7 +195,7 @@ impl Plan {
     /// # Errors
     ///
     /// [`Error::Input`] if its samples are not those that the plan was made from.
-    pub(super) fn block(&self, volume: &OpenVolume, number: usize) -> Result<Volume> {
+    pub fn block(&self, volume: &OpenVolume, number: usize) -> Result<Volume> {
         let Brick { first, end, crc32 } = self.recipe.bricks[number];
         let block = volume.block(first, end)?;
         if checksum(&block) == crc32 { Ok(block) } else { Err(self.other_volume()) }
@@ -213,8 +213,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// Those of [`of_block`].
-    pub(super) fn topology(&self, volume: &OpenVolume, number: usize) -> Result<BlockTopology> {
+    /// Those of `block_topology`.
+    pub fn topology(&self, volume: &OpenVolume, number: usize) -> Result<BlockTopology> {
         let owned = self.owned(number);
         let (first, end) = with_halo(owned, self.recipe.volume.dims);
         block_topology(&volume.block(first, end)?, owned)

@@ -53,8 +53,8 @@ impl Bricks {
     }
 
     fn part(&self, number: usize) -> Vec<u8> {
-        let told = (&self.blocks[number], &self.topologies[number]);
-        Part::to_bytes(&self.plan, number, "cpu", told).expect("packed")
+        let (block, topology) = (&self.blocks[number], &self.topologies[number]);
+        Part::to_bytes(&self.plan, number, "cpu", block, topology).expect("packed")
     }
 
     /// The files of all parts, in a folder.

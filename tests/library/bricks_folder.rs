@@ -165,7 +165,7 @@ fn exceeding_a_limit_is_an_error_as_soon_as_it_is_known() {
     let source = VolumeSource::Phantom { name: "-".to_owned(), outside: Default::default() };
     let parameters = Parameters::default();
     let plan = Plan::new(source, &survey, Noise::default(), &parameters, 8).expect("a plan");
-    let refused = |limits: Limits| {
+    let refused = |limits: BrickLimits| {
         let folder = Folder::new();
         let parts = Parts::new(&plan, folder.path());
         let refused = compute_parts(&parts, survey.volume(), &cpu(), limits, &Silent);
