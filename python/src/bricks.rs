@@ -193,7 +193,7 @@ impl Plan {
             let volume = OpenVolume::Blocks(blocks, plan.recipe.volume.clone());
             let parts = Parts::new(&plan, folder);
             let Some(to) = to else {
-                return rounded(&bricks::merge(&parts, &volume, watched)?).map(Handle::whole);
+                return rounded(bricks::merge(&parts, &volume, watched)?).map(Handle::whole);
             };
             if to.extension().is_some_and(|e| e == "ispt") {
                 merge_to_path(&parts, &volume, &to, None, None, watched)?;

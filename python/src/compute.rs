@@ -76,7 +76,7 @@ pub(crate) fn compute(
             (None, None) => None,
         };
         let Some(side) = side else {
-            return rounded(&prepared.compute(&parameters, &backend, progress)?);
+            return rounded(prepared.compute(&parameters, &backend, progress)?);
         };
         let name = prepared.volume().name().to_owned();
         let survey = Survey::of(prepared);
@@ -85,14 +85,14 @@ pub(crate) fn compute(
         let parts = Parts::new(&plan, work.path());
         let limits = BrickLimits { memory: limit - samples, one_file: true, triangles: None };
         compute_parts(&parts, survey.volume(), &backend, limits, progress)?;
-        rounded(&bricks::merge(&parts, survey.volume(), progress)?)
+        rounded(bricks::merge(&parts, survey.volume(), progress)?)
     };
     let spectrum = watched(py, progress, move |watched| with_threads(threads, || work(watched)))?;
     Ok(Spectrum::new(spectrum))
 }
 
 /// The spectrum as its file would hold it, so that its meshes are the same before it is saved and after.
-pub(crate) fn rounded(spectrum: &isospectrum::Spectrum) -> Result<isospectrum::Spectrum> {
+pub(crate) fn rounded(spectrum: isospectrum::Spectrum) -> Result<isospectrum::Spectrum> {
     file::in_file_order(&spectrum.quantised())
 }
 
