@@ -89,7 +89,7 @@ fn write_time_left(state: &ProgressState, text: &mut dyn Write) {
 
 /// Estimates the time left from the elapsed time and the share of the work that is done.
 fn time_left(elapsed: Duration, done: f64) -> Option<String> {
-    if done < MIN_DONE || done >= 1.0 || elapsed < MIN_ELAPSED {
+    if !(MIN_DONE..1.0).contains(&done) || elapsed < MIN_ELAPSED {
         return None;
     }
     let seconds = elapsed.as_secs_f64() * (1.0 - done) / done;

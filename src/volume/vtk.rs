@@ -153,7 +153,7 @@ impl VtkHeader {
             "DIMENSIONS" => self.dims = Some(exactly(rest).ok_or_else(wrong)?),
             "ORIGIN" => self.placement.origin = finite(rest).ok_or_else(wrong)?,
             "SPACING" | "ASPECT_RATIO" => {
-                self.placement.spacing = finite(rest).ok_or_else(wrong)?
+                self.placement.spacing = finite(rest).ok_or_else(wrong)?;
             }
             "POINT_DATA" | "CELL_DATA" => {
                 let [n] = exactly(rest).ok_or_else(wrong)?;

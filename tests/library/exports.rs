@@ -343,7 +343,7 @@ fn ply_of_other_programs_is_read() {
         ("property int a", "property quad a", "'property quad a'"),
     ] {
         let error = parse_ply(body.replacen(from, to, 1).as_bytes()).expect_err(what);
-        assert_eq!(error.to_string(), what);
+        assert!(error.to_string().contains(what), "{error}");
     }
 }
 

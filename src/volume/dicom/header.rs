@@ -45,7 +45,7 @@ impl Plane {
             tags::RESCALE_INTERCEPT => self.intercept = numbers(tag, bytes)?.map(|[n]| n),
             // The scaling of a dose grid is a slope.
             tags::RESCALE_SLOPE | tags::DOSE_SCALING => {
-                self.slope = numbers(tag, bytes)?.map(|[n]| n)
+                self.slope = numbers(tag, bytes)?.map(|[n]| n);
             }
             _ => {}
         }
