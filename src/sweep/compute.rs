@@ -80,7 +80,9 @@ pub(super) fn swept(sweep: &Sweep, initial: Option<InitialMesh>) -> Result<(Swep
     // An initial mesh is shown unchanged at its isovalue.
     let kept = sweep.parameters.start.filter(|_| is_given);
     let thinning = Thinning { tolerance: sweep.parameters.error as f32, kept };
-    Ok((patch(record, inner, &sweep.exact, sweep.range, thinning), counts))
+    let patch = patch(record, inner, &sweep.exact, sweep.range, thinning);
+    stage.report(1.0);
+    Ok((patch, counts))
 }
 
 /// The spectrum of a patch, with the sweep's metadata and events.
