@@ -3,7 +3,7 @@
 /// One knot of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot {
-    /// Rank of the isovalue in [`Spectrum::isovalues`].
+    /// Rank of the isovalue in [`Spectrum::isovalues`](super::Spectrum::isovalues).
     pub rank: u32,
     /// Position, voxel frame.
     pub position: [f32; 3],

@@ -40,7 +40,7 @@ pub struct Event {
 /// A critical point of the generic field, with the change of topology at it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TopologyEvent {
-    /// Position in the order of the generic field; comparable with [`ExactField::isovalue_key`].
+    /// Position in the order of the generic field; comparable with `ExactField::isovalue_key`.
     pub key: i128,
     /// The isovalue in units of the volume, without the ramp.
     pub isovalue: f64,
