@@ -148,12 +148,23 @@ fn element_type(name: &str) -> Option<(SampleType, usize)> {
     Some((sample_type, n))
 }
 
+/// Longest name of a data file, in bytes: that of most file systems.
+const MAX_NAME_BYTES: usize = 256;
+
+/// Whether a text may name a file: a damaged header continues in the samples.
+fn is_name(text: &str) -> bool {
+    text.len() <= MAX_NAME_BYTES && !text.contains(char::is_control)
+}
+
 fn data(
     named: &str,
     listed: Vec<String>,
     dims: [usize; 3],
     n_frames: usize,
 ) -> Result<DataLocation, String> {
+    if let Some(name) = listed.iter().map(String::as_str).chain([named]).find(|n| !is_name(n)) {
+        return Err(format!("'{}' is no name of a file", shortened(name)));
+    }
     let words: Vec<&str> = named.split_whitespace().collect();
     match words[..] {
         [] => Err("an empty 'ElementDataFile', expected LOCAL, LIST or a file".to_owned()),
