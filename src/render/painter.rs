@@ -225,6 +225,10 @@ impl Painter {
     /// # Errors
     ///
     /// [`Error::Gpu`](crate::Error::Gpu) if the device is lost, or nothing was painted.
+    #[cfg_attr(
+        not(feature = "annotations"),
+        allow(unused_variables, reason = "only annotations need it")
+    )]
     pub fn picture(&mut self, spectrum: &Spectrum, view: &View) -> Result<Image> {
         let image = self.read()?;
         let mut image = image.ok_or_else(|| Error::Gpu("nothing was drawn".into()))?;

@@ -104,7 +104,7 @@ fn flags_that_make_no_sense_are_usage_errors() {
         (&["--samples", "1"], "--samples"),
         (&["--min-quality", "1.5"], "--min-quality"),
         (&["--range", "5"], "--range"),
-        (&["--range", "0.5:0.1"], "--range"),
+        (&["--range", "0.5:0.1"], "range 0.5:0.1"),
         (&["--threads", "0"], "--threads"),
         (&["--initial-mesh", "m.ply"], "--start"),
         (&["--nonsense"], "--nonsense"),
