@@ -80,7 +80,7 @@ fn errors_of_a_plan_are_one_line() {
 }
 
 const BRICKS: [&str; 8] =
-    ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "8", "-q"];
+    ["compute", "--phantom", "noise:9:4", "--backend", "cpu", "--brick", "4", "-q"];
 
 #[test]
 fn compute_in_bricks_equals_plan_parts_and_merge() {
