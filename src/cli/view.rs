@@ -138,25 +138,23 @@ impl View {
             field: self.color.color_by.as_deref().map(read).transpose()?,
             surfaces,
             marks,
-            view: RenderView {
-                width: self.size.width,
-                height: self.size.height,
-                camera: self.camera.camera(),
-                wireframe: self.wireframe.then_some(1.0),
-                occlusion: self.occlusion,
-                light: self.light,
-                axes: self.axes,
-                scale_bar: self.axes,
-                color: self.color.shown(),
-                map: self.color.color_map,
-                ends: self.color.ends(),
-                open,
-                keep,
-                background: self.background,
-                clip,
-                opacity: opacity.unwrap_or(self.sight.opacity as f32),
-                ..RenderView::default()
-            },
+            view: RenderView::default()
+                .with_width(self.size.width)
+                .with_height(self.size.height)
+                .with_camera(self.camera.camera())
+                .with_wireframe(self.wireframe.then_some(1.0))
+                .with_occlusion(self.occlusion)
+                .with_light(self.light)
+                .with_axes(self.axes)
+                .with_scale_bar(self.axes)
+                .with_color(self.color.shown())
+                .with_map(self.color.color_map)
+                .with_ends(self.color.ends())
+                .with_open(open)
+                .with_keep(keep)
+                .with_background(self.background)
+                .with_clip(clip)
+                .with_opacity(opacity.unwrap_or(self.sight.opacity as f32)),
             parameters: Parameters::default().with_error(self.error).with_step(self.step),
             adapter: self.adapter.clone(),
             folder: self.folder.clone(),
