@@ -43,6 +43,11 @@
 //! # Ok::<(), isospectrum::Error>(())
 //! ```
 
+// Without `unstable` most rooms are closed.
+#![cfg_attr(
+    not(feature = "unstable"),
+    allow(unreachable_pub, reason = "public where the feature `unstable` opens the room")
+)]
 // Without these features some helpers have no user.
 #![cfg_attr(
     not(all(feature = "unstable", feature = "formats", feature = "annotations")),

@@ -271,9 +271,9 @@ def test_bytes_that_are_no_part_are_not_stored(array, tmp_path):
     same = pickle.loads(pickle.dumps(plan))
     assert same.to_bytes() == plan.to_bytes() and same.n == 8
     with pytest.raises(isospectrum.InputError, match="not the volume that the plan was made of"):
-        plan.part(0, np.asarray(blocks.lazy(plan.needed(0))), "cpu", None, 1)
+        plan.part(0, np.asarray(blocks.lazy(plan.required_samples(0))), "cpu", None, 1)
     with pytest.raises(isospectrum.InputError, match="damaged"):
-        plan.keep(tmp_path, 0, b"none")
+        plan.store(tmp_path, 0, b"none")
     assert not list(tmp_path.iterdir())
     with pytest.raises(isospectrum.InputError, match="8 of 8 parts are missing"):
         plan.merge(tmp_path, lambda first, end: None, None, None)
