@@ -107,7 +107,7 @@ def test_a_picture_is_an_array_that_notebooks_display(spectrum, array, tmp_path)
     assert (tmp_path / "p.png").read_bytes() == picture._repr_png_()
     part = picture[:60]
     assert part._repr_png_() is None
-    with pytest.raises(ValueError, match="a part of a picture"):
+    with pytest.raises(ValueError, match="a slice of a picture"):
         part.save(tmp_path / "part.png")
     two = spectrum.render([0.3, 0.6], size=(160, 120), opacity=0.5, background="dark")
     assert (two[0, 0, :3] < 60).all()
@@ -136,7 +136,7 @@ def test_colours_show_another_array_in_the_frame_of_the_volume():
     shown = (own[..., :3] < 250).any(axis=-1)
     assert shown.sum() > 100
     assert np.abs(own[..., :3].astype(int) - flat[..., :3])[shown].mean() < 4
-    with pytest.raises(isospectrum.InputError, match="expected a volume in the same place"):
+    with pytest.raises(isospectrum.InputError, match="expected a volume that overlaps"):
         z, y, x = (np.arange(n, dtype=float) + 1e4 for n in a.shape)
         s.render(0.4, color_by=xarray.DataArray(a, dims=("z", "y", "x"), coords={"z": z, "y": y, "x": x}))
 
