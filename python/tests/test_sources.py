@@ -163,7 +163,7 @@ def test_values_that_are_not_finite_are_reported_or_replaced(wrong, dtype):
     ({"spacing": (1, 0, 1)}, "expected positive numbers"),
     ({"spacing": "wide"}, "expected three numbers"),
     ({"direction": np.ones((2, 2))}, "expected a matrix of 3 x 3"),
-    ({"direction": np.ones((3, 3))}, "unit vectors"),
+    ({"direction": np.ones((3, 3))}, "expected linearly independent unit vectors"),
     ({"space": "MNI"}, "space 'MNI', expected LPS or RAS"),
     ({"unit": "parsec"}, "unit 'parsec'"),
     ({"error": 0}, "error 0, expected a number above 0"),
