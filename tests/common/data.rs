@@ -9,11 +9,11 @@ fn place() -> PathBuf {
     std::env::var_os("ISOSPECTRUM_DATA").map_or_else(neighbour, PathBuf::from)
 }
 
-/// The folder of real volumes.
+/// The folder of real volumes: an absolute path, because programs are run in folders of their own.
 pub(crate) fn folder() -> PathBuf {
     let folder = place();
     assert!(folder.is_dir(), "no folder {}: set ISOSPECTRUM_DATA", folder.display());
-    folder
+    folder.canonicalize().expect("a folder that exists")
 }
 
 /// One file of the folder.
