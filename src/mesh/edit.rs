@@ -91,7 +91,7 @@ impl HalfEdgeMesh {
     ///        y                 y
     /// ```
     pub fn collapse(&mut self, h: HalfEdge) -> Collapsed {
-        debug_assert!(self.is_link_kept(h));
+        assert!(self.is_link_kept(h));
         let t = h.twin();
         let (v, w) = (self.from(h), self.to(h));
         let faces = [self.face(h), self.face(t)];
@@ -155,7 +155,7 @@ impl HalfEdgeMesh {
     ///        d                   d
     /// ```
     pub fn flip(&mut self, e: Edge) -> Flipped {
-        debug_assert!(self.can_flip(e));
+        assert!(self.can_flip(e));
         let h0 = e.halfedge();
         let t0 = h0.twin();
         let (h1, h2) = (self.next(h0), self.prev(h0));

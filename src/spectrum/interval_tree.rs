@@ -39,7 +39,7 @@ impl IntervalTree {
     /// The tree of intervals (birth, death) with `birth < death`; intervals are identified by their
     /// index in the slice.
     pub fn new(intervals: &[(u32, u32)]) -> Self {
-        debug_assert!(intervals.iter().all(|&(birth, death)| birth < death));
+        assert!(intervals.iter().all(|&(birth, death)| birth < death));
         let mut tree = IntervalTree {
             nodes: Vec::new(),
             births: Vec::with_capacity(intervals.len()),

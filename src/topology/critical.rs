@@ -249,7 +249,7 @@ impl PointSlab<'_> {
                     continue;
                 }
                 let end = if axis == 0 { nx - 1 } else { nx - 2 } as u32;
-                debug_assert_eq!(strides[0], 1);
+                assert_eq!(strides[0], 1);
                 for corner in row + 1..row + end {
                     if let Some(saddle) = field.face_saddle(corner, axis) {
                         found.extend(face_point(field, &saddle));

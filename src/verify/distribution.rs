@@ -65,7 +65,7 @@ impl Distribution {
 
     /// Adds the values of another distribution with the same range.
     pub(super) fn merge(&mut self, other: &Distribution) {
-        debug_assert_eq!(self.top, other.top);
+        assert_eq!(self.top, other.top);
         for (mine, theirs) in self.bins.iter_mut().zip(&other.bins) {
             *mine += theirs;
         }
