@@ -24,7 +24,7 @@ use super::samples::{Samples, with_samples};
 /// `UnexpectedEof` if the data end early, `OutOfMemory`, `InvalidData` for a 64 bit integer that
 /// float64 cannot hold, and errors of `reader`.
 pub(crate) fn read_samples(
-    reader: &mut impl Read,
+    reader: &mut dyn Read,
     sample_type: SampleType,
     big_endian: bool,
     n: usize,
@@ -165,7 +165,7 @@ impl Growth {
 
 /// Reads values in place, and swaps their bytes if the file has the other byte order.
 fn read_vec<T: Pod>(
-    reader: &mut impl Read,
+    reader: &mut dyn Read,
     n: Growth,
     swap: bool,
     swapped: impl Fn(T) -> T,
@@ -181,7 +181,7 @@ fn read_vec<T: Pod>(
 
 /// Reads values of `N` bytes each and converts them one by one.
 fn read_widened<T: Copy + Default, const N: usize>(
-    reader: &mut impl Read,
+    reader: &mut dyn Read,
     n: Growth,
     convert: impl Fn([u8; N]) -> io::Result<T>,
 ) -> io::Result<Vec<T>> {

@@ -68,7 +68,7 @@ fn assert_same(mesh: &Mesh, expected: &Mesh, what: &str) {
 #[test]
 fn meshes_of_the_folder_are_those_of_the_file() {
     for (name, side, range) in
-        [("noise:17:6", 8, None), ("blobs:25", 8, Some((0.2, 0.6))), ("gyroid:9", 4, None)]
+        [("noise:13:6", 6, None), ("blobs:19", 6, Some((0.2, 0.6))), ("gyroid:9", 4, None)]
     {
         let Both { file, split, folder: _folder } =
             both(phantom(name).expect("a phantom"), side, range);
@@ -86,9 +86,9 @@ fn meshes_of_the_folder_are_those_of_the_file() {
         let mut of_all = Query::new(&all);
         let (low, high) = file.range();
         let mut random = Random(3);
-        let at = (0..24).map(|_| low + random.unit() * (high - low));
+        let at = (0..10).map(|_| low + random.unit() * (high - low));
         // At events and both ends, too.
-        let events = file.events().iter().step_by(1 + file.events().len() / 12).map(|e| e.isovalue);
+        let events = file.events().iter().step_by(1 + file.events().len() / 6).map(|e| e.isovalue);
         let (mut n, mut most) = (0, 0);
         for c in at.chain(events).chain([low, high]) {
             let expected = query.mesh_at(c).expect("inside");
@@ -189,7 +189,7 @@ fn exceeding_a_limit_is_an_error_as_soon_as_it_is_known() {
 
 #[test]
 fn only_parts_that_live_at_an_isovalue_are_read() {
-    let Both { folder, file, split } = both(phantom("blobs:33").expect("a phantom"), 8, None);
+    let Both { folder, file, split } = both(phantom("blobs:25").expect("a phantom"), 6, None);
     let (low, high) = file.range();
     let c = low + 0.9 * (high - low);
     let needed: Vec<(usize, usize)> =

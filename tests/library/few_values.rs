@@ -3,6 +3,7 @@
 
 mod volumes;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::common::random::Random;
@@ -12,9 +13,9 @@ use isospectrum::unstable::topology::Topology;
 use isospectrum::unstable::topology::exact::ExactField;
 use isospectrum::volume::Volume;
 
-/// Numbers of volumes for the topology and for sweeps.
-const N_COUNTED: u64 = 900;
-const N_SWEPT: u64 = 30;
+/// Numbers of volumes for the topology and for sweeps; more in the tests that take long.
+const N_COUNTED: u64 = 300;
+const N_SWEPT: u64 = 10;
 
 /// Random isovalues in each of them, and samples and events looked at.
 const N_ISOVALUES: usize = 6;
@@ -36,7 +37,32 @@ fn isovalues(volume: &Volume, topology: &Topology, random: &mut Random) -> Vec<f
 
 #[test]
 fn the_topology_of_few_values_is_that_counted_on_the_grid() {
-    for seed in 0..N_COUNTED {
+    check_topology(0..N_COUNTED);
+}
+
+#[test]
+fn sweeps_of_few_values_have_the_counted_topology() {
+    check_sweeps(0..N_SWEPT);
+}
+
+mod long {
+    use super::*;
+
+    #[test]
+    #[ignore = "long: run by scripts/test --long"]
+    fn the_topology_of_many_volumes_of_few_values_is_that_counted_on_the_grid() {
+        check_topology(N_COUNTED..3 * N_COUNTED);
+    }
+
+    #[test]
+    #[ignore = "long: run by scripts/test --long"]
+    fn sweeps_of_many_volumes_of_few_values_have_the_counted_topology() {
+        check_sweeps(N_SWEPT..3 * N_SWEPT);
+    }
+}
+
+fn check_topology(seeds: Range<u64>) {
+    for seed in seeds {
         let mut random = Random(seed);
         let volume = volumes::volume(seed % volumes::N_KINDS, 9, &mut random);
         let field = ExactField::new(&volume).expect("a field");
@@ -56,9 +82,8 @@ fn the_topology_of_few_values_is_that_counted_on_the_grid() {
     }
 }
 
-#[test]
-fn sweeps_of_few_values_have_the_counted_topology() {
-    for seed in 0..N_SWEPT {
+fn check_sweeps(seeds: Range<u64>) {
+    for seed in seeds {
         let mut random = Random(seed);
         let volume = Arc::new(volumes::volume(seed % volumes::N_KINDS, 7, &mut random));
         let isovalues = random_isovalues(volume.range(), N_ISOVALUES, seed);

@@ -113,7 +113,7 @@ fn check_random_grids(n_grids: u64, seed: u64) {
 
 #[test]
 fn events_and_arcs_agree_with_the_count_from_the_grid() {
-    check_random_grids(600, 1);
+    check_random_grids(200, 1);
 }
 
 mod long {

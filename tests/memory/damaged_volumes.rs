@@ -1,5 +1,5 @@
-//! Every reader of volumes on files that are damaged: each byte of the small files of `tests/oracle` changed, and each
-//! of their beginnings. They are refused with one line or read; no panic, and no memory that the file has not earned.
+//! Every reader of volumes on files that are damaged: bytes of the small files of `tests/oracle` changed, and their
+//! beginnings: all of them with the tests that take long, a seventh otherwise. They are refused with one line or read; no panic, and no memory that the file has not earned.
 
 use std::fs::OpenOptions;
 use std::io::{Seek as _, SeekFrom, Write as _};
@@ -78,6 +78,19 @@ fn in_memory() -> tempfile::TempDir {
 
 #[test]
 fn damaged_volumes_are_refused_with_a_line_or_read() {
+    check_damaged_volumes(7);
+}
+
+mod long {
+    #[test]
+    #[ignore = "long: run by scripts/test --long"]
+    fn volumes_damaged_at_any_byte_are_refused_with_a_line_or_read() {
+        super::check_damaged_volumes(1);
+    }
+}
+
+/// Reads each file with one byte changed, and cut at a byte: at every `stride`-th byte.
+fn check_damaged_volumes(stride: usize) {
     let _turn = turn();
     let files = files();
     assert!(files.len() >= 40, "{} files", files.len());
@@ -107,7 +120,7 @@ fn damaged_volumes_are_refused_with_a_line_or_read() {
             open.seek(SeekFrom::Start(at as u64)).expect("a place");
             open.write_all(&[byte]).expect("room");
         };
-        for (at, &kept) in bytes.iter().enumerate() {
+        for (at, &kept) in bytes.iter().enumerate().step_by(stride) {
             for byte in [b'9', kept ^ 1, 0xff] {
                 put(at, byte);
                 read(&path, &options, &|| format!("byte {at} of {shown} as {byte}"));
@@ -127,7 +140,7 @@ fn damaged_volumes_are_refused_with_a_line_or_read() {
         } else {
             64
         };
-        for at in (0..bytes.len()).rev() {
+        for at in (0..bytes.len()).rev().step_by(stride) {
             open.set_len(at as u64).expect("shorter");
             let is_read = read(&path, &options, &|| format!("{at} bytes of {shown}"));
             assert!(!is_read || at + n_spare > bytes.len(), "{at} bytes of {shown} are read");

@@ -83,7 +83,7 @@ fn vertices(n: usize, n_knots: u64, room: usize) -> Crafted {
 #[test]
 fn vertices_of_no_use_are_refused_before_they_take_memory() {
     let _turn = turn();
-    let n = 4_000_000;
+    let n = 500_000;
     refused("vertices without room", &vertices(n, 0, 0), "have room for", 1);
     for n_knots in [0, 1] {
         let file = vertices(n, n_knots, n);
@@ -107,10 +107,10 @@ fn a_description_that_is_large_or_deflated_is_refused() {
         file
     };
     let zeros = |n: usize| format!("[{}0]", "0,".repeat(n));
-    let mut packed = with(&zeros(2_000_000));
+    let mut packed = with(&zeros(600_000));
     packed.pack_info = true;
     refused("deflated JSON", &packed, "section INFO", 1);
-    refused("large JSON", &with(&zeros(2_000_000)), "section INFO", 1);
+    refused("large JSON", &with(&zeros(600_000)), "section INFO", 1);
     accepted("numbers", &with(&zeros(500_000)), JSON);
     let objects = format!("[{}0]", "{\"\":0},".repeat(140_000));
     accepted("objects", &with(&objects), JSON);
@@ -119,8 +119,9 @@ fn a_description_that_is_large_or_deflated_is_refused() {
 #[test]
 fn valid_files_take_memory_by_their_length() {
     let _turn = turn();
-    accepted("one triangle again and again", &triangle_again_and_again(20_000, 20_000), READ);
-    let many = triangle_again_and_again(300_000, 4);
+    accepted("one triangle again and again", &triangle_again_and_again(8_000, 8_000), READ);
+    let n_triangles = 100_000;
+    let many = triangle_again_and_again(n_triangles, 4);
     accepted("more triangles", &many, READ);
     // Written again with every other one turned around, each is the one that fills the gates of the one before: it is
     // found without a search among the triangles before it.
@@ -131,11 +132,11 @@ fn valid_files_take_memory_by_their_length() {
     let spectrum = spectrum.expect("valid");
     let written = to_bytes(&spectrum).expect("what was read can be written");
     let (n, most) = peak(|| from_bytes(&written).expect("and read").triangles().len());
-    assert_eq!(n, 300_000);
+    assert_eq!(n, n_triangles);
     assert_within("coded columns that tell nothing new", most, written.len(), READ);
-    accepted("more knots", &triangle_again_and_again(4, 300_000), READ);
+    accepted("more knots", &triangle_again_and_again(4, 100_000), READ);
     let mut events = Crafted::empty();
-    let n = 1_000_000;
+    let n = 200_000;
     events.events = (0..5).fold(Content::default().count(n), |c, _| c.constant(0, n));
     accepted("events", &events, READ);
     let mut collapses = triangle_again_and_again(1, 4);

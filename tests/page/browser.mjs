@@ -43,7 +43,7 @@ export function address(hash, name = "page.html") {
 
 /** A page in a new context. close() asserts that there was no error in its console and no request that leaves the page. */
 export async function watched(browser, options = {}) {
-    const context = await browser.newContext({ viewport: { width: 1000, height: 800 }, ...options });
+    const context = await browser.newContext({ viewport: { width: 720, height: 640 }, ...options });
     const page = await context.newPage();
     const complaints = [];
     page.on("console", (message) => {

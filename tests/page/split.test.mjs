@@ -33,7 +33,7 @@ after(async () => {
 /** Opens a page and waits until it is ready. */
 async function opened(url) {
     requested = [];
-    const context = await browser.newContext({ viewport: { width: 1000, height: 800 } });
+    const context = await browser.newContext({ viewport: { width: 720, height: 640 } });
     const page = await context.newPage();
     const complaints = [];
     page.on("pageerror", (error) => complaints.push(error.message));

@@ -115,7 +115,7 @@ fn a_limit_of_memory_is_kept_by_bricks() {
     let folder = Folder::new();
     row_of_balls(&folder);
     let compute =
-        ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "150:180"];
+        ["compute", "balls_1200x40x40_uint8.raw", "--backend", "cpu", "--range", "168:176"];
     let within = [&compute[..], &["--max-memory", "70MB"]].concat();
     let printed = stderr(&folder.run(&[&within[..], &["-o", "a.isp"]].concat()));
     assert!(printed.contains("in 9 bricks of about 128^3"), "{printed}");

@@ -1,4 +1,4 @@
-//! The commands of README and of the guide, run as they are written.
+//! The commands of README and of the guide: on smaller volumes, and as they are written with the tests that take long.
 //!
 //! Every line of a block marked `sh` runs in a shell, page by page, in a folder with the files that the guide
 //! names. Blocks marked `text` are for commands that install something or need more than the tests have.
@@ -44,9 +44,9 @@ fn blocks(text: &str, language: &str) -> Vec<Vec<String>> {
     found
 }
 
-/// The values of two blobs in a box of `SIDE` samples along each axis, x fastest, from 0 to about 1.
-fn blobs() -> Vec<f32> {
-    let volume = phantom(&format!("blobs:{SIDE}")).expect("a phantom");
+/// The values of two blobs in a box of so many samples along each axis, x fastest, from 0 to about 1.
+fn blobs(side: usize) -> Vec<f32> {
+    let volume = phantom(&format!("blobs:{side}")).expect("a phantom");
     match volume.samples() {
         Samples::F32(samples) => samples.clone(),
         other => panic!("{} samples", other.type_name()),
@@ -111,7 +111,7 @@ fn cube(values: &[f32]) -> Vec<u8> {
 fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
     static INPUTS: OnceLock<Vec<(&str, Vec<u8>)>> = OnceLock::new();
     INPUTS.get_or_init(|| {
-        let blobs = blobs();
+        let [small, blobs] = [16, SIDE].map(blobs);
         let scaled: Vec<i16> = blobs.iter().map(|v| (v * 800.0 - 400.0) as i16).collect();
         let potential: Vec<f32> = (0..blobs.len()).map(|i| (i % SIDE) as f32 - 12.0).collect();
         let mask: Vec<i16> = (0..blobs.len()).map(|i| i16::from(i % SIDE > SIDE / 2)).collect();
@@ -120,8 +120,10 @@ fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
                 (i % 32 - 16).pow(2) + (i / 32 % 32 - 16).pow(2) + 4 * (i / 1024 - 8).pow(2);
             (1600 - 4 * squares) as i16
         });
-        let floats = blobs.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let [small, floats] =
+            [small, blobs.clone()].map(|v| v.iter().flat_map(|v| v.to_le_bytes()).collect());
         let mut files = vec![
+            ("blobs_16x16x16_float32.raw", small),
             ("blobs_24x24x24_float32.raw", floats),
             ("scan.raw", little_endian(raw)),
             ("scan.nii.gz", nifti(&scaled)),
@@ -135,7 +137,7 @@ fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
         for (name, bytes) in &files {
             folder.write(name, bytes);
         }
-        folder.run(&["compute", "blobs_24x24x24_float32.raw", "-o", "blobs.isp"]);
+        folder.run(&["compute", "blobs_16x16x16_float32.raw", "-o", "blobs.isp"]);
         folder.run(&["compute", "density.cube", "-o", "density.isp"]);
         files.push(("blobs.isp", folder.read("blobs.isp")));
         files.push(("density.isp", folder.read("density.isp")));
@@ -143,13 +145,41 @@ fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
     })
 }
 
-/// Runs all commands of a page in one folder, one block after the other.
-fn run(page: &str) {
-    let text = std::fs::read_to_string(root().join(page)).expect("a page");
-    let blocks = blocks(&text, "sh");
+/// Volumes of the pages, and smaller ones in their place.
+const SMALLER: [(&str, &str); 3] = [
+    ("blobs_24x24x24_float32", "blobs_16x16x16_float32"),
+    ("--phantom blobs:24", "--phantom blobs:16"),
+    ("--phantom hydrogen:48", "--phantom hydrogen:20"),
+];
+
+fn text(page: &str) -> String {
+    std::fs::read_to_string(root().join(page)).expect("a page")
+}
+
+/// Runs all commands of a page on smaller volumes.
+fn run_smaller(page: &str) {
+    let replaced = |text: String, (large, small): &(&str, &str)| text.replace(large, small);
+    run(page, &SMALLER.iter().fold(text(page), replaced), &[]);
+}
+
+/// Runs all commands of a page as they are written.
+fn run_as_written(page: &str) {
+    static SPECTRUM: OnceLock<Vec<u8>> = OnceLock::new();
+    let spectrum = SPECTRUM.get_or_init(|| {
+        let folder = Folder::new();
+        folder.run(&["compute", "--phantom", "blobs:24", "-o", "blobs.isp"]);
+        folder.read("blobs.isp")
+    });
+    run(page, &text(page), &[("blobs.isp", spectrum)]);
+}
+
+/// Runs all commands of a page in one folder, one block after the other. `others` replace files of the same name.
+fn run(page: &str, text: &str, others: &[(&str, &[u8])]) {
+    let blocks = blocks(text, "sh");
     assert!(!blocks.is_empty(), "{page}: no commands");
     let folder = Folder::new();
-    for (name, bytes) in inputs() {
+    let inputs = inputs().iter().map(|(name, bytes)| (*name, &bytes[..]));
+    for (name, bytes) in inputs.chain(others.iter().copied()) {
         folder.write(name, bytes);
     }
     let search = std::env::join_paths(
@@ -174,9 +204,20 @@ macro_rules! pages {
         $(
             #[test]
             fn $name() {
-                run($page);
+                run_smaller($page);
             }
         )*
+
+        mod long {
+            use super::*;
+            $(
+                #[test]
+                #[ignore = "long: run by scripts/test --long"]
+                fn $name() {
+                    run_as_written($page);
+                }
+            )*
+        }
 
         const PAGES: &[&str] = &[$($page),*];
     };
