@@ -120,7 +120,7 @@ fn a_description_that_is_large_or_deflated_is_refused() {
 fn valid_files_take_memory_by_their_length() {
     let _turn = turn();
     accepted("one triangle again and again", &triangle_again_and_again(8_000, 8_000), READ);
-    let n_triangles = 100_000;
+    let n_triangles = 300_000;
     let many = triangle_again_and_again(n_triangles, 4);
     accepted("more triangles", &many, READ);
     // Written again with every other one turned around, each is the one that fills the gates of the one before: it is
