@@ -1,6 +1,6 @@
 // Draws on WebGPU with shaders/surface.wgsl; the twin of src/render/painter.rs.
 
-const FRAME_BYTES = 272 + 16 * N_STOPS;
+const UNIFORM_BYTES = 272 + 16 * N_STOPS;
 /** 32-bit words of a knot and of a triangle in the shader's tables. */
 const KNOT_WORDS = 4;
 const TRIANGLE_WORDS = 7;
@@ -60,9 +60,9 @@ function drawingOrder(layers) {
 }
 
 /** The bytes of the shader's SurfaceUniforms. */
-function frameOf(spectrum, { query, front, backside, palette, stops }, look, projection) {
-    const frame = new ArrayBuffer(FRAME_BYTES);
-    const numbers = new Float32Array(frame);
+function surfaceUniforms(spectrum, { query, front, backside, palette, stops }, look, projection) {
+    const uniforms = new ArrayBuffer(UNIFORM_BYTES);
+    const numbers = new Float32Array(uniforms);
     numbers.set(projection.clipFromVoxel, 0);
     numbers.set(projection.eyeFromVoxel, 16);
     numbers.set(projection.eyeFromNormal, 32);
@@ -70,7 +70,7 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
     numbers.set(backside, 52);
     numbers.set(palette ? COLOURED_WIRE : PLAIN_WIRE, 56);
     numbers.set(scaledIsovalue(spectrum, query.isovalue), 60);
-    const words = new Uint32Array(frame);
+    const words = new Uint32Array(uniforms);
     words[62] = Math.max(query.active.rank, 0);
     words[63] = palette;
     if (stops) numbers.set(stops, 68);
@@ -78,7 +78,7 @@ function frameOf(spectrum, { query, front, backside, palette, stops }, look, pro
     words[65] = projection.mirrored ? 1 : 0;
     words[66] = projection.isParallel ? 1 : 0;
     words[67] = look.lamp;
-    return frame;
+    return uniforms;
 }
 
 class WebGpuRenderer {
@@ -146,8 +146,8 @@ class WebGpuRenderer {
         this.compileMore = async () => {
             const made = {
                 clipped: surface("cut_fragment", {}, {}),
-                bare: surface("depth_only_fragment", { writeMask: 0 }, {}),
-                clear: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
+                depthOnly: surface("depth_only_fragment", { writeMask: 0 }, {}),
+                transparent: surface("cut_fragment", blended, { depthWriteEnabled: false, depthCompare: "less-equal" }),
                 count: surface("depth_only_fragment", { writeMask: 0 }, {
                     depthWriteEnabled: false, depthCompare: "always",
                     stencilFront: { compare: "always", passOp: "decrement-wrap" },
@@ -203,7 +203,7 @@ class WebGpuRenderer {
     }
 
     bind(layer) {
-        const entries = [layer.frame, ...this.tables, layer.listed, layer.cut]
+        const entries = [layer.uniforms, ...this.tables, layer.buffer, layer.cut]
             .map((buffer, binding) => ({ binding, resource: { buffer } }));
         layer.group = this.device.createBindGroup({ layout: this.layout, entries });
     }
@@ -215,8 +215,8 @@ class WebGpuRenderer {
         });
         while (this.layers.length <= i) {
             const triangles = new Uint32Array(4096);
-            const listed = this.storage(triangles.byteLength);
-            const layer = { frame: uniform(FRAME_BYTES), cut: uniform(CUT_BYTES), triangles, listed, nTriangles: 0 };
+            const buffer = this.storage(triangles.byteLength);
+            const layer = { uniforms: uniform(UNIFORM_BYTES), cut: uniform(CUT_BYTES), triangles, buffer, nTriangles: 0 };
             this.bind(layer);
             this.layers.push(layer);
         }
@@ -229,13 +229,13 @@ class WebGpuRenderer {
     }
 
     /** Uploads the triangles of layer i and the normals at their corners. */
-    list({ nTriangles, corners, vertices, normals, names, codes = names }, i = 0) {
+    upload({ nTriangles, corners, vertices, normals, components, codes = components }, i = 0) {
         const layer = this.layer(i);
         const before = layer.triangles;
         layer.triangles = withCapacity(before, TRIANGLE_WORDS * nTriangles);
         if (layer.triangles !== before) {
-            layer.listed.destroy();
-            layer.listed = this.storage(layer.triangles.byteLength);
+            layer.buffer.destroy();
+            layer.buffer = this.storage(layer.triangles.byteLength);
             this.bind(layer);
         }
         const words = layer.triangles;
@@ -253,7 +253,7 @@ class WebGpuRenderer {
             words[at + 6] = normals[c];
         }
         layer.nTriangles = nTriangles;
-        this.device.queue.writeBuffer(layer.listed, 0, words, 0, TRIANGLE_WORDS * nTriangles);
+        this.device.queue.writeBuffer(layer.buffer, 0, words, 0, TRIANGLE_WORDS * nTriangles);
     }
 
     /** Draws into the canvas. */
@@ -325,10 +325,10 @@ class WebGpuRenderer {
             },
         });
         for (const i of order) {
-            const { frame, cut, group, nTriangles } = this.layer(i);
+            const { uniforms, cut, group, nTriangles } = this.layer(i);
             const isCut = Boolean(look.plane) || layers[i].opacity < 1;
             if (nTriangles === 0 || (isCut && !this.more)) continue;
-            device.queue.writeBuffer(frame, 0, frameOf(this.spectrum, layers[i], look, projection));
+            device.queue.writeBuffer(uniforms, 0, surfaceUniforms(this.spectrum, layers[i], look, projection));
             if (isCut) device.queue.writeBuffer(cut, 0, cutOf(layers[i], look, projection));
             pass.setBindGroup(0, group);
             const drawn = (pipeline, n = 3 * nTriangles) => {
@@ -341,8 +341,8 @@ class WebGpuRenderer {
             }
             if (layers[i].opacity < 1) {
                 // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
-                drawn(this.more.bare);
-                drawn(this.more.clear);
+                drawn(this.more.depthOnly);
+                drawn(this.more.transparent);
             } else drawn(look.plane ? this.more.clipped : this.whole);
         }
         pass.end();

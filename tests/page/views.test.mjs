@@ -16,7 +16,7 @@ const TO_NATIVE_OCCLUDED = { mean: 0.6, share: 0.01 };
 
 const native = (name) => readPng(join(folder, `look-${name}.png`));
 
-describe("sights", () => {
+describe("views", () => {
     let browser;
     before(async () => { browser = await launch(); });
     after(() => browser.close());
