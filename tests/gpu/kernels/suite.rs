@@ -197,13 +197,13 @@ pub(crate) fn a_step_stays_on_its_own_of_two_close_sheets(backend: Backend) {
     }
 }
 
-/// Noise, and a mesh in it of which about every other vertex is held.
+/// Noise, and a mesh in it of which about every other vertex is constrained.
 fn half_held_in_noise(random: &mut Random) -> (Arc<Volume>, Mesh) {
     let v = noise([12, 13, 14], random);
     let top = Vec3::new(11.0, 12.0, 13.0);
     let mut mesh = Mesh::tetrahedra(800, Vec3::ZERO, top, 0.5, random);
-    for held in &mut mesh.connectivity.held {
-        *held = random.below(2) as u8;
+    for constrained in &mut mesh.connectivity.constrained {
+        *constrained = random.below(2) as u8;
     }
     (v, mesh)
 }
@@ -218,11 +218,11 @@ pub(crate) fn held_vertices_do_not_move(backend: Backend) {
     let Advanced { positions, .. } = relaxed(&mut *kernels, relaxation);
     let mut n_moved = [0; 2];
     for (i, p) in positions.into_iter().enumerate() {
-        let held = mesh.connectivity.held[i];
-        n_moved[usize::from(held)] += usize::from(p != mesh.positions[i]);
-        assert!(held == 0 || status[i] == Status::Reached, "vertex {i}: {:?}", status[i]);
+        let constrained = mesh.connectivity.constrained[i];
+        n_moved[usize::from(constrained)] += usize::from(p != mesh.positions[i]);
+        assert!(constrained == 0 || status[i] == Status::Reached, "vertex {i}: {:?}", status[i]);
     }
-    assert!(n_moved[0] > 500 && n_moved[1] == 0, "free and held: {n_moved:?} have moved");
+    assert!(n_moved[0] > 500 && n_moved[1] == 0, "free and constrained: {n_moved:?} have moved");
 }
 
 pub(crate) fn an_advance_is_its_projections_and_its_relaxation(backend: Backend) {
@@ -271,18 +271,21 @@ pub(crate) fn held_vertices_move_to_their_ends(backend: Backend) {
         };
         kernels.load(&mesh.connectivity, &mesh.positions).expect("loads");
         let Advanced { positions, status, .. } = kernels.advance(&advance).expect("advances");
-        let (mut n_held, mut n_reached) = (0, 0);
+        let (mut n_constrained, mut n_reached) = (0, 0);
         for (i, p) in positions.into_iter().enumerate() {
-            if mesh.connectivity.held[i] != 0 {
+            if mesh.connectivity.constrained[i] != 0 {
                 assert_eq!(p, ends[i], "vertex {i} after {isovalues:?}");
-                n_held += 1;
+                n_constrained += 1;
             } else if status[i] != Status::Failed {
                 let off = (at(&v, p) - 127.0).abs();
                 assert!(off <= VALUE_TOLERANCE * range(&v) * 10.0, "vertex {i}: {off}");
                 n_reached += 1;
             }
         }
-        assert!(n_held > 500 && n_reached > 500, "{n_held} held, {n_reached} reached");
+        assert!(
+            n_constrained > 500 && n_reached > 500,
+            "{n_constrained} constrained, {n_reached} reached"
+        );
     }
 }
 
