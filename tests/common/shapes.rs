@@ -7,7 +7,7 @@ use isospectrum::volume::{Placement, Samples, Volume};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A mesh: what [`isospectrum::unstable::kernels::Kernels::load`] takes.
+/// A mesh: the arguments of [`isospectrum::unstable::kernels::Kernels::load`].
 pub(crate) struct Mesh {
     pub(crate) connectivity: Connectivity,
     pub(crate) positions: Vec<[f32; 3]>,

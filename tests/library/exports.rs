@@ -168,7 +168,7 @@ fn empty_meshes_are_valid_files() {
     let glb = plain(&empty, Format::Glb);
     let (json, binary) = glb_chunks(&glb);
     assert!(binary.is_none());
-    // glTF allows no empty arrays: what would be empty must be absent.
+    // glTF allows no empty arrays; they must be absent.
     assert_eq!(json.as_object().expect("an object").len(), 3);
     assert_eq!(json["scenes"], serde_json::json!([{}]));
 }
@@ -277,7 +277,7 @@ fn normals_of_a_sheared_world_are_those_of_its_triangles() {
 }
 
 #[test]
-fn near_the_origin_files_stay_as_small_as_they_were() {
+fn near_the_origin_positions_are_32_bit_floats() {
     let placement = Placement { origin: [-120.0, 80.0, 40.0], ..far_and_sheared() };
     let placement = Placement { spacing: [1.0; 3], ..placement };
     let ply = bytes(&mesh(), &placement, Border::Closed, Format::Ply);
@@ -347,8 +347,8 @@ fn ply_of_other_programs_is_read() {
     }
 }
 
-/// Triangles of an STL file: how many there are, how many have no area, and how many sides, once equal
-/// corners are one, do not have exactly one triangle in each direction.
+/// The number of triangles of an STL file, of those without area, and of edges (after welding equal corners) that do not have
+/// exactly one triangle in each direction.
 fn welded(file: &[u8]) -> [usize; 3] {
     let mut sides: BTreeMap<[[u32; 3]; 2], [u32; 2]> = BTreeMap::new();
     let mut n_flat = 0;
@@ -387,5 +387,5 @@ fn an_stl_of_a_mesh_that_meets_samples_is_closed_when_corners_are_welded() {
         assert!(n > 0 && n <= mesh.triangles.len());
         n_merged += mesh.triangles.len() - n;
     }
-    assert!(n_merged > 0, "there was something to do");
+    assert!(n_merged > 0, "some vertices are merged");
 }

@@ -1,5 +1,5 @@
 //! Every reader of volumes on files that are damaged: each byte of the small files of `tests/oracle` changed, and each
-//! of their beginnings. They are refused with one line or read; no panic, and no memory that the file has not earned.
+//! of their prefixes. They are refused with one line or read; no panic, and memory in proportion to the file.
 
 use std::fs::OpenOptions;
 use std::io::{Seek as _, SeekFrom, Write as _};
@@ -116,7 +116,7 @@ fn damaged_volumes_are_refused_with_a_line_or_read() {
         }
         // Bytes that may be missing: tags and checksums behind the samples, and a part of the last number of a text.
         let has_end = ["nii", "mrc", "map"].iter().any(|e| shown.ends_with(e));
-        // An earlier frame or array is there where a later one is not.
+        // A file without a later frame or array can still have an earlier one.
         let is_series = ["series", "stack", "vti_raw", "appended", "vtk_", "ome", "imagej.tif"]
             .iter()
             .any(|what| shown.contains(what));

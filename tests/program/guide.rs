@@ -107,7 +107,7 @@ fn cube(values: &[f32]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// The files that pages name and do not make themselves.
+/// The input files that pages name.
 fn inputs() -> &'static Vec<(&'static str, Vec<u8>)> {
     static INPUTS: OnceLock<Vec<(&str, Vec<u8>)>> = OnceLock::new();
     INPUTS.get_or_init(|| {
