@@ -46,7 +46,7 @@ class Cube {
         if (key === this.drawn) return;
         this.drawn = key;
         const unit = (axis, sign) => [right, up, back].map((row) => sign * row[axis]);
-        const seen = this.sides.filter((group, side) => {
+        const visible = this.sides.filter((group, side) => {
             const [axis, sign] = [side >> 1, side % 2 ? -1 : 1];
             const out = unit(axis, sign);
             if (out[2] < 0.02) return false;
@@ -61,6 +61,6 @@ class Cube {
             label.setAttribute("visibility", out[2] > 0.35 ? "visible" : "hidden");
             return true;
         });
-        this.svg.replaceChildren(...seen);
+        this.svg.replaceChildren(...visible);
     }
 }

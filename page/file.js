@@ -1,5 +1,5 @@
-// Reads a spectrum: sections as src/page/data.rs writes them, columns as FORMAT.md describes them. Does without the checks of
-// src/file.rs, because the program itself wrote the page.
+// Reads a spectrum: sections as src/page/data.rs writes them, columns as FORMAT.md describes them. Omits the checks of
+// src/file.rs, because the page contains data of the program.
 
 /** Reads the numbers of a section. */
 class Columns {

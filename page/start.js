@@ -21,7 +21,7 @@ async function start(script) {
     if (first) {
         viewer = viewerOf(await unpacked(first, about), about);
         viewer.setLoaded(about.first, false);
-        // The address may ask for an isovalue that is not among the first ones.
+        // The isovalue in the address may not be among the first ones.
         if (viewer.isovalue !== viewer.wanted) viewer = null;
     }
     const renderer = await openedRenderer(opening);

@@ -42,9 +42,9 @@ class WebGl2Renderer {
         Object.assign(this, { gl, canvas });
         const text = (id) => byId(id).textContent.trimStart();
         const variant = (name) => text("fragment-glsl").replace("\n", `\n#define ${name}\n`);
-        this.whole = this.linked(text("vertex-glsl"), text("fragment-glsl"));
+        this.uncut = this.linked(text("vertex-glsl"), text("fragment-glsl"));
         // The others are compiled on demand.
-        this.compileMore = () => {
+        this.compileCutPrograms = () => {
             this.cut ??= this.linked(text("vertex-glsl"), variant("CUT"));
             this.cap ??= this.linked(CAP_VERTEX, variant("CAP"));
         };
@@ -139,7 +139,7 @@ class WebGl2Renderer {
 
     /** Compiles what plain pictures do not need. */
     prepare(layers, { plane, occlusion }) {
-        if (plane || layers.some(({ opacity }) => opacity < 1)) this.compileMore();
+        if (plane || layers.some(({ opacity }) => opacity < 1)) this.compileCutPrograms();
         if (occlusion) this.occlusion ??= new WebGl2Occlusion(this);
         return null;
     }
@@ -205,7 +205,7 @@ class WebGl2Renderer {
     drawLayer({ vertexArray, nTriangles }, layer, look, projection) {
         const { gl } = this;
         const isCut = Boolean(look.plane) || layer.opacity < 1;
-        const program = isCut ? this.cut : this.whole;
+        const program = isCut ? this.cut : this.uncut;
         const triangles = () => gl.drawArrays(gl.TRIANGLES, 0, 3 * nTriangles);
         gl.bindVertexArray(vertexArray);
         gl.useProgram(program);

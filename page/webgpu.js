@@ -137,13 +137,13 @@ class WebGpuRenderer {
             depthStencil: { format: DEPTH_FORMAT, depthWriteEnabled: true, depthCompare: "less", ...depthStencil },
             multisample: { count: 4 },
         });
-        this.whole = await pipeline(module, "surface_vertex", "surface_fragment", {}, {});
+        this.uncut = await pipeline(module, "surface_vertex", "surface_fragment", {}, {});
         // The others are compiled on demand: compiling takes as long as drawing a picture.
         const blended = { blend: { color: over, alpha: over } };
         const surface = (...rest) => pipeline(cut, "surface_vertex", ...rest);
         const reset = { compare: "not-equal", failOp: "keep", depthFailOp: "zero", passOp: "zero" };
         const capping = { stencilFront: reset, stencilBack: reset };
-        this.compileMore = async () => {
+        this.compileCutPipelines = async () => {
             const made = {
                 clipped: surface("cut_fragment", {}, {}),
                 depthOnly: surface("depth_only_fragment", { writeMask: 0 }, {}),
@@ -156,15 +156,15 @@ class WebGpuRenderer {
                 cap: pipeline(cut, "cap_vertex", "cap_fragment", blended, capping),
             };
             for (const [name, promise] of Object.entries(made)) made[name] = await promise;
-            this.more = made;
+            this.cutPipelines = made;
         };
     }
 
     /** Compiles what plain pictures do not need; a promise, or null if nothing is missing. */
     prepare(layers, { plane, occlusion }) {
         const isCut = plane || layers.some(({ opacity }) => opacity < 1);
-        const cutting = isCut && !this.more ? (this.preparing ??= this.compileMore()) : null;
-        const darkening = occlusion && !this.occlusion ? (this.preparingDark ??= this.compileOcclusion()) : null;
+        const cutting = isCut && !this.cutPipelines ? (this.preparing ??= this.compileCutPipelines()) : null;
+        const darkening = occlusion && !this.occlusion ? (this.preparingOcclusion ??= this.compileOcclusion()) : null;
         return cutting && darkening ? cutting.then(() => darkening) : cutting ?? darkening;
     }
 
@@ -294,7 +294,7 @@ class WebGpuRenderer {
             this.encodeLayers(encoder, order, layers, look, projection, true, true);
             return;
         }
-        // Transparent layers are drawn over the occlusion of the opaque ones.
+        // Transparent layers are draw over the occlusion of the opaque ones.
         this.encodeLayers(encoder, order.slice(0, nOpaque), layers, look, projection, true, false);
         this.occlusion.encode(encoder, this, projection);
         if (nOpaque < layers.length) {
@@ -327,23 +327,23 @@ class WebGpuRenderer {
         for (const i of order) {
             const { uniforms, cut, group, nTriangles } = this.layer(i);
             const isCut = Boolean(look.plane) || layers[i].opacity < 1;
-            if (nTriangles === 0 || (isCut && !this.more)) continue;
+            if (nTriangles === 0 || (isCut && !this.cutPipelines)) continue;
             device.queue.writeBuffer(uniforms, 0, surfaceUniforms(this.spectrum, layers[i], look, projection));
             if (isCut) device.queue.writeBuffer(cut, 0, cutOf(layers[i], look, projection));
             pass.setBindGroup(0, group);
-            const drawn = (pipeline, n = 3 * nTriangles) => {
+            const draw = (pipeline, n = 3 * nTriangles) => {
                 pass.setPipeline(pipeline);
                 pass.draw(n);
             };
             if (look.plane && !look.open) {
-                drawn(this.more.count);
-                drawn(this.more.cap, 3);
+                draw(this.cutPipelines.count);
+                draw(this.cutPipelines.cap, 3);
             }
             if (layers[i].opacity < 1) {
                 // First depth, then colour: only the nearest triangles are visible, in any order of the triangles.
-                drawn(this.more.depthOnly);
-                drawn(this.more.transparent);
-            } else drawn(look.plane ? this.more.clipped : this.whole);
+                draw(this.cutPipelines.depthOnly);
+                draw(this.cutPipelines.transparent);
+            } else draw(look.plane ? this.cutPipelines.clipped : this.uncut);
         }
         pass.end();
     }

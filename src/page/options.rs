@@ -45,7 +45,7 @@ pub struct Page<'a> {
     pub samples: Option<&'a Histogram>,
     /// Statistics of the samples, by which typed isovalues such as `p99` are resolved.
     pub statistics: Option<&'a Statistics>,
-    /// Isovalues that are offered as buttons, with their names; in the range of the spectrum.
+    /// Isovalues that are shown as buttons, with their names; in the range of the spectrum.
     pub marks: &'a [(f64, String)],
     /// A picture for browsers that cannot draw the surface.
     pub still: Option<&'a Image>,

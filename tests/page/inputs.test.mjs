@@ -296,9 +296,9 @@ describe("inputs", () => {
         const box = await page.locator("#canvas").boundingBox();
         const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
         await page.locator("#pick-measure").click();
-        const reach = 1.75 / perPixel;
+        const offset = 1.75 / perPixel;
         for (const side of [-1, 1]) {
-            await page.mouse.click(x + side * reach, y);
+            await page.mouse.click(x + side * offset, y);
             await settled(page);
         }
         const [a, b] = (await state(page)).measuredPoints;
