@@ -209,7 +209,7 @@ fn a_left_handed_volume_turns_its_triangles_around() {
     let placed = place_in_world(mesh(), &placement);
     assert_eq!(placed.triangles[0], [0, 1, 2]);
     assert_eq!(placed.normals[3], [0.0, 0.0, -1.0]);
-    // The face that looked down now looks up, by its corners as well as in the mirror.
+    // The face that pointed down now points up, by its corners and by its reflected normal.
     let stl = bytes(&mesh(), &placement, Border::Closed, Format::Stl);
     assert_eq!(f32s(&stl[84..96]), [0.0, 0.0, 1.0]);
 }
@@ -264,7 +264,7 @@ fn far_from_the_origin_every_format_but_stl_keeps_the_shape() {
 #[test]
 fn normals_of_a_sheared_world_are_those_of_its_triangles() {
     let placement = Placement { origin: [0.0; 3], ..far_and_sheared() };
-    // The face through the first three vertices looks down; with its normal in the voxel frame.
+    // The face through the first three vertices points down, as does its normal in the voxel frame.
     let mut flat = mesh();
     flat.triangles = vec![[0, 1, 3]];
     flat.normals = vec![[0.0, -1.0, 0.0]; 5];

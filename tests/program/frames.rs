@@ -64,13 +64,13 @@ fn empty_pictures_are_reported() {
 #[test]
 fn each_flag_of_appearance_changes_the_picture() {
     let folder = Folder::with_spectrum();
-    // A hollow half of a ball: it looks different from every side, and occlusion darkens its inside.
+    // A hollow half of a ball: it appearances different from every side, and occlusion darkens its inside.
     let base = ["render", "s.isp", "-c", "50%", "--clip", "x:50%", "--open", "--camera", "20,10"];
     let picture = |flags: &[&str]| {
         folder.run(&[&base[..], &["--size", "96x64", "-o", "p.png"], flags].concat());
         folder.read("p.png")
     };
-    let looks: [&[&str]; 6] = [
+    let appearances: [&[&str]; 6] = [
         &[],
         &["--orthographic"],
         &["--up", "-y"],
@@ -78,14 +78,14 @@ fn each_flag_of_appearance_changes_the_picture() {
         &["--axes"],
         &["--axes", "--occlusion", "--orthographic", "--up", "x"],
     ];
-    let pictures = looks.map(picture);
-    for i in 0..looks.len() {
+    let pictures = appearances.map(picture);
+    for i in 0..appearances.len() {
         for j in 0..i {
             assert!(
                 pictures[i] != pictures[j],
                 "{:?} gives the same picture as {:?}",
-                looks[i],
-                looks[j]
+                appearances[i],
+                appearances[j]
             );
         }
     }
