@@ -64,7 +64,7 @@ fn empty_pictures_are_reported() {
 #[test]
 fn each_flag_of_appearance_changes_the_picture() {
     let folder = Folder::with_spectrum();
-    // A hollow half of a ball: it appearances different from every side, and occlusion darkens its inside.
+    // A hollow half of a ball: its pictures from different sides differ, and occlusion darkens its inside.
     let base = ["render", "s.isp", "-c", "50%", "--clip", "x:50%", "--open", "--camera", "20,10"];
     let picture = |flags: &[&str]| {
         folder.run(&[&base[..], &["--size", "96x64", "-o", "p.png"], flags].concat());
